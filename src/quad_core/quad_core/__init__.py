@@ -1,0 +1,1 @@
+"""ROS-free ground shared by every stage: types, parameters, rotations, vehicle, compilation."""

@@ -1,0 +1,142 @@
+"""One source for a parameter: a NamedTuple field carries default, unit, meaning, bounds and equation.
+
+A parameter set is a NamedTuple whose fields are ``Annotated[float, Real(...)]``,
+``Annotated[int, Choice(...)]``, ``Annotated[bool, Flag(...)]``, ``Annotated[int, Whole(...)]`` or another
+such NamedTuple. From it come the ROS declaration, the check of every YAML file, the docs page and, as
+it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasses).
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+
+Value = float | int | bool | str
+P = TypeVar("P")
+
+
+class ParameterError(ValueError):
+    """A parameter is unknown, of the wrong type, or out of range; the text names it."""
+
+
+class Real(NamedTuple):
+    """A float with unit, meaning, closed range and where the paper defines it."""
+
+    unit: str
+    meaning: str
+    low: float
+    high: float
+    source: str = ""
+    live: bool = True
+
+
+class Whole(NamedTuple):
+    """An integer with unit, meaning and closed range."""
+
+    unit: str
+    meaning: str
+    low: int
+    high: int
+    source: str = ""
+    live: bool = False
+
+
+class Flag(NamedTuple):
+    """A switch."""
+
+    meaning: str
+    source: str = ""
+    live: bool = True
+
+
+class Choice(NamedTuple):
+    """One of several named options; laws see its index, people see its name."""
+
+    options: tuple[str, ...]
+    meaning: str
+    source: str = ""
+    live: bool = False
+
+
+class Text(NamedTuple):
+    """Free text (names, paths); only for node parameters, never for a law."""
+
+    meaning: str
+    source: str = ""
+    live: bool = False
+
+
+Spec = Real | Whole | Flag | Choice | Text
+
+
+class Field(NamedTuple):
+    """One leaf of a parameter set: dotted name, spec and default as people write it."""
+
+    name: str
+    spec: Spec
+    default: Value
+
+
+def fields(parameters: type[Any] | Any, prefix: str = "") -> Iterator[Field]:
+    """Yield every leaf of a parameter set (class for its defaults, or instance), depth first."""
+    cls = parameters if isinstance(parameters, type) else type(parameters)
+    instance = parameters() if isinstance(parameters, type) else parameters
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        value = getattr(instance, name)
+        if get_origin(hint) is Annotated:
+            spec = get_args(hint)[1]
+            shown = spec.options[value] if isinstance(spec, Choice) else value
+            yield Field(prefix + name, spec, shown)
+        else:
+            yield from fields(value, f"{prefix}{name}.")
+
+
+def flatten(instance: Any) -> dict[str, Value]:
+    """Return {dotted name: value as people write it} of a parameter set."""
+    return {field.name: field.default for field in fields(instance)}
+
+
+def checked(field: Field, value: Any) -> Value:
+    """Return ``value`` if ``field`` admits it, else raise ParameterError saying found and expected."""
+    spec = field.spec
+    if isinstance(spec, Flag):
+        if isinstance(value, bool):
+            return value
+        raise ParameterError(f"{field.name}: found {value!r}, expected true or false")
+    if isinstance(spec, Choice | Text):
+        if isinstance(value, str) and (isinstance(spec, Text) or value in spec.options):
+            return value
+        expected = "text" if isinstance(spec, Text) else "one of " + ", ".join(spec.options)
+        raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
+    kind = float if isinstance(spec, Real) else int
+    expected = f"{'a float' if kind is float else 'an integer'} in [{spec.low}, {spec.high}] {spec.unit}".rstrip()
+    if type(value) is not kind:
+        raise ParameterError(f"{field.name}: found {value!r} ({type(value).__name__}), expected {expected}")
+    if not (math.isfinite(value) and spec.low <= value <= spec.high):
+        raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
+    return kind(value)
+
+
+def build(default: type[P] | P, values: Mapping[str, Any]) -> P:
+    """Return the parameter set ``default`` with ``values`` ({dotted name: value}) put in.
+
+    Raises ParameterError for an unknown name, a wrong type, a NaN or a value out of range.
+    """
+    known = {field.name: field for field in fields(default)}
+    unknown = [name for name in values if name not in known]
+    if unknown:
+        raise ParameterError(f"{unknown[0]}: unknown parameter; known here: {', '.join(sorted(known))}")
+    merged = {name: checked(field, values.get(name, field.default)) for name, field in known.items()}
+    cls = default if isinstance(default, type) else type(default)
+    instance: P = _assemble(cls, merged, "")
+    return instance
+
+
+def _assemble(cls: type[Any], values: Mapping[str, Value], prefix: str) -> Any:
+    parts: dict[str, Any] = {}
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            spec, value = get_args(hint)[1], values[prefix + name]
+            parts[name] = spec.options.index(value) if isinstance(spec, Choice) else value
+        else:
+            parts[name] = _assemble(hint, values, f"{prefix}{name}.")
+    return cls(**parts)

@@ -1,0 +1,67 @@
+"""Laws, trajectories, plants and disturbances by name, from Python entry points.
+
+A plug-in is a module named by an entry point. What each group's module must hold is checked when it is
+loaded, so that a missing function is reported by name and not in flight:
+
+``quad.position_law`` and ``quad.attitude_law``
+    ``Parameters``, ``Memory``, ``Internals`` (NamedTuples with defaults),
+    ``init(parameters, vehicle) -> Memory`` and
+    ``step(parameters, vehicle, memory, inputs, dt) -> (output, Memory, Internals)`` with
+    ``PositionInputs -> AttitudeThrust`` or ``AttitudeInputs -> Wrench``. Optional ``PRESETS``:
+    ``{preset name: {dotted parameter: value}}``.
+``quad.trajectory``
+    ``Parameters``, ``Plan``, ``plan(parameters, vehicle, start: VehicleState) -> Plan`` and
+    ``sample(parameters, plan, time) -> TrajectoryPoint`` with ``time`` in s since take-off;
+    ``duration(parameters, plan) -> float`` (s since take-off at which the flight ends).
+``quad.plant``
+    ``Parameters``, ``State``, ``init(parameters, vehicle) -> State``,
+    ``step(parameters, vehicle, state, wrench, force_w, torque_b, dt) -> (State, Actuation)``,
+    ``observe(parameters, vehicle, state) -> VehicleState`` and
+    ``lumped(parameters, vehicle, state, wrench, force_w, torque_b) -> Disturbance`` (eqs. 10-12).
+``quad.disturbance``
+    ``Parameters``, ``draw(parameters, vehicle, seed, duration) -> numpy array (n, 6)`` and
+    ``sample(parameters, table, time) -> (force_w, torque_b)``.
+"""
+
+from functools import cache
+from importlib.metadata import entry_points
+from types import ModuleType
+
+POSITION_LAW = "quad.position_law"
+ATTITUDE_LAW = "quad.attitude_law"
+TRAJECTORY = "quad.trajectory"
+PLANT = "quad.plant"
+DISTURBANCE = "quad.disturbance"
+
+_REQUIRED = {
+    POSITION_LAW: ("Parameters", "Memory", "Internals", "init", "step"),
+    ATTITUDE_LAW: ("Parameters", "Memory", "Internals", "init", "step"),
+    TRAJECTORY: ("Parameters", "Plan", "plan", "sample", "duration"),
+    PLANT: ("Parameters", "State", "init", "step", "observe", "lumped"),
+    DISTURBANCE: ("Parameters", "draw", "sample"),
+}
+
+
+class PluginError(ValueError):
+    """A plug-in is unknown or lacks what its group demands; the text names it."""
+
+
+def names(group: str) -> list[str]:
+    """Return the sorted names registered in ``group``."""
+    return sorted({point.name for point in entry_points(group=group)})
+
+
+@cache
+def load(group: str, name: str) -> ModuleType:
+    """Return the module registered as ``name`` in ``group``.
+
+    Raises PluginError if nothing has that name or the module misses something the group demands.
+    """
+    points = [point for point in entry_points(group=group) if point.name == name]
+    if not points:
+        raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
+    module: ModuleType = points[0].load()
+    missing = [item for item in _REQUIRED[group] if not hasattr(module, item)]
+    if missing:
+        raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}) lacks {', '.join(missing)}")
+    return module

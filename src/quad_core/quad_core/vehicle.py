@@ -1,0 +1,53 @@
+"""The nominal vehicle: what the paper's Table 1 lists, plus the limits it leaves out."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Choice, Real
+
+LAYOUT_PLUS = 0
+LAYOUT_X = 1
+
+
+class Vehicle(NamedTuple):
+    """Nominal parameters of a quadrotor; defaults are Table 1 of the paper.
+
+    The plant may differ from it (``quad_dynamics`` holds the errors); the laws know only this.
+    """
+
+    mass: Annotated[float, Real("kg", "mass m", 0.001, 1000.0, "Table 1", live=False)] = 0.56
+    gravity: Annotated[float, Real("m/s^2", "gravitational acceleration g", 0.1, 30.0, "Table 1", live=False)] = 9.8
+    arm_length: Annotated[
+        float, Real("m", "distance d from the centre of gravity to a rotor axis", 0.001, 10.0, "Table 1", live=False)
+    ] = 0.3
+    inertia_xx: Annotated[
+        float, Real("kg m^2", "moment of inertia about body x", 1e-7, 100.0, "Table 1, Eq. 6", live=False)
+    ] = 3.5e-3
+    inertia_yy: Annotated[
+        float, Real("kg m^2", "moment of inertia about body y", 1e-7, 100.0, "Table 1, Eq. 6", live=False)
+    ] = 3.5e-3
+    inertia_zz: Annotated[
+        float, Real("kg m^2", "moment of inertia about body z", 1e-7, 100.0, "Table 1, Eq. 6", live=False)
+    ] = 7.0e-3
+    lift_coefficient: Annotated[
+        float, Real("N s^2", "rotor lift k_L: thrust = k_L speed^2", 1e-12, 1.0, "Table 1, Eq. 3", live=False)
+    ] = 4.2e-3
+    torque_coefficient: Annotated[
+        float, Real("N m s^2", "rotor drag torque k_M: torque = k_M speed^2", 1e-14, 1.0, "Table 1, Eq. 8", live=False)
+    ] = 3.8e-2
+    drag_coefficient: Annotated[
+        float, Real("N s/m", "translational drag k_F", 0.0, 100.0, "Table 1, Eq. 5", live=False)
+    ] = 5.6e-4
+    drag_torque_coefficient: Annotated[
+        float, Real("N m s^2", "rotational drag k_T", 0.0, 100.0, "Table 1, Eq. 9", live=False)
+    ] = 5.6e-4
+    thrust_to_weight: Annotated[
+        float, Real("", "largest collective thrust in units of m g, a quarter of it per rotor", 1.05, 20.0, "", live=False)
+    ] = 3.0
+    layout: Annotated[
+        int, Choice(("plus", "x"), "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")
+    ] = LAYOUT_PLUS
+
+
+def max_thrust(vehicle: Vehicle) -> float:
+    """Return the largest collective thrust in N."""
+    return vehicle.thrust_to_weight * vehicle.mass * vehicle.gravity
