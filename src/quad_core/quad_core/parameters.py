@@ -116,16 +116,20 @@ def checked(field: Field, value: Any) -> Value:
     return kind(value)
 
 
-def build(default: type[P] | P, values: Mapping[str, Any]) -> P:
+def build(default: type[P] | P, values: Mapping[str, Any], prefix: str = "") -> P:
     """Return the parameter set ``default`` with ``values`` ({dotted name: value}) put in.
 
-    Raises ParameterError for an unknown name, a wrong type, a NaN or a value out of range.
+    ``prefix`` only completes the names in errors. Raises ParameterError for an unknown name, a wrong
+    type, a NaN or a value out of range.
     """
     known = {field.name: field for field in fields(default)}
     unknown = [name for name in values if name not in known]
     if unknown:
-        raise ParameterError(f"{unknown[0]}: unknown parameter; known here: {', '.join(sorted(known))}")
-    merged = {name: checked(field, values.get(name, field.default)) for name, field in known.items()}
+        raise ParameterError(f"{prefix}{unknown[0]}: unknown parameter; known here: {', '.join(sorted(known))}")
+    merged = {
+        name: checked(field._replace(name=prefix + name), values.get(name, field.default))
+        for name, field in known.items()
+    }
     cls = default if isinstance(default, type) else type(default)
     instance: P = _assemble(cls, merged, "")
     return instance
