@@ -26,9 +26,12 @@ class FlightParameters(NamedTuple):
     plant_period: Annotated[
         int, Whole("ns", "time between two states; every rate divides the plant's", 100_000, 1_000_000_000)
     ] = 2_000_000
+    roles: Annotated[str, Text("roles that take part, comma separated; all must be ready before step 0")] = (
+        "simulator,trajectory,position_controller,attitude_controller,recorder"
+    )
     start_timeout: Annotated[
         float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0, live=False)
-    ] = 30.0
+    ] = 60.0
     silence_timeout: Annotated[
         float, Real("s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False)
     ] = 20.0
@@ -41,9 +44,6 @@ class SimulatorParameters(NamedTuple):
     disturbance: Annotated[
         str, Text("plug-in of group quad.disturbance; its parameters stand under its name")
     ] = "held_gaussian"
-    expected_roles: Annotated[
-        str, Text("roles, comma separated, that must be ready before step 0")
-    ] = "trajectory,position_controller,attitude_controller,recorder"
     window: Annotated[
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 100_000)
     ] = 200
