@@ -1,0 +1,1 @@
+"""Attitude laws of the quadrotor stack (adaptive fast nonsingular integral terminal sliding mode) and their node."""

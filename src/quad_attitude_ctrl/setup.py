@@ -1,0 +1,19 @@
+from setuptools import find_packages, setup
+
+setup(
+    name="quad_attitude_ctrl",
+    version="0.1.0",
+    description="Attitude laws of the quadrotor stack (adaptive fast nonsingular integral terminal sliding mode) and their node.",
+    license="Apache-2.0",
+    packages=find_packages(include=["quad_attitude_ctrl", "quad_attitude_ctrl.*"]),
+    package_data={"": ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/quad_attitude_ctrl"]),
+        ("share/quad_attitude_ctrl", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": ["attitude_controller = quad_attitude_ctrl.node:main"],
+        "quad.attitude_law": ["abfnitsm = quad_attitude_ctrl.abfnitsm"],
+    },
+)

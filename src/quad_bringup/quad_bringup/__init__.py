@@ -1,0 +1,1 @@
+"""Launch files, configuration and the flight command of the quadrotor stack."""

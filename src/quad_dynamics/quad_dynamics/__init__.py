@@ -1,0 +1,1 @@
+"""Plants and disturbances of the quadrotor stack and the simulator node."""

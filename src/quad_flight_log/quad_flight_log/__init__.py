@@ -1,0 +1,1 @@
+"""Recorder node, bag reader and flight metrics of the quadrotor stack."""

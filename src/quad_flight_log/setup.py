@@ -1,0 +1,21 @@
+from setuptools import find_packages, setup
+
+setup(
+    name="quad_flight_log",
+    version="0.1.0",
+    description="Recorder node, bag reader and flight metrics of the quadrotor stack.",
+    license="Apache-2.0",
+    packages=find_packages(include=["quad_flight_log", "quad_flight_log.*"]),
+    package_data={"": ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/quad_flight_log"]),
+        ("share/quad_flight_log", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "recorder = quad_flight_log.node:main",
+            "log = quad_flight_log.cli:main",
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""The rclpy shell shared by all nodes."""

@@ -1,0 +1,1 @@
+"""Position laws of the quadrotor stack (adaptive integral backstepping) and their node."""

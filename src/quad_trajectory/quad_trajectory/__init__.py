@@ -1,0 +1,1 @@
+"""Reference trajectories of the quadrotor stack and the node that publishes them."""
