@@ -1,9 +1,9 @@
 """Symbols of the paper, each under the paper's own name, all quantities of time as functions of t.
 
-# ruff: noqa: N816 (the paper's symbols are the names here)
-
 This transcription shares nothing with the code under test: it is typed from the article's text.
 """
+
+# ruff: noqa: N816 (the paper's symbols are the names here)
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
