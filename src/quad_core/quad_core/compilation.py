@@ -4,6 +4,7 @@ The nodes call a law as plain Python; the campaign calls the same source compile
 bits as CPython as long as fastmath is off and the text avoids what ``purity`` forbids.
 """
 
+import dis
 from collections.abc import Callable
 from types import FunctionType, ModuleType
 from typing import Any
@@ -22,7 +23,7 @@ def compiled(function: Callable[..., Any]) -> Any:
         raise TypeError(f"cannot compile {function!r}: expected a plain function")
     if function not in _COMPILED:
         scope = dict(function.__globals__)
-        for name in function.__code__.co_names:
+        for name in _globals_read(function):
             value = scope.get(name)
             if isinstance(value, FunctionType):
                 scope[name] = compiled(value)
@@ -32,5 +33,10 @@ def compiled(function: Callable[..., Any]) -> Any:
         twin.__kwdefaults__ = function.__kwdefaults__
         twin.__module__ = function.__module__
         twin.__qualname__ = function.__qualname__
-        _COMPILED[function] = numba.njit(twin, error_model="numpy")
+        _COMPILED[function] = numba.njit(twin, error_model="numpy", nogil=True)
     return _COMPILED[function]
+
+
+def _globals_read(function: FunctionType) -> set[str]:
+    # co_names also holds attribute names, which may equal the name of a function of the same module.
+    return {str(step.argval) for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}

@@ -1,1 +1,1 @@
-"""Reference trajectories of the quadrotor stack and the node that publishes them."""
+"""Reference trajectories: the paper's two cases and hover, each reached by a smooth approach."""

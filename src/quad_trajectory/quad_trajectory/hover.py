@@ -1,0 +1,69 @@
+"""Hover: hold one point and heading, reached like any other curve."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Choice, Real
+from quad_core.types import TrajectoryPoint, VehicleState
+from quad_core.vehicle import Vehicle
+from quad_trajectory.approach import Approach, no_approach, plan_approach, point, sample_approach
+from quad_trajectory.limits import PRINTED, MotionLimits
+from quad_trajectory.polynomial import Motion
+
+Plan = Approach
+
+APPROACH = 0
+
+
+class Position(NamedTuple):
+    """A point of the world."""
+
+    x: Annotated[float, Real("m", "east", -1e4, 1e4, live=False)] = 0.0
+    y: Annotated[float, Real("m", "north", -1e4, 1e4, live=False)] = 0.0
+    z: Annotated[float, Real("m", "up", -1e4, 1e4, live=False)] = 2.0
+
+
+class Parameters(NamedTuple):
+    """Hover: where, with which heading, for how long."""
+
+    start: Annotated[
+        int,
+        Choice(
+            ("approach", "printed"),
+            "approach: a smooth way from where the vehicle is; printed: a step to the point at take-off",
+        ),
+    ] = APPROACH
+    duration: Annotated[float, Real("s", "flight time from the end of the approach", 0.01, 1e5, "", live=False)] = 20.0
+    position: Position = Position()
+    yaw: Annotated[float, Real("rad", "heading", -6.3, 6.3, "", live=False)] = 0.0
+    limits: MotionLimits = MotionLimits()
+
+
+def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
+    """Return how the point is reached from ``start``."""
+    if parameters.start == PRINTED:
+        return no_approach()
+    return plan_approach(parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+
+
+def duration(parameters: Parameters, plan: Plan) -> float:
+    """Return the end of the flight in s since take-off."""
+    return plan.duration + parameters.duration
+
+
+def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
+    """Return the reference at ``time`` s since take-off."""
+    t = time - plan.duration
+    if t < 0.0:
+        return sample_approach(plan, time)
+    return curve(parameters, t)
+
+
+def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
+    """Return the point held; ``t`` in s since the end of the approach."""
+    return point(
+        t,
+        Motion(parameters.position.x, 0.0, 0.0, 0.0, 0.0),
+        Motion(parameters.position.y, 0.0, 0.0, 0.0, 0.0),
+        Motion(parameters.position.z, 0.0, 0.0, 0.0, 0.0),
+        Motion(parameters.yaw, 0.0, 0.0, 0.0, 0.0),
+    )
