@@ -1,1 +1,1 @@
-"""Position laws of the quadrotor stack (adaptive integral backstepping) and their node."""
+"""Position laws of the cascade: adaptive integral backstepping (AIBS, eqs. 18-38) and its additions."""
