@@ -1,1 +1,1 @@
-"""Plants and disturbances of the quadrotor stack and the simulator node."""
+"""Plants, rotors, allocation and disturbances; the simulator node is ``quad_dynamics.node``."""

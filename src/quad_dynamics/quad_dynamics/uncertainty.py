@@ -1,0 +1,124 @@
+"""The true vehicle beside the nominal one, and the lumped uncertainties D_P and D_A (Eqs. 10-12).
+
+Eq. 11 did not survive in the source; it follows from Eq. 10 and Lemma 1. Eq. 10, with the outer force f and torque t
+(f = m d, t = I d of Appendix A) and tau_G = 0, reads::
+
+    (m + dm) P''     = F_A + dF_A + F_G + dF_G + F_D + f
+    (I + dI) Omega'  = -Omega x (I + dI) Omega + tau_A + dtau_A + tau_D + t
+
+where F_A and tau_A are what the *commanded* wrench would give, and dF_A = R (0, 0, e_T T - T_cmd), dtau_A = e tau -
+tau_cmd hold the rotors' limits (achieved T, tau) and the loss of effectiveness (e). Lemma 1 with A = m, BCD = dm, and
+with A = I, BCD = dI, splits the inverse of the left side; then Eq. 11 is::
+
+    P''    = m^-1 (F_A + F_G + F_D) + D_P
+    Omega' = I^-1 (-Omega x I Omega + tau_A + tau_D) + D_A                                            (Eq. 11)
+
+    D_P = (m + dm)^-1 (dF_A + dF_G + f) - (1 + m^-1 dm)^-1 m^-1 dm m^-1 (F_A + F_G + F_D)
+    D_A = (I + dI)^-1 (-Omega x dI Omega + dtau_A + t)
+          - (E + I^-1 dI)^-1 I^-1 dI I^-1 (-Omega x I Omega + tau_A + tau_D)
+
+that is: the true acceleration minus the one that the nominal model expects of the commanded wrench. It is computed as
+just this difference; a test holds it against the formulas above.
+"""
+
+from quad_core.bounds import clamp
+from quad_core.types import Actuation, Disturbance, Vec3, Wrench
+from quad_core.vehicle import Vehicle
+from quad_dynamics.allocation import LARGEST_TORQUE, allocate
+from quad_dynamics.newton_euler import Body, angular_acceleration, linear_acceleration
+from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
+
+SMALLEST_MASS = 1e-3
+SMALLEST_INERTIA = 1e-7
+
+
+def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
+    """Return the body as the laws know it: m, I of Table 1."""
+    return Body(
+        vehicle.mass,
+        vehicle.gravity,
+        vehicle.inertia_xx,
+        vehicle.inertia_yy,
+        vehicle.inertia_zz,
+        vehicle.drag_coefficient,
+        vehicle.drag_torque_coefficient,
+        parameters.drag_sign == DRAG_PRINTED,
+    )
+
+
+def true_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
+    """Return the body as it is: m + dm, I + dI (Eq. 10)."""
+    return Body(
+        vehicle.mass + parameters.mass_error,
+        vehicle.gravity,
+        vehicle.inertia_xx + parameters.inertia_error.xx,
+        vehicle.inertia_yy + parameters.inertia_error.yy,
+        vehicle.inertia_zz + parameters.inertia_error.zz,
+        vehicle.drag_coefficient,
+        vehicle.drag_torque_coefficient,
+        parameters.drag_sign == DRAG_PRINTED,
+    )
+
+
+def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
+    """Raise ValueError naming the parameter if the errors leave no physical mass or inertia."""
+    body = true_body(parameters, vehicle)
+    if not body.mass >= SMALLEST_MASS:
+        raise ValueError("mass_error: found vehicle.mass + mass_error below 0.001 kg, expected at least that")
+    if not body.inertia_xx >= SMALLEST_INERTIA:
+        raise ValueError("inertia_error.xx: found vehicle.inertia_xx + error below 1e-7 kg m^2, expected at least that")
+    if not body.inertia_yy >= SMALLEST_INERTIA:
+        raise ValueError("inertia_error.yy: found vehicle.inertia_yy + error below 1e-7 kg m^2, expected at least that")
+    if not body.inertia_zz >= SMALLEST_INERTIA:
+        raise ValueError("inertia_error.zz: found vehicle.inertia_zz + error below 1e-7 kg m^2, expected at least that")
+
+
+def true_thrust(parameters: PlantParameters, actuation: Actuation) -> float:
+    """Return the thrust in N that truly acts: achieved times effectiveness (F_A + dF_A of Eq. 10)."""
+    return parameters.effectiveness.thrust * actuation.thrust
+
+
+def true_torque(parameters: PlantParameters, actuation: Actuation, torque_b: Vec3) -> Vec3:
+    """Return the torque in N m that truly acts: achieved times effectiveness, plus the outer ``torque_b`` (Eq. 10)."""
+    return Vec3(
+        parameters.effectiveness.roll * actuation.torque_b.x + torque_b.x,
+        parameters.effectiveness.pitch * actuation.torque_b.y + torque_b.y,
+        parameters.effectiveness.yaw * actuation.torque_b.z + torque_b.z,
+    )
+
+
+def lumped_uncertainty(
+    parameters: PlantParameters,
+    vehicle: Vehicle,
+    axis_w: Vec3,
+    v_w: Vec3,
+    rates: Vec3,
+    wrench: Wrench,
+    force_w: Vec3,
+    torque_b: Vec3,
+) -> Disturbance:
+    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11 with the outer force and torque, for the module's derivation.
+
+    ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16),
+    ``wrench`` as commanded.
+    """
+    nominal = nominal_body(parameters, vehicle)
+    truth = true_body(parameters, vehicle)
+    actuation = allocate(vehicle, wrench)
+    asked = Vec3(
+        clamp(wrench.torque_b.x, -LARGEST_TORQUE, LARGEST_TORQUE),
+        clamp(wrench.torque_b.y, -LARGEST_TORQUE, LARGEST_TORQUE),
+        clamp(wrench.torque_b.z, -LARGEST_TORQUE, LARGEST_TORQUE),
+    )
+    asked_thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
+    none = Vec3(0.0, 0.0, 0.0)
+    a = linear_acceleration(truth, axis_w, true_thrust(parameters, actuation), v_w, force_w)
+    a_nominal = linear_acceleration(nominal, axis_w, asked_thrust, v_w, none)
+    alpha = angular_acceleration(truth, rates, true_torque(parameters, actuation, torque_b))
+    alpha_nominal = angular_acceleration(nominal, rates, asked)
+    return Disturbance(
+        force_w,
+        torque_b,
+        Vec3(a.x - a_nominal.x, a.y - a_nominal.y, a.z - a_nominal.z),
+        Vec3(alpha.x - alpha_nominal.x, alpha.y - alpha_nominal.y, alpha.z - alpha_nominal.z),
+    )
