@@ -54,6 +54,11 @@ def rotate(q: Quat, v_b: Vec3) -> Vec3:
     )
 
 
+def rotate_inverse(q: Quat, v_w: Vec3) -> Vec3:
+    """Return the body components of a world vector: transpose of Eq. 4 times v."""
+    return rotate(Quat(-q.x, -q.y, -q.z, q.w), v_w)
+
+
 def body_z(q: Quat) -> Vec3:
     """Return the body z axis in the world: third column of Eq. 4."""
     return Vec3(

@@ -1,0 +1,82 @@
+"""ROS 2 parameter files read strictly: duplicates, foreign nodes and broken YAML are errors with a place.
+
+rcl itself accepts unknown node names, unknown keys and duplicate keys without a word.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from quad_core.node_parameters import ROLES
+from quad_core.parameters import ParameterError, Value
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """SafeLoader that refuses duplicate keys."""
+
+
+def _mapping(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    seen: dict[Any, Any] = {}
+    for key_node, value_node in node.value:
+        key = loader.construct_object(key_node)  # type: ignore[no-untyped-call]
+        if key in seen:
+            raise ParameterError(f"line {key_node.start_mark.line + 1}: key {key!r} stands twice")
+        seen[key] = loader.construct_object(value_node, deep=True)  # type: ignore[no-untyped-call]
+    return seen
+
+
+_StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+
+
+def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
+    """Return {node pattern: {dotted name: value}} of a ROS 2 parameter file.
+
+    Raises ParameterError naming file and line or key: not readable, broken YAML, duplicate keys, a node that is none
+    of ours, or a section without ``ros__parameters``.
+    """
+    try:
+        content = yaml.load(path.read_text(encoding="utf-8"), _StrictLoader)  # noqa: S506
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError, ParameterError) as error:
+        raise ParameterError(f"{path}: {' '.join(str(error).split())}") from error
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise ParameterError(f"{path}: found {type(content).__name__}, expected node names with ros__parameters")
+    return {str(pattern): _section(path, str(pattern), body) for pattern, body in content.items()}
+
+
+def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace: str = "/") -> dict[str, Value]:
+    """Return the values that ``files`` hold for the node ``role`` in ``namespace``; later files win."""
+    qualified = f"{namespace.rstrip('/')}/{role}"
+    merged: dict[str, Value] = {}
+    for content in files:
+        for pattern in sorted(content, key=lambda name: "*" not in name):
+            if pattern in ("/**", "/*", f"/**/{role}", role, qualified, qualified.lstrip("/")):
+                merged.update(content[pattern])
+    return merged
+
+
+def _section(path: Path, pattern: str, body: Any) -> dict[str, Value]:
+    role = pattern.rsplit("/", 1)[-1]
+    if role not in (*ROLES, "*", "**"):
+        raise ParameterError(f"{path}: node {pattern!r} is none of {', '.join(ROLES)} or /**")
+    if not isinstance(body, dict) or set(body) != {"ros__parameters"}:
+        raise ParameterError(f"{path}: {pattern}: expected one key ros__parameters")
+    return _dotted(path, pattern, body["ros__parameters"] or {}, "")
+
+
+def _dotted(path: Path, pattern: str, values: Any, prefix: str) -> dict[str, Value]:
+    if not isinstance(values, Mapping):
+        raise ParameterError(f"{path}: {pattern}: {prefix or 'ros__parameters'}: expected names with values")
+    flat: dict[str, Value] = {}
+    for name, value in values.items():
+        inner = _dotted(path, pattern, value, f"{prefix}{name}.") if isinstance(value, Mapping) else {prefix + str(name): value}
+        double = next((key for key in inner if key in flat), None)
+        if double:
+            raise ParameterError(f"{path}: {pattern}: {double} stands twice")
+        flat.update(inner)
+    return flat

@@ -1,0 +1,16 @@
+"""Steps and seconds. Time is counted in plant steps of integer nanoseconds; seconds are made here and only here."""
+
+import math
+
+
+def seconds(steps: int, plant_period: int) -> float:
+    """Return the time of ``steps`` plant steps of ``plant_period`` ns in s."""
+    return steps * plant_period * 1e-9
+
+
+def steps_to_cover(duration: float, plant_period: int) -> int:
+    """Return the smallest number of plant steps (at least 1) that covers ``duration`` s; a millionth of a step is rounding."""
+    count = math.ceil(duration * 1e9 / plant_period - 1e-6)
+    if count < 1:
+        return 1
+    return count

@@ -1,0 +1,218 @@
+"""What all nodes of a flight share: parameters, handshake, events, diagnostics, watchdogs, the end."""
+
+import time
+from collections import Counter
+from typing import Any
+
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from quad_core.node_parameters import LOCKSTEP, Resolved
+from quad_core.parameters import Value
+from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.task import Future
+
+from quad_node import parameters, topics
+from quad_node.conversion import set_stamp
+from quad_node.interface import interface_hash, versions
+
+_HOUSEKEEPING = 0.05
+_DIAGNOSTICS_EVERY = 20
+
+
+class FlightNode(Node):
+    """A node with one role in a flight. ``done`` completes when the node has nothing more to do; see ``exit_code``."""
+
+    def __init__(self, role: str) -> None:
+        """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted."""
+        super().__init__(role, automatically_declare_parameters_from_overrides=True)
+        self.role = role
+        self.resolved: Resolved = parameters.resolve_overrides(self, role)
+        parameters.declare(self, self.resolved)
+        parameters.on_change(self, role, self._on_parameters)
+        self.flight = self.resolved.flight
+        self.vehicle = self.resolved.vehicle
+        self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
+        self.lockstep = self.flight.mode == LOCKSTEP
+        self.exit_code = 1
+        self.done: Future = Future()
+        self.internals_names: list[str] = []
+        self.counters: Counter[str] = Counter()
+        self.step = 0
+        self.flying = False
+        self.started = time.monotonic()
+        self.heard = self.started
+        self._said: dict[str, float] = {}
+        self._ticks = 0
+        self._out: list[tuple[Publisher, int]] = []
+        self._in: list[str] = []
+        self._status = self.publisher("flight/nodes", match=False)
+        self._events = self.publisher("flight/events", match=False)
+        self._parameters = self.publisher("flight/parameters", match=False)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", topics.stream())
+        self._state = NodeStatus.STARTING
+        self._waiting = ("", "")
+        self.say_status("matching")
+        self.say_parameters()
+        if role != topics.SIMULATOR:
+            self.subscribe("flight/state", self._on_flight_state)
+        self.create_timer(_HOUSEKEEPING, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def publisher(self, topic: str, match: bool = True) -> Publisher:
+        """Return a publisher of a topic of the table; READY waits for its subscribers if ``match``."""
+        entry = topics.TOPICS[topic]
+        publisher = self.create_publisher(entry.type, entry.name, entry.qos())
+        if match:
+            self._out.append((publisher, sum(role in self.roles for role in entry.subscribers)))
+        return publisher
+
+    def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
+        """Subscribe to a topic of the table; READY waits for its publishers."""
+        entry = topics.TOPICS[topic]
+        self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw)
+        if any(role in self.roles for role in entry.publishers):
+            self._in.append(entry.name)
+
+    @property
+    def period_steps(self) -> int:
+        """Plant steps between two answers of this node."""
+        return int(getattr(self.resolved.node, "period_steps", 1))
+
+    def say_status(self, detail: str) -> None:
+        """Publish who this node is and how it is."""
+        topic, role = self._waiting
+        self._status.publish(
+            NodeStatus(
+                node=self.get_fully_qualified_name(),
+                role=self.role,
+                run_id=self.flight.run_id,
+                interface_hash=interface_hash(),
+                state=self._state,
+                step=self.step,
+                period_steps=self.period_steps,
+                plant_period=self.flight.plant_period,
+                waiting_topic=topic,
+                waiting_role=role,
+                detail=detail,
+            )
+        )
+
+    def set_status(self, state: int, detail: str, waiting: tuple[str, str] = ("", "")) -> None:
+        """Change this node's state and publish it."""
+        self._state, self._waiting = state, waiting
+        self.say_status(detail)
+
+    def say_parameters(self) -> None:
+        """Publish all resolved parameters as a parameter file."""
+        content = {self.get_fully_qualified_name(): {"ros__parameters": parameters.current_values(self)}}
+        self._parameters.publish(
+            NodeParameters(
+                node=self.get_fully_qualified_name(),
+                role=self.role,
+                parameters=yaml.safe_dump(content, sort_keys=True),
+                versions=yaml.safe_dump(versions()),
+                internals_names=self.internals_names,
+            )
+        )
+
+    def event(self, severity: int, kind: str, text: str, stamp_ns: int = 0) -> None:
+        """Count ``kind``; publish and log it, at most once a second for the same kind."""
+        self.counters[kind] += 1
+        now = time.monotonic()
+        if severity < FlightEvent.ERROR and now - self._said.get(kind, -1.0) < 1.0:
+            return
+        self._said[kind] = now
+        message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
+        set_stamp(message.stamp, stamp_ns)
+        self._events.publish(message)
+        log = {FlightEvent.INFO: "info", FlightEvent.WARNING: "warning"}.get(severity, "error")
+        getattr(self.get_logger(), log)(f"{kind}: {text}")
+
+    def finish(self, exit_code: int, detail: str) -> None:
+        """End this node's work; the process leaves with ``exit_code``."""
+        if not self.done.done():
+            self.exit_code = exit_code
+            self.set_status(NodeStatus.DONE if exit_code == 0 else NodeStatus.FAULT, detail)
+            self.done.set_result(None)
+
+    def on_flight_ended(self, message: FlightState) -> None:
+        """React to the end of the flight; the recorder overrides this to wait for the last messages."""
+        failed = message.state == FlightState.FAILED
+        self.finish(1 if failed else 0, message.reason or "flight ended")
+
+    def on_ready(self) -> None:
+        """React to all endpoints being matched."""
+
+    def on_tick(self) -> None:
+        """Do periodic work, 20 times a second on the steady clock."""
+
+    def on_parameters(self, changes: dict[str, Value]) -> None:
+        """React to an accepted live change; ``self.resolved`` is new already."""
+
+    def on_interrupt(self, name: str) -> None:
+        """React to SIGINT, SIGTERM or SIGHUP: the node still can publish."""
+        self.event(FlightEvent.INFO, "interrupted", f"{self.role} stopped by {name}")
+
+    def close(self) -> None:
+        """Release what the node holds; called once, last."""
+
+    def missing_links(self) -> list[str]:
+        """Return the topics that are not matched with all the nodes they need."""
+        missing = [pub.topic_name for pub, needed in self._out if pub.get_subscription_count() < needed]
+        return missing + [name for name in self._in if self.count_publishers(name) == 0]
+
+    def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
+        self.resolved = resolved
+        self.on_parameters(changes)
+        self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
+
+    def _on_flight_state(self, message: FlightState) -> None:
+        if self.flight.run_id and message.run_id and message.run_id != self.flight.run_id:
+            self.event(FlightEvent.WARNING, "foreign_run", f"flight/state of run {message.run_id!r} ignored")
+            return
+        self.heard = time.monotonic()
+        self.flying = message.state == FlightState.FLYING
+        if message.state in (FlightState.ENDED, FlightState.FAILED):
+            self.on_flight_ended(message)
+
+    def _housekeeping(self) -> None:
+        self._ticks += 1
+        if self._state == NodeStatus.STARTING and not self.missing_links():
+            self.set_status(NodeStatus.READY, "ready")
+            self.on_ready()
+        if self.role != topics.SIMULATOR:
+            self._watch_flight()
+        self.on_tick()
+        if self._ticks % _DIAGNOSTICS_EVERY == 0:
+            self._publish_diagnostics()
+
+    def _watch_flight(self) -> None:
+        quiet = time.monotonic() - self.heard
+        if self.flying and quiet > self.flight.silence_timeout:
+            self.event(FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s")
+            self.finish(1, "flight/state: the simulator is silent")
+        elif not self.flying and not self.done.done() and quiet > self.flight.start_timeout:
+            text = f"no flight after {quiet:.1f} s; not matched: {', '.join(self.missing_links()) or 'none'}"
+            self.event(FlightEvent.ERROR, "start_timeout", text)
+            self.finish(1, text)
+
+    def _publish_diagnostics(self) -> None:
+        waiting = self._state != NodeStatus.READY
+        level = DiagnosticStatus.WARN if waiting or self.counters["rejected"] else DiagnosticStatus.OK
+        values = {"step": self.step, **self.counters, **self.measurements()}
+        status = DiagnosticStatus(
+            level=level,
+            name=f"{self.get_name()}: flight",
+            message="waiting" if waiting else "ok",
+            hardware_id=self.get_fully_qualified_name(),
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+    def measurements(self) -> dict[str, Any]:
+        """Return further numbers for /diagnostics."""
+        return {}

@@ -1,0 +1,83 @@
+"""Who takes part in a flight, whether they fit together, and who is to blame when it stops. No ROS calls."""
+
+from typing import Protocol
+
+from quad_core.node_parameters import FlightParameters
+
+
+class Status(Protocol):
+    """The fields of quad_msgs/NodeStatus that matter here."""
+
+    role: str
+    run_id: str
+    interface_hash: str
+    state: int
+    period_steps: int
+    plant_period: int
+    waiting_topic: str
+    waiting_role: str
+    detail: str
+
+
+READY, WAITING, FAULT, DONE = 1, 2, 3, 4
+
+
+class Handshake:
+    """Collects the status of every expected role."""
+
+    def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
+        """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
+        self._flight, self._hash, self._expected = flight, interface_hash, expected
+        self._known: dict[str, Status] = {}
+
+    def hear(self, status: Status) -> str:
+        """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
+        if status.role not in self._expected:
+            return ""
+        if self._flight.run_id and status.run_id and status.run_id != self._flight.run_id:
+            return ""
+        self._known[status.role] = status
+        if status.interface_hash != self._hash:
+            return (
+                f"flight/nodes: {status.role} was built with other quad_msgs: "
+                f"found {status.interface_hash[:12]}, expected {self._hash[:12]}"
+            )
+        if status.plant_period != self._flight.plant_period:
+            return (
+                f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
+                f"the simulator {self._flight.plant_period} ns"
+            )
+        if status.state == FAULT:
+            return f"{status.role} failed: {status.detail}"
+        return ""
+
+    def missing(self) -> list[str]:
+        """Return the expected roles that are not ready."""
+        return [role for role in self._expected if self.state(role) not in (READY, WAITING)]
+
+    def state(self, role: str) -> int:
+        """Return the state that ``role`` said last, 0 if it is not known."""
+        return self._known[role].state if role in self._known else 0
+
+    def period(self, role: str) -> int:
+        """Return the period of ``role`` in plant steps, 1 if it takes no part."""
+        return self._known[role].period_steps if role in self._known else 1
+
+    def detail(self, role: str) -> str:
+        """Return the last line that ``role`` said."""
+        return self._known[role].detail if role in self._known else ""
+
+    def culprit(self, step: int, acked: int, answered: bool, planned: bool) -> str:
+        """Return why step ``step`` cannot go on: the role that others wait for and that itself waits for none."""
+        waiting = {role: status for role, status in self._known.items() if status.state == WAITING}
+        for role, status in waiting.items():
+            if status.waiting_role not in waiting:
+                return (
+                    f"{status.waiting_role} does not answer step {step}: no {status.waiting_topic} "
+                    f"({role} waits for it)"
+                )
+        if not planned:
+            return f"trajectory does not answer step {step}: no flight/plan"
+        if not answered:
+            return f"attitude_controller does not answer step {step}: no wrench_setpoint"
+        return f"recorder does not answer: flight/recorded stands at step {acked}, the plant at {step}"

@@ -1,0 +1,58 @@
+"""A responder that runs one control law and publishes its internals."""
+
+from typing import Any
+
+from quad_core.parameters import Value
+from quad_msgs.msg import FlightEvent
+from rclpy.publisher import Publisher
+
+from quad_node.conversion import all_finite, extra_names, set_stamp, writer
+from quad_node.responder import Held, Moment, Responder, age
+
+
+class LawNode(Responder):
+    """Holds a law's memory between steps."""
+
+    def __init__(self, role: str, internals_type: type[Any]) -> None:
+        """Load the law of parameter ``law``; raises as FlightNode."""
+        super().__init__(role)
+        self.law = self.resolved.plugins["law"]
+        self._memory = self.law.module.init(self.law.parameters, self.vehicle)
+        internals = self.law.module.Internals
+        self._write_internals = writer(internals, internals_type)
+        self._internals = internals_type()
+        self._internals_out = self.publisher(f"{role}/internals")
+        self.internals_names = extra_names(internals, internals_type)
+        self.say_parameters()
+
+    def run_law(self, inputs: Any, moment: Moment) -> Any:
+        """Step the law; returns its output, None (and the memory unchanged) if a number in it is not finite."""
+        output, memory, internals = self.law.module.step(
+            self.law.parameters, self.vehicle, self._memory, inputs, moment.dt
+        )
+        if not (all_finite(output) and all_finite(memory)):
+            self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", moment.stamp_ns)
+            self.finish(1, f"{self.law.name}: non-finite output at step {moment.step}")
+            return None
+        self._memory = memory
+        self._write_internals(internals, self._internals)
+        self.stamp(self._internals, moment)
+        return output
+
+    def internals_answer(self) -> tuple[Publisher, Any]:
+        """Return the internals of the last step as an answer."""
+        return self._internals_out, self._internals
+
+    def stamp(self, message: Any, moment: Moment) -> None:
+        """Mark ``message`` as the answer to the state of ``moment``."""
+        message.step = moment.step
+        set_stamp(message.stamp, moment.stamp_ns)
+
+    def stale(self, topic: str, held: Held) -> None:
+        """Report that a held input is too old to be used as it is."""
+        self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(held) * 1e3:.0f} ms old; safe output")
+
+    def on_parameters(self, changes: dict[str, Value]) -> None:
+        """Let the law run on with its new parameters; its memory is kept."""
+        self.law = self.resolved.plugins["law"]
+        self.say_parameters()

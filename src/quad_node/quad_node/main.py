@@ -1,0 +1,81 @@
+"""From the command line to a running node, and to an exit code that tells the truth."""
+
+import sys
+from collections.abc import Callable
+
+import rclpy
+from quad_core import plugins
+from quad_core.node_parameters import ROLES, FlightParameters
+from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
+from quad_core.plugins import PluginError
+from quad_core.vehicle import Vehicle
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+
+from quad_node import executor, parameters
+from quad_node.flight_node import FlightNode
+
+
+def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str] | None = None) -> int:
+    """Run one node until it is done; returns 0 flown to the end, 1 failed or interrupted, 2 bad set-up."""
+    given = sys.argv if args is None else args
+    if "--help" in given or "-h" in given:
+        print(help_text(role, summary))
+        return 0
+    try:
+        parameters.check_files(given)
+        executor.init(given)
+    except ParameterError as error:
+        return parameters.fail(role, str(error))
+    except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
+        return parameters.fail(role, " ".join(str(error).split()))
+    try:
+        return _spin(role, make)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _spin(role: str, make: Callable[[], FlightNode]) -> int:
+    stop: list[str] = []
+    try:
+        node = make()
+    except (ParameterError, PluginError, InvalidParameterTypeException, InvalidParameterValueException) as error:
+        return parameters.fail(role, str(error))
+    except OSError as error:
+        return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
+    executor.on_signals(stop, node.done)
+    try:
+        executor.spin([node], node.done)
+        if stop:
+            node.on_interrupt(stop[0])
+        node.close()
+        return node.exit_code
+    finally:
+        node.destroy_node()
+
+
+def help_text(role: str, summary: str) -> str:
+    """Return what --help prints: the parameters with unit, range and default, the plug-ins, examples."""
+    kind = ROLES[role]
+    lines = [summary, "", f"usage: ros2 run <package> {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
+    lines += ["parameters:"] + [_row(field) for field in fields(kind.parameters)]
+    for slot, group in kind.slots.items():
+        for name in plugins.names(group):
+            lines += ["", f"with {slot}:={name}:"]
+            lines += [_row(field) for field in fields(plugins.load(group, name).Parameters, f"{name}.")]
+    lines += ["", "shared by all nodes of a flight:"]
+    lines += [_row(field) for field in (*fields(FlightParameters, "flight."), *fields(Vehicle, "vehicle."))]
+    lines += ["", "examples:", f"  ros2 run <package> {role} --ros-args -p flight.seed:=7"]
+    lines += [f"  ros2 run <package> {role} --ros-args --params-file flight.yaml -r __ns:=/second"]
+    return "\n".join(lines)
+
+
+def _row(field: Field) -> str:
+    spec = field.spec
+    bounds = ""
+    if isinstance(spec, Real | Whole):
+        bounds = f" in [{spec.low:g}, {spec.high:g}] {spec.unit}".rstrip()
+    elif isinstance(spec, Choice):
+        bounds = " one of " + ", ".join(spec.options)
+    source = f" ({spec.source})" if spec.source else ""
+    live = "; live" if spec.live else ""
+    return f"  {field.name} = {field.default!r}{bounds}: {spec.meaning}{source}{live}"
