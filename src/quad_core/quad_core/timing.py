@@ -4,8 +4,8 @@ import math
 
 
 def seconds(steps: int, plant_period: int) -> float:
-    """Return the time of ``steps`` plant steps of ``plant_period`` ns in s."""
-    return steps * plant_period * 1e-9
+    """Return the time of ``steps`` plant steps of ``plant_period`` ns in s, correctly rounded (``* 1e-9`` is not)."""
+    return steps * plant_period / 1e9
 
 
 def steps_to_cover(duration: float, plant_period: int) -> int:
