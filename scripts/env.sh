@@ -1,0 +1,28 @@
+# Source this in bash: the built workspace, its Python, and the middleware as the scripts use it.
+_quad_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+if [[ ! -f $_quad_root/install/env.bash ]]; then
+    echo "scripts/env.sh: found no built workspace in $_quad_root: run scripts/setup first" >&2
+    unset _quad_root
+    return 2 2>/dev/null || exit 2
+fi
+source "$_quad_root/install/env.bash"
+export VIRTUAL_ENV=${QUAD_VENV:-$_quad_root/.venv}
+if [[ ":${AMENT_PREFIX_PATH:-}:" != *":$QUAD_AMENT_PREFIX_PATH:"* ]]; then
+    if [[ -z $QUAD_ROS ]]; then
+        # The wheels are a ROS 2 prefix of their own, below the workspace.
+        export AMENT_PREFIX_PATH=$VIRTUAL_ENV${AMENT_PREFIX_PATH:+:$AMENT_PREFIX_PATH}
+        export CMAKE_PREFIX_PATH=$VIRTUAL_ENV${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}
+        export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+    fi
+    export AMENT_PREFIX_PATH=$QUAD_AMENT_PREFIX_PATH${AMENT_PREFIX_PATH:+:$AMENT_PREFIX_PATH}
+    export CMAKE_PREFIX_PATH=$QUAD_CMAKE_PREFIX_PATH${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}
+    export LD_LIBRARY_PATH=$QUAD_LD_LIBRARY_PATH${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+    export PYTHONPATH=$QUAD_PYTHONPATH${PYTHONPATH:+:$PYTHONPATH}
+fi
+if [[ ":$PATH:" != *":$VIRTUAL_ENV/bin:"* ]]; then export PATH=$VIRTUAL_ENV/bin:$PATH; fi
+export RMW_IMPLEMENTATION=${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}
+# Shared memory only: no socket is opened, and no other host or user can join.
+export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-SHM}
+if [[ $FASTDDS_BUILTIN_TRANSPORTS == SHM ]]; then unset ROS_AUTOMATIC_DISCOVERY_RANGE; fi
+unset _quad_root QUAD_ROS QUAD_AMENT_PREFIX_PATH QUAD_CMAKE_PREFIX_PATH QUAD_LD_LIBRARY_PATH QUAD_PYTHONPATH
+hash -r
