@@ -1,1 +1,1 @@
-"""Attitude laws of the quadrotor stack (adaptive fast nonsingular integral terminal sliding mode) and their node."""
+"""Attitude laws of the cascade: ABFNITSM (eqs. 39-60), its command filter and its additions."""
