@@ -126,7 +126,7 @@ class AxisCommand(NamedTuple):
     acceleration: float
 
 
-def init(parameters: Parameters, vehicle: Vehicle) -> Memory:
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001
     """Return the memory before the first step: Gamma = 0, xi_hat = xi_hat(0)."""
     gains = Vec3(parameters.x.initial_gain, parameters.y.initial_gain, parameters.z.initial_gain)
     zero = Vec3(0.0, 0.0, 0.0)
