@@ -10,7 +10,7 @@ the axis of the torque stays). So the direction of thrust is steered as long as 
 """
 
 from quad_core.bounds import clamp
-from quad_core.types import Actuation, Rotors, Vec3, Wrench
+from quad_core.types import Actuation, Rotors, Wrench
 from quad_core.vehicle import LAYOUT_X, Vehicle
 from quad_dynamics.rotors import DIAGONAL, rotor_limit, rotor_speed, wrench_from_rotors, yaw_arm
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
 
@@ -12,11 +13,11 @@ class Parameters(NamedTuple):
     """No parameters."""
 
 
-def draw(parameters: Parameters, vehicle: Vehicle, seed: int, duration: float) -> NDArray[np.float64]:
+def draw(parameters: Parameters, vehicle: Vehicle, seed: int, duration: float) -> NDArray[np.float64]:  # noqa: ARG001
     """Return one row of zeros, shape (1, 6)."""
     return np.zeros((1, 6))
 
 
-def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> tuple[Vec3, Vec3]:
+def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> tuple[Vec3, Vec3]:  # noqa: ARG001
     """Return no force and no torque."""
     return Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)

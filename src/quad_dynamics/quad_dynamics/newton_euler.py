@@ -2,11 +2,15 @@
 
 Body frame FLU, world frame ENU, inertia diagonal (Eq. 6). The gyroscopic torque of the rotors, tau_G, is
 zero here: the paper never defines it and drops it from Eq. 16.
+
+Vectors go in as any triple of floats (a ``Vec3`` is one) and come out as plain ones: building a NamedTuple for each
+term would be most of the cost of a step in CPython.
 """
 
 from typing import NamedTuple
 
-from quad_core.types import Quat, Vec3
+Triple = tuple[float, float, float]
+Quadruple = tuple[float, float, float, float]
 
 
 class Body(NamedTuple):
@@ -22,66 +26,58 @@ class Body(NamedTuple):
     printed_drag: bool
 
 
-def thrust_force(axis_w: Vec3, thrust: float) -> Vec3:
+def thrust_force(axis_w: Triple, thrust: float) -> Triple:
     """Return F_A in N, world frame (Eq. 2); ``axis_w`` is the body z axis in the world, ``thrust`` F_T in N."""
-    return Vec3(axis_w.x * thrust, axis_w.y * thrust, axis_w.z * thrust)
+    return axis_w[0] * thrust, axis_w[1] * thrust, axis_w[2] * thrust
 
 
-def drag_force(body: Body, v_w: Vec3) -> Vec3:
+def drag_force(body: Body, v_w: Triple) -> Triple:
     """Return F_D in N, world frame (Eq. 5): -k_F v, or +k_F v where the printed sign is asked for."""
     k = body.drag_coefficient if body.printed_drag else -body.drag_coefficient
-    return Vec3(k * v_w.x, k * v_w.y, k * v_w.z)
+    return k * v_w[0], k * v_w[1], k * v_w[2]
 
 
-def drag_torque(body: Body, omega_b: Vec3) -> Vec3:
+def drag_torque(body: Body, omega_b: Triple) -> Triple:
     """Return tau_D in N m, body frame (Eq. 9): -k_T abs(omega) omega per axis, or the printed +k_T omega^2."""
     k = body.drag_torque_coefficient
+    p, q, r = omega_b
     if body.printed_drag:
-        return Vec3(k * omega_b.x * omega_b.x, k * omega_b.y * omega_b.y, k * omega_b.z * omega_b.z)
-    return Vec3(
-        -k * abs(omega_b.x) * omega_b.x,
-        -k * abs(omega_b.y) * omega_b.y,
-        -k * abs(omega_b.z) * omega_b.z,
-    )
+        return k * p * p, k * q * q, k * r * r
+    return -k * abs(p) * p, -k * abs(q) * q, -k * abs(r) * r
 
 
-def coupling_torque(body: Body, omega_b: Vec3) -> Vec3:
+def coupling_torque(body: Body, omega_b: Triple) -> Triple:
     """Return -Omega x (I Omega) in N m, body frame (Eqs. 1, 6, 7)."""
-    return Vec3(
-        (body.inertia_yy - body.inertia_zz) * omega_b.y * omega_b.z,
-        (body.inertia_zz - body.inertia_xx) * omega_b.x * omega_b.z,
-        (body.inertia_xx - body.inertia_yy) * omega_b.x * omega_b.y,
-    )
+    p, q, r = omega_b
+    xx, yy, zz = body.inertia_xx, body.inertia_yy, body.inertia_zz
+    return (yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q
 
 
-def linear_acceleration(body: Body, axis_w: Vec3, thrust: float, v_w: Vec3, force_w: Vec3) -> Vec3:
-    """Return the acceleration in m/s^2, world frame (Eq. 1, first row) under thrust, weight, drag and ``force_w`` (N)."""
+def linear_acceleration(body: Body, axis_w: Triple, thrust: float, v_w: Triple, force_w: Triple) -> Triple:
+    """Return the acceleration in m/s^2, world frame: Eq. 1, first row, with the outer ``force_w`` in N."""
     lift = thrust_force(axis_w, thrust)
     drag = drag_force(body, v_w)
-    return Vec3(
-        (lift.x + drag.x + force_w.x) / body.mass,
-        (lift.y + drag.y + force_w.y) / body.mass,
-        (lift.z + drag.z + force_w.z) / body.mass - body.gravity,
+    mass = body.mass
+    return (
+        (lift[0] + drag[0] + force_w[0]) / mass,
+        (lift[1] + drag[1] + force_w[1]) / mass,
+        (lift[2] + drag[2] + force_w[2]) / mass - body.gravity,
     )
 
 
-def angular_acceleration(body: Body, omega_b: Vec3, torque_b: Vec3) -> Vec3:
-    """Return the angular acceleration in rad/s^2, body frame (Eq. 1, second row) under ``torque_b`` (N m) and drag."""
+def angular_acceleration(body: Body, omega_b: Triple, torque_b: Triple) -> Triple:
+    """Return the angular acceleration in rad/s^2, body frame: Eq. 1, second row, under ``torque_b`` (N m) and drag."""
     coupling = coupling_torque(body, omega_b)
     drag = drag_torque(body, omega_b)
-    return Vec3(
-        (coupling.x + torque_b.x + drag.x) / body.inertia_xx,
-        (coupling.y + torque_b.y + drag.y) / body.inertia_yy,
-        (coupling.z + torque_b.z + drag.z) / body.inertia_zz,
+    return (
+        (coupling[0] + torque_b[0] + drag[0]) / body.inertia_xx,
+        (coupling[1] + torque_b[1] + drag[1]) / body.inertia_yy,
+        (coupling[2] + torque_b[2] + drag[2]) / body.inertia_zz,
     )
 
 
-def quaternion_rate(q: Quat, omega_b: Vec3) -> Quat:
-    """Return the derivative in 1/s of the attitude: q (x) (omega_b, 0) / 2, in place of Eq. 13, never singular."""
-    hx, hy, hz = 0.5 * omega_b.x, 0.5 * omega_b.y, 0.5 * omega_b.z
-    return Quat(
-        q.w * hx + q.y * hz - q.z * hy,
-        q.w * hy + q.z * hx - q.x * hz,
-        q.w * hz + q.x * hy - q.y * hx,
-        -q.x * hx - q.y * hy - q.z * hz,
-    )
+def quaternion_rate(q_wb: Quadruple, omega_b: Triple) -> Quadruple:
+    """Return the derivative in 1/s of the attitude xyzw: q (x) (omega_b, 0) / 2, in place of Eq. 13, never singular."""
+    x, y, z, w = q_wb
+    p, q, r = 0.5 * omega_b[0], 0.5 * omega_b[1], 0.5 * omega_b[2]
+    return w * p + y * r - z * q, w * q + z * p - x * r, w * r + x * q - y * p, -x * p - y * q - z * r

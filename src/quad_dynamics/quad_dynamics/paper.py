@@ -11,16 +11,18 @@ from quad_core.rotations import body_rates, euler_rates, quaternion_from_euler
 from quad_core.types import Actuation, Disturbance, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate
-from quad_dynamics.newton_euler import Body, angular_acceleration, linear_acceleration
+from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
 from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.uncertainty import check_true_body, lumped_uncertainty, true_body, true_thrust, true_torque
 
 Parameters = PlantParameters
+# a state or its derivative inside a step: plain tuples cost CPython a fifth of NamedTuples
+Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
 LARGEST_RATE = 1e6
 
 
 class State(NamedTuple):
-    """X of Eq. 16: (phi, phi', theta, theta', psi, psi', x, x', y, y', z, z') in rad, rad/s, m, m/s; also X'."""
+    """X of Eq. 16: (phi, phi', theta, theta', psi, psi', x, x', y, y', z, z') in rad, rad/s, m, m/s."""
 
     x1: float = 0.0
     x2: float = 0.0
@@ -61,69 +63,65 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     )
 
 
-def thrust_axis(phi: float, theta: float, psi: float) -> Vec3:
+def thrust_axis(phi: float, theta: float, psi: float) -> Triple:
     """Return the body z axis in the world: third column of Eq. 4, as in Eq. 15; angles in rad."""
     sphi, cphi = math.sin(phi), math.cos(phi)
     stheta, ctheta = math.sin(theta), math.cos(theta)
     spsi, cpsi = math.sin(psi), math.cos(psi)
-    return Vec3(
-        cphi * stheta * cpsi + sphi * spsi,
-        cphi * stheta * spsi - sphi * cpsi,
-        cphi * ctheta,
-    )
+    return cphi * stheta * cpsi + sphi * spsi, cphi * stheta * spsi - sphi * cpsi, cphi * ctheta
 
 
-def derivative(body: Body, thrust: float, force_w: Vec3, torque_b: Vec3, state: State) -> State:
-    """Return X' of Eq. 16 under thrust N, outer force N (world) and all torque N m.
+def derivative(body: Body, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
+    """Return X' of Eq. 16 at X = ``s`` under thrust N, outer force N (world) and all torque N m.
 
     The rows for x2, x4, x6 are those of Eq. 1 with Euler rates for body rates: a1..a6, b1..b3 of Eq. 17.
     """
-    axis = thrust_axis(state.x1, state.x3, state.x5)
-    a = linear_acceleration(body, axis, thrust, Vec3(state.x8, state.x10, state.x12), force_w)
-    alpha = angular_acceleration(body, Vec3(state.x2, state.x4, state.x6), torque_b)
-    return State(state.x2, alpha.x, state.x4, alpha.y, state.x6, alpha.z, state.x8, a.x, state.x10, a.y, state.x12, a.z)
+    x1, x2, x3, x4, x5, x6, _, x8, _, x10, _, x12 = s
+    ax, ay, az = linear_acceleration(body, thrust_axis(x1, x3, x5), thrust, (x8, x10, x12), force_w)
+    dx2, dx4, dx6 = angular_acceleration(body, (x2, x4, x6), torque_b)
+    return x2, dx2, x4, dx4, x6, dx6, x8, ax, x10, ay, x12, az
 
 
-def moved(state: State, rate: State, h: float) -> State:
-    """Return ``state`` + ``h`` * ``rate``."""
-    return State(
-        state.x1 + h * rate.x1,
-        state.x2 + h * rate.x2,
-        state.x3 + h * rate.x3,
-        state.x4 + h * rate.x4,
-        state.x5 + h * rate.x5,
-        state.x6 + h * rate.x6,
-        state.x7 + h * rate.x7,
-        state.x8 + h * rate.x8,
-        state.x9 + h * rate.x9,
-        state.x10 + h * rate.x10,
-        state.x11 + h * rate.x11,
-        state.x12 + h * rate.x12,
+def moved(s: Flat, k: Flat, h: float) -> Flat:
+    """Return state ``s`` + ``h`` times its derivative ``k``."""
+    return (
+        s[0] + h * k[0],
+        s[1] + h * k[1],
+        s[2] + h * k[2],
+        s[3] + h * k[3],
+        s[4] + h * k[4],
+        s[5] + h * k[5],
+        s[6] + h * k[6],
+        s[7] + h * k[7],
+        s[8] + h * k[8],
+        s[9] + h * k[9],
+        s[10] + h * k[10],
+        s[11] + h * k[11],
     )
 
 
-def mean_rate(k1: State, k2: State, k3: State, k4: State) -> State:
-    """Return (k1 + 2 k2 + 2 k3 + k4) / 6, the weights of the classical Runge-Kutta method."""
-    sixth = 1.0 / 6.0
-    return State(
-        sixth * (k1.x1 + 2.0 * (k2.x1 + k3.x1) + k4.x1),
-        sixth * (k1.x2 + 2.0 * (k2.x2 + k3.x2) + k4.x2),
-        sixth * (k1.x3 + 2.0 * (k2.x3 + k3.x3) + k4.x3),
-        sixth * (k1.x4 + 2.0 * (k2.x4 + k3.x4) + k4.x4),
-        sixth * (k1.x5 + 2.0 * (k2.x5 + k3.x5) + k4.x5),
-        sixth * (k1.x6 + 2.0 * (k2.x6 + k3.x6) + k4.x6),
-        sixth * (k1.x7 + 2.0 * (k2.x7 + k3.x7) + k4.x7),
-        sixth * (k1.x8 + 2.0 * (k2.x8 + k3.x8) + k4.x8),
-        sixth * (k1.x9 + 2.0 * (k2.x9 + k3.x9) + k4.x9),
-        sixth * (k1.x10 + 2.0 * (k2.x10 + k3.x10) + k4.x10),
-        sixth * (k1.x11 + 2.0 * (k2.x11 + k3.x11) + k4.x11),
-        sixth * (k1.x12 + 2.0 * (k2.x12 + k3.x12) + k4.x12),
+def joined(s: Flat, k1: Flat, k2: Flat, k3: Flat, k4: Flat, h: float) -> Flat:
+    """Return ``s`` + ``h`` (k1 + 2 k2 + 2 k3 + k4) / 6: the classical Runge-Kutta method."""
+    g = h / 6.0
+    return (
+        s[0] + g * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+        s[1] + g * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
+        s[2] + g * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+        s[3] + g * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
+        s[4] + g * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
+        s[5] + g * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+        s[6] + g * (k1[6] + 2.0 * (k2[6] + k3[6]) + k4[6]),
+        s[7] + g * (k1[7] + 2.0 * (k2[7] + k3[7]) + k4[7]),
+        s[8] + g * (k1[8] + 2.0 * (k2[8] + k3[8]) + k4[8]),
+        s[9] + g * (k1[9] + 2.0 * (k2[9] + k3[9]) + k4[9]),
+        s[10] + g * (k1[10] + 2.0 * (k2[10] + k3[10]) + k4[10]),
+        s[11] + g * (k1[11] + 2.0 * (k2[11] + k3[11]) + k4[11]),
     )
 
 
-def can_move(state: State) -> bool:
+def can_move(s: Flat) -> bool:
     """Return whether the Euler rates are finite and at most 1e6 rad/s, so that one more step cannot overflow."""
-    return abs(state.x2) <= LARGEST_RATE and abs(state.x4) <= LARGEST_RATE and abs(state.x6) <= LARGEST_RATE
+    return abs(s[1]) <= LARGEST_RATE and abs(s[3]) <= LARGEST_RATE and abs(s[5]) <= LARGEST_RATE
 
 
 def step(
@@ -137,25 +135,38 @@ def step(
 ) -> tuple[State, Actuation]:
     """Return X ``dt`` s later under a constant ``wrench`` and outer force N and torque N m, and the actuation.
 
-    A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller's check ends the flight.
+    A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller ends the flight.
     """
     actuation = allocate(vehicle, wrench)
     body = true_body(parameters, vehicle)
     thrust = true_thrust(parameters, actuation)
     torque = true_torque(parameters, actuation, torque_b)
     h = dt / parameters.substeps
+    s = (
+        state.x1,
+        state.x2,
+        state.x3,
+        state.x4,
+        state.x5,
+        state.x6,
+        state.x7,
+        state.x8,
+        state.x9,
+        state.x10,
+        state.x11,
+        state.x12,
+    )
     for _ in range(parameters.substeps):
-        if not can_move(state):
-            return state, actuation
-        k1 = derivative(body, thrust, force_w, torque, state)
-        k2 = derivative(body, thrust, force_w, torque, moved(state, k1, 0.5 * h))
-        k3 = derivative(body, thrust, force_w, torque, moved(state, k2, 0.5 * h))
-        k4 = derivative(body, thrust, force_w, torque, moved(state, k3, h))
-        state = moved(state, mean_rate(k1, k2, k3, k4), h)
-    return state, actuation
+        if can_move(s):
+            k1 = derivative(body, thrust, force_w, torque, s)
+            k2 = derivative(body, thrust, force_w, torque, moved(s, k1, 0.5 * h))
+            k3 = derivative(body, thrust, force_w, torque, moved(s, k2, 0.5 * h))
+            k4 = derivative(body, thrust, force_w, torque, moved(s, k3, h))
+            s = joined(s, k1, k2, k3, k4, h)
+    return State(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11]), actuation
 
 
-def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:
+def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001
     """Return the state as every stage sees it: the attitude of the angles, and the omega_b whose Euler rates are X's.
 
     omega_b comes from the inverse of Eq. 13, so a law that applies Eq. 13 gets x2, x4, x6 back to rounding.

@@ -10,18 +10,17 @@ from quad_core.rotations import body_z, quaternion_from_euler
 from quad_core.types import Actuation, Disturbance, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate
-from quad_dynamics.newton_euler import Body, angular_acceleration, linear_acceleration, quaternion_rate
+from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration, quaternion_rate
 from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.uncertainty import check_true_body, lumped_uncertainty, true_body, true_thrust, true_torque
 
 Parameters = PlantParameters
+# a state or its derivative inside a step: plain tuples cost CPython a fifth of NamedTuples
+Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]
 
 
 class State(NamedTuple):
-    """Position m and velocity m/s (world), attitude quaternion xyzw, body rates rad/s; also their derivatives.
-
-    Flat, because building nested tuples would be most of the cost of a step in CPython.
-    """
+    """Position m and velocity m/s (world), attitude quaternion xyzw, body rates rad/s."""
 
     px: float = 0.0
     py: float = 0.0
@@ -63,74 +62,80 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     )
 
 
-def derivative(body: Body, thrust: float, force_w: Vec3, torque_b: Vec3, state: State) -> State:
-    """Return the time derivative of ``state`` (Eq. 1) under thrust N, outer force N (world) and all torque N m (body)."""
-    q = Quat(state.qx, state.qy, state.qz, state.qw)
-    omega = Vec3(state.wx, state.wy, state.wz)
-    a = linear_acceleration(body, body_z(q), thrust, Vec3(state.vx, state.vy, state.vz), force_w)
-    dq = quaternion_rate(q, omega)
-    alpha = angular_acceleration(body, omega, torque_b)
-    return State(state.vx, state.vy, state.vz, a.x, a.y, a.z, dq.x, dq.y, dq.z, dq.w, alpha.x, alpha.y, alpha.z)
+def derivative(body: Body, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
+    """Return the derivative of state ``s`` (Eq. 1) under thrust N, outer force N (world), all torque N m (body)."""
+    _, _, _, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
+    omega = (wx, wy, wz)
+    ax, ay, az = linear_acceleration(body, body_z(Quat(qx, qy, qz, qw)), thrust, (vx, vy, vz), force_w)
+    dqx, dqy, dqz, dqw = quaternion_rate((qx, qy, qz, qw), omega)
+    dwx, dwy, dwz = angular_acceleration(body, omega, torque_b)
+    return vx, vy, vz, ax, ay, az, dqx, dqy, dqz, dqw, dwx, dwy, dwz
 
 
-def moved(state: State, rate: State, h: float) -> State:
-    """Return ``state`` + ``h`` * ``rate``."""
-    return State(
-        state.px + h * rate.px,
-        state.py + h * rate.py,
-        state.pz + h * rate.pz,
-        state.vx + h * rate.vx,
-        state.vy + h * rate.vy,
-        state.vz + h * rate.vz,
-        state.qx + h * rate.qx,
-        state.qy + h * rate.qy,
-        state.qz + h * rate.qz,
-        state.qw + h * rate.qw,
-        state.wx + h * rate.wx,
-        state.wy + h * rate.wy,
-        state.wz + h * rate.wz,
+def moved(s: Flat, k: Flat, h: float) -> Flat:
+    """Return state ``s`` + ``h`` times its derivative ``k``."""
+    return (
+        s[0] + h * k[0],
+        s[1] + h * k[1],
+        s[2] + h * k[2],
+        s[3] + h * k[3],
+        s[4] + h * k[4],
+        s[5] + h * k[5],
+        s[6] + h * k[6],
+        s[7] + h * k[7],
+        s[8] + h * k[8],
+        s[9] + h * k[9],
+        s[10] + h * k[10],
+        s[11] + h * k[11],
+        s[12] + h * k[12],
     )
 
 
-def mean_rate(k1: State, k2: State, k3: State, k4: State) -> State:
-    """Return (k1 + 2 k2 + 2 k3 + k4) / 6, the weights of the classical Runge-Kutta method."""
-    sixth = 1.0 / 6.0
-    return State(
-        sixth * (k1.px + 2.0 * (k2.px + k3.px) + k4.px),
-        sixth * (k1.py + 2.0 * (k2.py + k3.py) + k4.py),
-        sixth * (k1.pz + 2.0 * (k2.pz + k3.pz) + k4.pz),
-        sixth * (k1.vx + 2.0 * (k2.vx + k3.vx) + k4.vx),
-        sixth * (k1.vy + 2.0 * (k2.vy + k3.vy) + k4.vy),
-        sixth * (k1.vz + 2.0 * (k2.vz + k3.vz) + k4.vz),
-        sixth * (k1.qx + 2.0 * (k2.qx + k3.qx) + k4.qx),
-        sixth * (k1.qy + 2.0 * (k2.qy + k3.qy) + k4.qy),
-        sixth * (k1.qz + 2.0 * (k2.qz + k3.qz) + k4.qz),
-        sixth * (k1.qw + 2.0 * (k2.qw + k3.qw) + k4.qw),
-        sixth * (k1.wx + 2.0 * (k2.wx + k3.wx) + k4.wx),
-        sixth * (k1.wy + 2.0 * (k2.wy + k3.wy) + k4.wy),
-        sixth * (k1.wz + 2.0 * (k2.wz + k3.wz) + k4.wz),
+def joined(s: Flat, k1: Flat, k2: Flat, k3: Flat, k4: Flat, h: float) -> Flat:
+    """Return ``s`` + ``h`` (k1 + 2 k2 + 2 k3 + k4) / 6: the classical Runge-Kutta method."""
+    g = h / 6.0
+    return (
+        s[0] + g * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+        s[1] + g * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
+        s[2] + g * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+        s[3] + g * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
+        s[4] + g * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
+        s[5] + g * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+        s[6] + g * (k1[6] + 2.0 * (k2[6] + k3[6]) + k4[6]),
+        s[7] + g * (k1[7] + 2.0 * (k2[7] + k3[7]) + k4[7]),
+        s[8] + g * (k1[8] + 2.0 * (k2[8] + k3[8]) + k4[8]),
+        s[9] + g * (k1[9] + 2.0 * (k2[9] + k3[9]) + k4[9]),
+        s[10] + g * (k1[10] + 2.0 * (k2[10] + k3[10]) + k4[10]),
+        s[11] + g * (k1[11] + 2.0 * (k2[11] + k3[11]) + k4[11]),
+        s[12] + g * (k1[12] + 2.0 * (k2[12] + k3[12]) + k4[12]),
     )
 
 
-def with_unit_quaternion(state: State) -> State:
-    """Return ``state`` with its quaternion scaled to length 1; one that overflowed is left for the caller's check.
+def with_unit_quaternion(s: Flat) -> Flat:
+    """Return ``s`` with its quaternion scaled to length 1; one that overflowed is left for the caller's check.
 
     RK4 leaves the unit sphere by its local error; scaling moves the state by no more than that, so the order stays 4,
     and Eq. 4 stays a rotation for ever.
     """
-    square = state.qx * state.qx + state.qy * state.qy + state.qz * state.qz + state.qw * state.qw
+    px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
+    square = qx * qx + qy * qy + qz * qz + qw * qw
     scale = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
-    return State(
+    return px, py, pz, vx, vy, vz, qx * scale, qy * scale, qz * scale, qw * scale, wx, wy, wz
+
+
+def flat(state: State) -> Flat:
+    """Return the numbers of ``state`` as a plain tuple."""
+    return (
         state.px,
         state.py,
         state.pz,
         state.vx,
         state.vy,
         state.vz,
-        state.qx * scale,
-        state.qy * scale,
-        state.qz * scale,
-        state.qw * scale,
+        state.qx,
+        state.qy,
+        state.qz,
+        state.qw,
         state.wx,
         state.wy,
         state.wz,
@@ -155,16 +160,17 @@ def step(
     thrust = true_thrust(parameters, actuation)
     torque = true_torque(parameters, actuation, torque_b)
     h = dt / parameters.substeps
+    s = flat(state)
     for _ in range(parameters.substeps):
-        k1 = derivative(body, thrust, force_w, torque, state)
-        k2 = derivative(body, thrust, force_w, torque, moved(state, k1, 0.5 * h))
-        k3 = derivative(body, thrust, force_w, torque, moved(state, k2, 0.5 * h))
-        k4 = derivative(body, thrust, force_w, torque, moved(state, k3, h))
-        state = with_unit_quaternion(moved(state, mean_rate(k1, k2, k3, k4), h))
-    return state, actuation
+        k1 = derivative(body, thrust, force_w, torque, s)
+        k2 = derivative(body, thrust, force_w, torque, moved(s, k1, 0.5 * h))
+        k3 = derivative(body, thrust, force_w, torque, moved(s, k2, 0.5 * h))
+        k4 = derivative(body, thrust, force_w, torque, moved(s, k3, h))
+        s = with_unit_quaternion(joined(s, k1, k2, k3, k4, h))
+    return State(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11], s[12]), actuation
 
 
-def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:
+def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001
     """Return the state as every stage sees it."""
     return VehicleState(
         Vec3(state.px, state.py, state.pz),

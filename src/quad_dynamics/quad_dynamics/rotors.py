@@ -36,7 +36,7 @@ def yaw_arm(vehicle: Vehicle) -> float:
 def wrench_from_rotors(vehicle: Vehicle, thrusts: Rotors) -> Wrench:
     """Return collective thrust in N and physical body torque in N m of four rotor thrusts in N (Eqs. 3, 8).
 
-    With U_phi = F_4 - F_2 and U_theta = F_1 - F_3 of Eq. 8 the torque of the plus layout is (d U_phi, d U_theta, U_psi).
+    Plus layout: (d U_phi, d U_theta, U_psi) with U_phi = F_4 - F_2 and U_theta = F_1 - F_3 of Eq. 8.
     """
     left_over_right = thrusts.r4 - thrusts.r2
     rear_over_front = thrusts.r1 - thrusts.r3

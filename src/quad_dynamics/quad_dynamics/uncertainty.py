@@ -25,7 +25,7 @@ from quad_core.bounds import clamp
 from quad_core.types import Actuation, Disturbance, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import LARGEST_TORQUE, allocate
-from quad_dynamics.newton_euler import Body, angular_acceleration, linear_acceleration
+from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
 from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
 
 SMALLEST_MASS = 1e-3
@@ -78,26 +78,27 @@ def true_thrust(parameters: PlantParameters, actuation: Actuation) -> float:
     return parameters.effectiveness.thrust * actuation.thrust
 
 
-def true_torque(parameters: PlantParameters, actuation: Actuation, torque_b: Vec3) -> Vec3:
+def true_torque(parameters: PlantParameters, actuation: Actuation, torque_b: Vec3) -> Triple:
     """Return the torque in N m that truly acts: achieved times effectiveness, plus the outer ``torque_b`` (Eq. 10)."""
-    return Vec3(
-        parameters.effectiveness.roll * actuation.torque_b.x + torque_b.x,
-        parameters.effectiveness.pitch * actuation.torque_b.y + torque_b.y,
-        parameters.effectiveness.yaw * actuation.torque_b.z + torque_b.z,
+    factor, achieved = parameters.effectiveness, actuation.torque_b
+    return (
+        factor.roll * achieved.x + torque_b.x,
+        factor.pitch * achieved.y + torque_b.y,
+        factor.yaw * achieved.z + torque_b.z,
     )
 
 
 def lumped_uncertainty(
     parameters: PlantParameters,
     vehicle: Vehicle,
-    axis_w: Vec3,
-    v_w: Vec3,
-    rates: Vec3,
+    axis_w: Triple,
+    v_w: Triple,
+    rates: Triple,
     wrench: Wrench,
     force_w: Vec3,
     torque_b: Vec3,
 ) -> Disturbance:
-    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11 with the outer force and torque, for the module's derivation.
+    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11, and the outer force and torque.
 
     ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16),
     ``wrench`` as commanded.
@@ -105,20 +106,19 @@ def lumped_uncertainty(
     nominal = nominal_body(parameters, vehicle)
     truth = true_body(parameters, vehicle)
     actuation = allocate(vehicle, wrench)
-    asked = Vec3(
+    asked = (
         clamp(wrench.torque_b.x, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.y, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.z, -LARGEST_TORQUE, LARGEST_TORQUE),
     )
     asked_thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
-    none = Vec3(0.0, 0.0, 0.0)
     a = linear_acceleration(truth, axis_w, true_thrust(parameters, actuation), v_w, force_w)
-    a_nominal = linear_acceleration(nominal, axis_w, asked_thrust, v_w, none)
+    a_nominal = linear_acceleration(nominal, axis_w, asked_thrust, v_w, (0.0, 0.0, 0.0))
     alpha = angular_acceleration(truth, rates, true_torque(parameters, actuation, torque_b))
     alpha_nominal = angular_acceleration(nominal, rates, asked)
     return Disturbance(
         force_w,
         torque_b,
-        Vec3(a.x - a_nominal.x, a.y - a_nominal.y, a.z - a_nominal.z),
-        Vec3(alpha.x - alpha_nominal.x, alpha.y - alpha_nominal.y, alpha.z - alpha_nominal.z),
+        Vec3(a[0] - a_nominal[0], a[1] - a_nominal[1], a[2] - a_nominal[2]),
+        Vec3(alpha[0] - alpha_nominal[0], alpha[1] - alpha_nominal[1], alpha[2] - alpha_nominal[2]),
     )
