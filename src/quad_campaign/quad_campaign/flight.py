@@ -1,0 +1,184 @@
+"""One flight without ROS, told by the same parameters as the nodes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from quad_core.node_parameters import ROLES, Resolved, resolve
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import ParameterError, Value, flatten
+from quad_core.timing import seconds
+from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
+
+from quad_campaign import loop
+from quad_campaign.engine import compiled_engine, explain, python_engine
+from quad_campaign.loop import Carry, Records, Schedule, Score, Setup
+from quad_campaign.records import to_array, with_steps
+from quad_campaign.stages import Modules
+
+OUTCOMES = {loop.ENDED: "ended", loop.DIVERGED: "diverged", loop.REFUSED: "refused"}
+_BLOCK_SECONDS = 1.0
+
+
+class Flight(NamedTuple):
+    """All that decides a flight: plug-ins, their parameters, the schedule and the seed."""
+
+    modules: Modules
+    setup: Setup
+    seed: int
+    internals: tuple[type[Any], type[Any]]
+    resolved: dict[str, Resolved]
+
+
+class Result(NamedTuple):
+    """How a flight went. ``outcome``: ended, diverged (left its bounds) or refused (a law gave a non-finite number).
+
+    ``steps`` of ``end_step`` planned plant steps were flown; ``trajectory_start`` is the time of t = 0 in s;
+    ``topics`` holds one structured array per step topic, empty where nothing was logged.
+    """
+
+    outcome: str
+    steps: int
+    end_step: int
+    trajectory_start: float
+    score: Score
+    topics: dict[str, NDArray[Any]]
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
+        return float(np.sqrt(self.score.squared_error / self.score.samples)) if self.score.samples else float("nan")
+
+
+def flight_from_files(files: list[Path], changes: Mapping[str, Mapping[str, Value]] | None = None) -> Flight:
+    """Return the flight that the ROS parameter ``files`` describe, later files and ``changes`` winning.
+
+    Raises ParameterError or PluginError as the nodes would.
+    """
+    contents = [read_parameter_file(path) for path in files]
+    overrides = {role: overrides_for(contents, role) for role in ROLES}
+    for role, values in (changes or {}).items():
+        overrides.setdefault(role, {}).update(values)
+    return flight_from_parameters(overrides)
+
+
+def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_from: float = 0.0) -> Flight:
+    """Return the flight of {node: {dotted parameter: value}}; what stands under ``/**`` holds for all nodes.
+
+    ``score_from``: trajectory time in s from which errors are counted.
+
+    Raises:
+        ParameterError: an unknown node, key or value, or nodes that disagree about ``flight.*`` or ``vehicle.*``.
+        PluginError: no such plug-in.
+    """
+    strangers = [node for node in overrides if node not in ROLES and node != "/**"]
+    if strangers:
+        raise ParameterError(f"{strangers[0]}: no such node; expected one of {', '.join(ROLES)} or /**")
+    shared = overrides.get("/**", {})
+    resolved = {role: resolve(role, {**shared, **overrides.get(role, {})}) for role in ROLES}
+    _check_agreement(resolved)
+    plant, weather = (resolved["simulator"].plugins[slot] for slot in ("plant", "disturbance"))
+    path = resolved["trajectory"].plugins["trajectory"]
+    position = resolved["position_controller"].plugins["law"]
+    attitude = resolved["attitude_controller"].plugins["law"]
+    schedule = Schedule(
+        resolved["simulator"].flight.plant_period,
+        resolved["trajectory"].node.period_steps,
+        resolved["position_controller"].node.period_steps,
+        resolved["attitude_controller"].node.period_steps,
+        score_from,
+    )
+    vehicle = resolved["simulator"].vehicle
+    return Flight(
+        Modules(plant.module, weather.module, path.module, position.module, attitude.module),
+        Setup(
+            vehicle,
+            schedule,
+            plant.parameters,
+            weather.parameters,
+            path.parameters,
+            position.parameters,
+            attitude.parameters,
+        ),
+        resolved["simulator"].flight.seed,
+        (position.module.Internals, attitude.module.Internals),
+        resolved,
+    )
+
+
+def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Result:
+    """Fly ``flight`` to its end; both engines give the same bits.
+
+    Raises EngineError if ``compiled`` and a plug-in cannot be compiled.
+    """
+    if not compiled:
+        return _fly(flight, python_engine(flight.modules), logging)
+    from numba.core.errors import NumbaError
+
+    try:
+        return _fly(flight, compiled_engine(flight.modules), logging)
+    except (NumbaError, TypeError) as error:
+        raise explain(flight.modules, error) from error
+
+
+def _fly(flight: Flight, engine: Any, logging: bool) -> Result:
+    setup, schedule = flight.setup, flight.setup.schedule
+    carry: Carry = engine.take_off(setup)
+    start = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
+    length = seconds(carry.end, schedule.plant_period)
+    table = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length)
+    block = max(1, round(_BLOCK_SECONDS * 1e9 / schedule.plant_period)) if logging else carry.end
+    blocks = []
+    while carry.outcome == loop.FLYING:
+        carry, records = engine.fly(setup, table, carry, block, logging)
+        if logging:
+            blocks.append(_arrays(flight, records))
+    topics = {}
+    for name, period_steps in _topics(schedule).items():
+        parts = [arrays[name] for arrays in blocks]
+        if parts:
+            topics[name] = with_steps(np.concatenate(parts), period_steps, schedule.plant_period)
+    if "truth" in topics:
+        topics["state"] = topics["truth"]
+    return Result(OUTCOMES[carry.outcome], carry.step, carry.end, -start.trajectory_time, carry.score, topics)
+
+
+def _topics(schedule: Schedule) -> dict[str, int]:
+    return {
+        "truth": 1,
+        "disturbance": 1,
+        "actuation": 1,
+        "reference": schedule.trajectory_steps,
+        "attitude_setpoint": schedule.position_steps,
+        "position_controller/internals": schedule.position_steps,
+        "wrench_setpoint": schedule.attitude_steps,
+        "attitude_controller/internals": schedule.attitude_steps,
+    }
+
+
+def _arrays(flight: Flight, records: Records) -> dict[str, NDArray[Any]]:
+    position, attitude = flight.internals
+    return {
+        "truth": to_array(VehicleState, records.truth),
+        "disturbance": to_array(Disturbance, records.disturbance),
+        "actuation": to_array(Actuation, records.actuation),
+        "reference": to_array(TrajectoryPoint, records.reference),
+        "attitude_setpoint": to_array(AttitudeThrust, records.attitude_setpoint),
+        "position_controller/internals": to_array(position, records.position_internals),
+        "wrench_setpoint": to_array(Wrench, records.wrench_setpoint),
+        "attitude_controller/internals": to_array(attitude, records.attitude_internals),
+    }
+
+
+def _check_agreement(resolved: Mapping[str, Resolved]) -> None:
+    first = resolved["simulator"]
+    for role, other in resolved.items():
+        for prefix, mine, theirs in (("flight", first.flight, other.flight), ("vehicle", first.vehicle, other.vehicle)):
+            expected, found = flatten(mine), flatten(theirs)
+            for name, value in found.items():
+                if value != expected[name]:
+                    raise ParameterError(
+                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
+                    )

@@ -1,0 +1,262 @@
+"""The closed loop without ROS, in the order of decision record 0001, as one text for CPython and Numba.
+
+The stages are names that ``engine.link`` binds to the functions of the chosen plug-ins; everything else is plain
+text. What the nodes publish at plant step k is what this loop appends at step k.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from quad_core.bounds import is_flyable
+from quad_core.timing import seconds, steps_to_cover
+from quad_core.types import (
+    Actuation,
+    AttitudeInputs,
+    AttitudeThrust,
+    Disturbance,
+    PositionInputs,
+    Quat,
+    Rotors,
+    TrajectoryPoint,
+    Vec3,
+    VehicleState,
+    Wrench,
+)
+from quad_core.vehicle import Vehicle
+
+from quad_campaign.stages import (
+    attitude_init,
+    attitude_step,
+    disturbance_sample,
+    plan,
+    plant_init,
+    plant_lumped,
+    plant_observe,
+    plant_step,
+    position_init,
+    position_step,
+    trajectory_duration,
+    trajectory_sample,
+)
+
+FLYING = 0
+ENDED = 1
+DIVERGED = 2
+REFUSED = 3
+"""A law gave a number that is not finite: over ROS it would not have been published."""
+
+
+class Schedule(NamedTuple):
+    """Plant period in ns, periods of the stages in plant steps, and from which t in s errors are counted."""
+
+    plant_period: int
+    trajectory_steps: int
+    position_steps: int
+    attitude_steps: int
+    score_from: float
+
+
+class Setup(NamedTuple):
+    """Parameter sets of one flight, as the plug-ins declare them."""
+
+    vehicle: Vehicle
+    schedule: Schedule
+    plant: Any
+    disturbance: Any
+    trajectory: Any
+    position: Any
+    attitude: Any
+
+
+class Score(NamedTuple):
+    """Errors of truth against the reference at the steps of the trajectory with t >= ``score_from``; m, m^2."""
+
+    samples: int
+    squared_error: float
+    largest_error: float
+    last_error: float
+
+
+class Carry(NamedTuple):
+    """All that one step hands to the next. ``step`` is the next plant step, ``end`` the first not flown."""
+
+    step: int
+    end: int
+    outcome: int
+    plant: Any
+    plan: Any
+    position: Any
+    attitude: Any
+    reference: TrajectoryPoint
+    setpoint: AttitudeThrust
+    wrench: Wrench
+    actuation: Actuation
+    score: Score
+
+
+class Records(NamedTuple):
+    """What the step topics would carry; a list has an item per step of its publisher."""
+
+    truth: list[VehicleState]
+    disturbance: list[Disturbance]
+    actuation: list[Actuation]
+    reference: list[TrajectoryPoint]
+    attitude_setpoint: list[AttitudeThrust]
+    position_internals: list[Any]
+    wrench_setpoint: list[Wrench]
+    attitude_internals: list[Any]
+
+
+def take_off(setup: Setup) -> Carry:
+    """Return the flight before its first step: plant at its initial state, trajectory planned from there."""
+    plant = plant_init(setup.plant, setup.vehicle)
+    state = plant_observe(setup.plant, setup.vehicle, plant)
+    path = plan(setup.trajectory, setup.vehicle, state)
+    duration = trajectory_duration(setup.trajectory, path)
+    zero = Vec3(0.0, 0.0, 0.0)
+    none = Rotors(0.0, 0.0, 0.0, 0.0)
+    return Carry(
+        0,
+        steps_to_cover(duration, setup.schedule.plant_period),
+        FLYING if is_flyable(state) else DIVERGED,
+        plant,
+        path,
+        position_init(setup.position, setup.vehicle),
+        attitude_init(setup.attitude, setup.vehicle),
+        TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
+        AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0),
+        Wrench(0.0, zero),
+        Actuation(none, none, 0.0, zero, False, False, False, False, False),
+        Score(0, 0.0, 0.0, 0.0),
+    )
+
+
+def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tuple[Carry, Records]:
+    """Return the flight ``steps`` plant steps later (sooner at its end) and, if ``logging``, what happened.
+
+    ``table`` is what the disturbance drew. The outcome is DIVERGED when a state left ``quad_core.bounds``.
+    """
+    truth = []
+    disturbances = []
+    actuations = []
+    references = []
+    setpoints = []
+    position_internals = []
+    wrenches = []
+    attitude_internals = []
+
+    vehicle = setup.vehicle
+    schedule = setup.schedule
+    plant_dt = seconds(1, schedule.plant_period)
+    position_dt = seconds(schedule.position_steps, schedule.plant_period)
+    attitude_dt = seconds(schedule.attitude_steps, schedule.plant_period)
+    k = carry.step
+    outcome = carry.outcome
+    plant = carry.plant
+    position_memory = carry.position
+    attitude_memory = carry.attitude
+    reference = carry.reference
+    setpoint = carry.setpoint
+    wrench = carry.wrench
+    actuation = carry.actuation
+    score = carry.score
+    stop = k + steps
+    if stop > carry.end:
+        stop = carry.end
+
+    while outcome == FLYING and k < stop:
+        time = seconds(k, schedule.plant_period)
+        state = plant_observe(setup.plant, vehicle, plant)
+        force_w, torque_b = disturbance_sample(setup.disturbance, table, time)
+        if logging:
+            truth.append(state)
+            disturbances.append(plant_lumped(setup.plant, vehicle, plant, wrench, force_w, torque_b))
+
+        if k % schedule.trajectory_steps == 0:
+            reference = trajectory_sample(setup.trajectory, carry.plan, time)
+            if reference.trajectory_time >= schedule.score_from:
+                score = scored(score, state, reference)
+            if logging:
+                references.append(reference)
+
+        if k % schedule.position_steps == 0:
+            setpoint, position_memory, seen = position_step(
+                setup.position, vehicle, position_memory, PositionInputs(state, reference, actuation), position_dt
+            )
+            if logging:
+                setpoints.append(setpoint)
+                position_internals.append(seen)
+
+        if k % schedule.attitude_steps == 0:
+            wrench, attitude_memory, watched = attitude_step(
+                setup.attitude, vehicle, attitude_memory, AttitudeInputs(state, setpoint, actuation), attitude_dt
+            )
+            if logging:
+                wrenches.append(wrench)
+                attitude_internals.append(watched)
+
+        if not is_finite_command(setpoint, wrench):
+            outcome = REFUSED
+        else:
+            plant, actuation = plant_step(setup.plant, vehicle, plant, wrench, force_w, torque_b, plant_dt)
+            if logging:
+                actuations.append(actuation)
+            k += 1
+            if not is_flyable(plant_observe(setup.plant, vehicle, plant)):
+                outcome = DIVERGED
+            elif k == carry.end:
+                outcome = ENDED
+
+    return (
+        Carry(
+            k,
+            carry.end,
+            outcome,
+            plant,
+            carry.plan,
+            position_memory,
+            attitude_memory,
+            reference,
+            setpoint,
+            wrench,
+            actuation,
+            score,
+        ),
+        Records(
+            truth,
+            disturbances,
+            actuations,
+            references,
+            setpoints,
+            position_internals,
+            wrenches,
+            attitude_internals,
+        ),
+    )
+
+
+def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Score:
+    """Return ``score`` with the distance of ``state`` from ``reference`` counted in."""
+    dx = state.p_w.x - reference.p_w.x
+    dy = state.p_w.y - reference.p_w.y
+    dz = state.p_w.z - reference.p_w.z
+    squared = dx * dx + dy * dy + dz * dz
+    error = math.sqrt(squared)
+    largest = error if error > score.largest_error else score.largest_error
+    return Score(score.samples + 1, score.squared_error + squared, largest, error)
+
+
+def is_finite_command(setpoint: AttitudeThrust, wrench: Wrench) -> bool:
+    """Tell whether what the laws answered could be sent."""
+    angles = setpoint.angles
+    torque = wrench.torque_b
+    return (
+        math.isfinite(angles.x)
+        and math.isfinite(angles.y)
+        and math.isfinite(angles.z)
+        and math.isfinite(setpoint.thrust)
+        and math.isfinite(wrench.thrust)
+        and math.isfinite(torque.x)
+        and math.isfinite(torque.y)
+        and math.isfinite(torque.z)
+    )
