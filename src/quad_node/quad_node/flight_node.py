@@ -48,10 +48,10 @@ class FlightNode(Node):
         self._ticks = 0
         self._out: list[tuple[Publisher, int]] = []
         self._in: list[str] = []
-        self._status = self.publisher("flight/nodes", match=False)
-        self._events = self.publisher("flight/events", match=False)
-        self._parameters = self.publisher("flight/parameters", match=False)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", topics.stream())
+        self._status_out = self.publisher("flight/nodes", match=False)
+        self._events_out = self.publisher("flight/events", match=False)
+        self._parameters_out = self.publisher("flight/parameters", match=False)
+        self._diagnostics_out = self.create_publisher(DiagnosticArray, "/diagnostics", topics.stream())
         self._state = NodeStatus.STARTING
         self._waiting = ("", "")
         self.say_status("matching")
@@ -83,7 +83,7 @@ class FlightNode(Node):
     def say_status(self, detail: str) -> None:
         """Publish who this node is and how it is."""
         topic, role = self._waiting
-        self._status.publish(
+        self._status_out.publish(
             NodeStatus(
                 node=self.get_fully_qualified_name(),
                 role=self.role,
@@ -107,7 +107,7 @@ class FlightNode(Node):
     def say_parameters(self) -> None:
         """Publish all resolved parameters as a parameter file."""
         content = {self.get_fully_qualified_name(): {"ros__parameters": parameters.current_values(self)}}
-        self._parameters.publish(
+        self._parameters_out.publish(
             NodeParameters(
                 node=self.get_fully_qualified_name(),
                 role=self.role,
@@ -126,7 +126,7 @@ class FlightNode(Node):
         self._said[kind] = now
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
-        self._events.publish(message)
+        self._events_out.publish(message)
         log = {FlightEvent.INFO: "info", FlightEvent.WARNING: "warning"}.get(severity, "error")
         getattr(self.get_logger(), log)(f"{kind}: {text}")
 
@@ -211,7 +211,7 @@ class FlightNode(Node):
         )
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+        self._diagnostics_out.publish(message)
 
     def measurements(self) -> dict[str, Any]:
         """Return further numbers for /diagnostics."""

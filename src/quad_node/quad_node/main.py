@@ -7,7 +7,6 @@ import rclpy
 from quad_core import plugins
 from quad_core.node_parameters import ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
-from quad_core.plugins import PluginError
 from quad_core.vehicle import Vehicle
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
@@ -38,7 +37,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
     stop: list[str] = []
     try:
         node = make()
-    except (ParameterError, PluginError, InvalidParameterTypeException, InvalidParameterValueException) as error:
+    except (ValueError, InvalidParameterTypeException, InvalidParameterValueException) as error:
         return parameters.fail(role, str(error))
     except OSError as error:
         return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
