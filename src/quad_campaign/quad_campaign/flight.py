@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from quad_core.node_parameters import ROLES, Resolved, resolve
+from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file
-from quad_core.parameters import ParameterError, Value, flatten
+from quad_core.parameters import ParameterError, Value
 from quad_core.timing import seconds
 from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 
@@ -78,7 +78,7 @@ def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_f
         raise ParameterError(f"{strangers[0]}: no such node; expected one of {', '.join(ROLES)} or /**")
     shared = overrides.get("/**", {})
     resolved = {role: resolve(role, {**shared, **overrides.get(role, {})}) for role in ROLES}
-    _check_agreement(resolved)
+    check_agreement(resolved)
     plant, weather = (resolved["simulator"].plugins[slot] for slot in ("plant", "disturbance"))
     path = resolved["trajectory"].plugins["trajectory"]
     position = resolved["position_controller"].plugins["law"]
@@ -170,15 +170,3 @@ def _arrays(flight: Flight, records: Records) -> dict[str, NDArray[Any]]:
         "wrench_setpoint": to_array(Wrench, records.wrench_setpoint),
         "attitude_controller/internals": to_array(attitude, records.attitude_internals),
     }
-
-
-def _check_agreement(resolved: Mapping[str, Resolved]) -> None:
-    first = resolved["simulator"]
-    for role, other in resolved.items():
-        for prefix, mine, theirs in (("flight", first.flight, other.flight), ("vehicle", first.vehicle, other.vehicle)):
-            expected, found = flatten(mine), flatten(theirs)
-            for name, value in found.items():
-                if value != expected[name]:
-                    raise ParameterError(
-                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
-                    )

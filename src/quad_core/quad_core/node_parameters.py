@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Annotated, Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.parameters import Choice, Field, ParameterError, Real, Text, Value, Whole, build, fields
+from quad_core.parameters import Choice, Field, ParameterError, Real, Text, Value, Whole, build, fields, flatten
 from quad_core.vehicle import Vehicle
 
 LOCKSTEP = 0
@@ -170,6 +170,22 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
         known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])
         raise ParameterError(f"{stray}: the {role} node has no such parameter; it has {known}")
     return Resolved(role, flight, vehicle, node, loaded)
+
+
+def check_agreement(resolved: Mapping[str, Resolved]) -> None:
+    """Raise ParameterError if two nodes of one flight differ in ``flight.*`` or ``vehicle.*``.
+
+    A plant that differs from the nominal vehicle is told so by its own parameters (eqs. 10-12).
+    """
+    first = resolved["simulator"]
+    for role, other in resolved.items():
+        for prefix, mine, theirs in (("flight", first.flight, other.flight), ("vehicle", first.vehicle, other.vehicle)):
+            expected, found = flatten(mine), flatten(theirs)
+            for name, value in found.items():
+                if value != expected[name]:
+                    raise ParameterError(
+                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
+                    )
 
 
 def _take(values: dict[str, Value], prefix: str) -> dict[str, Value]:
