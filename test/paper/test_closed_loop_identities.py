@@ -1,0 +1,109 @@
+"""What the paper proves, held against law and plant together: Eqs. 19, 29, 36 and the exact rate of Eq. 57."""
+
+import attitude_equations as att
+import model_equations as model
+import position_equations as pos
+import pytest
+import test_abfnitsm_step as attitude
+import test_aibs_step as position
+from paper_points import INDICES, VEHICLE
+from paper_symbols import evaluator
+
+from quad_core.types import Vec3
+from quad_dynamics import paper
+from quad_dynamics.parameters import PlantParameters
+from quad_dynamics.uncertainty import true_body
+
+pytestmark = pytest.mark.unit
+
+BODY = true_body(PlantParameters(), VEHICLE)
+# Eq. 29 with Eq. 19 in it; the derivative of the velocity stays open, it comes from the plant.
+velocities = {model.x7.diff(model.t): model.x8, model.x9.diff(model.t): model.x10, model.x11.diff(model.t): model.x12}
+eq29 = evaluator(pos.EQ29.xreplace(velocities | pos.EQ21).xreplace(velocities))
+eq36_known = evaluator(pos.EQ36.xreplace({pos.xi8: pos.xi8_hat, pos.xi10: pos.xi10_hat, pos.xi12: pos.xi12_hat}))
+POINTS = [point for point in position.POINTS if position.eq30["corrected"](point)[2] + VEHICLE.gravity > 0.5]
+
+
+def ideal_attitude(point, force_w):
+    """Fly the setpoint at once: the plant's acceleration when attitude and thrust are what the law asked for."""
+    setpoint, memory, internals = position.stepped(point)
+    angles = dict(zip(("x1", "x3", "x5"), setpoint.angles, strict=True))
+    states = {f"x{i}": 0.0 for i in (2, 4, 6)} | angles
+    state = paper.State(*((point | states)[f"x{i}"] for i in range(1, 13)))
+    rate = paper.State(*paper.derivative(BODY, setpoint.thrust, force_w, Vec3(0.0, 0.0, 0.0), state))
+    moved = {f"x{second}_dot": getattr(rate, f"x{second}") for _, second in INDICES}
+    assert (rate.x7, rate.x9, rate.x11) == (point["x8"], point["x10"], point["x12"])
+    return point | moved, memory, internals
+
+
+def test_enough_points_thrust_upward():
+    assert len(POINTS) >= 20
+
+
+def test_eq29_holds_to_rounding_with_exact_state_and_ideal_attitude():
+    for point in POINTS:
+        values, _, _ = ideal_attitude(point, Vec3(0.0, 0.0, 0.0))
+        assert eq29(values) == pytest.approx((0.0, 0.0, 0.0), abs=1e-10)
+
+
+def test_eq29_is_left_with_exactly_the_disturbance():
+    for point in POINTS:
+        disturbance = [point[f"d_{axis}"] for axis in "xyz"]
+        values, _, _ = ideal_attitude(point, Vec3(*(VEHICLE.mass * d for d in disturbance)))
+        assert eq29(values) == pytest.approx(disturbance, abs=1e-10)
+
+
+def test_eq36_is_the_rate_of_eq35_along_the_flight():
+    """L' from the plant's acceleration and the law's own adaptation, with xi = xi_hat(t) + anything."""
+    gains = {f"xi{second}": 3.0 + second for _, second in INDICES}
+    rate_of_eq35 = evaluator(pos.EQ35.diff(model.t).xreplace(velocities).xreplace(pos.EQ21).xreplace(velocities))
+    eq36 = evaluator(pos.EQ36)
+    for point in POINTS:
+        values, memory, internals = ideal_attitude(point | gains, Vec3(0.0, 0.0, 0.0))
+        for axis, (_, second) in enumerate(INDICES):
+            gain = point[f"xi{second}_hat"]
+            values[f"xi{second}_hat_dot"] = (memory.adaptive_gain[axis] - gain) / position.DT
+        assert rate_of_eq35(values)[0] == pytest.approx(eq36(values)[0], rel=1e-9, abs=1e-9)
+        assert internals.lyapunov_rate == pytest.approx(eq36_known(values)[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("form", attitude.FORMS)
+def test_rate_of_eq57_is_the_exact_identity(form):
+    """V' from the plant's acceleration, the law's torque and the law's own adaptation, without dead zone."""
+    rate_of_eq57 = evaluator(
+        att.rows(
+            lambda axis: (
+                att.error(axis) * att.error_rate(axis)
+                + att.surface(axis) * (axis.rate.diff(model.t) - axis.angle_d.diff(model.t, 2) + att.integrand(axis))
+                - sum((axis.Q[i] - axis.Q_hat[i]) * axis.Q_hat[i].diff(model.t) / axis.Delta[i] for i in range(3))
+            )
+        )
+    )
+    disturbances = (model.d_phi, model.d_theta, model.d_psi)
+    identity = evaluator([att.true_rate(axis, d, form) for axis, d in zip(att.AXES, disturbances, strict=True)])
+    inertia = (VEHICLE.inertia_xx, VEHICLE.inertia_yy, VEHICLE.inertia_zz)
+    for original in attitude.POINTS:
+        point = original | {"delta": 0.0}
+        wrench, memory, internals = attitude.stepped(point, adaptation_form=form)
+        names = [name for _, _, name in attitude.AXES]
+        torque = Vec3(*(wrench.torque_b[i] + inertia[i] * point[f"d_{name}"] for i, name in enumerate(names)))
+        state = paper.State(*(point.get(f"x{i}", 0.0) for i in range(1, 13)))
+        rate = paper.State(*paper.derivative(BODY, wrench.thrust, Vec3(0.0, 0.0, 0.0), torque, state))
+        values = point | {"x2_dot": rate.x2, "x4_dot": rate.x4, "x6_dot": rate.x6}
+        for part, name in zip(attitude.PARTS, names, strict=True):
+            for i, after in enumerate(getattr(memory, part).estimates, start=1):
+                values[f"Q_{name}{i}_hat_dot"] = (after - point[f"Q_{name}{i}_hat"]) / attitude.DT
+        assert rate_of_eq57(values) == pytest.approx(identity(values), rel=1e-8, abs=1e-8)
+        assert internals.adaptation_frozen == (False, False, False)
+
+
+@pytest.mark.parametrize("form", attitude.FORMS)
+def test_dead_zone_freezes_every_estimate_and_nothing_else(form):
+    for original in attitude.POINTS[:10]:
+        point = original | {"delta": 50.0}
+        _, memory, internals = attitude.stepped(point, adaptation_form=form)
+        assert internals.adaptation_frozen == (True, True, True)
+        for part, (angle, _, name) in zip(attitude.PARTS, attitude.AXES, strict=True):
+            axis = getattr(memory, part)
+            assert axis.estimates == tuple(point[f"Q_{name}{i}_hat"] for i in (1, 2, 3))
+            assert axis.surface_integral != point[f"S{angle}"]
