@@ -1,0 +1,240 @@
+"""Writes a rosbag2 bag (one MCAP file and ``metadata.yaml``) without ROS, so that a killed process loses little.
+
+Callers only append to a queue. One thread moves the queue into the file and flushes it, another makes the disk keep
+it. The file is called ``*.mcap.part`` until it was closed, read back and found complete.
+"""
+
+import os
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+
+from quad_flight_log.bag_metadata import (
+    METADATA_FILE,
+    PARAMETERS,
+    QUAD,
+    QUAD_END,
+    ROSBAG2,
+    Qos,
+    TopicSummary,
+    as_yaml,
+    bag_metadata,
+    qos_text,
+    sealed_record,
+)
+from quad_flight_log.definitions import Definition, installed
+from quad_flight_log.errors import BagWriteError, FlightLogError
+from quad_flight_log.mcap_scan import LIBRARY, scan
+
+CHUNK_SIZE = 64 << 10
+DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
+FLUSH_PERIOD = 0.2  # s; with the above less than 300 ms are lost with the process
+SYNC_PERIOD = 1.0  # s; less than 1.5 s are lost with the machine
+BACKLOG_LIMIT = 64 << 20  # bytes waiting for a slow disk before messages are dropped
+
+
+class BagReport(NamedTuple):
+    """How a recording ended. ``error`` is empty if the bag is closed, verified and complete."""
+
+    path: Path
+    messages: int
+    dropped: int
+    error: str
+
+
+class _Entry(NamedTuple):
+    summary: TopicSummary
+    channel: int
+
+
+class BagWriter:
+    """One recording into a new directory.
+
+    ``metadata`` and ``parameters`` (YAML text) are written first, so that they survive a kill. ``write`` never blocks
+    on the disk. The first error of the disk ends the recording; everything before it stays readable.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        *,
+        metadata: Mapping[str, str] | None = None,
+        parameters: str = "",
+        ros_distro: str = "jazzy",
+        definition_of: Callable[[str], Definition] = installed,
+        flush_period: float = FLUSH_PERIOD,
+        backlog_limit: int = BACKLOG_LIMIT,
+    ) -> None:
+        """Create the bag; raises BagWriteError if the directory exists and is not empty, or cannot be written."""
+        self.directory = Path(directory).absolute()
+        self.error = ""
+        self.dropped: Counter[str] = Counter()
+        self._custom = dict(metadata or {})
+        self._distro, self._definition_of = ros_distro, definition_of
+        self._flush_period, self._backlog_limit = flush_period, backlog_limit
+        self._topics: list[_Entry] = []
+        self._counts: list[int] = []
+        self._schemas: dict[str, int] = {}
+        self._queue: deque[tuple[int, int, int, bytes]] = deque()
+        self._queued_size = 0
+        self._taken_size = 0
+        self._start_ns = self._end_ns = -1
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._closed: BagReport | None = None
+        try:
+            self._stream = self._create()
+            self._writer = Writer(
+                self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD, enable_data_crcs=True
+            )
+            self._writer.start(profile="ros2", library=f"{LIBRARY} with mcap")
+            self._writer.add_metadata(QUAD, sealed_record(self._custom))
+            if parameters:
+                self._writer.add_attachment(0, 0, PARAMETERS, "application/yaml", parameters.encode())
+            self._writer.flush()
+        except OSError as error:
+            raise BagWriteError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
+        self._threads = [
+            threading.Thread(target=self._drain_loop, name="bag-writer", daemon=True),
+            threading.Thread(target=self._sync_loop, name="bag-sync", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def part_path(self) -> Path:
+        """The file while it is written."""
+        return self.directory / f"{self.directory.name}_0.mcap.part"
+
+    @property
+    def path(self) -> Path:
+        """The file when it is finished."""
+        return self.directory / f"{self.directory.name}_0.mcap"
+
+    @property
+    def backlog(self) -> int:
+        """Bytes that wait for the disk."""
+        return self._queued_size - self._taken_size
+
+    def add_topic(self, name: str, type_name: str, qos: Qos | None = None) -> int:
+        """Declare a topic (full name) and return its handle; raises SchemaError if the type is not installed."""
+        definition = self._definition_of(type_name)
+        profile = qos or Qos()
+        with self._lock:
+            schema = self._schemas.get(definition.name)
+            if schema is None:
+                schema = self._writer.register_schema(definition.name, SchemaEncoding.ROS2, definition.text.encode())
+                self._schemas[definition.name] = schema
+            extra = {"offered_qos_profiles": qos_text(profile), "topic_type_hash": definition.type_hash}
+            channel = self._writer.register_channel(name, MessageEncoding.CDR, schema, extra)
+            summary = TopicSummary(name, definition.name, definition.type_hash, profile, 0)
+            self._topics.append(_Entry(summary, channel))
+            self._counts.append(0)
+        return len(self._topics) - 1
+
+    def write(self, topic: int, payload: bytes, log_ns: int, publish_ns: int | None = None) -> bool:
+        """Queue one message (CDR bytes with their encapsulation header); returns whether it was taken.
+
+        ``log_ns`` orders the bag; ``publish_ns`` defaults to it. Refused messages are counted per topic in ``dropped``.
+        """
+        if self.error or self._closing.is_set() or self.backlog > self._backlog_limit:
+            self.dropped[self._topics[topic].summary.name] += 1
+            return False
+        self._queued_size += len(payload)
+        self._queue.append((topic, log_ns, log_ns if publish_ns is None else publish_ns, payload))
+        return True
+
+    def close(self, metadata: Mapping[str, str] | None = None) -> BagReport:
+        """Write what is left, close, read back, rename and write metadata.yaml. ``metadata`` is noted at the end."""
+        if self._closed is None:
+            self._closing.set()
+            for thread in self._threads:
+                thread.join()
+            if not self.error:
+                self._finish(dict(metadata or {}))
+            self._stream.close()
+            path = self.part_path if self.error else self.path
+            self._closed = BagReport(path, sum(self._counts), sum(self.dropped.values()), self.error)
+        return self._closed
+
+    def _create(self) -> BinaryIO:
+        self.directory.mkdir(parents=True, exist_ok=True)
+        found = next(iter(sorted(self.directory.iterdir())), None)
+        if found is not None:
+            raise BagWriteError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
+        return self.part_path.open("xb")
+
+    def _drain_loop(self) -> None:
+        flushed = time.monotonic()
+        while not self.error:
+            closing = self._closing.wait(DRAIN_PERIOD)
+            try:
+                with self._lock:
+                    self._drain()
+                    if closing or time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD:
+                        self._writer.flush()
+                        flushed = time.monotonic()
+            except OSError as error:
+                self._give_up(error)
+            if closing:
+                return
+
+    def _sync_loop(self) -> None:
+        try:
+            while not self.error and not self._closing.wait(SYNC_PERIOD):
+                os.fsync(self._stream.fileno())
+        except OSError as error:
+            self._give_up(error)
+
+    def _drain(self) -> None:
+        add, queue = self._writer.add_message, self._queue
+        for _ in range(len(queue)):
+            topic, log_ns, publish_ns, payload = queue.popleft()
+            add(self._topics[topic].channel, log_ns, payload, publish_ns)
+            self._counts[topic] += 1
+            self._taken_size += len(payload)
+            if self._start_ns < 0 or log_ns < self._start_ns:
+                self._start_ns = log_ns
+            self._end_ns = max(self._end_ns, log_ns)
+
+    def _give_up(self, error: OSError) -> None:
+        self.error = f"{self.part_path}: {error.strerror or error}"
+        for topic, *_ in self._queue:
+            self.dropped[self._topics[topic].summary.name] += 1
+
+    def _finish(self, last: dict[str, str]) -> None:
+        topics = [
+            entry.summary._replace(messages=count) for entry, count in zip(self._topics, self._counts, strict=True)
+        ]
+        counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
+        last = {**last, "messages": str(sum(self._counts)), "dropped": str(sum(self.dropped.values())), **counted}
+        start, end = max(self._start_ns, 0), max(self._end_ns, 0)
+        about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last}, self._distro)
+        try:
+            self._writer.add_metadata(QUAD_END, sealed_record(last))
+            self._writer.add_metadata(ROSBAG2, {"serialized_metadata": as_yaml(about)})
+            self._writer.finish()
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            self._verify()
+            self.part_path.rename(self.path)
+            text = as_yaml({"rosbag2_bagfile_information": about})
+            (self.directory / METADATA_FILE).write_text(text, encoding="utf-8")
+        except OSError as error:
+            self.error = f"{self.part_path}: {error.strerror or error}"
+        except FlightLogError as error:
+            self.error = f"does not read back: {error}"
+
+    def _verify(self) -> None:
+        found = scan(self.part_path)
+        counts = {found.channels[number].topic: tally.count for number, tally in found.tallies.items()}
+        for entry, count in zip(self._topics, self._counts, strict=True):
+            have = counts.get(entry.summary.name, 0)
+            if found.truncated or have != count:
+                raise FlightLogError(f"{self.part_path}: {entry.summary.name} has {have} messages, expected {count}")

@@ -1,0 +1,112 @@
+"""Metrics for people (table), programs (JSON) and spreadsheets (CSV), and the check against limits."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from quad_flight_log.errors import FlightLogError
+from quad_flight_log.metrics import METRICS, FlightMetrics
+
+
+class LimitsError(FlightLogError):
+    """A limits file or argument names no metric or no number."""
+
+
+class Verdict(NamedTuple):
+    """One limit and whether it was kept: ``value`` None (not available) never keeps it."""
+
+    metric: str
+    value: float | None
+    limit: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the value exists and is at most the limit."""
+        return self.value is not None and self.value <= self.limit
+
+
+def table(names: Sequence[str], metrics: Sequence[FlightMetrics], limits: Mapping[str, float] | None = None) -> str:
+    """Return a text table, one line per metric, one column per flight, with the limits held to if there are any."""
+    limits = limits or {}
+    header = ["metric", *names, "unit", *(["limit"] if limits else [])]
+    rows = [header]
+    for name, about in METRICS.items():
+        values = [_number(getattr(item, name)) for item in metrics]
+        rows.append([name, *values, about.unit, *([_number(limits[name]) if name in limits else ""] if limits else [])])
+    widths = [max(len(row[column]) for row in rows) for column in range(len(header))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.rjust(width) if 0 < column <= len(names) else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def _number(value: float | None) -> str:
+    return "n/a" if value is None else f"{value:.5g}"
+
+
+def as_json(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
+    """Return a JSON list, one object per flight; what is not available is null."""
+    return json.dumps([{"flight": name, **item._asdict()} for name, item in zip(names, metrics, strict=True)], indent=2)
+
+
+def as_csv(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
+    """Return CSV, one line per flight; what is not available is empty. The header names the units."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["flight", *(f"{name} [{about.unit}]" for name, about in METRICS.items())])
+    for name, item in zip(names, metrics, strict=True):
+        writer.writerow([name, *("" if value is None else repr(value) for value in item)])
+    return out.getvalue()
+
+
+def read_limits(arguments: Sequence[str]) -> dict[str, float]:
+    """Return {metric: largest allowed value} of ``KEY=VALUE`` arguments and YAML files of such pairs; later ones win.
+
+    Raises LimitsError naming file or argument and what is wrong.
+    """
+    limits: dict[str, float] = {}
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
+        if equals and not Path(argument).exists():
+            limits[_known(name, argument)] = _finite(name, value, argument)
+            continue
+        try:
+            content = yaml.safe_load(Path(argument).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise LimitsError(f"{argument}: cannot be read: {' '.join(str(error).split())}") from error
+        if not isinstance(content, dict):
+            raise LimitsError(f"{argument}: found {type(content).__name__}, expected a map of metric to limit")
+        for key, limit in content.items():
+            limits[_known(key, argument)] = _finite(key, limit, argument)
+    return limits
+
+
+def _known(name: object, where: str) -> str:
+    if not isinstance(name, str) or name not in METRICS:
+        raise LimitsError(f"{where}: {name!r} is no metric; there are {', '.join(METRICS)}")
+    return name
+
+
+def _finite(name: object, value: object, where: str) -> float:
+    try:
+        number = float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else math.nan
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise LimitsError(f"{where}: {name}: found {value!r}, expected a finite number")
+    return number
+
+
+def judged(metrics: FlightMetrics, limits: Mapping[str, float]) -> list[Verdict]:
+    """Return the verdict on every limit."""
+    return [Verdict(name, getattr(metrics, name), limit) for name, limit in limits.items()]

@@ -1,0 +1,245 @@
+"""A recorded flight as NumPy arrays, read without ROS.
+
+``open_flight`` verifies the whole file once; arrays are read from it when asked for. A topic may be named relative
+(``truth``) or in full (``/truth``, ``/uav1/truth``).
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+from mcap.well_known import MessageEncoding, SchemaEncoding
+
+from quad_flight_log import cdr, definitions
+from quad_flight_log.bag_metadata import PARAMETERS, QUAD, QUAD_END, checked_record
+from quad_flight_log.cdr import Table
+from quad_flight_log.errors import CorruptError, FlightLogError, LimitError, NotAFlightError, SchemaError, TopicError
+from quad_flight_log.mcap_scan import Scan, messages, scan
+
+MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
+
+
+class Topic(NamedTuple):
+    """One topic of a bag. ``name`` is full, ``size`` in payload bytes, ``first`` and ``last`` are log times in ns."""
+
+    name: str
+    type: str
+    messages: int
+    size: int
+    first: int
+    last: int
+    type_hash: str
+    offered_qos: str
+
+
+class Flight:
+    """A verified flight log.
+
+    ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed, versions, drops, ...).
+    ``parameters``: resolved parameters as in the attached YAML. ``truncated``: the file ends early and what is here is
+    the verified prefix; ``damage`` says where. ``protected``: a checksum covers every message.
+    """
+
+    def __init__(self, found: Scan, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
+        self.path = found.path
+        self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
+        self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
+        self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
+        self.library = found.library
+        self.metadata = _metadata(found)
+        self.parameters_text = _text(found, PARAMETERS)
+        self._scan, self._limit = found, memory_limit
+        self._channels: dict[str, list[int]] = {}
+        self._schemas: dict[str, definitions.Schema] = {}
+        self._cache: dict[str, Table] = {}
+        self.topics = self._topics()
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The attached parameter file: {node: {"ros__parameters": {...}}}; empty if none is attached."""
+        try:
+            loaded = yaml.safe_load(self.parameters_text) if self.parameters_text else {}
+        except yaml.YAMLError as error:
+            raise CorruptError(f"{self.path}: attachment {PARAMETERS} is not YAML ({error})") from error
+        if not isinstance(loaded, dict):
+            raise CorruptError(f"{self.path}: attachment {PARAMETERS} holds {type(loaded).__name__}, expected a map")
+        return loaded
+
+    def has(self, topic: str) -> bool:
+        """Return whether the bag has at least one message of a topic."""
+        try:
+            return self.topics[self.resolve(topic)].messages > 0
+        except TopicError:
+            return False
+
+    def resolve(self, topic: str) -> str:
+        """Return the full name of a topic given in full or relative to the flight's namespace.
+
+        Raises TopicError if there is none, or more than one and no namespace was given.
+        """
+        relative = topic.lstrip("/")
+        for name in (topic, f"{self.namespace}/{relative}"):
+            if name in self.topics:
+                return name
+        found = [name for name in self.topics if name.endswith("/" + relative)] if not topic.startswith("/") else []
+        if len(found) == 1 and not self.namespace:
+            return found[0]
+        if found and not self.namespace:
+            raise TopicError(f"{self.path}: topic {topic!r} is one of {', '.join(found)}: name a namespace")
+        have = ", ".join(self.topics) or "no topics"
+        raise TopicError(f"{self.path}: no topic {topic!r}; the bag has {have}")
+
+    def array(self, topic: str) -> Table:
+        """Return all messages of a topic in the order of the bag, shape (n,).
+
+        Fields: ``log_ns`` (time of recording), ``stamp_ns`` (message stamp; left out where the type has none), then the
+        message's own. Raises TopicError, SchemaError, LimitError, CorruptError.
+        """
+        return self.arrays(topic)[topic]
+
+    def arrays(self, *topics: str) -> dict[str, Table]:
+        """Return {topic as given: array} of several topics, read in one pass."""
+        names = {topic: self.resolve(topic) for topic in topics}
+        missing = [name for name in dict.fromkeys(names.values()) if name not in self._cache]
+        for name, (payloads, log_times) in self.payloads(*missing).items():
+            where = f"{self.path}: {name}"
+            table = cdr.table(self._schemas[name], payloads, where)
+            self._cache[name] = _with_times(table, log_times, where)
+        return {topic: self._cache[name] for topic, name in names.items()}
+
+    def payloads(self, *topics: str) -> dict[str, tuple[list[bytes], list[int]]]:
+        """Return {full name: (CDR payloads, log times in ns)} of topics, in the order of the bag."""
+        names = [self.resolve(topic) for topic in topics]
+        if not names:
+            return {}
+        size = sum(self.topics[name].size for name in names)
+        if size > self._limit:
+            raise LimitError(f"{self.path}: {', '.join(names)} hold {size} bytes, more than the {self._limit} allowed")
+        found: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in names}
+        append: dict[int, tuple[Callable[[bytes], None], Callable[[int], None]]] = {}
+        for name in names:
+            for number in self._channels[name]:
+                append[number] = (found[name][0].append, found[name][1].append)
+        for channel, log_time, _, data in messages(self._scan, frozenset(append)):
+            add_payload, add_time = append[channel]
+            add_payload(data)
+            add_time(log_time)
+        return found
+
+    def schema(self, topic: str) -> definitions.Schema:
+        """Return the parsed definition of a topic's type, as the bag carries it."""
+        return self._schemas[self.resolve(topic)]
+
+    def _topics(self) -> dict[str, Topic]:
+        found: dict[str, Topic] = {}
+        texts: dict[str, tuple[str, bytes]] = {}
+        for number, channel in sorted(self._scan.channels.items(), key=lambda item: str(item[1].topic)):
+            name, where = channel.topic, f"{self.path}: {channel.topic}"
+            schema = self._scan.schemas.get(channel.schema_id)
+            if (
+                channel.message_encoding != MessageEncoding.CDR
+                or schema is None
+                or schema.encoding != SchemaEncoding.ROS2
+            ):
+                encoding = schema.encoding if schema else "no schema"
+                raise SchemaError(
+                    f"{where}: found {channel.message_encoding!r} with {encoding!r}, expected cdr with ros2msg"
+                )
+            if texts.setdefault(name, (schema.name, schema.data)) != (schema.name, schema.data):
+                raise SchemaError(f"{where}: two definitions of one topic, {texts[name][0]} and {schema.name}")
+            if name not in self._schemas:
+                self._schemas[name] = definitions.parse(schema.name, schema.data.decode("utf-8", errors="replace"))
+            self._channels.setdefault(name, []).append(number)
+            tally = self._scan.tallies.get(number)
+            count, size, first, last = (tally.count, tally.size, tally.first, tally.last) if tally else (0, 0, 0, 0)
+            if name in found and found[name].messages and count:
+                before = found[name]
+                count, size = count + before.messages, size + before.size
+                first, last = min(first, before.first), max(last, before.last)
+            elif name in found and not count:
+                continue
+            type_hash = channel.metadata.get("topic_type_hash", "")
+            qos = channel.metadata.get("offered_qos_profiles", "")
+            found[name] = Topic(name, schema.name, count, size, first, last, type_hash, qos)
+        return found
+
+
+def open_flight(
+    path: str | Path,
+    *,
+    namespace: str = "",
+    salvage: bool = False,
+    memory_limit: int = MEMORY_LIMIT,
+    progress: Callable[[int, int], None] | None = None,
+) -> Flight:
+    """Open a bag directory or an MCAP file and verify it.
+
+    A file that was not closed is read as its verified prefix (``truncated``). ``salvage`` accepts the prefix before any
+    other damage too. Raises NotAFlightError, CorruptError, LimitError or SchemaError, all FlightLogError.
+    """
+    return Flight(scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit)
+
+
+def find_mcap(path: Path) -> Path:
+    """Return the MCAP file of a bag directory (or ``path`` itself if it is a file)."""
+    if path.is_file():
+        return path
+    if not path.is_dir():
+        raise NotAFlightError(f"{path}: no such file or directory")
+    files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.part")])
+    if len(files) == 1:
+        return files[0]
+    if not files:
+        raise NotAFlightError(f"{path}: no *.mcap in it, expected a bag directory")
+    names = ", ".join(file.name for file in files)
+    raise NotAFlightError(f"{path}: holds {names}; expected one MCAP file, name the one to read")
+
+
+def _metadata(found: Scan) -> dict[str, str]:
+    merged: dict[str, str] = {}
+    for name, values in found.metadata:
+        if name in (QUAD, QUAD_END):
+            try:
+                merged.update(checked_record(values, strict=found.own))
+            except ValueError as error:
+                raise CorruptError(f"{found.path}: metadata record {name!r}: {error}") from error
+    return merged
+
+
+def _text(found: Scan, name: str) -> str:
+    try:
+        return found.attachments.get(name, b"").decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise CorruptError(f"{found.path}: attachment {name} is not UTF-8") from error
+
+
+def _with_times(table: Table, log_times: list[int], where: str) -> Table:
+    logged = np.array(log_times, dtype=np.uint64)
+    if len(logged) and logged.max() > np.iinfo(np.int64).max:
+        raise FlightLogError(f"{where}: log time {logged.max()} is beyond the year 2262")
+    names = table.dtype.names or ()
+    stamp = _stamp(table)
+    described: list[Any] = [("log_ns", np.int64)]
+    if stamp is not None:
+        described.append(("stamp_ns", np.int64))
+    out = np.empty(len(table), np.dtype(described + [(name, table.dtype[name]) for name in names]))
+    out["log_ns"] = logged.astype(np.int64)
+    if stamp is not None:
+        out["stamp_ns"] = stamp
+    for name in names:
+        out[name] = table[name]
+    return out
+
+
+def _stamp(table: Table) -> Any:
+    for path in (("stamp",), ("header", "stamp"), ("clock",)):
+        part: Any = table
+        for name in path:
+            part = part[name] if name in (part.dtype.names or ()) else None
+            if part is None:
+                break
+        if part is not None and part.dtype.names == ("sec", "nanosec"):
+            return part["sec"].astype(np.int64) * 1_000_000_000 + part["nanosec"].astype(np.int64)
+    return None
