@@ -4,6 +4,8 @@ import sys
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.publisher import Publisher
+
 from quad_core.safe import level_hover
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust
 from quad_msgs.msg import AttitudeInternals
@@ -12,7 +14,6 @@ from quad_node.law_node import LawNode
 from quad_node.main import run
 from quad_node.responder import Held, Moment, age
 from quad_node.wrench import write_wrench
-from rclpy.publisher import Publisher
 
 
 class AttitudeController(LawNode):

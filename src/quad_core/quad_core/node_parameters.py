@@ -19,7 +19,8 @@ class FlightParameters(NamedTuple):
     """Shared by all nodes of one flight (``flight.*``)."""
 
     mode: Annotated[
-        int, Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival")
+        int,
+        Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival"),
     ] = LOCKSTEP
     run_id: Annotated[str, Text("identifies the run; nodes of another run are refused; empty accepts any")] = ""
     seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
@@ -33,7 +34,10 @@ class FlightParameters(NamedTuple):
         float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0, live=False)
     ] = 60.0
     silence_timeout: Annotated[
-        float, Real("s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False)
+        float,
+        Real(
+            "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
+        ),
     ] = 20.0
 
 
@@ -41,9 +45,9 @@ class SimulatorParameters(NamedTuple):
     """The simulator node: plant, disturbance and the lockstep it keeps."""
 
     plant: Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")] = "rigid_body"
-    disturbance: Annotated[
-        str, Text("plug-in of group quad.disturbance; its parameters stand under its name")
-    ] = "held_gaussian"
+    disturbance: Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")] = (
+        "held_gaussian"
+    )
     window: Annotated[
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 100_000)
     ] = 200
@@ -54,7 +58,8 @@ class SimulatorParameters(NamedTuple):
     odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
     clock_period_steps: Annotated[int, Whole("steps", "/clock once in so many steps", 1, 100_000)] = 5
     command_timeout: Annotated[
-        float, Real("s", "real time: age of the newest wrench after which the rotors are stopped", 0.002, 60.0, live=False)
+        float,
+        Real("s", "real time: age of the newest wrench after which the rotors are stopped", 0.002, 60.0, live=False),
     ] = 0.1
     loss_timeout: Annotated[
         float, Real("s", "real time: age of the newest wrench after which the flight fails", 0.01, 600.0, live=False)
@@ -64,9 +69,7 @@ class SimulatorParameters(NamedTuple):
 class TrajectoryParameters(NamedTuple):
     """The trajectory node."""
 
-    trajectory: Annotated[
-        str, Text("plug-in of group quad.trajectory; its parameters stand under its name")
-    ] = "hover"
+    trajectory: Annotated[str, Text("plug-in of group quad.trajectory; its parameters stand under its name")] = "hover"
     period_steps: Annotated[int, Whole("steps", "plant steps between two references", 1, 100_000)] = 5
 
 
@@ -99,9 +102,13 @@ class AttitudeControllerParameters(NamedTuple):
 class RecorderParameters(NamedTuple):
     """The recorder node."""
 
-    directory: Annotated[str, Text("directory of the bag; must not exist or be empty; empty: flights/<run id or time>")] = ""
+    directory: Annotated[
+        str, Text("directory of the bag; must not exist or be empty; empty: flights/<run id or time>")
+    ] = ""
     parameters_file: Annotated[str, Text("resolved parameters of the flight, attached to the bag; empty: none")] = ""
-    ack_steps: Annotated[int, Whole("steps", "steps between two acknowledgements; below the simulator's window", 1, 100_000)] = 50
+    ack_steps: Annotated[
+        int, Whole("steps", "steps between two acknowledgements; below the simulator's window", 1, 100_000)
+    ] = 50
     finish_timeout: Annotated[
         float, Real("s", "wall-clock time to wait for missing messages after the flight", 0.1, 600.0, live=False)
     ] = 2.0
@@ -155,8 +162,8 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
     """
     kind = ROLES[role]
     left = dict(overrides)
-    flight = build(FlightParameters, _take(left, "flight."), "flight.")
-    vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
+    flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
+    vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
     own = {field.name for field in fields(kind.parameters)}
     node = build(kind.parameters, {name: left.pop(name) for name in list(left) if name in own})
     loaded = {}
@@ -197,5 +204,7 @@ def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
     if preset == "tuned" and preset not in offered:
         return {}
     if preset not in offered:
-        raise ParameterError(f"preset: found {preset!r}, expected one that {law} offers: {', '.join({'tuned', *offered})}")
+        raise ParameterError(
+            f"preset: found {preset!r}, expected one that {law} offers: {', '.join({'tuned', *offered})}"
+        )
     return offered[preset]

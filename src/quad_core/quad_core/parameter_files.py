@@ -20,10 +20,10 @@ class _StrictLoader(yaml.SafeLoader):
 def _mapping(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
     seen: dict[Any, Any] = {}
     for key_node, value_node in node.value:
-        key = loader.construct_object(key_node)  # type: ignore[no-untyped-call]
+        key = loader.construct_object(key_node)
         if key in seen:
             raise ParameterError(f"line {key_node.start_mark.line + 1}: key {key!r} stands twice")
-        seen[key] = loader.construct_object(value_node, deep=True)  # type: ignore[no-untyped-call]
+        seen[key] = loader.construct_object(value_node, deep=True)
     return seen
 
 
@@ -37,7 +37,7 @@ def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
     of ours, or a section without ``ros__parameters``.
     """
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), _StrictLoader)  # noqa: S506
+        content = yaml.load(path.read_text(encoding="utf-8"), _StrictLoader)
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
     except (yaml.YAMLError, UnicodeDecodeError, ParameterError) as error:
@@ -74,7 +74,11 @@ def _dotted(path: Path, pattern: str, values: Any, prefix: str) -> dict[str, Val
         raise ParameterError(f"{path}: {pattern}: {prefix or 'ros__parameters'}: expected names with values")
     flat: dict[str, Value] = {}
     for name, value in values.items():
-        inner = _dotted(path, pattern, value, f"{prefix}{name}.") if isinstance(value, Mapping) else {prefix + str(name): value}
+        inner = (
+            _dotted(path, pattern, value, f"{prefix}{name}.")
+            if isinstance(value, Mapping)
+            else {prefix + str(name): value}
+        )
         double = next((key for key in inner if key in flat), None)
         if double:
             raise ParameterError(f"{path}: {pattern}: {double} stands twice")

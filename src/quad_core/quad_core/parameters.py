@@ -8,10 +8,9 @@ it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasse
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 Value = float | int | bool | str
-P = TypeVar("P")
 
 
 class ParameterError(ValueError):
@@ -104,7 +103,7 @@ def checked(field: Field, value: Any) -> Value:
         raise ParameterError(f"{field.name}: found {value!r}, expected true or false")
     if isinstance(spec, Choice | Text):
         if isinstance(value, str) and (isinstance(spec, Text) or value in spec.options):
-            return value
+            return str(value)
         expected = "text" if isinstance(spec, Text) else "one of " + ", ".join(spec.options)
         raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
     kind = float if isinstance(spec, Real) else int
@@ -113,11 +112,12 @@ def checked(field: Field, value: Any) -> Value:
         raise ParameterError(f"{field.name}: found {value!r} ({type(value).__name__}), expected {expected}")
     if not (math.isfinite(value) and spec.low <= value <= spec.high):
         raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
-    return kind(value)
+    found: float | int = kind(value)
+    return found
 
 
-def build(default: type[P] | P, values: Mapping[str, Any], prefix: str = "") -> P:
-    """Return the parameter set ``default`` with ``values`` ({dotted name: value}) put in.
+def build(default: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
+    """Return the parameter set ``default`` (a class or an instance) with ``values`` ({dotted name: value}) put in.
 
     ``prefix`` only completes the names in errors. Raises ParameterError for an unknown name, a wrong
     type, a NaN or a value out of range.
@@ -131,8 +131,7 @@ def build(default: type[P] | P, values: Mapping[str, Any], prefix: str = "") -> 
         for name, field in known.items()
     }
     cls = default if isinstance(default, type) else type(default)
-    instance: P = _assemble(cls, merged, "")
-    return instance
+    return _assemble(cls, merged, "")
 
 
 def _assemble(cls: type[Any], values: Mapping[str, Value], prefix: str) -> Any:

@@ -9,7 +9,7 @@ def seconds(steps: int, plant_period: int) -> float:
 
 
 def steps_to_cover(duration: float, plant_period: int) -> int:
-    """Return the smallest number of plant steps (at least 1) that covers ``duration`` s; a millionth of a step is rounding."""
+    """Return the fewest plant steps (at least 1) that cover ``duration`` s, to a millionth of a step."""
     count = math.ceil(duration * 1e9 / plant_period - 1e-6)
     if count < 1:
         return 1

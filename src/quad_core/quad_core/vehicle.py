@@ -41,7 +41,8 @@ class Vehicle(NamedTuple):
         float, Real("N m s^2", "rotational drag k_T", 0.0, 100.0, "Table 1, Eq. 9", live=False)
     ] = 5.6e-4
     thrust_to_weight: Annotated[
-        float, Real("", "largest collective thrust in units of m g, a quarter of it per rotor", 1.05, 20.0, "", live=False)
+        float,
+        Real("", "largest collective thrust in units of m g, a quarter of it per rotor", 1.05, 20.0, "", live=False),
     ] = 3.0
     layout: Annotated[
         int, Choice(("plus", "x"), "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")

@@ -4,9 +4,13 @@ import sys
 import time
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.clock import Clock, ClockType
+
 from quad_core.bounds import is_flyable
 from quad_core.timing import seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
+from quad_dynamics.plant_model import PlantModel
+from quad_dynamics.tools_output import ToolsOutput
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import Disturbance as DisturbanceMsg
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
@@ -18,10 +22,6 @@ from quad_node.handshake import Handshake
 from quad_node.interface import interface_hash
 from quad_node.main import run
 from quad_node.wrench import read_wrench
-from rclpy.clock import Clock, ClockType
-
-from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.tools_output import ToolsOutput
 
 _LONGEST_FLIGHT = 7200.0
 
@@ -85,7 +85,9 @@ class Simulator(FlightNode):
         wrench = read_wrench(message)
         if wrench is None:
             self.counters["rejected"] += 1
-            self.event(FlightEvent.WARNING, "rejected_nonfinite", "wrench_setpoint: a non-finite number; ignored", stamp)
+            self.event(
+                FlightEvent.WARNING, "rejected_nonfinite", "wrench_setpoint: a non-finite number; ignored", stamp
+            )
             return
         self._command = (stamp // self.flight.plant_period, wrench)
         self._command_arrived = time.monotonic()
@@ -249,5 +251,3 @@ class Simulator(FlightNode):
 def main() -> None:
     """Run the simulator node."""
     sys.exit(run(topics.SIMULATOR, Simulator, "Simulated quadrotor: takes wrench_setpoint, publishes state and truth."))
-
-

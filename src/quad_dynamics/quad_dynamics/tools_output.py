@@ -1,11 +1,12 @@
 """What the simulator publishes for tools only: decimated odometry and /clock. No control decision depends on it."""
 
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+
 from quad_core.rotations import rotate_inverse
 from quad_core.types import VehicleState
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
-from rosgraph_msgs.msg import Clock
 
 
 class ToolsOutput:

@@ -6,14 +6,14 @@ from typing import Any
 
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from quad_core.node_parameters import LOCKSTEP, Resolved
-from quad_core.parameters import Value
-from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
+from quad_core.node_parameters import LOCKSTEP, Resolved
+from quad_core.parameters import Value
+from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import parameters, topics
 from quad_node.conversion import set_stamp
 from quad_node.interface import interface_hash, versions
@@ -191,7 +191,9 @@ class FlightNode(Node):
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.heard
         if self.flying and quiet > self.flight.silence_timeout:
-            self.event(FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s")
+            self.event(
+                FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"
+            )
             self.finish(1, "flight/state: the simulator is silent")
         elif not self.flying and not self.done.done() and quiet > self.flight.start_timeout:
             text = f"no flight after {quiet:.1f} s; not matched: {', '.join(self.missing_links()) or 'none'}"

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from quad_core.parameters import Value
-from quad_msgs.msg import FlightEvent
 from rclpy.publisher import Publisher
 
+from quad_core.parameters import Value
+from quad_msgs.msg import FlightEvent
 from quad_node.conversion import all_finite, extra_names, set_stamp, writer
 from quad_node.responder import Held, Moment, Responder, age
 
@@ -52,7 +52,7 @@ class LawNode(Responder):
         """Report that a held input is too old to be used as it is."""
         self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(held) * 1e3:.0f} ms old; safe output")
 
-    def on_parameters(self, changes: dict[str, Value]) -> None:
+    def on_parameters(self, changes: dict[str, Value]) -> None:  # noqa: ARG002
         """Let the law run on with its new parameters; its memory is kept."""
         self.law = self.resolved.plugins["law"]
         self.say_parameters()

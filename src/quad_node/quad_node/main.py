@@ -4,12 +4,12 @@ import sys
 from collections.abc import Callable
 
 import rclpy
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+
 from quad_core import plugins
 from quad_core.node_parameters import ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
 

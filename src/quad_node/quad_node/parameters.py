@@ -2,12 +2,9 @@
 
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
-from quad_core.node_parameters import Resolved, resolve
-from quad_core.parameter_files import read_parameter_file
-from quad_core.parameters import Choice, Field, ParameterError, Real, Value, Whole
-from quad_core.plugins import PluginError
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -18,12 +15,17 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from quad_core.node_parameters import Resolved, resolve
+from quad_core.parameter_files import read_parameter_file
+from quad_core.parameters import Choice, Field, ParameterError, Real, Value, Whole
+from quad_core.plugins import PluginError
+
 _ROS_OWN = ("use_sim_time", "start_type_description_service")
 
 
 def check_files(args: list[str]) -> None:
     """Read every ``--params-file`` of ``args`` strictly; raises ParameterError for what rcl would swallow."""
-    for flag, value in zip(args, args[1:], strict=False):
+    for flag, value in pairwise(args):
         if flag == "--params-file":
             read_parameter_file(Path(value))
 

@@ -4,13 +4,13 @@ import time
 from collections import deque
 from typing import Any, NamedTuple
 
+from rclpy.publisher import Publisher
+
 from quad_core.bounds import is_flyable
 from quad_core.timing import seconds
 from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
-from rclpy.publisher import Publisher
-
 from quad_node import topics
 from quad_node.conversion import all_finite, reader, stamp_ns
 from quad_node.flight_node import FlightNode

@@ -4,6 +4,9 @@ from typing import Any, NamedTuple
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
 from quad_msgs.msg import (
     Actuation,
     AttitudeInternals,
@@ -19,8 +22,6 @@ from quad_msgs.msg import (
     TrajectoryPoint,
     VehicleState,
 )
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rosgraph_msgs.msg import Clock
 
 SIMULATOR = "simulator"
 TRAJECTORY = "trajectory"
@@ -70,12 +71,8 @@ TOPICS = {
         Topic("reference", TrajectoryPoint, (TRAJECTORY,), (POSITION, RECORDER), True, False, "eqs. 61-68"),
         Topic("attitude_setpoint", AttitudeThrust, (POSITION,), (ATTITUDE, RECORDER), True, False, "eq. 38"),
         Topic("wrench_setpoint", WrenchStamped, (ATTITUDE,), (SIMULATOR, RECORDER), True, False, "eq. 56"),
-        Topic(
-            "position_controller/internals", PositionInternals, (POSITION,), (RECORDER,), True, False, "eqs. 18-37"
-        ),
-        Topic(
-            "attitude_controller/internals", AttitudeInternals, (ATTITUDE,), (RECORDER,), True, False, "eqs. 40-60"
-        ),
+        Topic("position_controller/internals", PositionInternals, (POSITION,), (RECORDER,), True, False, "eqs. 18-37"),
+        Topic("attitude_controller/internals", AttitudeInternals, (ATTITUDE,), (RECORDER,), True, False, "eqs. 40-60"),
         Topic("odom", Odometry, (SIMULATOR,), (RECORDER,), False, False, ""),
         Topic("/clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
         Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, RECORDER), False, True, ""),

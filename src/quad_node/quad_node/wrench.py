@@ -1,8 +1,8 @@
 """Between quad_core's Wrench and geometry_msgs/WrenchStamped in base_link."""
 
 from geometry_msgs.msg import WrenchStamped
-from quad_core.types import Vec3, Wrench
 
+from quad_core.types import Vec3, Wrench
 from quad_node.conversion import all_finite, set_stamp
 
 FRAME = "base_link"

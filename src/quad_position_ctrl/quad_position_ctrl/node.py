@@ -3,6 +3,8 @@
 import sys
 from typing import Any
 
+from rclpy.publisher import Publisher
+
 from quad_core.safe import hold_position
 from quad_core.types import Actuation, AttitudeThrust, PositionInputs, TrajectoryPoint
 from quad_msgs.msg import AttitudeThrust as AttitudeThrustMsg
@@ -12,7 +14,6 @@ from quad_node.conversion import writer
 from quad_node.law_node import LawNode
 from quad_node.main import run
 from quad_node.responder import Held, Moment, age
-from rclpy.publisher import Publisher
 
 
 class PositionController(LawNode):
@@ -43,7 +44,6 @@ class PositionController(LawNode):
         self.stamp(self._message, moment)
         self._message.next_step = moment.step + self.period_steps
         return [(self._setpoint_out, self._message), self.internals_answer()]
-
 
 
 def main() -> None:

@@ -3,6 +3,8 @@
 import sys
 from typing import Any
 
+from rclpy.publisher import Publisher
+
 from quad_core.parameters import Choice, fields
 from quad_core.timing import seconds, steps_to_cover
 from quad_core.types import TrajectoryPoint
@@ -12,7 +14,6 @@ from quad_node import topics
 from quad_node.conversion import set_stamp, writer
 from quad_node.main import run
 from quad_node.responder import Held, Moment, Responder
-from rclpy.publisher import Publisher
 
 
 class Trajectory(Responder):
@@ -29,7 +30,7 @@ class Trajectory(Responder):
         self._write = writer(TrajectoryPoint, TrajectoryPointMsg)
         self._message = TrajectoryPointMsg()
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:
+    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:  # noqa: ARG002
         """Return the reference of one step, and before the first one the plan."""
         answers: list[tuple[Publisher, Any]] = []
         if self._plan is None:

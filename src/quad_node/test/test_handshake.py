@@ -1,0 +1,89 @@
+"""Who takes part, who does not fit, who is to blame."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from quad_core.node_parameters import FlightParameters
+from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake
+
+ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
+
+
+@dataclass
+class Said:
+    role: str
+    state: int = READY
+    run_id: str = ""
+    interface_hash: str = "abc"
+    period_steps: int = 1
+    plant_period: int = 2_000_000
+    waiting_topic: str = ""
+    waiting_role: str = ""
+    detail: str = ""
+
+
+def shake(*said: Said, run_id: str = "") -> tuple[Handshake, list[str]]:
+    handshake = Handshake(FlightParameters(run_id=run_id), "abc", ROLES)
+    return handshake, [handshake.hear(status) for status in said]
+
+
+def test_all_roles_must_be_ready():
+    handshake, problems = shake(*(Said(role) for role in ROLES[:-1]))
+    assert problems == ["", "", ""]
+    assert handshake.missing() == ["recorder"]
+    handshake.hear(Said("recorder"))
+    assert handshake.missing() == []
+
+
+def test_a_role_that_is_only_starting_is_missing():
+    handshake, _ = shake(*(Said(role, state=0) for role in ROLES))
+    assert handshake.missing() == ROLES
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (Said("recorder", interface_hash="xyz"), ("recorder", "xyz", "abc")),
+        (Said("trajectory", plant_period=1_000_000), ("trajectory", "1000000", "2000000")),
+        (Said("attitude_controller", state=FAULT, detail="burst"), ("attitude_controller", "burst")),
+    ],
+)
+def test_a_node_that_does_not_fit_is_named(said, words):
+    _, (problem,) = shake(said)
+    assert all(word in problem for word in words)
+
+
+def test_nodes_of_another_run_and_unknown_roles_are_not_counted():
+    handshake, problems = shake(Said("recorder", run_id="other"), Said("camera"), run_id="mine")
+    assert problems == ["", ""]
+    assert handshake.state("recorder") == 0
+
+
+def waits(role: str, topic: str, source: str) -> Said:
+    return Said(role, state=WAITING, waiting_topic=topic, waiting_role=source)
+
+
+def test_culprit_is_the_one_that_others_wait_for_and_that_waits_for_none():
+    handshake, _ = shake(
+        waits("attitude_controller", "attitude_setpoint", "position_controller"),
+        waits("position_controller", "reference", "trajectory"),
+    )
+    reason = handshake.culprit(7, 6, answered=False, planned=True)
+    assert reason.startswith("trajectory does not answer step 7: no reference")
+
+
+@pytest.mark.parametrize(
+    ("answered", "planned", "culprit"),
+    [(False, True, "attitude_controller"), (True, False, "trajectory"), (True, True, "recorder")],
+)
+def test_culprit_without_complaints_follows_from_what_the_plant_misses(answered, planned, culprit):
+    handshake, _ = shake(*(Said(role) for role in ROLES))
+    assert handshake.culprit(7, 6, answered, planned).startswith(f"{culprit} does not answer")
+
+
+def test_period_and_end_are_taken_from_the_last_word():
+    handshake, _ = shake(Said("attitude_controller", period_steps=4), Said("recorder", state=DONE, detail="saved"))
+    assert handshake.period("attitude_controller") == 4
+    assert handshake.period("position_controller") == 1
+    assert (handshake.state("recorder"), handshake.detail("recorder")) == (DONE, "saved")

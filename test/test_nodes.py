@@ -1,0 +1,93 @@
+"""Each node as the process that `ros2 run` would start: help, refusals, signals."""
+
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+
+pytestmark = pytest.mark.flight
+
+NODES = {
+    "simulator": "quad_dynamics",
+    "trajectory": "quad_trajectory",
+    "position_controller": "quad_position_ctrl",
+    "attitude_controller": "quad_attitude_ctrl",
+    "recorder": "quad_flight_log",
+}
+
+
+def command(role: str, *args: str) -> list[str]:
+    package = NODES[role]
+    return [str(Path(get_package_prefix(package), "lib", package, role)), *args]
+
+
+def call(role: str, *args: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(role, *args), capture_output=True, text=True, timeout=30, check=False)
+
+
+@pytest.mark.parametrize("role", NODES)
+def test_help_says_unit_range_and_default_of_each_parameter(role):
+    done = call(role, "--help")
+    assert done.returncode == 0
+    assert "flight.plant_period = 2000000 in [100000, 1e+09] ns" in done.stdout
+    assert "examples:" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("role", "argument", "words"),
+    [
+        ("simulator", "vehicle.mass:=-1.0", ["vehicle.mass", "-1.0", "0.001"]),
+        ("simulator", "vehicle.mass:=1", ["vehicle.mass", "1 (int)", "float"]),
+        ("simulator", "vehicle.mass:=.nan", ["vehicle.mass", "nan"]),
+        ("simulator", "vehicle.mas:=1.0", ["vehicle.mas", "unknown"]),
+        ("simulator", "plant:=balloon", ["balloon", "rigid_body"]),
+        ("simulator", "rigid_body.mass_error:=-0.56", ["mass_error"]),
+        ("trajectory", "hover.duration:='long'", ["hover.duration", "long"]),
+        ("position_controller", "law:=lqr", ["lqr", "aibs"]),
+        ("position_controller", "preset:=wild", ["preset", "wild", "minimal"]),
+        ("attitude_controller", "period_step:=1", ["period_step", "period_steps"]),
+        ("recorder", "ack_steps:=0", ["ack_steps", "0"]),
+    ],
+)
+def test_a_bad_parameter_is_refused_by_name(role, argument, words):
+    done = call(role, "--ros-args", "-p", argument)
+    assert done.returncode == 2, done.stderr
+    assert all(word in done.stderr for word in words), done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("trajectry:\n  ros__parameters: {a: 1}\n", "trajectry"),
+        ("trajectory:\n  ros__parameters: {period_steps: 5, period_steps: 6}\n", "twice"),
+        ("trajectory:\n  ros__parameters: {wings: 2}\n", "wings"),
+        ("trajectory: [", "line 1"),
+    ],
+)
+def test_a_bad_parameter_file_is_refused_by_name(tmp_path, text, word):
+    path = tmp_path / "flight.yaml"
+    path.write_text(text, encoding="utf-8")
+    done = call("trajectory", "--ros-args", "--params-file", str(path))
+    assert done.returncode == 2, done.stderr
+    assert word in done.stderr
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("role", NODES)
+def test_a_signal_ends_a_waiting_node_within_two_seconds(role, name, tmp_path):
+    extra = ("-p", f"directory:={tmp_path}/bag") if role == "recorder" else ()
+    environment = {**os.environ, "ROS_DOMAIN_ID": "91"}
+    node = subprocess.Popen(command(role, "--ros-args", *extra), stderr=subprocess.PIPE, text=True, env=environment)
+    time.sleep(3.0)
+    assert node.poll() is None, node.stderr.read()
+    asked = time.monotonic()
+    node.send_signal(getattr(signal, name))
+    _, errors = node.communicate(timeout=10)
+    assert time.monotonic() - asked < 2.0
+    assert node.returncode == 1, errors
+    assert "Traceback" not in errors, errors
