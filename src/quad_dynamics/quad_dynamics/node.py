@@ -153,14 +153,15 @@ class Simulator(FlightNode):
 
     def _publish_step(self) -> None:
         stamp = self.step * self.flight.plant_period
-        truth, disturbance = self.model.observe(), self.model.disturbance(self.step)
+        truth = self.model.truth
         if self.step > 0:
             self._publish_actuation()
-        self._send(self._disturbance_out, disturbance, self.step, stamp)
-        self._send(self._truth_out, truth, self.step, stamp)
-        self._tools.publish(self.step, stamp, truth)
         self._asked = time.monotonic()
         self._send(self._state_out, truth, self.step, stamp)
+        # what no controller waits for goes out while they compute
+        self._send(self._truth_out, truth, self.step, stamp)
+        self._send(self._disturbance_out, self.model.disturbance(self.step), self.step, stamp)
+        self._tools.publish(self.step, stamp, truth)
 
     def _publish_actuation(self) -> None:
         step = self.model.actuated_step

@@ -20,11 +20,7 @@ class PlantModel:
         self._wrench = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
         self.actuation = Actuation()
         self.actuated_step = -1
-
-    def observe(self) -> VehicleState:
-        """Return the true state."""
-        observed: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, self._state)
-        return observed
+        self.truth = self._observe()
 
     def disturbance(self, step: int) -> Disturbance:
         """Return what acts over ``step``; the lumped terms are those of the wrench applied last."""
@@ -42,7 +38,12 @@ class PlantModel:
             self._plant.parameters, self._vehicle, self._state, wrench, force_w, torque_b, seconds(1, self._period)
         )
         self.actuated_step = step
-        return self.observe()
+        self.truth = self._observe()
+        return self.truth
+
+    def _observe(self) -> VehicleState:
+        observed: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, self._state)
+        return observed
 
     def _sample(self, step: int) -> tuple[Vec3, Vec3]:
         time = seconds(step, self._period)
