@@ -127,8 +127,13 @@ class FlightNode(Node):
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
         self._events_out.publish(message)
-        log = {FlightEvent.INFO: "info", FlightEvent.WARNING: "warning"}.get(severity, "error")
-        getattr(self.get_logger(), log)(f"{kind}: {text}")
+        # One line per severity: rclpy refuses to log with two severities from the same line.
+        if severity == FlightEvent.INFO:
+            self.get_logger().info(f"{kind}: {text}")
+        elif severity == FlightEvent.WARNING:
+            self.get_logger().warning(f"{kind}: {text}")
+        else:
+            self.get_logger().error(f"{kind}: {text}")
 
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""
