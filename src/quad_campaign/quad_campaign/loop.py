@@ -153,6 +153,7 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
     k = carry.step
     outcome = carry.outcome
     plant = carry.plant
+    state = plant_observe(setup.plant, vehicle, plant)
     position_memory = carry.position
     attitude_memory = carry.attitude
     reference = carry.reference
@@ -166,7 +167,6 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
 
     while outcome == FLYING and k < stop:
         time = seconds(k, schedule.plant_period)
-        state = plant_observe(setup.plant, vehicle, plant)
         force_w, torque_b = disturbance_sample(setup.disturbance, table, time)
         if logging:
             truth.append(state)
@@ -201,8 +201,9 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
             plant, actuation = plant_step(setup.plant, vehicle, plant, wrench, force_w, torque_b, plant_dt)
             if logging:
                 actuations.append(actuation)
+            state = plant_observe(setup.plant, vehicle, plant)
             k += 1
-            if not is_flyable(plant_observe(setup.plant, vehicle, plant)):
+            if not is_flyable(state):
                 outcome = DIVERGED
             elif k == carry.end:
                 outcome = ENDED

@@ -30,13 +30,15 @@ def record_type(kind: type[Any]) -> np.dtype[Any]:
 
 def to_array(kind: type[Any], items: Sequence[Any]) -> NDArray[Any]:
     """Return ``items``, tuples of class ``kind``, as an array of ``record_type(kind)``."""
-    return np.array([tuple(item) for item in items], dtype=record_type(kind))
+    return np.array(items, dtype=record_type(kind))
 
 
 def with_steps(values: NDArray[Any], period_steps: int, plant_period: int) -> NDArray[Any]:
     """Return ``values`` with ``step``, ``next_step`` and ``stamp_ns`` of their publisher before their own fields."""
     head = [("step", np.int64), ("next_step", np.int64), ("stamp_ns", np.int64)]
-    full = np.empty(len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in values.dtype.names or ())]))
+    full = np.empty(
+        len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in values.dtype.names or ())])
+    )
     full["step"] = np.arange(len(values)) * period_steps
     full["next_step"] = full["step"] + period_steps
     full["stamp_ns"] = full["step"] * plant_period

@@ -23,7 +23,7 @@ END_MARGIN = 1.25
 
 SAMPLING_MARGIN = 0.995
 RUN_UP_GROWTH = 1.02
-RUN_UP_TRIES = 120
+RUN_UP_TRIES = 300
 
 
 class Axes(NamedTuple):
@@ -46,10 +46,11 @@ class Approach(NamedTuple):
 
 
 class Allowed(NamedTuple):
-    """Limits as the search uses them: speed m/s, acceleration m/s^2, tangent of tilt, gravity m/s^2."""
+    """Limits as the search uses them: speed m/s, acceleration m/s^2, jerk m/s^3, tangent of tilt, gravity m/s^2."""
 
     speed: float
     acceleration: float
+    jerk: float
     tilt_tangent: float
     gravity: float
 
@@ -69,7 +70,7 @@ def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, fir
     way = math.sqrt(_square(gate.x - start.p_w.x, gate.y - start.p_w.y, gate.z - start.p_w.z)) / allowed.speed
     if way + run_up.duration > shortest:
         shortest = way + run_up.duration
-    if SHORTEST > shortest:
+    if shortest < SHORTEST:
         shortest = SHORTEST
     quanta = math.floor(shortest / QUANTUM) + 1
     transit = _transit(start, gate, quanta * QUANTUM - run_up.duration)
@@ -134,11 +135,13 @@ def _allowed(limits: MotionLimits, gravity: float, start: VehicleState, first: T
     start_speed = math.sqrt(_square(start.v_w.x, start.v_w.y, start.v_w.z))
     end_speed = math.sqrt(_square(first.v_w.x, first.v_w.y, first.v_w.z))
     end_acceleration = math.sqrt(_square(first.a_w.x, first.a_w.y, first.a_w.z))
+    end_jerk = math.sqrt(_square(first.jerk_w.x, first.jerk_w.y, first.jerk_w.z))
     lift = _larger(gravity + first.a_w.z, 0.1 * gravity)
     end_tangent = math.sqrt(_square(first.a_w.x, first.a_w.y, 0.0)) / lift
     return Allowed(
         _larger(limits.speed, END_MARGIN * _larger(start_speed, end_speed)),
         _larger(limits.acceleration, END_MARGIN * end_acceleration),
+        _larger(limits.jerk, END_MARGIN * end_jerk),
         _larger(math.tan(limits.tilt), END_MARGIN * end_tangent),
         gravity,
     )
@@ -151,7 +154,9 @@ def _plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> Axes:
         y = Septic(first.p_w.y, 0.0, 0.0, 0.0, 0.0, 0.0)
         z = Septic(first.p_w.z, 0.0, 0.0, 0.0, 0.0, 0.0)
         return Axes(0.0, x, y, z)
-    duration = speed / allowed.acceleration
+    level_speed = math.sqrt(_square(first.v_w.x, first.v_w.y, 0.0))
+    level_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
+    duration = _larger(speed / allowed.acceleration, level_speed / level_acceleration)
     run_up = _run_up(first, duration)
     tries = 0
     while tries < RUN_UP_TRIES and not _within(allowed, run_up):
@@ -185,12 +190,15 @@ def _transit(start: VehicleState, gate: Vec3, duration: float) -> Axes:
 def _within(allowed: Allowed, axes: Axes) -> bool:
     speed = SAMPLING_MARGIN * allowed.speed
     acceleration = SAMPLING_MARGIN * allowed.acceleration
+    jerk = SAMPLING_MARGIN * allowed.jerk
     for i in range(SAMPLES + 1):
         time = axes.duration * i / SAMPLES
         x = evaluate(axes.x, axes.duration, time)
         y = evaluate(axes.y, axes.duration, time)
         z = evaluate(axes.z, axes.duration, time)
         if _square(x.v, y.v, z.v) > speed * speed or _square(x.a, y.a, z.a) > acceleration * acceleration:
+            return False
+        if _square(x.jerk, y.jerk, z.jerk) > jerk * jerk:
             return False
         if math.sqrt(_square(x.a, y.a, 0.0)) > SAMPLING_MARGIN * allowed.tilt_tangent * (allowed.gravity + z.a):
             return False

@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
     yaw_shaping: Annotated[
         int, Choice(("smooth", "printed"), "smooth: a turn within the yaw limits; printed: steps", "Eq. 65")
     ] = SMOOTH
-    limits: MotionLimits = MotionLimits(6.5, 3.5, 0.4, 1.0, 2.0)
+    limits: MotionLimits = MotionLimits(6.5, 3.5, 5.0, 0.4, 1.0, 2.0)
 
 
 def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:

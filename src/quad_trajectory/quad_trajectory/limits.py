@@ -15,6 +15,7 @@ class MotionLimits(NamedTuple):
 
     speed: Annotated[float, Real("m/s", "speed limit of the approach", 0.01, 100.0, live=False)] = 3.0
     acceleration: Annotated[float, Real("m/s^2", "acceleration limit of the approach", 0.01, 100.0, live=False)] = 2.5
+    jerk: Annotated[float, Real("m/s^3", "jerk limit of the approach", 0.01, 1e4, live=False)] = 5.0
     tilt: Annotated[
         float,
         Real("rad", "tilt limit of the approach: atan(horizontal / vertical specific force)", 0.01, 1.4, live=False),

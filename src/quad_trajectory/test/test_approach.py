@@ -1,0 +1,209 @@
+"""The approach: joined to acceleration and jerk, within its limits, from anywhere, and the shortest of its kind."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from quad_core.parameters import build
+from quad_core.rotations import quaternion_from_euler
+from quad_core.types import Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+from quad_trajectory import approach, case1, case2, hover
+from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, Motion, evaluate, septic, smooth_step
+
+VEHICLE = Vehicle()
+MODULES = (case1, case2, hover)
+
+
+def vectors(bound):
+    return st.builds(Vec3, *(st.floats(-bound, bound) for _ in range(3)))
+
+
+states = st.builds(
+    lambda p, v, yaw, tilt: VehicleState(p, v, quaternion_from_euler(Vec3(tilt, -tilt, yaw)), Vec3()),
+    vectors(200.0),
+    st.one_of(st.just(Vec3()), vectors(15.0)),
+    st.floats(-math.pi, math.pi),
+    st.floats(-0.5, 0.5),
+)
+
+
+def norm(v):
+    return math.sqrt(sum(c * c for c in v))
+
+
+def walk(module, parameters, plan, count=400):
+    return [module.sample(parameters, plan, plan.duration * i / count) for i in range(count)]
+
+
+def allowed_of(parameters, start, first):
+    """What the limits and the ends of the approach allow: written anew, not taken from the code."""
+    limits = parameters.limits
+    end_tilt = math.atan2(math.hypot(first.a_w.x, first.a_w.y), VEHICLE.gravity + first.a_w.z)
+    return (
+        max(limits.speed, 1.25 * norm(first.v_w), 1.25 * norm(start.v_w)),
+        max(limits.acceleration, 1.25 * norm(first.a_w)),
+        max(limits.jerk, 1.25 * norm(first.jerk_w)),
+        max(math.tan(limits.tilt), 1.25 * math.tan(end_tilt)),
+    )
+
+
+@pytest.mark.parametrize("module", MODULES)
+@settings(max_examples=40, deadline=None)
+@given(start=states)
+def test_joint_and_limits_from_anywhere(module, start):
+    parameters = module.Parameters()
+    plan = module.plan(parameters, VEHICLE, start)
+    first = module.sample(parameters, plan, plan.duration)
+    assert first.trajectory_time == 0.0
+
+    begin = module.sample(parameters, plan, 0.0)
+    assert begin.p_w == pytest.approx(start.p_w, abs=1e-9)
+    assert begin.v_w == pytest.approx(start.v_w, abs=1e-9)
+    assert begin.a_w == (0.0, 0.0, 0.0)
+
+    end = module.sample(parameters, plan, math.nextafter(plan.duration, 0.0))
+    assert end.trajectory_time < 0.0
+    assert end.p_w == pytest.approx(first.p_w, abs=1e-8)
+    assert end.v_w == pytest.approx(first.v_w, abs=1e-8)
+    assert end.a_w == pytest.approx(first.a_w, abs=1e-8)
+    assert end.jerk_w == pytest.approx(first.jerk_w, abs=1e-7)
+    assert math.cos(end.yaw - first.yaw) == pytest.approx(1.0, abs=1e-12)
+    assert (end.yaw_rate, end.yaw_acceleration) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+    speed, acceleration, jerk, tangent = allowed_of(parameters, start, first)
+    for point in walk(module, parameters, plan):
+        assert norm(point.v_w) <= speed
+        assert norm(point.a_w) <= acceleration
+        assert norm(point.jerk_w) <= jerk
+        assert math.hypot(point.a_w.x, point.a_w.y) <= tangent * (VEHICLE.gravity + point.a_w.z)
+        assert abs(point.yaw_rate) <= parameters.limits.yaw_rate * (1 + 1e-9)
+        assert abs(point.yaw_acceleration) <= parameters.limits.yaw_acceleration * (1 + 1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    start=states,
+    scale=st.floats(0.01, 10.0),
+    slow=st.floats(0.1, 20.0),
+    speed=st.floats(0.05, 50.0),
+    acceleration=st.floats(0.05, 50.0),
+    jerk=st.floats(0.05, 50.0),
+    tilt=st.floats(0.02, 1.3),
+)
+def test_case2_is_reached_within_limits_at_any_scale(start, scale, slow, speed, acceleration, jerk, tilt):
+    values = {"limits.speed": speed, "limits.acceleration": acceleration}
+    values |= {"limits.jerk": jerk, "limits.tilt": tilt}
+    parameters = build(case2.Parameters, {"position_scale": scale, "time_scale": slow, **values})
+    plan = case2.plan(parameters, VEHICLE, start)
+    speed, acceleration, jerk, tangent = allowed_of(parameters, start, case2.curve(parameters, 0.0))
+    for point in walk(case2, parameters, plan, 200):
+        assert norm(point.v_w) <= speed
+        assert norm(point.a_w) <= acceleration
+        assert norm(point.jerk_w) <= jerk
+        assert math.hypot(point.a_w.x, point.a_w.y) <= tangent * (VEHICLE.gravity + point.a_w.z)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_derivatives_along_the_approach(module):
+    start = VehicleState(
+        Vec3(3.0, -20.0, 40.0), Vec3(1.0, 2.0, -0.5), quaternion_from_euler(Vec3(0.1, 0.2, -2.0)), Vec3()
+    )
+    parameters = module.Parameters()
+    plan = module.plan(parameters, VEHICLE, start)
+    h = 1e-3
+    gate = plan.transit.duration
+    for i in range(1, 200):
+        time = plan.duration * i / 200
+        if abs(time - gate) < 2 * h or plan.duration - time < 2 * h:
+            continue
+        before, now, after = (module.sample(parameters, plan, time + d) for d in (-h, 0.0, h))
+        for lower, higher in itertools.pairwise(("p_w", "v_w", "a_w", "jerk_w", "snap_w")):
+            slope = [(b - a) / (2 * h) for a, b in zip(getattr(before, lower), getattr(after, lower), strict=True)]
+            assert slope == pytest.approx(getattr(now, higher), rel=1e-4, abs=1e-4)
+        assert (after.yaw - before.yaw) / (2 * h) == pytest.approx(now.yaw_rate, abs=1e-5)
+        assert (after.yaw_rate - before.yaw_rate) / (2 * h) == pytest.approx(now.yaw_acceleration, abs=1e-4)
+
+
+def test_gate_between_transit_and_run_up_is_smooth():
+    parameters = case2.Parameters()
+    plan = case2.plan(parameters, VEHICLE, VehicleState())
+    gate = plan.transit.duration
+    assert plan.run_up.duration > 0.0
+    before, after = (case2.sample(parameters, plan, gate + d) for d in (-1e-9, 1e-9))
+    for name in ("p_w", "v_w", "a_w"):
+        assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6)
+
+
+def test_hover_duration_is_the_shortest_that_the_speed_limit_allows():
+    """From rest to rest the speed peaks at 35/16 of the mean: 12 m at 3 m/s take 8.75 s, at 0.995 of it 8.79 s."""
+    parameters = build(hover.Parameters, {"position.z": 12.0, "limits.acceleration": 50.0, "limits.jerk": 1e3})
+    plan = hover.plan(parameters, VEHICLE, VehicleState())
+    assert plan.duration == 9.0
+
+
+def test_hover_duration_is_the_shortest_that_the_acceleration_limit_allows():
+    """84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 2 m/s^2: T >= 6.731 s."""
+    values = {"position.z": 12.0, "limits.speed": 50.0, "limits.acceleration": 2.0, "limits.jerk": 1e3}
+    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
+    assert plan.duration == 6.75
+
+
+def test_hover_duration_is_the_shortest_that_the_tilt_limit_allows():
+    """84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 9.8 tan(0.1) m/s^2: T >= 9.600 s."""
+    values = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
+    values |= {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
+    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
+    assert plan.duration == 9.75
+
+
+def test_hover_duration_is_the_shortest_that_the_jerk_limit_allows():
+    """The jerk from rest to rest peaks at 52.5 times way / T^3: 52.5 * 12 / T^3 <= 0.995 * 1 m/s^3: T >= 8.588 s."""
+    values = {"position.z": 12.0, "limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1.0}
+    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
+    assert plan.duration == 8.75
+
+
+def test_yaw_alone_can_decide_the_duration():
+    """A turn by 3 rad at 0.5 rad/s takes 35/16 * 3 / 0.5 = 13.125 s."""
+    parameters = build(hover.Parameters, {"yaw": 3.0, "limits.yaw_rate": 0.5})
+    plan = hover.plan(parameters, VEHICLE, VehicleState(p_w=Vec3(0.0, 0.0, 2.0)))
+    assert plan.duration == 13.25
+
+
+def test_already_there_lasts_the_shortest_time():
+    plan = hover.plan(hover.Parameters(), VEHICLE, VehicleState(p_w=Vec3(0.0, 0.0, 2.0)))
+    assert approach.SHORTEST <= plan.duration <= approach.SHORTEST + approach.QUANTUM
+    assert hover.sample(hover.Parameters(), plan, 0.5).p_w == pytest.approx((0.0, 0.0, 2.0), abs=1e-12)
+
+
+def test_yaw_turns_the_short_way():
+    start = VehicleState(q_wb=quaternion_from_euler(Vec3(0.0, 0.0, 3.0)))
+    parameters = build(hover.Parameters, {"yaw": -3.0})
+    plan = hover.plan(parameters, VEHICLE, start)
+    yaws = [point.yaw for point in walk(hover, parameters, plan)]
+    assert min(yaws) >= 3.0 - 1e-12
+    assert max(yaws) <= 2 * math.pi - 3.0 + 1e-12
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_printed_start_has_no_approach(module):
+    parameters = build(module.Parameters, {"start": "printed"})
+    plan = module.plan(parameters, VEHICLE, VehicleState())
+    assert plan.duration == 0.0
+    assert module.sample(parameters, plan, 0.0).trajectory_time == 0.0
+
+
+def test_polynomial_meets_its_ends():
+    end = Motion(-7.0, 3.0, 1.5, -0.75, 0.0)
+    c = septic(2.0, -1.0, end, 4.0)
+    assert evaluate(c, 4.0, 0.0)[:4] == pytest.approx((2.0, -1.0, 0.0, 0.0), abs=1e-12)
+    assert evaluate(c, 4.0, 4.0)[:4] == pytest.approx(end[:4], abs=1e-12)
+
+
+def test_peaks_of_the_smooth_step():
+    motions = [smooth_step(0.0, 1.0, 1.0, i / 20000) for i in range(20001)]
+    assert max(m.v for m in motions) == pytest.approx(PEAK_RATE, rel=1e-8)
+    assert max(abs(m.a) for m in motions) == pytest.approx(PEAK_ACCELERATION, rel=1e-7)
