@@ -49,7 +49,7 @@ class SimulatorParameters(NamedTuple):
         "held_gaussian"
     )
     window: Annotated[
-        int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 100_000)
+        int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 1000)
     ] = 200
     repeat_after: Annotated[
         float, Real("s", "wall-clock time without an answer after which a state is repeated", 0.05, 60.0, live=False)

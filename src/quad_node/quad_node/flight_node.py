@@ -63,7 +63,8 @@ class FlightNode(Node):
     def publisher(self, topic: str, match: bool = True) -> Publisher:
         """Return a publisher of a topic of the table; READY waits for its subscribers if ``match``."""
         entry = topics.TOPICS[topic]
-        publisher = self.create_publisher(entry.type, entry.name, entry.qos())
+        qos = entry.qos(topics.STEP_HISTORY) if entry.step else entry.qos()
+        publisher = self.create_publisher(entry.type, entry.name, qos)
         if match:
             self._out.append((publisher, sum(role in self.roles for role in entry.subscribers)))
         return publisher

@@ -30,6 +30,10 @@ ATTITUDE = "attitude_controller"
 RECORDER = "recorder"
 
 
+# The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much, and some repeats.
+STEP_HISTORY = 1200
+
+
 def stream(depth: int = 10) -> QoSProfile:
     """Return the QoS of control topics: reliable, because lockstep must not lose a sample."""
     return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)

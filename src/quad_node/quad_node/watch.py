@@ -1,13 +1,46 @@
 """Follow a flight from outside, without taking part in it."""
 
+from typing import NamedTuple
+
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from quad_core.timing import seconds
 from quad_msgs.msg import FlightState
 from quad_node import topics
+from quad_node.conversion import stamp_ns
+
+WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
+_PHASES = {
+    FlightState.WAITING: WAITING,
+    FlightState.FLYING: FLYING,
+    FlightState.ENDED: ENDED,
+    FlightState.FAILED: FAILED,
+}
+
+
+class Sighting(NamedTuple):
+    """What ``flight/state`` said last. Times in s; ``end_step`` 0 while not known."""
+
+    phase: str
+    reason: str
+    step: int
+    end_step: int
+    flight_time: float
+    wall_time: float
+
+    @property
+    def over(self) -> bool:
+        """Whether the flight is over, well or not."""
+        return self.phase in (ENDED, FAILED)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Flight time over wall-clock time, 0 before the first step."""
+        return self.flight_time / self.wall_time if self.wall_time > 0.0 else 0.0
 
 
 class FlightWatch:
@@ -15,7 +48,7 @@ class FlightWatch:
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:
         """Join ``domain``; a process may watch several flights one after the other."""
-        self.newest: FlightState | None = None
+        self.newest: Sighting | None = None
         self._run_id = run_id
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
@@ -31,9 +64,9 @@ class FlightWatch:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
-    def poll(self, seconds: float) -> FlightState | None:
-        """Wait up to ``seconds`` for news and return the newest state of the run, None before the first."""
-        self._executor.spin_once(timeout_sec=seconds)
+    def poll(self, patience: float) -> Sighting | None:
+        """Wait up to ``patience`` s for news and return the newest state of the run, None before the first."""
+        self._executor.spin_once(timeout_sec=patience)
         return self.newest
 
     def close(self) -> None:
@@ -44,4 +77,11 @@ class FlightWatch:
 
     def _on_state(self, message: FlightState) -> None:
         if message.run_id == self._run_id:
-            self.newest = message
+            self.newest = Sighting(
+                _PHASES.get(message.state, FAILED),
+                message.reason,
+                message.step,
+                message.end_step,
+                seconds(stamp_ns(message.stamp), 1),
+                message.wall_time,
+            )

@@ -1,0 +1,95 @@
+"""One flight: five processes in a domain, watched to their end, judged by the bag."""
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from quad_bringup import results
+from quad_bringup.flight_setup import parameter_file, summary
+from quad_bringup.processes import Processes, describe_exit, executable
+from quad_bringup.progress import Progress
+from quad_bringup.supervisor import Interrupts, Patience, supervise
+from quad_core.node_parameters import Resolved
+from quad_node.watch import FlightWatch
+
+GOOD = 0
+FAILED = 1
+BAD_SETUP = 2
+
+
+class Planned(NamedTuple):
+    """One flight, checked and ready to start. ``limits``: {metric: largest value}."""
+
+    name: str
+    directory: Path
+    run_id: str
+    namespace: str
+    nodes: dict[str, Resolved]
+    limits: dict[str, float]
+
+
+def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
+    """Fly ``flight`` in ``domain``, print what its bag says, and return the exit code."""
+    about = summary(flight.nodes)
+    _say(
+        f"{flight.name}: {about['position']} + {about['attitude']} ({about['preset']}), plant {about['plant']}, "
+        f"start {about['start']}, {about['mode']}, seed {about['seed']}"
+    )
+    _say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
+    logs = Path(tempfile.mkdtemp(prefix="quad-fly-"))
+    processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
+    watch = FlightWatch(flight.run_id, domain, flight.namespace)
+    progress = Progress(flight.name, sys.stderr)
+    try:
+        _start(processes, flight, logs / "parameters.yaml")
+        cause = supervise(processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show)
+    finally:
+        progress.close()
+        watch.close()
+        processes.stop()
+    if flight.directory.is_dir():
+        processes.move_logs(flight.directory / "logs")
+    return _judge(flight, processes, cause)
+
+
+def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
+    recorder = flight.nodes["recorder"]
+    told = recorder._replace(node=recorder.node._replace(parameters_file=str(parameters)))
+    parameters.write_text(parameter_file({**flight.nodes, "recorder": told}, flight.namespace), encoding="utf-8")
+    arguments = ["--ros-args", "--params-file", str(parameters)]
+    if flight.namespace:
+        arguments += ["-r", f"__ns:=/{flight.namespace}"]
+    for role in flight.nodes:
+        processes.start(role, [executable(role), *arguments])
+
+
+def _judge(flight: Planned, processes: Processes, cause: str) -> int:
+    """Print the table and what went wrong; returns the exit code."""
+    for role, code in processes.codes.items():
+        if code == BAD_SETUP:
+            _complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
+            return BAD_SETUP
+    found = results.report(flight.directory, flight.limits, flight.namespace)
+    _say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
+    problems = ([cause] if cause else []) + found.problems
+    problems = problems or [f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0]
+    for problem in problems:
+        _complain(f"{flight.name}: {problem}")
+    for role, code in processes.codes.items():
+        if code != 0 and cause.startswith(f"{role} "):
+            for line in processes.last_lines(role, 3):
+                _complain(f"{role}: {line}")
+    _say(f"{flight.name}: {'failed' if problems else 'good'}")
+    return FAILED if problems else GOOD
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def _complain(line: str) -> None:
+    sys.stderr.write(f"fly: {line}\n")
+    sys.stderr.flush()

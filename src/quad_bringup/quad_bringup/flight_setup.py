@@ -1,0 +1,161 @@
+"""From what is asked for to the resolved parameters of the five nodes; everything is checked before a process starts."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from quad_bringup import configuration
+from quad_core import plugins
+from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, flatten
+
+SHARED = ("flight", "vehicle")
+Overrides = dict[str, dict[str, Value]]
+
+
+class Request(NamedTuple):
+    """What a flight is asked to be; None leaves the choice to the files and the defaults."""
+
+    case: str
+    preset: str = "tuned"
+    vehicle: str = "paper"
+    plant: str | None = None
+    start: str | None = None
+    position: str | None = None
+    attitude: str | None = None
+    seed: int | None = None
+    duration: float | None = None
+    realtime: bool = False
+    settings: Sequence[str] = ()
+
+
+def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
+    """Return {role: all that its node is told} of a flight.
+
+    ``identity`` ({role or "/**": {name: value}}) holds what belongs to this one run (run id, directory) and wins.
+    Raises ParameterError or PluginError naming the file or key, what was found and what was expected.
+    """
+    files = [configuration.find(configuration.VEHICLES, request.vehicle)]
+    files.append(configuration.find(configuration.CONTROLLERS, request.preset))
+    trajectory = request.case
+    if request.case in configuration.names(configuration.SCENARIOS):
+        files.append(configuration.find(configuration.SCENARIOS, request.case))
+        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", request.case))
+    elif request.case not in plugins.names(plugins.TRAJECTORY):
+        known = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
+        raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
+    asked = _asked(request, trajectory)
+    settings = parse_settings(request.settings)
+    resolved = {}
+    for role in ROLES:
+        base = {**_read(files, role), **asked.get("/**", {}), **asked.get(role, {})}
+        try:
+            told = {**base, **_typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
+            resolved[role] = resolve(role, {**told, **identity.get("/**", {}), **identity.get(role, {})})
+        except ParameterError as error:
+            raise ParameterError(f"{role}: {error}") from error
+    check_agreement(resolved)
+    _check_whole(resolved)
+    return resolved
+
+
+def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
+
+    Raises ParameterError for another form or an unknown node.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        node, dot, parameter = name.partition(".")
+        if not (equals and dot and parameter):
+            raise ParameterError(f"--set {setting}: expected NODE.PARAM=VALUE")
+        if node in SHARED:
+            node, parameter = "/**", name
+        elif node not in ROLES:
+            raise ParameterError(f"--set {setting}: no node {node!r}; expected one of {', '.join((*ROLES, *SHARED))}")
+        found.setdefault(node, {})[parameter] = value
+    return found
+
+
+def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:
+    """Return the flight as one ROS 2 parameter file: every parameter of every node in ``namespace``, as resolved."""
+    prefix = "/" + namespace.strip("/") if namespace.strip("/") else ""
+    content = {
+        f"{prefix}/{role}": {"ros__parameters": {field.name: field.default for field in told.all_fields()}}
+        for role, told in resolved.items()
+    }
+    return yaml.safe_dump(content, sort_keys=False)
+
+
+def _read(files: Sequence[Path], role: str) -> dict[str, Value]:
+    return overrides_for([read_parameter_file(path) for path in files], role)
+
+
+def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
+    choices: list[tuple[str, str, Value | None]] = [
+        ("/**", "flight.mode", "realtime" if request.realtime else None),
+        ("/**", "flight.seed", request.seed),
+        ("simulator", "plant", request.plant),
+        ("trajectory", "trajectory", trajectory),
+        ("trajectory", f"{trajectory}.start", request.start),
+        ("trajectory", f"{trajectory}.duration", request.duration),
+        ("position_controller", "law", request.position),
+        ("attitude_controller", "law", request.attitude),
+    ]
+    asked: Overrides = {}
+    for role, name, value in choices:
+        if value is not None:
+            asked.setdefault(role, {})[name] = value
+    return asked
+
+
+def _typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
+    """Return ``texts`` as the types that the node's parameters have; the choice of plug-ins among them decides which."""
+    slots = {*ROLES[role].slots, "preset"}
+    chosen = {name: text for name, text in texts.items() if name in slots}
+    known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}
+    return {name: _value(known.get(name), text) for name, text in texts.items()}
+
+
+def _value(field: Field | None, text: str) -> Value:
+    if field is None:
+        return text
+    try:
+        if isinstance(field.spec, Real):
+            return float(text)
+        if isinstance(field.spec, Whole):
+            return int(text)
+    except ValueError:
+        return text
+    if isinstance(field.spec, Flag):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    return text
+
+
+def _check_whole(resolved: Mapping[str, Resolved]) -> None:
+    """Refuse what is good for each node and bad for the flight."""
+    roles = {name.strip() for name in resolved["simulator"].flight.roles.split(",")}
+    if roles != set(ROLES):
+        raise ParameterError(f"flight.roles: found {', '.join(sorted(roles))}, expected all of {', '.join(ROLES)}")
+    window, every = resolved["simulator"].node.window, resolved["recorder"].node.ack_steps
+    if every >= window:
+        raise ParameterError(f"recorder.ack_steps: found {every}, expected less than simulator.window, {window}")
+
+
+def summary(resolved: Mapping[str, Resolved]) -> dict[str, Any]:
+    """Return what names a flight for people: trajectory, start, laws, plant, mode, seed."""
+    trajectory = resolved["trajectory"].plugins["trajectory"]
+    return {
+        "trajectory": trajectory.name,
+        "start": flatten(trajectory.parameters).get("start", "approach"),
+        "position": resolved["position_controller"].node.law,
+        "attitude": resolved["attitude_controller"].node.law,
+        "preset": resolved["position_controller"].node.preset,
+        "plant": resolved["simulator"].node.plant,
+        "mode": flatten(resolved["simulator"].flight)["mode"],
+        "seed": resolved["simulator"].flight.seed,
+    }

@@ -1,0 +1,112 @@
+"""The node processes of one flight: started directly, watched, stopped by pid."""
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+
+PACKAGES = {
+    "simulator": "quad_dynamics",
+    "trajectory": "quad_trajectory",
+    "position_controller": "quad_position_ctrl",
+    "attitude_controller": "quad_attitude_ctrl",
+    "recorder": "quad_flight_log",
+}
+
+# What is asked of a process in turn, and how long (s) it then has.
+_STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
+
+
+def executable(role: str) -> Path:
+    """Return what ``ros2 run`` would start for ``role``."""
+    package = PACKAGES[role]
+    return Path(get_package_prefix(package), "lib", package, role)
+
+
+def describe_exit(code: int) -> str:
+    """Return how a process ended, for people; ``code`` as subprocess gives it (negative: the signal)."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    try:
+        return f"was killed by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"was killed by signal {-code}"
+
+
+class Processes:
+    """One process per role, its output in ``<logs>/<role>.log``."""
+
+    def __init__(self, logs: Path, environment: Mapping[str, str]) -> None:
+        """Start nothing yet; ``environment`` is that of every process."""
+        self._logs, self._environment = logs, dict(environment)
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self.codes: dict[str, int] = {}
+
+    def start(self, role: str, command: Sequence[str | Path]) -> None:
+        """Start the process of ``role``; raises OSError if it cannot be started."""
+        with self.log(role).open("wb") as output:
+            self._running[role] = subprocess.Popen(
+                [os.fspath(part) for part in command],
+                env=self._environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                # Its own group: Ctrl-C on the terminal reaches only us, and we pass it on once.
+                start_new_session=True,
+            )
+
+    def log(self, role: str) -> Path:
+        """Return the file with all that the process of ``role`` printed."""
+        return self._logs / f"{role}.log"
+
+    def last_lines(self, role: str, count: int = 3) -> list[str]:
+        """Return the last lines that the process of ``role`` printed."""
+        text = self.log(role).read_text(encoding="utf-8", errors="replace") if self.log(role).exists() else ""
+        return [line for line in text.splitlines() if line.strip()][-count:]
+
+    def move_logs(self, directory: Path) -> None:
+        """Move all that was printed, and whatever else lies beside it, into ``directory``; it must not exist."""
+        shutil.move(self._logs, directory)
+        self._logs = directory
+
+    def pids(self) -> dict[str, int]:
+        """Return {role: pid} of the processes that run."""
+        return {role: process.pid for role, process in self._running.items()}
+
+    def reap(self) -> dict[str, int]:
+        """Return {role: exit code} of those that ended since the last call; all codes are in ``codes``."""
+        ended = {}
+        for role, process in list(self._running.items()):
+            code = process.poll()
+            if code is not None:
+                ended[role] = code
+                del self._running[role]
+        self.codes.update(ended)
+        return ended
+
+    def running(self) -> bool:
+        """Return whether any process still runs."""
+        return bool(self._running)
+
+    def stop(self) -> None:
+        """End all processes that still run.
+
+        The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM and SIGKILL.
+        """
+        self._ask("simulator", signal.SIGINT, 3.0)
+        for number, patience in _STOPS:
+            self._ask("", number, patience)
+
+    def _ask(self, only: str, number: signal.Signals, patience: float) -> None:
+        asked = [process for role, process in self._running.items() if only in ("", role)]
+        for process in asked:
+            process.send_signal(number)
+        deadline = time.monotonic() + patience
+        while asked and self._running and time.monotonic() < deadline:
+            self.reap()
+            time.sleep(0.02)

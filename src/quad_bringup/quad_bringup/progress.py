@@ -1,0 +1,55 @@
+"""How far a flight is, on the terminal: one line that moves, or a line now and then where there is none."""
+
+import time
+from typing import TextIO
+
+from quad_node.watch import WAITING, Sighting
+
+_PLAIN_EVERY = 5.0
+_LIVE_EVERY = 0.2
+_BAR = 24
+
+
+class Progress:
+    """Shows the newest state of one flight."""
+
+    def __init__(self, name: str, out: TextIO) -> None:
+        """Show the flight ``name`` on ``out``."""
+        self._name, self._out = name, out
+        self._live = out.isatty()
+        self._next = 0.0
+        self._shown = False
+
+    def show(self, state: Sighting | None) -> None:
+        """Show ``state`` if it is time to."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
+        line = f"{self._name}: {describe(state)}"
+        if self._live:
+            self._out.write(f"\r\033[K{line}")
+            self._shown = True
+        else:
+            self._out.write(f"{line}\n")
+        self._out.flush()
+
+    def close(self) -> None:
+        """Leave the terminal as it was."""
+        if self._shown:
+            self._out.write("\r\033[K")
+            self._out.flush()
+
+
+def describe(state: Sighting | None) -> str:
+    """Return one line about ``state``."""
+    if state is None:
+        return "starting"
+    if state.phase == WAITING:
+        return state.reason
+    if not state.end_step or not state.step:
+        return f"{state.flight_time:.1f} s"
+    done = min(state.step / state.end_step, 1.0)
+    bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
+    total = state.flight_time * state.end_step / state.step
+    return f"[{bar}] {state.flight_time:.1f} of {total:.1f} s, {state.real_time_factor:.1f} x real time"

@@ -1,0 +1,69 @@
+"""What a flight was, read from its bag alone."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from quad_flight_log.cli import measured
+from quad_flight_log.errors import FlightLogError
+from quad_flight_log.metrics import METRICS, FlightMetrics
+from quad_flight_log.presentation import judged, table
+from quad_flight_log.reader import Flight, open_flight
+
+STATES = {0: "waiting", 1: "flying", 2: "ended", 3: "failed"}
+ENDED = 2
+
+
+class Report(NamedTuple):
+    """The flight as its bag tells it. ``state``: waiting, flying, ended, failed; ``problems``: why it does not count."""
+
+    state: str
+    flight_time: float
+    real_time_factor: float
+    metrics: FlightMetrics
+    limits: Mapping[str, float]
+    problems: list[str]
+
+
+def report(directory: Path, limits: Mapping[str, float], namespace: str = "") -> Report:
+    """Return what the bag in ``directory`` says, held to ``limits`` ({metric: largest value})."""
+    try:
+        flight = open_flight(directory, namespace=namespace)
+        state, reason, flight_time, wall_time = _last_state(flight)
+        metrics = measured(flight)
+    except FlightLogError as error:
+        return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
+    problems = []
+    if state != STATES[ENDED]:
+        problems.append(reason or f"the flight did not end: flight/state says {state}")
+    if flight.truncated:
+        problems.append(f"the bag was not closed: {flight.damage}")
+    for verdict in judged(metrics, limits):
+        if not verdict.kept:
+            found = "not available" if verdict.value is None else f"{verdict.value:.4g}"
+            unit = METRICS[verdict.metric].unit
+            problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
+    factor = flight_time / wall_time if wall_time > 0.0 else 0.0
+    return Report(state, flight_time, factor, metrics, limits, problems)
+
+
+def text(name: str, seed: int, found: Report) -> str:
+    """Return the table for people."""
+    rows = table([name], [found.metrics], found.limits)
+    return "\n".join(
+        [
+            rows,
+            f"seed {seed}; {found.flight_time:.2f} s flown at {found.real_time_factor:.2f} x real time; {found.state}",
+        ]
+    )
+
+
+def _last_state(flight: Flight) -> tuple[str, str, float, float]:
+    if not flight.has("flight/state"):
+        return "unknown", "", 0.0, 0.0
+    rows = flight.array("flight/state")
+    if len(rows) == 0:
+        return "unknown", "", 0.0, 0.0
+    last = rows[-1]
+    state = STATES.get(int(last["state"]), "unknown")
+    return state, str(last["reason"]), float(last["stamp_ns"]) * 1e-9, float(last["wall_time"])
