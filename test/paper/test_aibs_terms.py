@@ -143,7 +143,7 @@ def test_eq37_gain_is_forward_euler_with_leak_and_bound():
     assert law.next_adaptive_gain(2.0, 3.0, 0.0, 1.0, 10.0, 0.01) == pytest.approx(2.03, rel=1e-14)
     assert law.next_adaptive_gain(2.0, 3.0, 0.5, 1.2, 10.0, 0.01) == pytest.approx(2.026, rel=1e-14)
     assert law.next_adaptive_gain(2.0, 3.0, 0.0, 1.0, 2.01, 0.01) == 2.01
-    assert law.next_adaptive_gain(0.1, 0.0, 100.0, 0.0, 2.0, 0.5) == 0.0
+    assert law.next_adaptive_gain(0.1, 0.0, 3.0, 0.0, 2.0, 0.5) == 0.0
 
 
 def test_eq38_thrust_and_angles():

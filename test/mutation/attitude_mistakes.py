@@ -1,0 +1,143 @@
+"""Mistakes of the attitude law, by function: (equation, what stands there, what it becomes)."""
+
+ATTITUDE = {
+    "quad_attitude_ctrl.saturation.saturation": [
+        ("39", "0.5 * x", "x"),
+        ("39", "x / width", "x * width"),
+        ("39", "math.tanh", "math.atan"),
+    ],
+    "quad_attitude_ctrl.surface.angle_exponent": [
+        ("46", "abs(error)", "error"),
+        ("46", "0.25", "0.2"),
+        ("46", "steep = 1.4", "steep = 0.7"),
+        ("46", "-outer ** steep - inner", "-outer ** steep + inner"),
+        ("46", "+ 0.5", "- 0.5"),
+    ],
+    "quad_attitude_ctrl.surface.rate_exponent": [
+        ("46", "2.0 * exponent", "exponent"),
+        ("46", "1.0 + exponent", "1.0 - exponent"),
+    ],
+    "quad_attitude_ctrl.surface.surface_integrand": [
+        ("45", "angle_term + rate_term", "angle_term - rate_term"),
+        ("45", "abs(error) ** exponent", "abs(error) ** other"),
+        ("45", "abs(error_rate) ** other", "abs(error_rate) ** exponent"),
+        ("45", "saturation(error_rate, width)", "saturation(error, width)"),
+        ("45", "angle_gain * abs(error)", "rate_gain * abs(error)"),
+    ],
+    "quad_attitude_ctrl.surface.sliding_variable": [("45", "error_rate + integral", "error_rate - integral")],
+    "quad_attitude_ctrl.surface.next_surface_integral": [
+        ("45", "integral + dt", "integral - dt"),
+        ("45", "return -max_integral", "return max_integral"),
+    ],
+    "quad_attitude_ctrl.sliding_control.equivalent_control": [
+        ("52", "- model", "+ model"),
+        ("52", "- integrand", "+ integrand"),
+        ("52", " - error", ""),
+        ("52", "- error", "+ error"),
+        ("52", "desired_acceleration - ", "-"),
+    ],
+    "quad_attitude_ctrl.sliding_control.uncertainty_bound": [
+        ("60", "abs(angle)", "angle"),
+        ("60", "estimates.rate * abs(rate)", "estimates.rate * abs(angle)"),
+        ("60", "estimates.constant + ", ""),
+    ],
+    "quad_attitude_ctrl.sliding_control.reaching_control": [
+        ("53", "return -(", "return ("),
+        ("53", "abs(sliding) ** power", "abs(sliding)"),
+        ("53", "powered * layer", "powered"),
+        ("53", "+ bound * layer", "- bound * layer"),
+        ("53", "linear_gain * sliding", "linear_gain * layer"),
+    ],
+    "quad_attitude_ctrl.sliding_control.adaptive_rates": [
+        ("55", "size <= dead_zone", "size < dead_zone"),
+        ("55", "size <= dead_zone", "sliding <= dead_zone"),
+        ("54", "form == FORM_ABS", "form != FORM_ABS"),
+        ("54", "gains.angle * drive * abs(angle)", "gains.angle * drive * abs(rate)"),
+        ("54", "gains.rate * drive * abs(rate)", "gains.rate * drive * rate"),
+        ("54", "gains.constant * drive", "gains.constant"),
+        ("54", "sliding * saturation", "saturation"),
+    ],
+    "quad_attitude_ctrl.sliding_control.next_estimate": [
+        ("54", "estimate + dt", "estimate - dt"),
+        ("54", "moved > max_estimate", "moved < max_estimate"),
+    ],
+    "quad_attitude_ctrl.sliding_control.lyapunov": [("57", "+ sliding * sliding", "- sliding * sliding")],
+    "quad_attitude_ctrl.sliding_control.lyapunov_rate": [
+        ("58", "-error * integral", "error * integral"),
+        ("58", "- bound * pull", "+ bound * pull"),
+        ("58", "- powered * pull", "- powered"),
+    ],
+    "quad_attitude_ctrl.sliding_control.force_difference": [("56", "/ inverse_inertia", "* inverse_inertia")],
+    "quad_attitude_ctrl.body_torque.coefficients": [
+        ("17", "(yy - zz) / xx", "(zz - yy) / xx"),
+        ("17", "(zz - xx) / yy", "(zz - xx) / xx"),
+        ("17", "(xx - yy) / zz", "(yy - xx) / zz"),
+        ("17", "drag / yy", "drag / xx"),
+        ("17", "vehicle.arm_length / xx", "vehicle.arm_length / yy"),
+        ("17", "vehicle.arm_length / yy", "vehicle.arm_length / xx"),
+        ("17", "1.0 / zz", "vehicle.arm_length / zz"),
+    ],
+    "quad_attitude_ctrl.body_torque.air_drag": [
+        ("9", "-coefficient * abs(rate) * rate", "coefficient * abs(rate) * rate"),
+        ("9", "abs(rate) * rate", "rate * rate"),
+        ("9", "drag_sign == 1", "drag_sign == 0"),
+    ],
+    "quad_attitude_ctrl.body_torque.model_acceleration": [
+        ("52", "a.a1 * rates.y * rates.z", "a.a1 * rates.x * rates.z"),
+        ("52", "a.a3 * rates.x * rates.z", "a.a2 * rates.x * rates.z"),
+        ("52", "a.a5 * rates.x * rates.y", "a.a3 * rates.x * rates.y"),
+        ("52", "air_drag(a.a6, rates.z", "air_drag(a.a6, rates.y"),
+    ],
+    "quad_attitude_ctrl.body_torque.body_acceleration": [
+        ("14", "- ctheta * rates.y", "+ ctheta * rates.y"),
+        ("14", "- sphi * rates.x * rates.y", "- cphi * rates.x * rates.y"),
+        ("14", "- cphi * stheta", "- cphi * ctheta"),
+        ("14", "- cphi * rates.x", "+ cphi * rates.x"),
+    ],
+    "quad_attitude_ctrl.body_torque.inverse_dynamics": [
+        ("1", "(zz - yy)", "(yy - zz)"),
+        ("1", "(xx - zz)", "(xx - yy)"),
+        ("1", "yy * acceleration_b.y", "xx * acceleration_b.y"),
+        ("9", "- air_drag(drag, omega_b.z", "+ air_drag(drag, omega_b.z"),
+    ],
+    "quad_attitude_ctrl.axis.axis_control": [
+        ("41", "rate - command.rate", "rate + command.rate"),
+        ("53", "uncertainty_bound(memory.estimates, angle, rate)", "uncertainty_bound(memory.estimates, rate, angle)"),
+        (
+            "53",
+            "axis.linear_gain, axis.power_gain, axis.power, bound, axis.reaching_width)\n    gains",
+            "axis.power_gain, axis.linear_gain, axis.power, bound, axis.reaching_width)\n    gains",
+        ),
+        ("54", "axis.adaptation_constant, axis.adaptation_angle", "axis.adaptation_angle, axis.adaptation_constant"),
+        ("56", "equivalent + reaching", "equivalent - reaching"),
+    ],
+    "quad_attitude_ctrl.axis.axis_memory": [
+        ("54", "next_estimate(old.angle, control.adaptive.angle", "next_estimate(old.angle, control.adaptive.rate"),
+        ("45", "control.integrand", "control.sliding"),
+        ("55", "if resting:", "if not resting:"),
+    ],
+    "quad_attitude_ctrl.command_filter.next_target": [
+        ("41", "target - most", "target + most"),
+        ("41", "wrap_angle(raw - target)", "raw - target"),
+    ],
+    "quad_attitude_ctrl.command_filter.next_command": [
+        ("41", "command.rate + bandwidth * c0", "command.rate - bandwidth * c0"),
+        ("41", "2.0 * c2 - bandwidth * c1", "c2 - bandwidth * c1"),
+        ("41", "bandwidth * c1 - 4.0 * c2", "bandwidth * c1 - 2.0 * c2"),
+        ("41", "target + shift + offset", "target + offset"),
+    ],
+    "quad_attitude_ctrl.abfnitsm._torque": [
+        ("56", "arm * force_difference(control.x", "force_difference(control.x"),
+        ("56", "force_difference(control.y, b.b2)", "force_difference(control.y, b.b1)"),
+        ("56", "force_difference(control.z, b.b3)", "arm * force_difference(control.z, b.b3)"),
+        ("14", "parameters.mapping == MAPPING_PRINTED", "parameters.mapping != MAPPING_PRINTED"),
+    ],
+    "quad_attitude_ctrl.abfnitsm._controls": [
+        ("40", "wrap_angle(angles.z - yaw.angle)", "angles.z - yaw.angle"),
+        ("40", "angles.y - pitch.angle", "angles.x - pitch.angle"),
+        ("52", "angles.x, rates.x, model.x", "angles.x, rates.x, model.y"),
+        ("52", "axis_control(parameters.pitch, memory.pitch", "axis_control(parameters.roll, memory.pitch"),
+        ("54", "axis_control(parameters.yaw, memory.yaw", "axis_control(parameters.yaw, memory.roll"),
+        ("52", "setpoint.accelerations.y", "setpoint.accelerations.x"),
+    ],
+}

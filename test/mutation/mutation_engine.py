@@ -1,0 +1,178 @@
+"""Put one small mistake into one function of a copied source tree and see whether the unit tests notice."""
+
+import ast
+import contextlib
+import importlib
+import os
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+# Loaded once before forking: most of a short test run is importing these.
+HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
+COPIED = ("src", "test/paper", "pyproject.toml", "conftest.py")
+PAPER_TESTS = {
+    "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
+    "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
+    "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
+    "quad_dynamics": ["plant_terms"],
+}
+SECONDS_PER_MUTANT = 120.0
+COMPILED_TESTS = "not numba and not compiled and not bit_equal and not same_bits"
+
+
+class Mutation(NamedTuple):
+    """One mistake: in ``function`` (dotted), ``old`` becomes ``new``; both as ``ast.unparse`` writes code."""
+
+    equation: str
+    function: str
+    old: str
+    new: str
+
+    def __str__(self) -> str:
+        """Return what people filter by and read."""
+        return f"{self.equation}: {self.function}: {self.old!r} -> {self.new!r}"
+
+
+class MutationError(ValueError):
+    """A declared mutation does not fit the sources; the text says which and why."""
+
+
+class Outcome(NamedTuple):
+    """What the tests made of one mutation."""
+
+    mutation: Mutation
+    killed_by: str
+    seconds: float
+
+
+def source_file(root: Path, mutation: Mutation) -> Path:
+    """Return the file that holds the mutated function."""
+    *package, _ = mutation.function.split(".")
+    return root / "src" / package[0] / Path(*package).with_suffix(".py")
+
+
+def mutated(source: str, mutation: Mutation) -> str:
+    """Return ``source`` with the mistake in it; comments and layout of the function do not matter.
+
+    Raises MutationError if the function is not there, the snippet is not there exactly once, or nothing changes.
+    """
+    name = mutation.function.rpartition(".")[2]
+    found = [node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef) and node.name == name]
+    if len(found) != 1:
+        raise MutationError(f"{mutation}: found {len(found)} functions {name!r}, expected 1")
+    function = found[0]
+    if ast.get_docstring(function) is not None:
+        function.body = function.body[1:]
+    text = ast.unparse(function)
+    if text.count(mutation.old) != 1:
+        raise MutationError(f"{mutation}: found it {text.count(mutation.old)} times, expected once, in\n{text}")
+    try:
+        changed = ast.unparse(ast.parse(text.replace(mutation.old, mutation.new)))
+    except SyntaxError as error:
+        raise MutationError(f"{mutation}: the result is not Python: {error}") from error
+    if changed == text:
+        raise MutationError(f"{mutation}: changes nothing")
+    lines = source.splitlines()
+    return "\n".join([*lines[: function.lineno - 1], changed, *lines[function.end_lineno :], ""])
+
+
+def copy_tree(root: Path, tree: Path) -> None:
+    """Copy what the unit tests need from ``root`` to the new folder ``tree``."""
+    for name in COPIED:
+        source, target = root / name, tree / name
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", ".hypothesis", "*.egg-info"))
+        elif source.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(source, target)
+
+
+def load_heavy() -> None:
+    """Import what most tests import, so that forked test runs need not."""
+    for name in (*HEAVY, "pytest"):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+
+
+def run_tests(tree: Path, paths: list[str], output: Path) -> int:
+    """Run pytest over ``paths`` of ``tree`` in a forked process; return its exit code, or -9 when its time is up."""
+    child = os.fork()
+    if child == 0:
+        _be_pytest(tree, paths, output)
+    deadline = time.monotonic() + SECONDS_PER_MUTANT
+    while True:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        if time.monotonic() > deadline:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return -9
+        time.sleep(0.01)
+
+
+def _be_pytest(tree: Path, paths: list[str], output: Path) -> None:
+    import pytest
+
+    code = 70
+    try:
+        log = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(log, 1)
+        os.dup2(log, 2)
+        os.chdir(tree)
+        sys.dont_write_bytecode = True
+        flags = ["-x", "-q", "--no-header", "--tb=line", "-p", "no:cacheprovider", "-m", "not ros or unit"]
+        code = int(pytest.main([*flags, "-k", COMPILED_TESTS, *paths]))
+        sys.stdout.flush()
+    finally:
+        os._exit(code)
+
+
+def end_of(output: Path) -> str:
+    """Return the last lines of what pytest said."""
+    return "\n".join(output.read_text(encoding="utf-8", errors="replace").splitlines()[-30:])
+
+
+def first_failure(output: Path) -> str:
+    """Return the first failed test that pytest reported in ``output``."""
+    for line in output.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith(("FAILED ", "ERROR ")):
+            return line.split(" ", 1)[1].split(" - ")[0]
+    return "no report"
+
+
+def test_paths(root: Path, package: str) -> list[list[str]]:
+    """Return the tests for a mutation of ``package`` in the order in which to try them: the quick and telling first."""
+    stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
+    own = root / "src" / package / "test"
+    if any(own.glob("test_*.py")):
+        stages.append([str(own.relative_to(root))])
+    return stages
+
+
+def judge(tree: Path, mutation: Mutation) -> Outcome:
+    """Put ``mutation`` into ``tree``, run the tests until one fails, and take it out again."""
+    start = time.monotonic()
+    file = source_file(tree, mutation)
+    original = file.read_text(encoding="utf-8")
+    file.write_text(mutated(original, mutation), encoding="utf-8")
+    output = tree / "pytest.log"
+    killed_by = ""
+    try:
+        for paths in test_paths(tree, mutation.function.partition(".")[0]):
+            code = run_tests(tree, paths, output)
+            if code == -9:
+                killed_by = f"no end within {SECONDS_PER_MUTANT:.0f} s"
+            elif code in (1, 2):
+                killed_by = first_failure(output)
+            elif code not in (0, 5):
+                raise MutationError(f"{mutation}: pytest ended with {code}; see its end:\n{end_of(output)}")
+            if killed_by:
+                break
+    finally:
+        file.write_text(original, encoding="utf-8")
+    return Outcome(mutation, killed_by, time.monotonic() - start)

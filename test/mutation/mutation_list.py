@@ -1,0 +1,16 @@
+"""The mistakes that unit tests must notice.
+
+Snippets are written as ``ast.unparse`` writes code and must stand exactly once in the function.
+"""
+
+from attitude_mistakes import ATTITUDE
+from mutation_engine import Mutation
+from plant_mistakes import PLANTS, ROTATIONS
+from position_mistakes import POSITION
+
+MUTATIONS = [
+    Mutation(f"eq. {equation}" if equation[0].isdigit() else equation, function, old, new)
+    for family in (POSITION, ATTITUDE, PLANTS, ROTATIONS)
+    for function, mistakes in family.items()
+    for equation, old, new in mistakes
+]

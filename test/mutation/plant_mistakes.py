@@ -1,0 +1,151 @@
+"""Mistakes of plants, rotors, disturbance and rotations, by function: (equation, what stands there, what it becomes)."""
+
+PLANTS = {
+    "quad_dynamics.newton_euler.thrust_force": [("2", "axis_w[1] * thrust", "axis_w[0] * thrust")],
+    "quad_dynamics.newton_euler.drag_force": [
+        ("5", "else -body.drag_coefficient", "else body.drag_coefficient"),
+        ("5", "k * v_w[2]", "k * v_w[1]"),
+    ],
+    "quad_dynamics.newton_euler.drag_torque": [
+        ("9", "-k * abs(p) * p", "-k * p * p"),
+        ("9", "-k * abs(q) * q", "k * abs(q) * q"),
+        ("9", "-k * abs(r) * r", "-k * abs(q) * r"),
+        ("9", "k * r * r", "k * r"),
+    ],
+    "quad_dynamics.newton_euler.coupling_torque": [
+        ("1", "(yy - zz)", "(zz - yy)"),
+        ("1", "(zz - xx)", "(zz - yy)"),
+        ("1", "(xx - yy)", "(yy - xx)"),
+        ("1", "p * r", "p * q"),
+    ],
+    "quad_dynamics.newton_euler.linear_acceleration": [
+        ("1", "- body.gravity", "+ body.gravity"),
+        ("1", "lift[1] + drag[1]", "lift[1] - drag[1]"),
+        ("1", "drag[0] + force_w[0]", "drag[0] - force_w[0]"),
+        ("1", "force_w[2]) / mass", "force_w[2]) * mass"),
+    ],
+    "quad_dynamics.newton_euler.angular_acceleration": [
+        ("1", "coupling[0] + torque_b[0]", "torque_b[0] - coupling[0]"),
+        ("1", "/ body.inertia_yy", "/ body.inertia_xx"),
+        ("1", "/ body.inertia_zz", "/ body.inertia_yy"),
+        ("1", "torque_b[1] + drag[1]", "torque_b[1]"),
+    ],
+    "quad_dynamics.newton_euler.quaternion_rate": [
+        ("13", "0.5 * omega_b[1]", "omega_b[1]"),
+        ("13", "w * p + y * r - z * q", "w * p - y * r + z * q"),
+        ("13", "w * q + z * p", "w * q - z * p"),
+        ("13", "x * q - y * p", "x * q + y * p"),
+        ("13", "-x * p", "x * p"),
+    ],
+    "quad_dynamics.rotors.rotor_thrust": [("3", "speed * speed", "speed")],
+    "quad_dynamics.rotors.yaw_arm": [
+        (
+            "8",
+            "vehicle.torque_coefficient / vehicle.lift_coefficient",
+            "vehicle.lift_coefficient / vehicle.torque_coefficient",
+        ),
+    ],
+    "quad_dynamics.rotors.wrench_from_rotors": [
+        ("8", "thrusts.r4 - thrusts.r2\n", "thrusts.r2 - thrusts.r4\n"),
+        ("8", "rear_over_front = thrusts.r1 - thrusts.r3", "rear_over_front = thrusts.r3 - thrusts.r1"),
+        ("8", "thrusts.r1 - thrusts.r2 + thrusts.r3", "thrusts.r1 + thrusts.r2 - thrusts.r3"),
+        ("8", "vehicle.arm_length * left_over_right", "left_over_right"),
+        ("8", "left_over_right - rear_over_front", "left_over_right + rear_over_front"),
+        ("3", "thrusts.r3 + thrusts.r4, ", "thrusts.r3 - thrusts.r4, "),
+    ],
+    "quad_dynamics.paper.thrust_axis": [
+        ("15", "+ sphi * spsi", "- sphi * spsi"),
+        ("15", "- sphi * cpsi", "+ sphi * cpsi"),
+        ("15", "cphi * ctheta", "sphi * ctheta"),
+    ],
+    "quad_dynamics.paper.derivative": [
+        ("16", "(x8, x10, x12)", "(x8, x12, x10)"),
+        ("16", "(x2, x4, x6), torque_b", "(x4, x2, x6), torque_b"),
+        ("16", "return (x2, dx2, x4", "return (x4, dx2, x4"),
+    ],
+    "quad_dynamics.paper.step": [
+        ("16", "moved(s, k2, 0.5 * h)", "moved(s, k1, 0.5 * h)"),
+        ("16", "moved(s, k3, h)", "moved(s, k3, 0.5 * h)"),
+    ],
+    "quad_dynamics.paper.joined": [
+        ("16", "h / 6.0", "h / 5.0"),
+        ("16", "k1[3] + 2.0 * (k2[3] + k3[3])", "k1[3] + 2.0 * (k2[3] - k3[3])"),
+    ],
+    "quad_dynamics.paper.observe": [
+        ("13", "body_rates(angles, Vec3(state.x2, state.x4, state.x6))", "Vec3(state.x2, state.x4, state.x6)"),
+        ("16", "Vec3(state.x7, state.x9, state.x11)", "Vec3(state.x7, state.x11, state.x9)"),
+    ],
+    "quad_dynamics.rigid_body.derivative": [
+        ("1", "(vx, vy, vz), force_w", "(vx, vz, vy), force_w"),
+        ("1", "return (vx, vy, vz, ax", "return (vx, vx, vz, ax"),
+        ("1", "dqw, dwx, dwy", "dqw, dwy, dwx"),
+    ],
+    "quad_dynamics.rigid_body.step": [("1", "moved(s, k1, 0.5 * h)", "moved(s, k1, h)")],
+    "quad_dynamics.rigid_body.joined": [("1", "2.0 * (k2[12] + k3[12])", "(k2[12] + k3[12])")],
+    "quad_dynamics.rigid_body.with_unit_quaternion": [("4", "+ qw * qw", "- qw * qw")],
+    "quad_dynamics.uncertainty.true_body": [
+        ("10", "vehicle.mass + parameters.mass_error", "vehicle.mass - parameters.mass_error"),
+        ("10", "vehicle.inertia_zz + parameters.inertia_error.zz", "vehicle.inertia_zz + parameters.inertia_error.yy"),
+    ],
+    "quad_dynamics.uncertainty.true_torque": [
+        ("10", "factor.pitch * achieved.y", "factor.roll * achieved.y"),
+        ("10", "achieved.z + torque_b.z", "achieved.z - torque_b.z"),
+    ],
+    "quad_dynamics.uncertainty.lumped_uncertainty": [
+        ("11", "a[1] - a_nominal[1]", "a[1] + a_nominal[1]"),
+        ("11", "linear_acceleration(nominal", "linear_acceleration(truth"),
+        ("11", "angular_acceleration(nominal, rates", "angular_acceleration(truth, rates"),
+    ],
+    "quad_dynamics.allocation.pair_differences": [
+        ("8", "return (roll / vehicle.arm_length, pitch", "return (pitch / vehicle.arm_length, pitch"),
+        ("8", "scale * (pitch - roll)", "scale * (roll - pitch)"),
+    ],
+    "quad_dynamics.allocation.pair_sums": [
+        ("8", "0.5 * (total - difference)", "0.5 * (total + difference)"),
+        ("8", "larger(2.0 * width_13 - total", "smaller(2.0 * width_13 - total"),
+        ("8", "larger(2.0 * width_13 - yaw_down", "smaller(2.0 * width_13 - yaw_down"),
+        ("8", "smaller(top_13 - total", "larger(top_13 - total"),
+    ],
+    "quad_dynamics.allocation.allocate": [
+        ("8", "0.5 * (s24 - d42)", "0.5 * (s24 + d42)"),
+        ("8", "if widest > limit", "if widest < limit"),
+        ("8", "abs(achieved.torque_b.x - asked.x)", "(achieved.torque_b.x - asked.x)"),
+        ("3", "achieved.thrust < wrench.thrust", "achieved.thrust > wrench.thrust"),
+    ],
+    "quad_dynamics.held_gaussian.draw": [
+        ("sect. 4", "-clip[channel]", "-sd[channel]"),
+        ("sect. 4", "(STREAM_FAMILY, channel)", "(STREAM_FAMILY, 0)"),
+        ("sect. 4", "vehicle.inertia_xx, vehicle.inertia_yy", "vehicle.inertia_yy, vehicle.inertia_xx"),
+    ],
+    "quad_dynamics.held_gaussian.sample": [
+        ("sect. 4", "time / parameters.hold + EDGE_TOLERANCE", "time / parameters.hold + 0.5"),
+        ("sect. 4", "float(row[4])", "float(row[3])"),
+    ],
+}
+
+ROTATIONS = {
+    "quad_core.rotations.quaternion_from_euler": [
+        ("4", "sr * cp * cy - cr * sp * sy", "sr * cp * cy + cr * sp * sy"),
+        ("4", "cr * cp * sy - sr * sp * cy", "cr * cp * sy + sr * sp * cy"),
+    ],
+    "quad_core.rotations.body_z": [
+        ("4", "q.x * q.z + q.w * q.y", "q.x * q.z - q.w * q.y"),
+        ("4", "q.y * q.z - q.w * q.x", "q.y * q.z + q.w * q.x"),
+    ],
+    "quad_core.rotations.rotate": [("4", "q.w * ty + q.z * tx", "q.w * ty - q.z * tx")],
+    "quad_core.rotations.euler_from_quaternion": [
+        ("4", "q.w * q.y - q.z * q.x", "q.w * q.y + q.z * q.x"),
+        ("4", "Vec3(phi, math.asin(sine), psi)", "Vec3(psi, math.asin(sine), phi)"),
+    ],
+    "quad_core.rotations.euler_rates": [
+        ("13", "sphi * omega_b.y + cphi * omega_b.z", "sphi * omega_b.y - cphi * omega_b.z"),
+        ("13", "omega_b.x + turn", "omega_b.x - turn"),
+        ("13", "cphi * omega_b.y - sphi", "cphi * omega_b.y + sphi"),
+        ("13", "* math.sin(angles.y) / ctheta", "* math.sin(angles.y)"),
+    ],
+    "quad_core.rotations.body_rates": [
+        ("13", "rates.x - math.sin(angles.y)", "rates.x + math.sin(angles.y)"),
+        ("13", "+ sphi * ctheta * rates.z", "+ sphi * rates.z"),
+    ],
+    "quad_core.rotations.wrap_angle": [("40", "math.floor", "math.ceil"), ("40", "angle + 2.0", "angle - 2.0")],
+}
