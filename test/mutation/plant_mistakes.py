@@ -1,4 +1,4 @@
-"""Mistakes of plants, rotors, disturbance and rotations, by function: (equation, what stands there, what it becomes)."""
+"""Mistakes of plants, rotors, weather, rotations, by function: (equation, what stands there, what it becomes)."""
 
 PLANTS = {
     "quad_dynamics.newton_euler.thrust_force": [("2", "axis_w[1] * thrust", "axis_w[0] * thrust")],
