@@ -4,7 +4,8 @@ The paper's attitude law (eqs. 39-60). One step: Euler rates (13) -> commands x_
 surface (45, 46) -> equivalent (52) and reaching control (53) -> torque (56), limited -> then, with the values *before*
 this step used throughout, forward Euler of the surface integral (45) and the estimates (54, 55), and the filter.
 ``axis`` is the law of one axis; ``surface``, ``sliding_control``, ``body_torque`` and ``command_filter`` hold the
-equations. Why parameters leave Table 2: docs/decisions/0002.
+equations. Why parameters leave Table 2:
+docs/decisions/0002-additions-to-the-paper.md.
 """
 
 from typing import Annotated, NamedTuple
@@ -93,7 +94,7 @@ class Internals(NamedTuple):
     adaptation_frozen: AxisFlags = AxisFlags()
 
 
-def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
     return Memory(_fresh(parameters.roll), _fresh(parameters.pitch), _fresh(parameters.yaw), 0.0)
 
@@ -219,6 +220,24 @@ def _internals(
     )
 
 
+_AXES = ("roll", "pitch", "yaw")
+_TABLE_2: dict[str, Value] = {
+    "mapping": "printed",
+    **{f"{axis}.linear_gain": 3.0 for axis in _AXES},
+    **{f"{axis}.surface_width": 1.0 for axis in _AXES},
+}
+
 PRESETS: dict[str, dict[str, Value]] = {
     "tuned": {},
+    "minimal": _TABLE_2,
+    "printed": {
+        **_TABLE_2,
+        "drag_sign": "printed",
+        "anti_windup": False,
+        **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
+        **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
+        **{f"{axis}.max_torque": 1e6 for axis in _AXES},
+        "yaw.filter.bandwidth": 40.0,
+        "yaw.filter.max_rate": 1e6,
+    },
 }

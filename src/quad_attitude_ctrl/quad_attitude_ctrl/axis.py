@@ -23,7 +23,7 @@ COMMAND_FEED_FORWARD = 1
 class Filter(NamedTuple):
     """Command filter of one axis."""
 
-    bandwidth: Annotated[float, Real("rad/s", "three poles here", 0.1, 1e3, "addition")] = 60.0
+    bandwidth: Annotated[float, Real("rad/s", "three poles here", 0.1, 1e3, "addition")] = 40.0
     max_rate: Annotated[float, Real("rad/s", "largest rate of its input; 1e6: off", 0.01, 1e6, "addition")] = 1e6
 
 
@@ -34,11 +34,11 @@ class Axis(NamedTuple):
     rate_gain: Annotated[float, Real("", "delta_phi2", 0.0, 1e4, "Table 2, Eq. 45")] = 6.0
     surface_width: Annotated[
         float, Real("", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")
-    ] = 1.0
+    ] = 0.05
     max_surface_integral: Annotated[
         float, Real("rad/s", "bound of the integral in s: the fastest closing rate; 1e9: off", 0.0, 1e9, "addition")
     ] = 10.0
-    linear_gain: Annotated[float, Real("1/s", "rho_phi1", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 3.0
+    linear_gain: Annotated[float, Real("1/s", "rho_phi1; Table 2 (assumed): 3", 0.0, 1e3, "Eq. 53")] = 20.0
     power_gain: Annotated[float, Real("", "rho_phi2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 2.5
     power: Annotated[float, Real("", "sigma_phi", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
     reaching_width: Annotated[

@@ -2,32 +2,23 @@
 
 One step: errors (18, 25) -> virtual velocity (23), bounded -> acceleration command (30) -> thrust and attitude (38),
 limited -> then, with the values *before* this step used throughout, forward Euler of the integral (21) and the
-adaptive gain (37). ``backstepping`` holds the equations per axis, ``thrust_vector`` Eq. 38, ``speed_limit`` and
-``disturbance_observer`` the two larger additions. Why parameters leave Table 2: docs/decisions/0002.
+adaptive gain (37). ``backstepping`` holds the equations per axis, ``axis`` puts them together, ``thrust_vector`` is
+Eq. 38, ``speed_limit`` and ``disturbance_observer`` are the larger additions.
+Why parameters leave Table 2: docs/decisions/0002-additions-to-the-paper.md.
 """
 
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Choice, Flag, Real, Value
+from quad_core.parameters import Choice, Flag, Value
 from quad_core.rotations import body_z, euler_from_quaternion, quaternion_from_euler
-from quad_core.types import AttitudeThrust, PositionInputs, Vec3
+from quad_core.types import AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_position_ctrl.backstepping import (
-    acceleration_command,
-    adaptive_rate,
-    bounded_acceleration_command,
-    correction_velocity,
-    drag_model,
-    lyapunov,
-    lyapunov_rate,
-    next_adaptive_gain,
-    next_integral,
-    tracking_error,
-    virtual_velocity,
-)
-from quad_position_ctrl.disturbance_observer import THRUST_ACHIEVED, Observer, known_acceleration, next_estimate
-from quad_position_ctrl.speed_limit import BoundedPair, SpeedLimits, bounded_pair
+from quad_position_ctrl.axis import Axis, AxisCommand, Correction, Motion, axis_command, updated_gain
+from quad_position_ctrl.backstepping import correction_velocity, drag_model, lyapunov, lyapunov_rate, next_integral
+from quad_position_ctrl.disturbance_observer import Observer, estimate
+from quad_position_ctrl.speed_limit import SpeedLimits, bounded_pair
 from quad_position_ctrl.thrust_vector import (
+    LimitedLift,
     Limits,
     desired_angles,
     limited_lift,
@@ -37,22 +28,9 @@ from quad_position_ctrl.thrust_vector import (
 )
 
 THRUST_NORM = 0
+THRUST_PROJECTED = 1
 HEADING_REFERENCE = 0
-
-
-class Axis(NamedTuple):
-    """Gains of one axis; named after the x axis, the same on y (9, 10) and z (11, 12)."""
-
-    position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
-    integral_gain: Annotated[float, Real("1/s^2", "k_7", 0.0, 100.0, "Table 2, Eq. 23")] = 0.01
-    max_integral: Annotated[float, Real("m s", "bound of Gamma_7; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = 20.0
-    adaptation_rate: Annotated[float, Real("1/m^2 s", "alpha_8; 0: fixed gain", 0.0, 1e4, "Table 2, Eq. 37")] = 2.5
-    initial_gain: Annotated[float, Real("1/s", "xi_hat_8(0), which the paper does not give", 0.0, 1e3, "Eq. 37")] = 8.0
-    max_gain: Annotated[float, Real("1/s", "bound of xi_hat_8; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = 12.0
-    adaptation_leak: Annotated[
-        float,
-        Real("1/s", "rate at which xi_hat_8 returns to xi_hat_8(0); 0: as printed", 0.0, 100.0, "addition to Eq. 37"),
-    ] = 0.0
+HEADING_MEASURED = 1
 
 
 class Parameters(NamedTuple):
@@ -66,20 +44,13 @@ class Parameters(NamedTuple):
     ] = 0
     thrust_form: Annotated[
         int, Choice(("norm", "projected"), "F_T as printed, or projected on the actual thrust axis", "Eq. 38")
-    ] = 1
+    ] = THRUST_PROJECTED
     tilt_heading: Annotated[
         int,
-        Choice(
-            ("reference", "measured"),
-            "yaw in whose frame thrust is tilted: psi_d as printed, or the vehicle's",
-            "Eq. 38",
-        ),
-    ] = 1
+        Choice(("reference", "measured"), "yaw in whose frame thrust is tilted: psi_d, or the vehicle's", "Eq. 38"),
+    ] = HEADING_MEASURED
     anti_windup: Annotated[
-        bool,
-        Flag(
-            "integrals and adaptive gains rest while a limit is met, here or in `actuation`", "addition to eqs. 21, 37"
-        ),
+        bool, Flag("integrals and adaptive gains rest while a limit is met, here or in `actuation`", "eqs. 21, 37")
     ] = True
     speed: SpeedLimits = SpeedLimits()
     limits: Limits = Limits()
@@ -118,15 +89,7 @@ class Internals(NamedTuple):
     adaptation_frozen: bool = False
 
 
-class AxisCommand(NamedTuple):
-    """One axis of eqs. 23, 25 and 30: x_8d in m/s, e_8 in m/s, U_x in m/s^2."""
-
-    virtual_velocity: float
-    velocity_error: float
-    acceleration: float
-
-
-def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: Gamma = 0, xi_hat = xi_hat(0)."""
     gains = Vec3(parameters.x.initial_gain, parameters.y.initial_gain, parameters.z.initial_gain)
     zero = Vec3(0.0, 0.0, 0.0)
@@ -136,60 +99,41 @@ def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001
 def step(
     parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: PositionInputs, dt: float
 ) -> tuple[AttitudeThrust, Memory, Internals]:
-    """Return setpoint, memory and internals of one step of ``dt`` s (eqs. 18-38). Never raises on flyable inputs."""
+    """Return setpoint, memory and internals of one step of ``dt`` s (eqs. 18-38). Raises nothing on flyable inputs."""
     state = inputs.state
-    reference = inputs.reference
-    thrust_axis = body_z(state.q_wb)
+    axis_w = body_z(state.q_wb)
     drag = drag_model(vehicle.drag_coefficient, vehicle.mass, parameters.drag_sign)
-    disturbance = _disturbance(parameters.observer, vehicle, memory, inputs, thrust_axis, drag, dt)
-
-    error = Vec3(
-        tracking_error(state.p_w.x, reference.p_w.x),
-        tracking_error(state.p_w.y, reference.p_w.y),
-        tracking_error(state.p_w.z, reference.p_w.z),
-    )
-    error_rate = Vec3(state.v_w.x - reference.v_w.x, state.v_w.y - reference.v_w.y, state.v_w.z - reference.v_w.z)
-    integral = memory.error_integral
+    disturbance = memory.disturbance_estimate
+    if memory.initialised > 0.0:
+        disturbance = estimate(
+            parameters.observer,
+            vehicle,
+            disturbance,
+            memory.velocity,
+            state.v_w,
+            memory.thrust_axis,
+            axis_w,
+            memory.thrust,
+            inputs.actuation.thrust,
+            drag,
+            dt,
+        )
+    motion_x, motion_y, motion_z = _motions(state, inputs.reference)
+    to_x, to_y, to_z = _corrections(parameters, motion_x, motion_y, motion_z, memory.error_integral)
     gain = memory.adaptive_gain
-    horizontal, vertical = _corrections(parameters, error, error_rate, integral)
-    x = _axis_command(
-        parameters.x, gain.x, drag, error.x, integral.x, state.v_w.x, reference.v_w.x, reference.a_w.x,
-        horizontal.x, horizontal.rate_x, horizontal.scale, horizontal.limited, disturbance.x,
-    )  # fmt: skip
-    y = _axis_command(
-        parameters.y, gain.y, drag, error.y, integral.y, state.v_w.y, reference.v_w.y, reference.a_w.y,
-        horizontal.y, horizontal.rate_y, horizontal.scale, horizontal.limited, disturbance.y,
-    )  # fmt: skip
-    z = _axis_command(
-        parameters.z, gain.z, drag, error.z, integral.z, state.v_w.z, reference.v_w.z, reference.a_w.z,
-        vertical.x, vertical.rate_x, vertical.scale, vertical.limited, disturbance.z,
-    )  # fmt: skip
+    integral = memory.error_integral
+    x = axis_command(parameters.x, gain.x, integral.x, drag, motion_x, to_x, disturbance.x)
+    y = axis_command(parameters.y, gain.y, integral.y, drag, motion_y, to_y, disturbance.y)
+    z = axis_command(parameters.z, gain.z, integral.z, drag, motion_z, to_z, disturbance.z)
+
+    limits = parameters.limits
+    most = limits.thrust * max_thrust(vehicle)
     command = Vec3(x.acceleration, y.acceleration, z.acceleration)
-    velocity_error = Vec3(x.velocity_error, y.velocity_error, z.velocity_error)
+    reach = limited_lift(command, vehicle.gravity, most / vehicle.mass, limits)
+    setpoint, thrust_held = _setpoint(parameters, vehicle, state, inputs.reference, reach.lift, axis_w)
 
-    most = max_thrust(vehicle)
-    reach = limited_lift(command, vehicle.gravity, parameters.limits.thrust * most / vehicle.mass, parameters.limits)
-    wanted = (
-        thrust_norm(vehicle.mass, reach.lift)
-        if parameters.thrust_form == THRUST_NORM
-        else thrust_projected(vehicle.mass, reach.lift, thrust_axis)
-    )
-    held = limited_thrust(wanted, parameters.limits.min_thrust * most, parameters.limits.thrust * most)
-    heading = reference.yaw
-    if parameters.tilt_heading != HEADING_REFERENCE:
-        heading = euler_from_quaternion(state.q_wb).z
-    angles = desired_angles(reach.lift, heading, reference.yaw)
-    setpoint = AttitudeThrust(
-        angles,
-        Vec3(0.0, 0.0, reference.yaw_rate),
-        Vec3(0.0, 0.0, reference.yaw_acceleration),
-        quaternion_from_euler(angles),
-        held.thrust,
-        limited_thrust(held.thrust / most, 0.0, 1.0).thrust,
-    )
-
-    velocity_limited = horizontal.limited or vertical.limited
-    thrust_limited = reach.thrust_limited or held.limited
+    velocity_limited = to_x.limited or to_z.limited
+    thrust_limited = reach.thrust_limited or thrust_held
     frozen = parameters.anti_windup and (
         velocity_limited
         or thrust_limited
@@ -199,148 +143,168 @@ def step(
         or inputs.actuation.thrust_high
         or inputs.actuation.thrust_low
     )
-    next_integrals = integral
-    next_gains = gain
+    next_integrals, next_gains = integral, gain
     if not frozen:
-        next_integrals = Vec3(
-            next_integral(integral.x, error.x, parameters.x.max_integral, dt),
-            next_integral(integral.y, error.y, parameters.y.max_integral, dt),
-            next_integral(integral.z, error.z, parameters.z.max_integral, dt),
-        )
-        next_gains = Vec3(
-            _next_gain(parameters.x, gain.x, x.velocity_error, dt),
-            _next_gain(parameters.y, gain.y, y.velocity_error, dt),
-            _next_gain(parameters.z, gain.z, z.velocity_error, dt),
-        )
-    internals = Internals(
-        position_error=error,
-        velocity_error=velocity_error,
-        error_integral=integral,
-        adaptive_gain=gain,
-        virtual_velocity=Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
-        acceleration_command=command,
-        disturbance_estimate=disturbance,
-        lyapunov=lyapunov(parameters.x.integral_gain, error.x, x.velocity_error, integral.x)
-        + lyapunov(parameters.y.integral_gain, error.y, y.velocity_error, integral.y)
-        + lyapunov(parameters.z.integral_gain, error.z, z.velocity_error, integral.z),
-        lyapunov_rate=lyapunov_rate(parameters.x.position_gain, gain.x, error.x, x.velocity_error)
-        + lyapunov_rate(parameters.y.position_gain, gain.y, error.y, y.velocity_error)
-        + lyapunov_rate(parameters.z.position_gain, gain.z, error.z, z.velocity_error),
-        velocity_limited=velocity_limited,
-        acceleration_limited=reach.acceleration_limited,
-        tilt_limited=reach.tilt_limited,
-        thrust_limited=thrust_limited,
-        descent_limited=reach.descent_limited,
-        adaptation_frozen=frozen,
-    )
-    kept = Memory(next_integrals, next_gains, disturbance, state.v_w, thrust_axis, held.thrust, 1.0)
+        next_integrals, next_gains = _adapted(parameters, integral, gain, x, y, z, dt)
+    kept = Memory(next_integrals, next_gains, disturbance, state.v_w, axis_w, setpoint.thrust, 1.0)
+    internals = _internals(parameters, memory, x, y, z, disturbance, reach, velocity_limited, thrust_limited, frozen)
     return setpoint, kept, internals
 
 
+def _motions(state: VehicleState, reference: TrajectoryPoint) -> tuple[Motion, Motion, Motion]:
+    p, v, p_d, v_d, a_d = state.p_w, state.v_w, reference.p_w, reference.v_w, reference.a_w
+    return (
+        Motion(p.x, v.x, p_d.x, v_d.x, a_d.x),
+        Motion(p.y, v.y, p_d.y, v_d.y, a_d.y),
+        Motion(p.z, v.z, p_d.z, v_d.z, a_d.z),
+    )
+
+
 def _corrections(
-    parameters: Parameters, error: Vec3, error_rate: Vec3, integral: Vec3
-) -> tuple[BoundedPair, BoundedPair]:
-    """Return the bounded correction of Eq. 23 in the horizontal plane, and along z in the pair's x."""
-    px, py, pz = parameters.x, parameters.y, parameters.z
+    parameters: Parameters, x: Motion, y: Motion, z: Motion, integral: Vec3
+) -> tuple[Correction, Correction, Correction]:
+    """Return the bounded correction of Eq. 23: by its length in the horizontal plane, by its size along z.
+
+    Its derivative counts Gamma as resting, which it does wherever the bound is met and the derivative used.
+    """
+    ax, ay, az = parameters.x, parameters.y, parameters.z
     speed = parameters.speed
-    gain_xy = px.position_gain if px.position_gain > py.position_gain else py.position_gain
-    horizontal = bounded_pair(
-        correction_velocity(px.position_gain, px.integral_gain, error.x, integral.x),
-        correction_velocity(py.position_gain, py.integral_gain, error.y, integral.y),
-        -px.position_gain * error_rate.x,
-        -py.position_gain * error_rate.y,
-        gain_xy,
+    fastest = ax.position_gain
+    if ay.position_gain > fastest:
+        fastest = ay.position_gain
+    level = bounded_pair(
+        correction_velocity(ax.position_gain, ax.integral_gain, x.position - x.reference_position, integral.x),
+        correction_velocity(ay.position_gain, ay.integral_gain, y.position - y.reference_position, integral.y),
+        -ax.position_gain * (x.velocity - x.reference_velocity),
+        -ay.position_gain * (y.velocity - y.reference_velocity),
+        fastest,
         speed.braking_xy,
         speed.max_xy,
     )
-    vertical = bounded_pair(
-        correction_velocity(pz.position_gain, pz.integral_gain, error.z, integral.z),
+    upright = bounded_pair(
+        correction_velocity(az.position_gain, az.integral_gain, z.position - z.reference_position, integral.z),
         0.0,
-        -pz.position_gain * error_rate.z,
+        -az.position_gain * (z.velocity - z.reference_velocity),
         0.0,
-        pz.position_gain,
+        az.position_gain,
         speed.braking_z,
         speed.max_z,
     )
-    return horizontal, vertical
+    return (
+        Correction(level.x, level.rate_x, level.scale, level.limited),
+        Correction(level.y, level.rate_y, level.scale, level.limited),
+        Correction(upright.x, upright.rate_x, upright.scale, upright.limited),
+    )
 
 
-def _axis_command(
-    axis: Axis,
-    adaptive_gain: float,
-    drag: float,
-    error: float,
-    integral: float,
-    velocity: float,
-    reference_velocity: float,
-    reference_acceleration: float,
-    correction: float,
-    correction_rate: float,
-    scale: float,
-    limited: bool,
-    disturbance: float,
-) -> AxisCommand:
-    """Return eqs. 23, 25 and 30 of one axis; ``correction`` and what follows it are those of the bounded Eq. 23."""
-    if limited:
-        virtual = reference_velocity + correction
-        velocity_error = tracking_error(velocity, virtual)
-        acceleration = bounded_acceleration_command(
-            adaptive_gain,
-            drag,
-            scale * error,
-            velocity_error,
-            velocity,
-            reference_acceleration + correction_rate,
-            disturbance,
-        )
-        return AxisCommand(virtual, velocity_error, acceleration)
-    virtual = virtual_velocity(axis.position_gain, axis.integral_gain, error, integral, reference_velocity)
-    velocity_error = tracking_error(velocity, virtual)
-    acceleration = acceleration_command(
-        axis.position_gain,
-        axis.integral_gain,
-        adaptive_gain,
-        drag,
-        error,
-        velocity_error,
+def _setpoint(
+    parameters: Parameters,
+    vehicle: Vehicle,
+    state: VehicleState,
+    reference: TrajectoryPoint,
+    lift: Vec3,
+    axis_w: Vec3,
+) -> tuple[AttitudeThrust, bool]:
+    """Return Eq. 38 of the ``lift`` in m/s^2, thrust held in its range, and whether it had to be."""
+    most = max_thrust(vehicle)
+    limits = parameters.limits
+    wanted = thrust_norm(vehicle.mass, lift)
+    if parameters.thrust_form != THRUST_NORM:
+        wanted = thrust_projected(vehicle.mass, lift, axis_w)
+    held = limited_thrust(wanted, limits.min_thrust * most, limits.thrust * most)
+    heading = reference.yaw
+    if parameters.tilt_heading != HEADING_REFERENCE:
+        heading = euler_from_quaternion(state.q_wb).z
+    angles = desired_angles(lift, heading, reference.yaw)
+    setpoint = AttitudeThrust(
+        angles,
+        Vec3(0.0, 0.0, reference.yaw_rate),
+        Vec3(0.0, 0.0, reference.yaw_acceleration),
+        quaternion_from_euler(angles),
+        held.thrust,
+        limited_thrust(held.thrust / most, 0.0, 1.0).thrust,
+    )
+    return setpoint, held.limited
+
+
+def _adapted(
+    parameters: Parameters, integral: Vec3, gain: Vec3, x: AxisCommand, y: AxisCommand, z: AxisCommand, dt: float
+) -> tuple[Vec3, Vec3]:
+    """Return Gamma (Eq. 21) and xi_hat (Eq. 37) after the step."""
+    return (
+        Vec3(
+            next_integral(integral.x, x.error, parameters.x.max_integral, dt),
+            next_integral(integral.y, y.error, parameters.y.max_integral, dt),
+            next_integral(integral.z, z.error, parameters.z.max_integral, dt),
+        ),
+        Vec3(
+            updated_gain(parameters.x, gain.x, x.velocity_error, dt),
+            updated_gain(parameters.y, gain.y, y.velocity_error, dt),
+            updated_gain(parameters.z, gain.z, z.velocity_error, dt),
+        ),
+    )
+
+
+def _internals(
+    parameters: Parameters,
+    memory: Memory,
+    x: AxisCommand,
+    y: AxisCommand,
+    z: AxisCommand,
+    disturbance: Vec3,
+    reach: LimitedLift,
+    velocity_limited: bool,
+    thrust_limited: bool,
+    frozen: bool,
+) -> Internals:
+    integral, gain = memory.error_integral, memory.adaptive_gain
+    return Internals(
+        Vec3(x.error, y.error, z.error),
+        Vec3(x.velocity_error, y.velocity_error, z.velocity_error),
         integral,
-        velocity,
-        reference_acceleration,
+        gain,
+        Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
+        Vec3(x.acceleration, y.acceleration, z.acceleration),
         disturbance,
-    )
-    return AxisCommand(virtual, velocity_error, acceleration)
-
-
-def _next_gain(axis: Axis, gain: float, velocity_error: float, dt: float) -> float:
-    rate = adaptive_rate(axis.adaptation_rate, velocity_error)
-    return next_adaptive_gain(gain, rate, axis.adaptation_leak, axis.initial_gain, axis.max_gain, dt)
-
-
-def _disturbance(
-    observer: Observer, vehicle: Vehicle, memory: Memory, inputs: PositionInputs, axis: Vec3, drag: float, dt: float
-) -> Vec3:
-    """Return the estimate of d in m/s^2, world frame, from what happened since the step before."""
-    if observer.bandwidth <= 0.0 or memory.initialised <= 0.0:
-        return memory.disturbance_estimate
-    thrust = inputs.actuation.thrust if observer.thrust == THRUST_ACHIEVED else memory.thrust
-    lift = thrust / vehicle.mass
-    before = memory.thrust_axis
-    then = memory.velocity
-    now = inputs.state.v_w
-    old = memory.disturbance_estimate
-    width, most = observer.bandwidth, observer.max_estimate
-    known_x = known_acceleration(lift, before.x, axis.x, 0.0, drag, now.x)
-    known_y = known_acceleration(lift, before.y, axis.y, 0.0, drag, now.y)
-    known_z = known_acceleration(lift, before.z, axis.z, vehicle.gravity, drag, now.z)
-    return Vec3(
-        next_estimate(old.x, then.x, now.x, known_x, width, most, dt),
-        next_estimate(old.y, then.y, now.y, known_y, width, most, dt),
-        next_estimate(old.z, then.z, now.z, known_z, width, most, dt),
+        lyapunov(parameters.x.integral_gain, x.error, x.velocity_error, integral.x)
+        + lyapunov(parameters.y.integral_gain, y.error, y.velocity_error, integral.y)
+        + lyapunov(parameters.z.integral_gain, z.error, z.velocity_error, integral.z),
+        lyapunov_rate(parameters.x.position_gain, gain.x, x.error, x.velocity_error)
+        + lyapunov_rate(parameters.y.position_gain, gain.y, y.error, y.velocity_error)
+        + lyapunov_rate(parameters.z.position_gain, gain.z, z.error, z.velocity_error),
+        velocity_limited,
+        reach.acceleration_limited,
+        reach.tilt_limited,
+        thrust_limited,
+        reach.descent_limited,
+        frozen,
     )
 
 
-_OFF_AXIS: dict[str, Value] = {"initial_gain": 1.0, "max_integral": 1e9, "max_gain": 1e9}
+_TABLE_2: dict[str, Value] = {
+    "observer.bandwidth": 0.0,
+    "thrust_form": "norm",
+    "tilt_heading": "reference",
+    **{f"{axis}.initial_gain": 1.0 for axis in "xyz"},
+    **{f"{axis}.adaptation_leak": 0.0 for axis in "xyz"},
+}
 
 PRESETS: dict[str, dict[str, Value]] = {
     "tuned": {},
+    "minimal": _TABLE_2,
+    "printed": {
+        **_TABLE_2,
+        "drag_sign": "printed",
+        "anti_windup": False,
+        **{f"{axis}.max_gain": 1e9 for axis in "xyz"},
+        **{f"{axis}.max_integral": 1e9 for axis in "xyz"},
+        **{f"speed.{name}": 1e6 for name in ("max_xy", "max_z", "braking_xy", "braking_z")},
+        "limits.acceleration_xy": 1e6,
+        "limits.acceleration_z": 1e6,
+        "limits.min_lift": -1e6,
+        "limits.tilt": 1.58,
+        "limits.thrust": 1e6,
+        "limits.min_thrust": 0.0,
+        "limits.vertical_priority": False,
+    },
 }

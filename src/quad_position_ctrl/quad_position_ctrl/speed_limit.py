@@ -47,7 +47,7 @@ class BoundedPair(NamedTuple):
 def speed_limit(speed: float, gain: float, braking: float, max_speed: float) -> Shortening:
     """Return how the correction of length ``speed`` >= 0 in m/s is bounded.
 
-    ``gain`` is xi_7 > 0 in 1/s (so ``speed / gain`` is the distance), ``braking`` > 0 in m/s^2, ``max_speed`` > 0 in m/s.
+    ``gain`` is xi_7 > 0 in 1/s (``speed / gain`` is the distance), ``braking`` > 0 in m/s^2, ``max_speed`` > 0 in m/s.
     """
     linear = braking / gain
     if speed <= linear and speed <= max_speed:
