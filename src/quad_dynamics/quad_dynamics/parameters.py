@@ -11,18 +11,24 @@ DRAG_PRINTED = 1
 class InertiaError(NamedTuple):
     """Diagonal of dI of Eq. 10."""
 
-    xx: Annotated[float, Real("kg m^2", "true minus nominal inertia about body x", -100.0, 100.0, "Eq. 10")] = 0.0
-    yy: Annotated[float, Real("kg m^2", "true minus nominal inertia about body y", -100.0, 100.0, "Eq. 10")] = 0.0
-    zz: Annotated[float, Real("kg m^2", "true minus nominal inertia about body z", -100.0, 100.0, "Eq. 10")] = 0.0
+    xx: Annotated[
+        float, Real("kg m^2", "true minus nominal inertia about body x", -100.0, 100.0, "Eq. 10", live=False)
+    ] = 0.0
+    yy: Annotated[
+        float, Real("kg m^2", "true minus nominal inertia about body y", -100.0, 100.0, "Eq. 10", live=False)
+    ] = 0.0
+    zz: Annotated[
+        float, Real("kg m^2", "true minus nominal inertia about body z", -100.0, 100.0, "Eq. 10", live=False)
+    ] = 0.0
 
 
 class Effectiveness(NamedTuple):
     """True over nominal control effectiveness: Delta F_A and Delta tau_A of Eq. 10 as factors."""
 
-    thrust: Annotated[float, Real("", "true over nominal thrust", 0.0, 2.0, "Eq. 10")] = 1.0
-    roll: Annotated[float, Real("", "true over nominal roll torque", 0.0, 2.0, "Eq. 10")] = 1.0
-    pitch: Annotated[float, Real("", "true over nominal pitch torque", 0.0, 2.0, "Eq. 10")] = 1.0
-    yaw: Annotated[float, Real("", "true over nominal yaw torque", 0.0, 2.0, "Eq. 10")] = 1.0
+    thrust: Annotated[float, Real("", "true over nominal thrust", 0.0, 2.0, "Eq. 10", live=False)] = 1.0
+    roll: Annotated[float, Real("", "true over nominal roll torque", 0.0, 2.0, "Eq. 10", live=False)] = 1.0
+    pitch: Annotated[float, Real("", "true over nominal pitch torque", 0.0, 2.0, "Eq. 10", live=False)] = 1.0
+    yaw: Annotated[float, Real("", "true over nominal yaw torque", 0.0, 2.0, "Eq. 10", live=False)] = 1.0
 
 
 class InitialPosition(NamedTuple):
@@ -74,7 +80,7 @@ class PlantParameters(NamedTuple):
         int,
         Choice(("corrected", "printed"), "corrected: drag opposes motion; printed: as eqs. 5 and 9", "Eq. 5, Eq. 9"),
     ] = DRAG_CORRECTED
-    mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10")] = 0.0
+    mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10", live=False)] = 0.0
     inertia_error: InertiaError = InertiaError()
     effectiveness: Effectiveness = Effectiveness()
     initial: Initial = Initial()
