@@ -1,0 +1,82 @@
+"""What all tests share: which need ROS, and that nothing is skipped unless it is allowed to."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+USES_ROS = re.compile(r"^\s*(?:import|from) (?:rclpy|quad_node|quad_\w+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE)
+WHOLE_STACK = Path(__file__).parent / "test"
+SKIPS = pytest.StashKey[dict[str, str]]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --allowed-skips."""
+    parser.addoption("--allowed-skips", type=Path, help="fail if a test is skipped that no line of this file names")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Start with no skips."""
+    config.stash[SKIPS] = {}
+    config.pluginmanager.register(SkipCollector(config.stash[SKIPS]))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what needs ROS: modules that import it, and all whole-stack tests that do not say otherwise."""
+    uses_ros: dict[Path, bool] = {}
+    for item in items:
+        if item.path not in uses_ros:
+            uses_ros[item.path] = bool(USES_ROS.search(item.path.read_text(encoding="utf-8")))
+        in_stack = WHOLE_STACK in item.path.parents and item.get_closest_marker("unit") is None
+        if uses_ros[item.path] or in_stack:
+            item.add_marker("ros")
+
+
+class SkipCollector:
+    """Notes every skipped module and test, and every expected failure, with its reason."""
+
+    def __init__(self, skips: dict[str, str]) -> None:
+        self.skips = skips
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Note a module that was skipped as a whole."""
+        self.note(report)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note a test that was skipped."""
+        self.note(report)
+
+    def note(self, report: pytest.CollectReport | pytest.TestReport) -> None:
+        """Keep the reason of a skipped ``report``."""
+        if report.skipped:
+            where = report.longrepr
+            reason = getattr(report, "wasxfail", None) or (where[2] if isinstance(where, tuple) else str(where))
+            self.skips[report.nodeid] = reason.removeprefix("Skipped: ")
+
+
+def allowed_prefixes(file: Path) -> list[str]:
+    """Return the beginnings of test names that ``file`` allows to be skipped; ``#`` begins a comment."""
+    lines = (line.partition("#")[0].strip() for line in file.read_text(encoding="utf-8").splitlines())
+    return [line for line in lines if line]
+
+
+def grown(config: pytest.Config) -> list[str]:
+    """Return the skipped tests that the file of --allowed-skips does not name."""
+    file = config.getoption("--allowed-skips")
+    allowed = tuple(allowed_prefixes(file)) if file else ("",)
+    return [name for name in config.stash[SKIPS] if not name.startswith(allowed)]
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Fail a run that passed if the set of skips has grown."""
+    if exitstatus == pytest.ExitCode.OK and grown(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Name what was skipped and why, and what must not be."""
+    for title, names in (("skipped", list(config.stash[SKIPS])), ("skipped but not allowed to be", grown(config))):
+        if names:
+            terminalreporter.section(title)
+            for name in sorted(names):
+                terminalreporter.write_line(f"{name}: {config.stash[SKIPS][name]}")
