@@ -20,8 +20,8 @@ _SHARED_MEMORY = Path("/dev/shm")
 def reserved_domain(wanted: int | None) -> Iterator[int]:
     """Hold a domain for the time of a flight.
 
-    ``wanted``: exactly this one, shared with other flights that want it too (namespaces tell them apart). None: one that
-    no other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if there is none.
+    ``wanted``: exactly this one, shared with other flights that want it too (namespaces tell them apart). None: one
+    that no other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if there is none.
     """
     for domain in [wanted] if wanted is not None else _candidates():
         lock = _open(Path(tempfile.gettempdir(), f"quad-domain-{domain}.lock"))

@@ -1,4 +1,4 @@
-"""From what is asked for to the resolved parameters of the five nodes; everything is checked before a process starts."""
+"""From what is asked for to the resolved parameters of the five nodes, checked before a process starts."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -114,7 +114,7 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
 
 
 def _typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
-    """Return ``texts`` as the types that the node's parameters have; the choice of plug-ins among them decides which."""
+    """Return ``texts`` as the types of the node's parameters; the choice of plug-ins among them decides which."""
     slots = {*ROLES[role].slots, "preset"}
     chosen = {name: text for name, text in texts.items() if name in slots}
     known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}

@@ -15,7 +15,7 @@ ENDED = 2
 
 
 class Report(NamedTuple):
-    """The flight as its bag tells it. ``state``: waiting, flying, ended, failed; ``problems``: why it does not count."""
+    """The flight as its bag tells it. ``state`` is its last phase; ``problems`` say why it does not count."""
 
     state: str
     flight_time: float

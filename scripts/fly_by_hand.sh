@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# The flight of scripts/fly as five plain ROS 2 commands.
+#
+#   scripts/fly_by_hand.sh [CASE] [DIR] [ROS ARGUMENT...]
+#   scripts/fly_by_hand.sh hover flights/mine -p flight.seed:=7
+#
+# Needs a sourced workspace (source scripts/env.sh, or install/setup.bash of a sourced ROS 2). Exit code: 0 flown to the
+# end and within the limits, 1 not, 2 bad usage or set-up.
+set -u
+case=${1:-case1}
+directory=${2:-flights/$case-by-hand}
+config=$(cd "$(dirname "${BASH_SOURCE[0]}")/../src/quad_bringup/config" && pwd -P)
+arguments=(--params-file "$config/vehicles/paper.yaml" --params-file "$config/controllers/tuned.yaml"
+    --params-file "$config/scenarios/$case.yaml" "${@:3}")
+
+if ! command -v ros2 >/dev/null; then
+    # Without the ROS 2 command line tools: start what `ros2 run PACKAGE EXECUTABLE` would start.
+    ros2() {
+        local prefix
+        for prefix in $(tr : "\n" <<<"${AMENT_PREFIX_PATH:-}"); do
+            if [[ -x $prefix/lib/$2/$3 ]]; then
+                "$prefix/lib/$2/$3" "${@:4}"
+                return
+            fi
+        done
+        echo "ros2 run: no $2 $3 in AMENT_PREFIX_PATH; source scripts/env.sh first" >&2
+        return 2
+    }
+fi
+
+ros2 run quad_dynamics simulator --ros-args "${arguments[@]}" &
+simulator=$!
+ros2 run quad_trajectory trajectory --ros-args "${arguments[@]}" &
+trajectory=$!
+ros2 run quad_position_ctrl position_controller --ros-args "${arguments[@]}" &
+position=$!
+ros2 run quad_attitude_ctrl attitude_controller --ros-args "${arguments[@]}" &
+attitude=$!
+ros2 run quad_flight_log recorder --ros-args "${arguments[@]}" -p directory:="$directory" &
+recorder=$!
+
+worst=0
+for node in $simulator $trajectory $position $attitude $recorder; do
+    wait "$node"
+    code=$?
+    ((code > worst)) && worst=$code
+done
+case $worst in
+    0) ros2 run quad_flight_log log check "$directory" --limits "$config/limits/approach.yaml" ;;
+    2 | 126 | 127) exit 2 ;;
+    *) exit 1 ;;
+esac

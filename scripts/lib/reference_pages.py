@@ -1,0 +1,185 @@
+"""Reference pages from the code: topics from the topic table and the .msg files, parameters from their declarations."""
+
+import argparse
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from quad_bringup.processes import PACKAGES
+from quad_core import plugins
+from quad_core.node_parameters import ROLES, FlightParameters
+from quad_core.parameters import Choice, Field, Flag, Real, Text, Whole, fields
+from quad_core.vehicle import Vehicle
+from quad_node.topics import TOPICS, Topic
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+MESSAGES = ROOT / "src" / "quad_msgs" / "msg"
+GENERATED = "<!-- Written by scripts/docs from the code: change it there. -->"
+
+STANDARD_TYPES = {
+    "geometry_msgs/WrenchStamped": (
+        "`header.stamp`: stamp of the state that it answers; `header.frame_id`: `base_link`; `wrench.force.z`: "
+        "collective thrust along body z in N (x and y are 0); `wrench.torque`: torque about the body axes in N m."
+    ),
+    "nav_msgs/Odometry": (
+        "The true state for tools, once in `odom_period_steps`: pose in the world, twist in the body frame; "
+        "covariances 0."
+    ),
+    "rosgraph_msgs/Clock": "Flight time for visitors, once in `clock_period_steps`; no control decision depends on it.",
+}
+TOPICS_HEAD = """# Topics
+
+Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
+to world), Z-Y-X Euler angles. All topics are reliable; *latched* ones (transient local) reach late joiners too. A
+*step* topic has exactly one message per step of its publisher: they make the payload hash of a flight. Besides, every node
+sends `/diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+"""
+PARAMETERS_HEAD = """# Parameters
+
+Every parameter of every node with its default, range and source; a value of another type, out of range, NaN, or for a
+name that is not listed is refused. *live*: may be set in flight. Give them as `--set NODE.PARAM=VALUE` to
+`scripts/fly`, as `-p PARAM:=VALUE` to `ros2 run`, or in a ROS 2 parameter file (`src/quad_bringup/config` has some).
+
+"""
+SUMMARIES = {
+    "simulator": "Takes `wrench_setpoint`, publishes `state`, `truth`, `actuation`, `disturbance`.",
+    "trajectory": "Answers `state` with `reference`.",
+    "position_controller": "Answers `state` and `reference` with `attitude_setpoint`.",
+    "attitude_controller": "Answers `state` and `attitude_setpoint` with `wrench_setpoint`.",
+    "recorder": "Writes every topic into one bag and paces the lockstep.",
+}
+
+
+def type_name(topic: Topic) -> str:
+    """Return ``package/Type`` of a topic."""
+    return f"{topic.type.__module__.split('.')[0]}/{topic.type.__name__}"
+
+
+def table(head: list[str], rows: Iterable[list[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+
+
+def topics_page() -> str:
+    """Return docs/topics.md."""
+    rows = []
+    for topic in TOPICS.values():
+        kind = ", ".join(word for word, holds in (("step", topic.step), ("latched", topic.latched)) if holds)
+        name = type_name(topic)
+        target = name.split("/")[1].lower() if name.startswith("quad_msgs/") else name.replace("/", "").lower()
+        sides = ["all nodes" if len(side) == len(ROLES) else ", ".join(side) for side in topic[2:4]]
+        rows.append([f"`{topic.name}`", f"[{name}](#{target})", *sides, kind, topic.paper])
+    parts = [TOPICS_HEAD, table(["topic", "type", "from", "to", "kind", "paper"], rows)]
+    for name in dict.fromkeys(type_name(topic) for topic in TOPICS.values()):
+        if name.startswith("quad_msgs/"):
+            parts.append(message_section(name.split("/")[1]))
+        else:
+            parts.append(f"## {name}\n\n{STANDARD_TYPES[name]}\n")
+    return page(parts)
+
+
+def message_section(name: str) -> str:
+    """Return the section of one message of ours; the comments of its file say all."""
+    about, rows = [], []
+    for line in (MESSAGES / f"{name}.msg").read_text(encoding="utf-8").splitlines():
+        code, _, comment = line.partition("#")
+        if not code.strip():
+            about.append(comment.strip())
+            continue
+        kind, field = code.split(maxsplit=1)
+        unit = re.match(r"\s*\[([^]]*)\]\s*", comment)
+        text = comment[unit.end() :] if unit else comment
+        rows.append([f"`{field.strip()}`", f"`{kind}`", unit[1] if unit else "", text.strip()])
+    return f"## {name}\n\n{' '.join(about)}\n\n{table(['field', 'type', 'unit', 'meaning'], rows)}"
+
+
+def parameter_pages() -> dict[str, str]:
+    """Return {file name: text} of docs/parameters."""
+    pages = {}
+    for role, kind in ROLES.items():
+        parts = [
+            f"# {role}\n\n`ros2 run {PACKAGES[role]} {role}`. {SUMMARIES[role]}\n",
+            field_table(fields(kind.parameters)),
+        ]
+        for slot, group in kind.slots.items():
+            parts += [plugin_section(slot, group, name) for name in plugins.names(group)]
+        parts.append("Shared with all nodes: [flight.* and vehicle.*](shared.md).\n")
+        pages[f"{role}.md"] = page(parts)
+    shared = ["# Shared by all nodes\n", field_table(fields(FlightParameters, "flight."))]
+    pages["shared.md"] = page([*shared, field_table(fields(Vehicle, "vehicle."))])
+    listed = [f"- [{name.removesuffix('.md')}]({name})" for name in pages]
+    pages["README.md"] = page([PARAMETERS_HEAD + "\n".join(listed) + "\n"])
+    return pages
+
+
+def plugin_section(slot: str, group: str, name: str) -> str:
+    """Return the section of one plug-in: what its module says of itself, its parameters, its presets."""
+    module = plugins.load(group, name)
+    summary = (module.__doc__ or "").strip().splitlines()[0]
+    text = f"## {slot}: {name}\n\n{summary}\n\n{field_table(fields(module.Parameters, f'{name}.'))}"
+    for preset, values in getattr(module, "PRESETS", {}).items():
+        if values:
+            rows = [[f"`{name}.{key}`", f"`{shown(value)}`"] for key, value in values.items()]
+            text += f"\n### preset {preset}\n\n{table(['parameter', 'value'], rows)}"
+    return text
+
+
+def field_table(listed: Iterable[Field]) -> str:
+    """Return the table of parameters."""
+    head = ["parameter", "default", "unit", "range", "meaning", "source", "live"]
+    return table(head, (field_row(field) for field in listed))
+
+
+def field_row(field: Field) -> list[str]:
+    """Return one line of the table of parameters."""
+    spec = field.spec
+    bounds = {
+        Flag: lambda: "true, false",
+        Text: lambda: "text",
+        Choice: lambda: ", ".join(spec.options),
+        Real: lambda: f"{spec.low:g} .. {spec.high:g}",
+        Whole: lambda: f"{spec.low} .. {spec.high}",
+    }[type(spec)]()
+    unit = spec.unit if isinstance(spec, Real | Whole) else ""
+    live = "live" if spec.live else ""
+    return [f"`{field.name}`", f"`{shown(field.default)}`", unit, bounds, spec.meaning, spec.source, live]
+
+
+def shown(value: object) -> str:
+    """Return a value as YAML has it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) else str(value) or "''"
+
+
+def page(parts: Iterable[str]) -> str:
+    """Return a whole page."""
+    return GENERATED + "\n" + "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def main() -> int:
+    """Write the pages, or with --check say which are not up to date."""
+    parser = argparse.ArgumentParser(prog="scripts/docs", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is not up to date")
+    check = parser.parse_args().check
+    pages = {DOCS / "topics.md": topics_page()}
+    pages |= {DOCS / "parameters" / name: text for name, text in parameter_pages().items()}
+    stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
+    stale += [path for path in (DOCS / "parameters").glob("*.md") if path not in pages]
+    for path in stale:
+        print(f"{path.relative_to(ROOT)}: {'not up to date: run scripts/docs' if check else 'written'}")
+    if not check:
+        (DOCS / "parameters").mkdir(exist_ok=True)
+        for path in stale:
+            if path in pages:
+                path.write_text(pages[path], encoding="utf-8")
+            else:
+                path.unlink()
+    return 1 if check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
