@@ -10,7 +10,9 @@ import sys
 import sysconfig
 from pathlib import Path
 
-FOREIGN = re.compile(r"/opt/python/cp\d+-cp\d+t?(/include/python[\d.]+t?|/lib/python[\d.]+t?/site-packages)?(?=[^\w.-]|$)")
+FOREIGN = re.compile(
+    r"/opt/python/cp\d+-cp\d+t?(/include/python[\d.]+t?|/lib/python[\d.]+t?/site-packages)?(?=[^\w.-]|$)"
+)
 
 
 def mend(text: str, prefix: str, include: str, site_packages: str) -> str:

@@ -33,8 +33,8 @@ TOPICS_HEAD = """# Topics
 
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
 to world), Z-Y-X Euler angles. All topics are reliable; *latched* ones (transient local) reach late joiners too. A
-*step* topic has exactly one message per step of its publisher: they make the payload hash of a flight. Besides, every node
-sends `/diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+*step* topic has exactly one message per step of its publisher: they make the payload hash of a flight. Besides, every
+node sends `/diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
 """
 PARAMETERS_HEAD = """# Parameters
 

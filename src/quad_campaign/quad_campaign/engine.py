@@ -4,15 +4,15 @@ import hashlib
 import inspect
 import os
 import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from quad_core.compilation import compiled
-
 from quad_campaign import loop
 from quad_campaign.stages import Modules
+from quad_core.compilation import compiled
 
 
 class EngineError(RuntimeError):
@@ -71,7 +71,8 @@ def explain(modules: Modules, error: Exception) -> EngineError:
     return EngineError(f"cannot be compiled ({names}): {' '.join(str(error).split())[:600]}")
 
 
-def _link(function: FunctionType, modules: Modules) -> FunctionType:
+def _link(function: Callable[..., Any], modules: Modules) -> FunctionType:
+    assert isinstance(function, FunctionType)
     scope = {**function.__globals__, **modules.functions()}
     twin = FunctionType(function.__code__, scope, function.__name__)
     twin.__module__ = function.__module__

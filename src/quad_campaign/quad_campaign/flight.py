@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
-from quad_core.parameter_files import overrides_for, read_parameter_file
-from quad_core.parameters import ParameterError, Value
-from quad_core.timing import seconds
-from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 
 from quad_campaign import loop
 from quad_campaign.engine import compiled_engine, explain, python_engine
 from quad_campaign.loop import Carry, Records, Schedule, Score, Setup
 from quad_campaign.records import to_array, with_steps
 from quad_campaign.stages import Modules
+from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import ParameterError, Value
+from quad_core.timing import seconds
+from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 
 OUTCOMES = {loop.ENDED: "ended", loop.DIVERGED: "diverged", loop.REFUSED: "refused"}
 _BLOCK_SECONDS = 1.0

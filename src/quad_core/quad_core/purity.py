@@ -26,10 +26,22 @@ BEFORE_FLIGHT = {"init", "plan", "duration"}
 """Run once before step 0: these, and what only they reach, may raise an error of constant text."""
 
 BUILTINS = {"abs", "bool", "float", "int", "len", "range"}
-MATH = set(
-    "acos asin atan atan2 copysign cos cosh exp fabs floor isfinite isinf isnan log sin sinh sqrt tan tanh "
-    "pi tau e inf nan".split()
-)
+MATH = {
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "copysign",
+    "cos",
+    "cosh",
+    "exp",
+    "fabs",
+    "floor",
+    "isfinite",
+    "isinf",
+    "isnan",
+}
+MATH |= {"log", "sin", "sinh", "sqrt", "tan", "tanh", "pi", "tau", "e", "inf", "nan"}
 NEVER_NEGATIVE = {"abs", "math.fabs", "math.sqrt", "math.exp", "math.cosh"}
 CONSTRUCTS: dict[type[ast.AST], tuple[str, str]] = {
     ast.ListComp: ("a comprehension", "a loop or the terms written out"),
@@ -243,10 +255,14 @@ class _Visitor(ast.NodeVisitor):
     def check_power(self, node: ast.AST, base: ast.expr, exponent: ast.expr) -> None:
         for value in self.constants(exponent):
             if 2.0 * value == math.floor(2.0 * value):
-                self.report(node, f"the power {ast.unparse(node)}", "x * x, a quotient or math.sqrt: pow differs by a bit")
+                self.report(
+                    node, f"the power {ast.unparse(node)}", "x * x, a quotient or math.sqrt: pow differs by a bit"
+                )
                 return
         if isinstance(exponent, ast.Constant | ast.UnaryOp):
-            self.report(node, f"the constant exponent {ast.unparse(exponent)}", "a named exponent: compilers rewrite it")
+            self.report(
+                node, f"the constant exponent {ast.unparse(exponent)}", "a named exponent: compilers rewrite it"
+            )
         if not self.never_negative(base):
             self.report(node, f"the base {ast.unparse(base)}", "one that is seen not to be negative, as abs(x)")
 
@@ -273,9 +289,10 @@ class _Visitor(ast.NodeVisitor):
                         found.append(node.value)
                     elif any(isinstance(part, ast.Name) and part.id == name for part in ast.walk(target)):
                         found.append(None)
-            elif isinstance(node, ast.AugAssign | ast.For):
-                if any(isinstance(part, ast.Name) and part.id == name for part in ast.walk(node.target)):
-                    found.append(None)
+            elif isinstance(node, ast.AugAssign | ast.For) and any(
+                isinstance(part, ast.Name) and part.id == name for part in ast.walk(node.target)
+            ):
+                found.append(None)
         return found
 
     def never_negative(self, node: ast.expr | None, depth: int = 8) -> bool:

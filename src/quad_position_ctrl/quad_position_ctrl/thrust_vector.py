@@ -100,8 +100,8 @@ def desired_angles(lift: Vec3, heading: float, yaw: float) -> Vec3:
 def limited_lift(command: Vec3, gravity: float, max_lift: float, limits: Limits) -> LimitedLift:
     """Return the lift that comes nearest to U (``command``, m/s^2) within what the vehicle can have.
 
-    In this order: bound the command (length in xy, size in z), keep the vertical part at or above ``min_lift`` g (Eq. 38
-    turns upright with full thrust below 0), keep the length within ``max_lift`` (m/s^2; vertical part first if
+    In this order: bound the command (length in xy, size in z), keep the vertical part at or above ``min_lift`` g
+    (Eq. 38 turns upright with full thrust below 0), keep the length within ``max_lift`` (m/s^2; vertical part first if
     ``vertical_priority``, else all in proportion), then the angle to the vertical within ``tilt`` (rad) by shortening
     the horizontal part.
     """

@@ -6,6 +6,7 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from quad_core.parameters import build
 from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Vec3, VehicleState

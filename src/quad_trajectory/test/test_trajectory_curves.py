@@ -4,6 +4,7 @@ import math
 
 import pytest
 import sympy as sp
+
 from quad_core.parameters import build
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle

@@ -3,6 +3,7 @@
 import random
 
 import pytest
+
 from quad_core.compilation import compiled
 from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Vec3, VehicleState

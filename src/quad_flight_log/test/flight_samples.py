@@ -1,0 +1,153 @@
+"""Sample messages and bags for the tests; every payload is encoded by rosbags, which shares no code with us."""
+
+import time
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log.definitions import Definition, concatenated
+
+OUR_MESSAGES = Path(__file__).parents[2] / "quad_msgs" / "msg"
+STEP_NS = 2_000_000
+
+
+@cache
+def typestore() -> Any:
+    """Return rosbags' own Jazzy types with ours added."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for path in sorted(OUR_MESSAGES.glob("*.msg")):
+        store.register(get_types_from_msg(path.read_text(), f"quad_msgs/msg/{path.stem}"))
+    return store
+
+
+def text_of(short: str) -> str:
+    """Return the .msg text of ``pkg/Type``: ours from the source tree, others as rosbags knows them."""
+    package, name = short.split("/")
+    if package == "quad_msgs":
+        return (OUR_MESSAGES / f"{name}.msg").read_text()
+    text, _ = typestore().generate_msgdef(f"{package}/msg/{name}", ros_version=2)
+    return str(text).split("=" * 80)[0]
+
+
+@cache
+def definition(type_name: str) -> Definition:
+    """Return a definition without installed interfaces, its hash computed by rosbags."""
+    package, *_, name = type_name.split("/")
+    full = f"{package}/msg/{name}"
+    return Definition(full, concatenated(full, text_of), typestore().hash_rihs01(full))
+
+
+def message(type_name: str, **values: Any) -> Any:
+    """Return a rosbags message with ``values``; what is not given is zero, empty or false."""
+    store = typestore()
+    return store.types[type_name](**{**_blank(store, type_name), **values})
+
+
+def _blank(store: Any, type_name: str) -> dict[str, Any]:
+    return {name: _blank_value(store, form) for name, form in store.fielddefs[type_name][1]}
+
+
+def _blank_value(store: Any, form: Any) -> Any:
+    kind, detail = int(form[0]), form[1]
+    if kind == 1:
+        return {"string": "", "bool": False}.get(detail[0], 0.0 if detail[0].startswith("float") else 0)
+    if kind == 2:
+        return message(detail)
+    item, count = detail
+    if kind == 3 and int(item[0]) == 1:
+        return np.zeros(count, item[1][0])
+    return np.zeros(0, item[1][0]) if int(item[0]) == 1 and item[1][0] != "string" else []
+
+
+def stamp(step: int) -> Any:
+    """Return the stamp of a plant step."""
+    seconds, nanoseconds = divmod(step * STEP_NS, 1_000_000_000)
+    return message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
+
+def encoded(sample: Any) -> bytes:
+    """Return the CDR bytes of a rosbags message."""
+    return bytes(typestore().serialize_cdr(sample, sample.__msgtype__))
+
+
+def state(step: int, rng: np.random.Generator) -> Any:
+    return message(
+        "quad_msgs/msg/VehicleState",
+        stamp=stamp(step), step=step, p_w=rng.normal(size=3), v_w=rng.normal(size=3),
+        q_wb=rng.normal(size=4), omega_b=rng.normal(size=3),
+    )  # fmt: skip
+
+
+def wrench(step: int, rng: np.random.Generator) -> Any:
+    header = message("std_msgs/msg/Header", stamp=stamp(step), frame_id="base_link")
+    force = message("geometry_msgs/msg/Vector3", z=float(rng.normal()))
+    torque = message("geometry_msgs/msg/Vector3", **dict(zip("xyz", rng.normal(size=3).tolist(), strict=True)))
+    both = message("geometry_msgs/msg/Wrench", force=force, torque=torque)
+    return message("geometry_msgs/msg/WrenchStamped", header=header, wrench=both)
+
+
+def internals(step: int, rng: np.random.Generator) -> Any:
+    return message(
+        "quad_msgs/msg/AttitudeInternals",
+        stamp=stamp(step), step=step, sliding_variable=rng.normal(size=3),
+        torque_limited=rng.random(3) < 0.5, extra=rng.normal(size=4),
+    )  # fmt: skip
+
+
+def event(step: int, text: str) -> Any:
+    return message("quad_msgs/msg/FlightEvent", stamp=stamp(step), node="/test", severity=1, kind="k", text=text)
+
+
+def samples(steps: int, seed: int = 1) -> list[tuple[str, Any]]:
+    """Return (topic, message) of a small flight in the order of arrival."""
+    rng = np.random.default_rng(seed)
+    found: list[tuple[str, Any]] = []
+    for step in range(steps):
+        found.append(("/state", state(step, rng)))
+        found.append(("/wrench_setpoint", wrench(step, rng)))
+        if step % 5 == 0:
+            found.append(("/attitude_controller/internals", internals(step, rng)))
+        if step % 7 == 0:
+            found.append(("/flight/events", event(step, "ä" * step)))
+    return found
+
+
+def write_bag(
+    directory: Path,
+    flown: Iterable[tuple[str, Any]],
+    *,
+    pause_every: int = 0,
+    close: bool = True,
+    parameters: str = "simulator: {ros__parameters: {flight.seed: 7}}\n",
+) -> Path:
+    """Write a bag of rosbags messages; ``pause_every`` messages the writer is given time to flush a chunk."""
+    bag = BagWriter(
+        directory,
+        metadata={"run_id": "test", "seed": "7"},
+        parameters=parameters,
+        definition_of=definition,
+        flush_period=0.05,
+    )
+    handles: dict[str, int] = {}
+    for index, (topic, sample) in enumerate(flown):
+        if topic not in handles:
+            handles[topic] = bag.add_topic(topic, sample.__msgtype__)
+        bag.write(handles[topic], encoded(sample), index * 1000, index * 1000 + 7)
+        if pause_every and index % pause_every == pause_every - 1:
+            time.sleep(0.12)
+    if not close:
+        time.sleep(0.2)
+        copy = directory.parent / f"{directory.name}_part"
+        copy.mkdir()
+        target = copy / f"{copy.name}_0.mcap.part"
+        target.write_bytes(bag.part_path.read_bytes())
+        bag.close()
+        return target
+    report = bag.close({"outcome": "ended"})
+    assert report.error == ""
+    return report.path

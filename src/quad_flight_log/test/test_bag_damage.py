@@ -1,0 +1,262 @@
+"""A damaged or foreign bag gives a verified prefix or a typed error, never wrong numbers, never a lot of memory."""
+
+import struct
+import zlib
+from pathlib import Path
+
+import flight_samples
+import numpy as np
+import pytest
+import zstandard
+from mcap.writer import CompressionType, Writer
+
+from quad_flight_log import mcap_records
+from quad_flight_log.errors import CorruptError, FlightLogError, LimitError, NotAFlightError, SchemaError
+from quad_flight_log.reader import Flight, open_flight
+
+FLIPS = 1500
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("closed")
+    return flight_samples.write_bag(folder / "bag", flight_samples.samples(12), pause_every=10)
+
+
+@pytest.fixture(scope="module")
+def unclosed(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("unclosed")
+    return flight_samples.write_bag(folder / "bag", flight_samples.samples(12), pause_every=10, close=False)
+
+
+def content(flight: Flight) -> tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str], dict]:
+    found = flight.payloads(*flight.topics)
+    return (
+        {name: payloads for name, (payloads, _) in found.items()},
+        {name: times for name, (_, times) in found.items()},
+        flight.metadata,
+        dict(flight.parameters),
+    )
+
+
+def is_prefix(part, whole) -> bool:
+    payloads, times, metadata, parameters = part
+    return (
+        all(rows == whole[0][name][: len(rows)] for name, rows in payloads.items())
+        and all(rows == whole[1][name][: len(rows)] for name, rows in times.items())
+        and metadata.items() <= whole[2].items()
+        and parameters in ({}, whole[3])
+    )
+
+
+def outcome(data: bytes, path: Path, whole) -> str:
+    """Read ``data`` as a bag and say what came of it; anything but the listed outcomes is a failure."""
+    path.write_bytes(data)
+    try:
+        flight = open_flight(path)
+        found = content(flight)
+        for topic in flight.topics:
+            flight.array(topic)
+    except FlightLogError:
+        return "error"
+    if found == whole:
+        return "prefix" if flight.truncated else "same"
+    return "prefix" if flight.truncated and is_prefix(found, whole) else "WRONG"
+
+
+def test_killed_recorder_leaves_a_readable_part(unclosed):
+    flight = open_flight(unclosed.parent)
+    assert flight.truncated
+    assert flight.metadata["seed"] == "7"
+    assert flight.parameters["simulator"]["ros__parameters"]["flight.seed"] == 7
+    assert flight.topics["/state"].messages == 12
+
+
+@pytest.mark.parametrize("kind", ["closed", "unclosed"])
+def test_truncation_at_every_byte_gives_prefix_or_error(kind, request, tmp_path):
+    data = request.getfixturevalue(kind).read_bytes()
+    whole = content(open_flight(request.getfixturevalue(kind)))
+    found = {outcome(data[:length], tmp_path / "cut.mcap", whole) for length in range(len(data))}
+    assert found <= {"prefix", "error"}
+    assert "prefix" in found
+
+
+@pytest.mark.parametrize("kind", ["closed", "unclosed"])
+def test_bit_flips_are_never_silently_wrong(kind, request, tmp_path):
+    data = request.getfixturevalue(kind).read_bytes()
+    whole = content(open_flight(request.getfixturevalue(kind)))
+    rng = np.random.default_rng(5)
+    for position, bit in zip(rng.integers(len(data), size=FLIPS), rng.integers(8, size=FLIPS), strict=True):
+        flipped = bytearray(data)
+        flipped[position] ^= 1 << bit
+        told = outcome(bytes(flipped), tmp_path / "flip.mcap", whole)
+        assert told != "WRONG", f"bit {bit} of byte {position}"
+        assert not (kind == "closed" and told == "same"), f"bit {bit} of byte {position} is under no checksum"
+
+
+def test_zero_filled_tail_is_a_prefix(unclosed, tmp_path):
+    whole = content(open_flight(unclosed))
+    assert outcome(unclosed.read_bytes() + bytes(5000), tmp_path / "zeros.mcap", whole) == "prefix"
+
+
+def test_garbage_tail_is_an_error_and_salvage_gives_the_prefix(unclosed, tmp_path):
+    path = tmp_path / "garbage.mcap"
+    path.write_bytes(unclosed.read_bytes() + b"\x00\x01garbage")
+    with pytest.raises(CorruptError, match="opcode 0"):
+        open_flight(path)
+    flight = open_flight(path, salvage=True)
+    assert content(flight) == content(open_flight(unclosed))
+    assert "opcode 0" in flight.damage
+
+
+@pytest.mark.parametrize(
+    ("data", "error"),
+    [(b"", NotAFlightError), (b"hello, world\n", NotAFlightError), (b"\x00" * 100, NotAFlightError)],
+)
+def test_foreign_files_are_named(data, error, tmp_path):
+    path = tmp_path / "foreign.mcap"
+    path.write_bytes(data)
+    with pytest.raises(error, match=r"foreign\.mcap"):
+        open_flight(path)
+
+
+def test_places_without_a_bag_are_named(tmp_path):
+    with pytest.raises(NotAFlightError, match="no such file"):
+        open_flight(tmp_path / "nowhere")
+    with pytest.raises(NotAFlightError, match=r"no \*\.mcap"):
+        open_flight(tmp_path)
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / name).touch()
+    with pytest.raises(NotAFlightError, match=r"a\.mcap, b\.mcap"):
+        open_flight(tmp_path)
+
+
+def foreign(path: Path, *, encoding="cdr", schema_encoding="ros2msg", text=None, payloads=(), **options) -> Path:
+    definition = flight_samples.definition("quad_msgs/msg/VehicleState")
+    with path.open("wb") as stream:
+        writer = Writer(stream, **options)
+        writer.start("ros2", "some tool")
+        data = definition.text.encode() if text is None else text
+        schema = writer.register_schema(definition.name, schema_encoding, data)
+        channel = writer.register_channel("/state", encoding, schema)
+        for index, payload in enumerate(payloads):
+            writer.add_message(channel, index, payload, index)
+        writer.finish()
+    return path
+
+
+def state_payloads(count=5):
+    rng = np.random.default_rng(2)
+    return [flight_samples.encoded(flight_samples.state(step, rng)) for step in range(count)]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compression": CompressionType.LZ4},
+        {"compression": CompressionType.NONE, "enable_crcs": False},
+        {"use_chunking": False},
+        {"use_statistics": False, "use_summary_offsets": False},
+    ],
+)
+def test_bags_of_other_writers_are_read(options, tmp_path):
+    payloads = state_payloads()
+    flight = open_flight(foreign(tmp_path / "other.mcap", payloads=payloads, **options))
+    assert flight.payloads("state")["/state"][0] == payloads
+    assert flight.protected == (options.get("use_chunking", True) and options.get("enable_crcs", True))
+
+
+def test_bag_of_rosbags_writer_is_read(tmp_path):
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as RosbagsWriter
+
+    payloads = state_payloads()
+    store = flight_samples.typestore()
+    with RosbagsWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection("/state", "quad_msgs/msg/VehicleState", typestore=store)
+        for index, payload in enumerate(payloads):
+            writer.write(connection, index, payload)
+    assert open_flight(tmp_path / "bag").payloads("state")["/state"][0] == payloads
+
+
+def test_other_encodings_are_refused(tmp_path):
+    with pytest.raises(SchemaError, match="found 'json' with 'ros2msg'"):
+        open_flight(foreign(tmp_path / "a.mcap", encoding="json", payloads=[b"{}"]))
+    with pytest.raises(SchemaError, match="ros2idl"):
+        open_flight(foreign(tmp_path / "b.mcap", schema_encoding="ros2idl", payloads=state_payloads()))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"float64 x\n",
+        b"float64[3] x\nMissing y\n",
+        b"%&/\n",
+        b"\xff\xfe",
+        b"string a\n",
+        b"quad_msgs/VehicleState me\n",
+    ],
+)
+def test_a_wrong_definition_is_an_error(text, tmp_path):
+    with pytest.raises(SchemaError):
+        open_flight(foreign(tmp_path / "wrong.mcap", text=text, payloads=state_payloads())).array("state")
+
+
+def test_a_short_or_strange_payload_is_an_error(tmp_path):
+    good = state_payloads(3)
+    for index, bad in enumerate([good[0][:50], b"", b"\x00", b"\x00\x03\x00\x00" + good[0][4:], good[0] + bytes(8)]):
+        with pytest.raises(SchemaError, match="/state"):
+            open_flight(foreign(tmp_path / f"{index}.mcap", payloads=[good[0], bad, good[2]])).array("state")
+
+
+def raw_file(path: Path, *records: tuple[int, bytes]) -> Path:
+    def text(value: bytes) -> bytes:
+        return struct.pack("<I", len(value)) + value
+
+    parts = [(1, text(b"ros2") + text(b"some tool")), *records]
+    magic = b"\x89MCAP0\r\n"
+    path.write_bytes(magic + b"".join(struct.pack("<BQ", opcode, len(body)) + body for opcode, body in parts))
+    return path
+
+
+def chunk(size: int, packed: bytes, crc: int = 0) -> bytes:
+    return struct.pack("<QQQII", 0, 0, size, crc, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
+
+
+def test_decompression_bombs_are_refused_before_they_unpack(tmp_path, monkeypatch):
+    bomb = zstandard.compress(bytes(200 << 20))
+    with pytest.raises(LimitError, match="uncompressed"):
+        open_flight(raw_file(tmp_path / "honest.mcap", (6, chunk(200 << 20, bomb))))
+
+    class NeverUnpack:
+        def decompress(self, *_args, **_options):
+            raise AssertionError("the bomb was unpacked")
+
+    monkeypatch.setattr(mcap_records.zstandard, "ZstdDecompressor", NeverUnpack)
+    with pytest.raises(CorruptError, match="zstd frame of 209715200 bytes, expected 100"):
+        open_flight(raw_file(tmp_path / "lying.mcap", (6, chunk(100, bomb))))
+
+
+def test_huge_records_and_sequences_are_refused(tmp_path):
+    path = raw_file(tmp_path / "huge.mcap")
+    path.write_bytes(path.read_bytes() + struct.pack("<BQ", 6, 3 << 30))
+    assert open_flight(path).truncated
+    with path.open("r+b") as stream:
+        stream.truncate(4 << 30)
+    with pytest.raises(LimitError, match="3221225472 bytes"):
+        open_flight(path)
+    path.unlink()
+    lying = bytearray(flight_samples.encoded(flight_samples.event(1, "text")))
+    lying[12:16] = struct.pack("<I", 0xFFFFFFF0)
+    definition = flight_samples.definition("quad_msgs/msg/FlightEvent")
+    with pytest.raises(SchemaError):
+        open_flight(foreign(tmp_path / "lying.mcap", text=definition.text.encode(), payloads=[bytes(lying)])).array(
+            "state"
+        )
+
+
+def test_a_chunk_whose_checksum_does_not_fit_is_an_error(tmp_path):
+    data = b"\x05" + struct.pack("<Q", 22) + bytes(22)
+    path = raw_file(tmp_path / "crc.mcap", (6, chunk(len(data), zstandard.compress(data), zlib.crc32(data) ^ 1)))
+    with pytest.raises(CorruptError, match="checksum of a chunk"):
+        open_flight(path)

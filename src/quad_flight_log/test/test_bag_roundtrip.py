@@ -1,0 +1,177 @@
+"""What goes into a bag comes out of it: through our reader and through two readers that we did not write."""
+
+from pathlib import Path
+
+import flight_samples
+import numpy as np
+import pytest
+import yaml
+
+from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log.errors import BagWriteError, LimitError, TopicError
+from quad_flight_log.reader import open_flight
+
+STEPS = 60
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return flight_samples.samples(STEPS)
+
+
+@pytest.fixture(scope="module")
+def bag(flown, tmp_path_factory) -> Path:
+    return flight_samples.write_bag(tmp_path_factory.mktemp("bags") / "flight", flown, pause_every=40)
+
+
+def by_topic(flown):
+    found = {}
+    for index, (topic, sample) in enumerate(flown):
+        found.setdefault(topic, []).append((index, sample))
+    return found
+
+
+def test_bytes_and_times_are_exact(bag, flown):
+    flight = open_flight(bag.parent)
+    assert not flight.truncated
+    assert flight.protected
+    expected = by_topic(flown)
+    assert set(flight.topics) == set(expected)
+    for topic, items in expected.items():
+        payloads, log_times = flight.payloads(topic)[topic]
+        assert payloads == [flight_samples.encoded(sample) for _, sample in items]
+        assert log_times == [index * 1000 for index, _ in items]
+        assert flight.topics[topic].messages == len(items)
+
+
+def test_arrays_hold_the_values(bag, flown):
+    flight = open_flight(bag)
+    expected = by_topic(flown)
+    tables = flight.arrays("state", "wrench_setpoint", "/flight/events", "attitude_controller/internals")
+    states = [sample for _, sample in expected["/state"]]
+    np.testing.assert_array_equal(tables["state"]["p_w"], [sample.p_w for sample in states])
+    np.testing.assert_array_equal(tables["state"]["q_wb"], [sample.q_wb for sample in states])
+    np.testing.assert_array_equal(tables["state"]["stamp_ns"], np.arange(STEPS) * flight_samples.STEP_NS)
+    wrenches = [sample for _, sample in expected["/wrench_setpoint"]]
+    np.testing.assert_array_equal(
+        tables["wrench_setpoint"]["wrench"]["torque"]["y"], [sample.wrench.torque.y for sample in wrenches]
+    )
+    assert set(tables["wrench_setpoint"]["header"]["frame_id"]) == {"base_link"}
+    events = [sample for _, sample in expected["/flight/events"]]
+    assert tables["/flight/events"]["text"].tolist() == [sample.text for sample in events]
+    inner = [sample for _, sample in expected["/attitude_controller/internals"]]
+    np.testing.assert_array_equal(tables["attitude_controller/internals"]["extra"], [sample.extra for sample in inner])
+    np.testing.assert_array_equal(
+        tables["attitude_controller/internals"]["torque_limited"], [sample.torque_limited for sample in inner]
+    )
+    assert tables["state"]["p_w"].dtype == np.float64
+
+
+def test_metadata_and_parameters_come_back(bag):
+    flight = open_flight(bag)
+    assert flight.metadata["run_id"] == "test"
+    assert flight.metadata["seed"] == "7"
+    assert flight.metadata["outcome"] == "ended"
+    assert flight.metadata["dropped"] == "0"
+    assert flight.parameters == {"simulator": {"ros__parameters": {"flight.seed": 7}}}
+
+
+def test_rosbags_reads_it_all(bag, flown):
+    from rosbags.rosbag2 import Reader
+
+    expected = by_topic(flown)
+    store = flight_samples.typestore()
+    seen = dict.fromkeys(expected, 0)
+    with Reader(bag.parent) as reader:
+        for connection in reader.connections:
+            assert connection.digest == store.hash_rihs01(connection.msgtype)
+            assert connection.msgcount == len(expected[connection.topic])
+            assert connection.ext.offered_qos_profiles
+        for connection, log_time, raw in reader.messages():
+            index, sample = expected[connection.topic][seen[connection.topic]]
+            seen[connection.topic] += 1
+            assert bytes(raw) == flight_samples.encoded(sample)
+            assert log_time == index * 1000
+    assert seen == {topic: len(items) for topic, items in expected.items()}
+
+
+def test_mcap_ros2_support_reads_it_all(bag, flown):
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    expected = by_topic(flown)
+    seen = dict.fromkeys(expected, 0)
+    with bag.open("rb") as stream:
+        read = list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
+    for item in read:
+        topic = item.channel.topic
+        index, sample = expected[topic][seen[topic]]
+        seen[topic] += 1
+        assert (item.message.log_time, item.message.publish_time) == (index * 1000, index * 1000 + 7)
+        if topic == "/state":
+            assert list(item.decoded_message.p_w) == sample.p_w.tolist()
+            assert item.decoded_message.step == sample.step
+        elif topic == "/wrench_setpoint":
+            assert item.decoded_message.wrench.torque.x == sample.wrench.torque.x
+        elif topic == "/flight/events":
+            assert item.decoded_message.text == sample.text
+        else:
+            assert list(item.decoded_message.extra) == sample.extra.tolist()
+    assert seen == {topic: len(items) for topic, items in expected.items()}
+
+
+def test_metadata_yaml_is_rosbag2_version_9(bag, flown):
+    told = yaml.safe_load((bag.parent / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert told["version"] == 9
+    assert told["storage_identifier"] == "mcap"
+    assert told["message_count"] == len(flown)
+    assert told["relative_file_paths"] == [bag.name]
+    assert told["duration"]["nanoseconds"] == (len(flown) - 1) * 1000
+    assert told["custom_data"]["seed"] == "7"
+    assert all(isinstance(value, str) for value in told["custom_data"].values())
+    topic = told["topics_with_message_count"][0]["topic_metadata"]
+    assert topic["offered_qos_profiles"][0]["reliability"] == "reliable"
+    assert topic["type_description_hash"].startswith("RIHS01_")
+
+
+def test_mcap_library_finds_chunks_summary_and_attachment(bag):
+    from mcap.reader import make_reader
+
+    with bag.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        assert summary.statistics.chunk_count >= 2
+        assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
+        assert [item.name for item in reader.iter_attachments()] == ["parameters.yaml"]
+        assert {item.name for item in reader.iter_metadata()} == {"quad", "quad_end", "rosbag2"}
+
+
+def test_a_recording_is_never_overwritten(bag):
+    with pytest.raises(BagWriteError, match="never overwritten"):
+        BagWriter(bag.parent)
+
+
+def test_empty_directory_may_be_used_and_empty_bag_reads(tmp_path):
+    (tmp_path / "empty").mkdir()
+    path = flight_samples.write_bag(tmp_path / "empty", [])
+    flight = open_flight(path.parent)
+    assert flight.topics == {}
+    assert flight.metadata["messages"] == "0"
+
+
+def test_topics_resolve_in_a_namespace(tmp_path):
+    rng = np.random.default_rng(3)
+    flown = [("/a/state", flight_samples.state(0, rng)), ("/b/state", flight_samples.state(0, rng))]
+    path = flight_samples.write_bag(tmp_path / "two", flown)
+    with pytest.raises(TopicError, match="/a/state, /b/state"):
+        open_flight(path).array("state")
+    table = open_flight(path, namespace="b").array("state")
+    np.testing.assert_array_equal(table["p_w"][0], flown[1][1].p_w)
+    with pytest.raises(TopicError, match="no topic 'truth'"):
+        open_flight(path, namespace="b").array("truth")
+
+
+def test_memory_limit_is_kept(bag):
+    with pytest.raises(LimitError, match="/state"):
+        open_flight(bag, memory_limit=100).array("state")
