@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_flight_log.cli import measured
+from quad_flight_log.analysis import measured
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.metrics import METRICS, FlightMetrics
 from quad_flight_log.presentation import judged, table

@@ -36,9 +36,11 @@ def next_record(stream: BinaryIO, size: int, offset: int) -> tuple[int, bytes, b
     opcode, length = RECORD.unpack(head)
     if opcode == 0:
         # A power loss can leave a tail of zeros; any other byte there is damage.
-        while block := stream.read(1 << 20):
+        block = head
+        while block:
             if block.count(0) != len(block):
                 raise BadRecordError("record with opcode 0")
+            block = stream.read(1 << 20)
         raise CutError
     if offset + RECORD.size + length > size:
         raise CutError

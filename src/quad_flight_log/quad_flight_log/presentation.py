@@ -12,6 +12,7 @@ import yaml
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.metrics import METRICS, FlightMetrics
+from quad_flight_log.reader import Flight
 
 
 class LimitsError(FlightLogError):
@@ -110,3 +111,51 @@ def _finite(name: object, value: object, where: str) -> float:
 def judged(metrics: FlightMetrics, limits: Mapping[str, float]) -> list[Verdict]:
     """Return the verdict on every limit."""
     return [Verdict(name, getattr(metrics, name), limit) for name, limit in limits.items()]
+
+
+def info_text(flight: Flight) -> str:
+    """Return what is in a bag, for people."""
+    state = f"truncated: {flight.damage}" if flight.truncated else "complete"
+    checked = "every message under a checksum" if flight.protected else "not every message under a checksum"
+    lines = [
+        str(flight.path),
+        f"  {state}, {checked}, written by {flight.library or 'unknown'}",
+        f"  {flight.path.stat().st_size} bytes on disk, {flight.uncompressed_size} uncompressed",
+    ]
+    lines += [f"  {key}: {value}" for key, value in sorted(flight.metadata.items())]
+    rows = [["topic", "messages", "bytes", "share", "rate", "dropped", "type"]]
+    payload = sum(topic.size for topic in flight.topics.values())
+    for topic in flight.topics.values():
+        span = (topic.last - topic.first) * 1e-9
+        rate = f"{(topic.messages - 1) / span:.1f} Hz" if topic.messages > 1 and span > 0.0 else "-"
+        share = f"{100.0 * topic.size / payload:.1f} %" if payload else "-"
+        dropped = flight.metadata.get(f"dropped.{topic.name}", "0")
+        rows.append([topic.name, str(topic.messages), str(topic.size), share, rate, dropped, topic.type])
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        cells = [
+            cell.rjust(w) if 0 < at < 6 else cell.ljust(w) for at, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  " + "  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def info_json(flights: Sequence[Flight]) -> str:
+    """Return a JSON list, one object per bag."""
+    return json.dumps(
+        [
+            {
+                "path": str(flight.path),
+                "truncated": flight.truncated,
+                "damage": flight.damage,
+                "protected": flight.protected,
+                "library": flight.library,
+                "bytes": flight.path.stat().st_size,
+                "uncompressed_bytes": flight.uncompressed_size,
+                "metadata": flight.metadata,
+                "topics": [topic._asdict() for topic in flight.topics.values()],
+            }
+            for flight in flights
+        ],
+        indent=2,
+    )

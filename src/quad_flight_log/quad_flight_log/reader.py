@@ -67,6 +67,10 @@ class Flight:
             raise CorruptError(f"{self.path}: attachment {PARAMETERS} holds {type(loaded).__name__}, expected a map")
         return loaded
 
+    def record(self, name: str) -> dict[str, str]:
+        """Return the last metadata record of that name, empty if there is none."""
+        return next((dict(values) for found, values in reversed(self._scan.metadata) if found == name), {})
+
     def has(self, topic: str) -> bool:
         """Return whether the bag has at least one message of a topic."""
         try:

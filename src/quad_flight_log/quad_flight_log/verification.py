@@ -1,0 +1,50 @@
+"""Whether a bag is what its recorder wrote: content decoded in full, metadata.yaml held against the file itself."""
+
+import json
+from typing import Any
+
+import yaml
+
+from quad_flight_log.bag_metadata import METADATA_FILE, ROSBAG2
+from quad_flight_log.reader import Flight
+
+
+def problems_of(flight: Flight) -> list[str]:
+    """Return what is wrong with an opened bag, empty if nothing is.
+
+    Raises SchemaError or CorruptError where a payload or the parameters cannot be decoded.
+    """
+    problems = [flight.damage] if flight.truncated else []
+    for name in flight.topics:
+        flight.array(name)
+    _ = flight.parameters
+    return problems + _metadata_problems(flight)
+
+
+def _metadata_problems(flight: Flight) -> list[str]:
+    path = flight.path.parent / METADATA_FILE
+    if not path.is_file():
+        return [f"{path}: missing"]
+    try:
+        told = yaml.safe_load(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        counts = {
+            item["topic_metadata"]["name"]: (item["topic_metadata"]["type"], item["message_count"])
+            for item in told["topics_with_message_count"]
+        }
+        files = told["relative_file_paths"]
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
+        return [f"{path}: cannot be read ({type(error).__name__})"]
+    have = {topic.name: (topic.type, topic.messages) for topic in flight.topics.values()}
+    problems = [f"{path}: names the files {files}, expected {flight.path.name}"] if files != [flight.path.name] else []
+    if counts != have:
+        wrong = sorted(name for name in {*counts, *have} if counts.get(name) != have.get(name))
+        problems.append(f"{path}: types or counts differ from the bag's: {', '.join(wrong)}")
+    inside = flight.record(ROSBAG2).get("serialized_metadata")
+    if not problems and inside is not None and _canonical(yaml.safe_load(inside)) != _canonical(told):
+        problems.append(f"{path}: differs from the metadata that the bag itself holds")
+    return problems
+
+
+def _canonical(value: Any) -> str:
+    # As JSON, because 1, 1.0 and true are equal in Python.
+    return json.dumps(value, sort_keys=True, default=repr)
