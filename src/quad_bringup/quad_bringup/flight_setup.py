@@ -10,9 +10,9 @@ from quad_bringup import configuration
 from quad_core import plugins
 from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file
-from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, flatten
+from quad_core.parameters import ParameterError, Value, flatten
+from quad_core.settings import parse_settings, typed
 
-SHARED = ("flight", "vehicle")
 Overrides = dict[str, dict[str, Value]]
 
 
@@ -53,32 +53,13 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     for role in ROLES:
         base = {**_read(files, role), **asked.get("/**", {}), **asked.get(role, {})}
         try:
-            told = {**base, **_typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
+            told = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
             resolved[role] = resolve(role, {**told, **identity.get("/**", {}), **identity.get(role, {})})
         except ParameterError as error:
             raise ParameterError(f"{role}: {error}") from error
     check_agreement(resolved)
     _check_whole(resolved)
     return resolved
-
-
-def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
-    """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
-
-    Raises ParameterError for another form or an unknown node.
-    """
-    found: dict[str, dict[str, str]] = {}
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        node, dot, parameter = name.partition(".")
-        if not (equals and dot and parameter):
-            raise ParameterError(f"--set {setting}: expected NODE.PARAM=VALUE")
-        if node in SHARED:
-            node, parameter = "/**", name
-        elif node not in ROLES:
-            raise ParameterError(f"--set {setting}: no node {node!r}; expected one of {', '.join((*ROLES, *SHARED))}")
-        found.setdefault(node, {})[parameter] = value
-    return found
 
 
 def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:
@@ -111,29 +92,6 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
         if value is not None:
             asked.setdefault(role, {})[name] = value
     return asked
-
-
-def _typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
-    """Return ``texts`` as the types of the node's parameters; the choice of plug-ins among them decides which."""
-    slots = {*ROLES[role].slots, "preset"}
-    chosen = {name: text for name, text in texts.items() if name in slots}
-    known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}
-    return {name: _value(known.get(name), text) for name, text in texts.items()}
-
-
-def _value(field: Field | None, text: str) -> Value:
-    if field is None:
-        return text
-    try:
-        if isinstance(field.spec, Real):
-            return float(text)
-        if isinstance(field.spec, Whole):
-            return int(text)
-    except ValueError:
-        return text
-    if isinstance(field.spec, Flag):
-        return {"true": True, "false": False}.get(text.lower(), text)
-    return text
 
 
 def _check_whole(resolved: Mapping[str, Resolved]) -> None:

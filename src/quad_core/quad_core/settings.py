@@ -1,0 +1,50 @@
+"""``--set NODE.PARAM=VALUE`` of every command line: from text to typed overrides."""
+
+from collections.abc import Mapping, Sequence
+
+from quad_core.node_parameters import ROLES, resolve
+from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole
+
+SHARED = ("flight", "vehicle")
+
+
+def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
+
+    Raises ParameterError for another form or an unknown node.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        node, dot, parameter = name.partition(".")
+        if not (equals and dot and parameter):
+            raise ParameterError(f"--set {setting}: expected NODE.PARAM=VALUE")
+        if node in SHARED:
+            node, parameter = "/**", name
+        elif node not in ROLES:
+            raise ParameterError(f"--set {setting}: no node {node!r}; expected one of {', '.join((*ROLES, *SHARED))}")
+        found.setdefault(node, {})[parameter] = value
+    return found
+
+
+def typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
+    """Return ``texts`` as the types of the node's parameters; the choice of plug-ins among them decides which."""
+    slots = {*ROLES[role].slots, "preset"}
+    chosen = {name: text for name, text in texts.items() if name in slots}
+    known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}
+    return {name: _value(known.get(name), text) for name, text in texts.items()}
+
+
+def _value(field: Field | None, text: str) -> Value:
+    if field is None:
+        return text
+    try:
+        if isinstance(field.spec, Real):
+            return float(text)
+        if isinstance(field.spec, Whole):
+            return int(text)
+    except ValueError:
+        return text
+    if isinstance(field.spec, Flag):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    return text
