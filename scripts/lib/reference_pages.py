@@ -8,7 +8,7 @@ from pathlib import Path
 
 from quad_bringup.processes import PACKAGES
 from quad_core import plugins
-from quad_core.node_parameters import ROLES, FlightParameters
+from quad_core.node_parameters import GUESTS, ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Text, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_node.topics import TOPICS, Topic
@@ -49,6 +49,7 @@ SUMMARIES = {
     "position_controller": "Answers `state` and `reference` with `attitude_setpoint`.",
     "attitude_controller": "Answers `state` and `attitude_setpoint` with `wrench_setpoint`.",
     "recorder": "Writes every topic into one bag and paces the lockstep.",
+    "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
 }
 
 
@@ -99,7 +100,7 @@ def message_section(name: str) -> str:
 def parameter_pages() -> dict[str, str]:
     """Return {file name: text} of docs/parameters."""
     pages = {}
-    for role, kind in ROLES.items():
+    for role, kind in {**ROLES, **GUESTS}.items():
         parts = [
             f"# {role}\n\n`ros2 run {PACKAGES[role]} {role}`. {SUMMARIES[role]}\n",
             field_table(fields(kind.parameters)),

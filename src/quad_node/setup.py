@@ -12,4 +12,5 @@ setup(
         ("share/quad_node", ["package.xml"]),
     ],
     zip_safe=False,
+    entry_points={"console_scripts": ["odometry_relay = quad_node.odometry_relay:main"]},
 )

@@ -8,7 +8,7 @@ import yaml
 
 from quad_bringup import configuration
 from quad_core import plugins
-from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
+from quad_core.node_parameters import GUESTS, ROLES, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value, flatten
 from quad_core.settings import parse_settings, typed
@@ -30,6 +30,7 @@ class Request(NamedTuple):
     duration: float | None = None
     realtime: bool = False
     settings: Sequence[str] = ()
+    relay: bool = False
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -50,7 +51,7 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     asked = _asked(request, trajectory)
     settings = parse_settings(request.settings)
     resolved = {}
-    for role in ROLES:
+    for role in (*ROLES, *(GUESTS if request.relay else ())):
         base = {**_read(files, role), **asked.get("/**", {}), **asked.get(role, {})}
         try:
             told = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
@@ -80,7 +81,10 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
     choices: list[tuple[str, str, Value | None]] = [
         ("/**", "flight.mode", "realtime" if request.realtime else None),
         ("/**", "flight.seed", request.seed),
+        ("/**", "flight.roles", ",".join((*ROLES, *GUESTS)) if request.relay else None),
         ("simulator", "plant", request.plant),
+        ("simulator", "publish_state", False if request.relay else None),
+        ("simulator", "odom_period_steps", 1 if request.relay else None),
         ("trajectory", "trajectory", trajectory),
         ("trajectory", f"{trajectory}.start", request.start),
         ("trajectory", f"{trajectory}.duration", request.duration),
@@ -97,8 +101,8 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
 def _check_whole(resolved: Mapping[str, Resolved]) -> None:
     """Refuse what is good for each node and bad for the flight."""
     roles = {name.strip() for name in resolved["simulator"].flight.roles.split(",")}
-    if roles != set(ROLES):
-        raise ParameterError(f"flight.roles: found {', '.join(sorted(roles))}, expected all of {', '.join(ROLES)}")
+    if roles != set(resolved):
+        raise ParameterError(f"flight.roles: found {', '.join(sorted(roles))}, expected all of {', '.join(resolved)}")
     window, every = resolved["simulator"].node.window, resolved["recorder"].node.ack_steps
     if every >= window:
         raise ParameterError(f"recorder.ack_steps: found {every}, expected less than simulator.window, {window}")

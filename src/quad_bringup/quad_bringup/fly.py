@@ -90,6 +90,7 @@ def _parser() -> argparse.ArgumentParser:
         "--duration", type=float, metavar="S", help="flight time from t = 0 of the curve, after the approach"
     )
     parser.add_argument("--realtime", action="store_true", help="fly at the speed of the clock instead of in lockstep")
+    parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
         "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
@@ -141,6 +142,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.duration,
         options.realtime,
         options.settings,
+        options.relay,
     )
     identity = {"/**": {"flight.run_id": run_id}, "recorder": {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)

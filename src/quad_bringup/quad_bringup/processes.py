@@ -16,6 +16,7 @@ PACKAGES = {
     "position_controller": "quad_position_ctrl",
     "attitude_controller": "quad_attitude_ctrl",
     "recorder": "quad_flight_log",
+    "odometry_relay": "quad_node",
 }
 
 # What is asked of a process in turn, and how long (s) it then has.

@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Annotated, Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.parameters import Choice, Field, ParameterError, Real, Text, Value, Whole, build, fields, flatten
+from quad_core.parameters import Choice, Field, Flag, ParameterError, Real, Text, Value, Whole, build, fields, flatten
 from quad_core.vehicle import Vehicle
 
 LOCKSTEP = 0
@@ -57,6 +57,9 @@ class SimulatorParameters(NamedTuple):
     repeat_limit: Annotated[int, Whole("", "repeats of one state before the flight fails", 1, 1000)] = 6
     odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
     clock_period_steps: Annotated[int, Whole("steps", "/clock once in so many steps", 1, 100_000)] = 5
+    publish_state: Annotated[
+        bool, Flag("false: another node, such as odometry_relay, makes `state`, here from odom", live=False)
+    ] = True
     command_timeout: Annotated[
         float,
         Real("s", "real time: age of the newest wrench after which the rotors are stopped", 0.002, 60.0, live=False),
@@ -114,6 +117,20 @@ class RecorderParameters(NamedTuple):
     ] = 2.0
 
 
+class OdometryRelayParameters(NamedTuple):
+    """The odometry relay: an estimator's nav_msgs/Odometry as `state`."""
+
+    odometry: Annotated[str, Text("topic of the estimator's nav_msgs/Odometry; twist in the body frame (REP 105)")] = (
+        "odom"
+    )
+    world_frame: Annotated[str, Text("header.frame_id that is accepted (ENU); empty: any")] = "map"
+    body_frame: Annotated[str, Text("child_frame_id that is accepted (FLU); empty: any")] = "base_link"
+    stamps: Annotated[
+        int,
+        Choice(("flight", "first"), "flight: stamps count from step 0, as the simulator's; first: from the first one"),
+    ] = 0
+
+
 class Role(NamedTuple):
     """One kind of node: its own parameters and which of them name plug-ins of which group."""
 
@@ -128,6 +145,11 @@ ROLES = {
     "attitude_controller": Role(AttitudeControllerParameters, {"law": plugins.ATTITUDE_LAW}),
     "recorder": Role(RecorderParameters, {}),
 }
+
+"""The five nodes of a flight."""
+
+GUESTS = {"odometry_relay": Role(OdometryRelayParameters, {})}
+"""Nodes that a flight may have besides; named in ``flight.roles`` they take part in the handshake."""
 
 
 class Plugin(NamedTuple):
@@ -160,7 +182,7 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
 
     Raises ParameterError (unknown key, wrong type, out of range, NaN) or PluginError (no such plug-in).
     """
-    kind = ROLES[role]
+    kind = {**ROLES, **GUESTS}[role]
     left = dict(overrides)
     flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
     vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")

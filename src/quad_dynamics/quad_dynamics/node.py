@@ -35,7 +35,9 @@ class Simulator(FlightNode):
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved, _LONGEST_FLIGHT)
         self.handshake = Handshake(self.flight, interface_hash(), [role for role in self.roles if role != self.role])
-        self._state_out = (self.publisher("state"), writer(VehicleState, VehicleStateMsg), VehicleStateMsg())
+        self._state_out = None
+        if self.settings.publish_state:
+            self._state_out = (self.publisher("state"), writer(VehicleState, VehicleStateMsg), VehicleStateMsg())
         self._truth_out = (self.publisher("truth"), writer(VehicleState, VehicleStateMsg), VehicleStateMsg())
         self._actuation_out = (self.publisher("actuation"), writer(Actuation, ActuationMsg), ActuationMsg())
         self._disturbance_out = (self.publisher("disturbance"), writer(Disturbance, DisturbanceMsg), DisturbanceMsg())
@@ -157,11 +159,15 @@ class Simulator(FlightNode):
         if self.step > 0:
             self._publish_actuation()
         self._asked = time.monotonic()
-        self._send(self._state_out, truth, self.step, stamp)
+        if self._state_out is None:
+            self._tools.publish(self.step, stamp, truth)
+        else:
+            self._send(self._state_out, truth, self.step, stamp)
         # what no controller waits for goes out while they compute
         self._send(self._truth_out, truth, self.step, stamp)
         self._send(self._disturbance_out, self.model.disturbance(self.step), self.step, stamp)
-        self._tools.publish(self.step, stamp, truth)
+        if self._state_out is not None:
+            self._tools.publish(self.step, stamp, truth)
 
     def _publish_actuation(self) -> None:
         step = self.model.actuated_step

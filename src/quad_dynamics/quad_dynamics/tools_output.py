@@ -15,7 +15,7 @@ class ToolsOutput:
     def __init__(self, node: FlightNode) -> None:
         """Make the publishers on ``node``."""
         self._settings = node.resolved.node
-        self._odom_out = node.publisher("odom", match=False)
+        self._odom_out = node.publisher("odom", match=not self._settings.publish_state)
         self._clock_out = node.publisher("/clock", match=False)
         self._odom = Odometry(child_frame_id="base_link")
         self._odom.header.frame_id = "map"

@@ -7,6 +7,7 @@ from typing import Any
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
@@ -163,6 +164,14 @@ class FlightNode(Node):
 
     def close(self) -> None:
         """Release what the node holds; called once, last."""
+
+    def drain(self, patience: float) -> None:
+        """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
+        deadline = time.monotonic() + patience
+        for publisher, needed in self._out:
+            left = deadline - time.monotonic()
+            if needed and left > 0.0:
+                publisher.wait_for_all_acked(Duration(seconds=left))
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need."""

@@ -7,11 +7,14 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
 from quad_core import plugins
-from quad_core.node_parameters import ROLES, FlightParameters
+from quad_core.node_parameters import GUESTS, ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
+
+# How long, in s, a node may take to see that its last messages arrived.
+_INTERRUPTED, _ENDED = 0.5, 5.0
 
 
 def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str] | None = None) -> int:
@@ -46,6 +49,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
         executor.spin([node], node.done)
         if stop:
             node.on_interrupt(stop[0])
+        node.drain(_INTERRUPTED if stop else _ENDED)
         node.close()
         return node.exit_code
     finally:
@@ -54,7 +58,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
 
 def help_text(role: str, summary: str) -> str:
     """Return what --help prints: the parameters with unit, range and default, the plug-ins, examples."""
-    kind = ROLES[role]
+    kind = {**ROLES, **GUESTS}[role]
     lines = [summary, "", f"usage: ros2 run <package> {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
     lines += ["parameters:"] + [_row(field) for field in fields(kind.parameters)]
     for slot, group in kind.slots.items():

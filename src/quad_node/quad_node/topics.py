@@ -28,6 +28,7 @@ TRAJECTORY = "trajectory"
 POSITION = "position_controller"
 ATTITUDE = "attitude_controller"
 RECORDER = "recorder"
+RELAY = "odometry_relay"
 
 
 # The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much, and some repeats.
@@ -68,7 +69,7 @@ _LAWS = (POSITION, ATTITUDE)
 TOPICS = {
     topic.name: topic
     for topic in (
-        Topic("state", VehicleState, (SIMULATOR,), (TRAJECTORY, *_LAWS, RECORDER), True, False, "x1..x12"),
+        Topic("state", VehicleState, (SIMULATOR, RELAY), (TRAJECTORY, *_LAWS, RECORDER), True, False, "x1..x12"),
         Topic("truth", VehicleState, (SIMULATOR,), (RECORDER,), True, False, "x1..x12 without noise or delay"),
         Topic("disturbance", Disturbance, (SIMULATOR,), (RECORDER,), True, False, "D_P, D_A of eqs. 10-12"),
         Topic("actuation", Actuation, (SIMULATOR,), (*_LAWS, RECORDER), True, False, "eqs. 3, 8"),
@@ -77,10 +78,10 @@ TOPICS = {
         Topic("wrench_setpoint", WrenchStamped, (ATTITUDE,), (SIMULATOR, RECORDER), True, False, "eq. 56"),
         Topic("position_controller/internals", PositionInternals, (POSITION,), (RECORDER,), True, False, "eqs. 18-37"),
         Topic("attitude_controller/internals", AttitudeInternals, (ATTITUDE,), (RECORDER,), True, False, "eqs. 40-60"),
-        Topic("odom", Odometry, (SIMULATOR,), (RECORDER,), False, False, ""),
+        Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY), False, False, ""),
         Topic("/clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
         Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, RECORDER), False, True, ""),
-        Topic("flight/state", FlightState, (SIMULATOR,), (TRAJECTORY, *_LAWS, RECORDER), False, True, ""),
+        Topic("flight/state", FlightState, (SIMULATOR,), (TRAJECTORY, *_LAWS, RECORDER, RELAY), False, True, ""),
         Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, RECORDER), False, True, ""),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), False, True, ""),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,), False, False, ""),

@@ -1,0 +1,86 @@
+"""The odometry relay: any estimator's nav_msgs/Odometry becomes the `state` that the controllers see."""
+
+import sys
+
+from nav_msgs.msg import Odometry
+
+from quad_core.bounds import is_flyable
+from quad_core.rotations import normalized, rotate
+from quad_core.types import Quat, Vec3, VehicleState
+from quad_msgs.msg import FlightEvent
+from quad_msgs.msg import VehicleState as VehicleStateMsg
+from quad_node import topics
+from quad_node.conversion import set_stamp, stamp_ns, writer
+from quad_node.flight_node import FlightNode
+from quad_node.main import run
+
+STAMPS_FIRST = 1
+_LEAST_NORM = 0.5
+
+
+class OdometryRelay(FlightNode):
+    """Turns pose (world) and twist (body) into `state`; a message that cannot be trusted is dropped and counted."""
+
+    def __init__(self) -> None:
+        """Subscribe to the estimator; raises as FlightNode."""
+        super().__init__(topics.RELAY)
+        self._settings = self.resolved.node
+        self._state_out = self.publisher("state")
+        self._write = writer(VehicleState, VehicleStateMsg)
+        self._message = VehicleStateMsg()
+        self._first: int | None = None
+        self.create_subscription(Odometry, self._settings.odometry, self._on_odometry, topics.stream(64))
+
+    def missing_links(self) -> list[str]:
+        """Return what is not matched yet, the estimator included."""
+        name = self._settings.odometry
+        return super().missing_links() + ([name] if self.count_publishers(name) == 0 else [])
+
+    def _on_odometry(self, message: Odometry) -> None:
+        stamp = stamp_ns(message.header.stamp)
+        for found, expected in (
+            (message.header.frame_id, self._settings.world_frame),
+            (message.child_frame_id, self._settings.body_frame),
+        ):
+            if expected and found != expected:
+                self._refuse("wrong_frame", f"frame {found!r}, expected {expected!r}", stamp)
+                return
+        state = state_from_odometry(message)
+        if state is None or not is_flyable(state):
+            self._refuse("rejected_nonfinite", "a number that is not finite or out of range", stamp)
+            return
+        if self._first is None:
+            self._first = stamp if self._settings.stamps == STAMPS_FIRST else 0
+        elapsed = stamp - self._first
+        if elapsed < 0:
+            self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
+            return
+        self.step = elapsed // self.flight.plant_period
+        self._write(state, self._message)
+        self._message.step = self.step
+        set_stamp(self._message.stamp, elapsed)
+        self._state_out.publish(self._message)
+
+    def _refuse(self, kind: str, found: str, stamp: int) -> None:
+        self.counters["rejected"] += 1
+        self.event(FlightEvent.WARNING, kind, f"{self._settings.odometry}: {found}; message ignored", stamp)
+
+
+def state_from_odometry(message: Odometry) -> VehicleState | None:
+    """Return position (world), velocity turned into the world, attitude and body rates; None without an attitude.
+
+    The quaternion is normalised: estimators send single precision.
+    """
+    p, q = message.pose.pose.position, message.pose.pose.orientation
+    v, w = message.twist.twist.linear, message.twist.twist.angular
+    norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not norm > _LEAST_NORM:
+        return None
+    attitude = normalized(Quat(q.x, q.y, q.z, q.w))
+    velocity = rotate(attitude, Vec3(v.x, v.y, v.z))
+    return VehicleState(Vec3(p.x, p.y, p.z), velocity, attitude, Vec3(w.x, w.y, w.z))
+
+
+def main() -> None:
+    """Run the odometry relay."""
+    sys.exit(run(topics.RELAY, OdometryRelay, "Odometry relay: an estimator's nav_msgs/Odometry becomes state."))
