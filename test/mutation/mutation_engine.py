@@ -19,6 +19,7 @@ PAPER_TESTS = {
     "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
     "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
     "quad_dynamics": ["plant_terms"],
+    "quad_trajectory": [],
 }
 SECONDS_PER_MUTANT = 120.0
 COMPILED_TESTS = "not numba and not compiled and not bit_equal and not same_bits"
@@ -154,16 +155,17 @@ def test_paths(root: Path, package: str) -> list[list[str]]:
     return stages
 
 
-def judge(tree: Path, mutation: Mutation) -> Outcome:
-    """Put ``mutation`` into ``tree``, run the tests until one fails, and take it out again."""
+def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Outcome:
+    """Put ``mutation`` into ``tree``, run ``tests`` (by default all unit tests) until one fails, take it out again."""
     start = time.monotonic()
+    stages = test_paths(tree, mutation.function.partition(".")[0]) if tests is None else [tests]
     file = source_file(tree, mutation)
     original = file.read_text(encoding="utf-8")
     file.write_text(mutated(original, mutation), encoding="utf-8")
     output = tree / "pytest.log"
     killed_by = ""
     try:
-        for paths in test_paths(tree, mutation.function.partition(".")[0]):
+        for paths in stages:
             code = run_tests(tree, paths, output)
             if code == -9:
                 killed_by = f"no end within {SECONDS_PER_MUTANT:.0f} s"

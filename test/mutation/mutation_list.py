@@ -7,10 +7,11 @@ from attitude_mistakes import ATTITUDE
 from mutation_engine import Mutation
 from plant_mistakes import PLANTS, ROTATIONS
 from position_mistakes import POSITION
+from trajectory_mistakes import TRAJECTORIES
 
 MUTATIONS = [
     Mutation(f"eq. {equation}" if equation[0].isdigit() else equation, function, old, new)
-    for family in (POSITION, ATTITUDE, PLANTS, ROTATIONS)
+    for family in (POSITION, ATTITUDE, PLANTS, ROTATIONS, TRAJECTORIES)
     for function, mistakes in family.items()
     for equation, old, new in mistakes
 ]
