@@ -44,11 +44,13 @@ class Flight:
 
     def __init__(self, found: Scan, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
         self.path = found.path
-        self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
         self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
         self.library = found.library
         self.metadata = _metadata(found)
+        # without it /uav1/state and /uav1/flight/state both end like `state`
+        vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
+        self.namespace = f"/{vehicle}" if vehicle else ""
         self.parameters_text = _text(found, PARAMETERS)
         self._scan, self._limit = found, memory_limit
         self._channels: dict[str, list[int]] = {}

@@ -1,0 +1,107 @@
+"""Flights over real processes for the tests: start them, wait for them, read them."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+
+from quad_flight_log.payload_hash import payload_hash
+from quad_flight_log.reader import Flight, open_flight
+
+ROOT = Path(__file__).resolve().parents[1]
+CONFIG = ROOT / "src" / "quad_bringup" / "config"
+FLY = Path(get_package_prefix("quad_bringup"), "lib", "quad_bringup", "fly")
+LONGEST = 120.0
+
+ROLES = {
+    "simulator": "quad_dynamics",
+    "trajectory": "quad_trajectory",
+    "position_controller": "quad_position_ctrl",
+    "attitude_controller": "quad_attitude_ctrl",
+    "recorder": "quad_flight_log",
+}
+
+
+def executable(role: str) -> str:
+    """Return what `ros2 run` would start for ``role``."""
+    return str(Path(get_package_prefix(ROLES[role]), "lib", ROLES[role], role))
+
+
+def start(*arguments: str | Path, **options) -> subprocess.Popen[str]:
+    """Start `fly` with ``arguments``; the caller waits."""
+    command = [str(FLY), *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def finish(process: subprocess.Popen[str], patience: float = LONGEST) -> subprocess.CompletedProcess[str]:
+    """Return how ``process`` ended, interrupting it after ``patience`` s."""
+    try:
+        out, err = process.communicate(timeout=patience)
+    except subprocess.TimeoutExpired:
+        process.terminate()
+        out, err = process.communicate(timeout=30)
+        raise AssertionError(f"no end after {patience:g} s\n{out}\n{err}") from None
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def fly(*arguments: str | Path, **options) -> subprocess.CompletedProcess[str]:
+    """Fly to the end."""
+    return finish(start(*arguments, **options))
+
+
+def flown(*arguments: str | Path) -> Flight:
+    """Return the bag of a flight that must go well; ``arguments`` hold --out DIR."""
+    done = fly(*arguments)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return open_flight(Path(arguments[arguments.index("--out") + 1]))
+
+
+def hash_of(directory: Path) -> str:
+    """Return the payload hash of a bag directory."""
+    return payload_hash(open_flight(directory))
+
+
+def children(pid: int) -> list[int]:
+    """Return the pids of the processes that ``pid`` started and that still run."""
+    path = Path(f"/proc/{pid}/task/{pid}/children")
+    return [int(word) for word in path.read_text().split()] if path.exists() else []
+
+
+def alive(pid: int) -> bool:
+    """Return whether a process runs; a zombie does not."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+def wait_until(condition, patience: float, what: str) -> None:
+    """Poll ``condition`` until it is true; fails with ``what`` after ``patience`` s."""
+    deadline = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < deadline, f"not within {patience:g} s: {what}"
+        time.sleep(0.05)
+
+
+@contextmanager
+def busy_loops(count: int) -> Iterator[None]:
+    """Load the machine with ``count`` processes that do nothing but compute."""
+    text = "import time\nend = time.monotonic() + 120\nwhile time.monotonic() < end: pass"
+    loops = [subprocess.Popen([sys.executable, "-S", "-c", text]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
+
+
+def in_domain(domain: int) -> dict[str, str]:
+    """Return the environment of processes in a ROS domain."""
+    return {**os.environ, "ROS_DOMAIN_ID": str(domain)}

@@ -1,0 +1,123 @@
+"""A flight is decided by its parameters and its seed: not by ROS, the engine, the load, or what flies beside it."""
+
+import numpy as np
+import pytest
+from flying import CONFIG, busy_loops, finish, flown, hash_of, start
+
+from quad_campaign import flight as without_ros
+from quad_flight_log.payload_hash import STEP_TOPICS, payload_hash, topic_hashes
+from quad_flight_log.reader import open_flight
+
+pytestmark = pytest.mark.flight
+
+HOVER = ("hover", "--duration", "1", "--seed", "11")
+
+
+def alone(case, duration, seed, plant, preset, compiled=False):
+    files = [CONFIG / "vehicles/paper.yaml", CONFIG / f"controllers/{preset}.yaml", CONFIG / f"scenarios/{case}.yaml"]
+    changes = {
+        "/**": {"flight.seed": seed},
+        "simulator": {"plant": plant},
+        "trajectory": {f"{case}.duration": duration},
+    }
+    return without_ros.fly(without_ros.flight_from_files(files, changes), compiled=compiled)
+
+
+def columns_of(bag, topic):
+    """Return {name: rows} of a topic of a bag, a wrench with the names and signs that it has without ROS."""
+    rows = bag.array(topic)
+    if topic != "wrench_setpoint":
+        return {name: rows[name] for name in rows.dtype.names if name not in ("log_ns", "stamp")}
+    force, torque = rows["wrench"]["force"], rows["wrench"]["torque"]
+    assert not force["x"].any()
+    assert not force["y"].any()
+    torques = np.stack([torque[axis] for axis in "xyz"], axis=-1)
+    return {"stamp_ns": rows["stamp_ns"], "thrust": force["z"], "torque_b": torques}
+
+
+def bits(values):
+    """Return the bytes of ``values``, so that -0.0 is not 0.0 and NaN is NaN."""
+    kind = np.float64 if values.dtype.kind == "f" else np.int64
+    return np.ascontiguousarray(values, dtype=kind).tobytes()
+
+
+def assert_same(bag, result):
+    assert set(result.topics) == set(STEP_TOPICS)
+    for topic, rows in result.topics.items():
+        found = columns_of(bag, topic)
+        missing = {*rows.dtype.names} - {*found} - {"next_step", "step"}
+        assert not missing, (topic, missing)
+        for name in {*rows.dtype.names} & {*found}:
+            assert bits(found[name]) == bits(rows[name]), f"{topic}.{name}"
+
+
+@pytest.mark.parametrize(
+    ("case", "duration", "seed", "plant", "preset", "compiled"),
+    [
+        ("case2", 1.0, 3, "rigid_body", "tuned", True),
+        ("case1", 1.0, 4, "paper", "minimal", False),
+    ],
+)
+def test_ros_flight_has_the_bits_of_the_flight_without_ros(tmp_path, case, duration, seed, plant, preset, compiled):
+    out = tmp_path / "bag"
+    told = (
+        "--duration",
+        str(duration),
+        "--seed",
+        str(seed),
+        "--plant",
+        plant,
+        "--preset",
+        preset,
+        "--limits",
+        "position_max=5",
+    )
+    bag = flown(case, *told, "--out", out)
+    result = alone(case, duration, seed, plant, preset)
+    assert result.outcome == "ended"
+    assert_same(bag, result)
+    if compiled:
+        assert_same(bag, alone(case, duration, seed, plant, preset, compiled=True))
+
+
+@pytest.fixture(scope="module")
+def lone_hash(tmp_path_factory):
+    """The payload hash of the hover flight, alone on the machine as far as the tests know."""
+    return payload_hash(flown(*HOVER, "--out", tmp_path_factory.mktemp("lone") / "bag"))
+
+
+def test_another_seed_has_another_hash_and_only_where_the_disturbance_matters(tmp_path, lone_hash):
+    one = flown("hover", "--duration", "1", "--seed", "12", "--out", tmp_path / "bag")
+    assert payload_hash(one) != lone_hash
+    again = flown(*HOVER, "--out", tmp_path / "again")
+    assert payload_hash(again) == lone_hash
+    hashes, others = topic_hashes(one), topic_hashes(again)
+    assert hashes["reference"] == others["reference"]
+    assert hashes["disturbance"] != others["disturbance"]
+    assert hashes["truth"] != others["truth"]
+
+
+def test_two_busy_loops_change_nothing(tmp_path, lone_hash):
+    with busy_loops(2):
+        bag = flown(*HOVER, "--out", tmp_path / "bag")
+    assert payload_hash(bag) == lone_hash
+
+
+def test_two_flights_at_once_are_two_lone_flights(tmp_path, lone_hash):
+    flights = [start(*HOVER, "--out", tmp_path / name) for name in "ab"]
+    for done in [finish(flight) for flight in flights]:
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert [hash_of(tmp_path / name) for name in "ab"] == [lone_hash] * 2
+
+
+def test_two_namespaces_in_one_domain_are_two_lone_flights(tmp_path, lone_hash):
+    told = {
+        name: (*HOVER, "--namespace", name, "--domain", "57", "--out", tmp_path / name) for name in ("uav1", "uav2")
+    }
+    flights = [start(*arguments) for arguments in told.values()]
+    for done in [finish(flight) for flight in flights]:
+        assert done.returncode == 0, done.stdout + done.stderr
+    for name in told:
+        bag = open_flight(tmp_path / name)
+        assert f"/{name}/truth" in bag.topics
+        assert payload_hash(bag) == lone_hash
