@@ -13,7 +13,10 @@ setup(
     ],
     zip_safe=False,
     entry_points={
-        "console_scripts": ["simulator = quad_dynamics.node:main"],
+        "console_scripts": [
+            "check_plant = quad_dynamics.check_plant.node:main",
+            "simulator = quad_dynamics.node:main",
+        ],
         "quad.plant": [
             "paper = quad_dynamics.paper",
             "rigid_body = quad_dynamics.rigid_body",
