@@ -10,7 +10,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from quad_campaign import loop
+from quad_campaign import loop, packing
 from quad_campaign.stages import Modules
 from quad_core.compilation import compiled
 
@@ -40,6 +40,16 @@ def compiled_engine(modules: Modules) -> Engine:
     return Engine(_cached(compiled(plain.take_off), directory), _cached(compiled(plain.fly), directory))
 
 
+@cache
+def compiled_logger(modules: Modules, kinds: tuple[type[Any], ...]) -> Any:
+    """Return ``packing.fly_packed`` bound to plug-ins; ``kinds``: what the fields of ``loop.Records`` are lists of."""
+    scope = {**packing.fly_packed.__globals__, "fly": python_engine(modules).fly}
+    for name, kind in zip(loop.Records._fields, kinds, strict=True):
+        scope[f"pack_{name}"] = packing.packer(kind)  # type: ignore[arg-type]
+    twin = _twin(packing.fly_packed, scope)
+    return _cached(compiled(twin), cache_root() / source_hash(modules))
+
+
 def cache_root() -> Path:
     """Return the folder that holds compiled loops: QUAD_CACHE_DIR, else quad_campaign in the user's cache."""
     chosen = os.environ.get("QUAD_CACHE_DIR")
@@ -60,6 +70,7 @@ def source_hash(modules: Modules) -> str:
     seen: set[FunctionType] = set()
     for entry in python_engine(modules):
         _reach(entry, seen, files)
+    files.add(Path(packing.__file__))
     for path in sorted(files):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -72,8 +83,11 @@ def explain(modules: Modules, error: Exception) -> EngineError:
 
 
 def _link(function: Callable[..., Any], modules: Modules) -> FunctionType:
+    return _twin(function, {**function.__globals__, **modules.functions()})
+
+
+def _twin(function: Callable[..., Any], scope: dict[str, Any]) -> FunctionType:
     assert isinstance(function, FunctionType)
-    scope = {**function.__globals__, **modules.functions()}
     twin = FunctionType(function.__code__, scope, function.__name__)
     twin.__module__ = function.__module__
     twin.__qualname__ = function.__qualname__

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_campaign import loop
-from quad_campaign.engine import compiled_engine, explain, python_engine
-from quad_campaign.loop import Carry, Records, Schedule, Score, Setup
-from quad_campaign.records import to_array, with_steps
+from quad_campaign.engine import compiled_engine, compiled_logger, explain, python_engine
+from quad_campaign.loop import Carry, Schedule, Score, Setup
+from quad_campaign.records import from_rows, to_rows, with_steps
 from quad_campaign.stages import Modules
 from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file
@@ -114,59 +114,69 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
     Raises EngineError if ``compiled`` and a plug-in cannot be compiled.
     """
     if not compiled:
-        return _fly(flight, python_engine(flight.modules), logging)
+        return _fly(flight, python_engine(flight.modules), _plain_logger(flight) if logging else None)
     from numba.core.errors import NumbaError
 
     try:
-        return _fly(flight, compiled_engine(flight.modules), logging)
+        logger = compiled_logger(flight.modules, tuple(_kinds(flight).values())) if logging else None
+        return _fly(flight, compiled_engine(flight.modules), logger)
     except (NumbaError, TypeError) as error:
         raise explain(flight.modules, error) from error
 
 
-def _fly(flight: Flight, engine: Any, logging: bool) -> Result:
+def _fly(flight: Flight, engine: Any, logger: Any) -> Result:
     setup, schedule = flight.setup, flight.setup.schedule
     carry: Carry = engine.take_off(setup)
     start = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
     length = seconds(carry.end, schedule.plant_period)
     table = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length)
-    block = max(1, round(_BLOCK_SECONDS * 1e9 / schedule.plant_period)) if logging else carry.end
+    block = max(1, round(_BLOCK_SECONDS * 1e9 / schedule.plant_period))
     blocks = []
     while carry.outcome == loop.FLYING:
-        carry, records = engine.fly(setup, table, carry, block, logging)
-        if logging:
-            blocks.append(_arrays(flight, records))
+        if logger is None:
+            carry, _ = engine.fly(setup, table, carry, carry.end, False)
+        else:
+            carry, rows = logger(setup, table, carry, block)
+            blocks.append(rows)
     topics = {}
-    for name, period_steps in _topics(schedule).items():
-        parts = [arrays[name] for arrays in blocks]
-        if parts:
-            topics[name] = with_steps(np.concatenate(parts), period_steps, schedule.plant_period)
-    if "truth" in topics:
+    if blocks:
+        for (name, kind), parts in zip(_kinds(flight).items(), zip(*blocks, strict=True), strict=True):
+            values = from_rows(kind, np.concatenate(parts))
+            topics[name] = with_steps(values, _period(name, schedule), schedule.plant_period)
         topics["state"] = topics["truth"]
     return Result(OUTCOMES[carry.outcome], carry.step, carry.end, -start.trajectory_time, carry.score, topics)
 
 
-def _topics(schedule: Schedule) -> dict[str, int]:
-    return {
-        "truth": 1,
-        "disturbance": 1,
-        "actuation": 1,
-        "reference": schedule.trajectory_steps,
-        "attitude_setpoint": schedule.position_steps,
-        "position_controller/internals": schedule.position_steps,
-        "wrench_setpoint": schedule.attitude_steps,
-        "attitude_controller/internals": schedule.attitude_steps,
-    }
+def _plain_logger(flight: Flight) -> Any:
+    plain = python_engine(flight.modules).fly
+    kinds = _kinds(flight).values()
+
+    def logger(setup: Setup, table: Any, carry: Carry, steps: int) -> tuple[Carry, tuple[NDArray[np.float64], ...]]:
+        after, records = plain(setup, table, carry, steps, True)
+        return after, tuple(to_rows(kind, items) for kind, items in zip(kinds, records, strict=True))
+
+    return logger
 
 
-def _arrays(flight: Flight, records: Records) -> dict[str, NDArray[Any]]:
+def _period(topic: str, schedule: Schedule) -> int:
+    """Return the plant steps between two messages of a step topic."""
+    if topic == "reference":
+        return schedule.trajectory_steps
+    if topic in ("attitude_setpoint", "position_controller/internals"):
+        return schedule.position_steps
+    return schedule.attitude_steps if topic in ("wrench_setpoint", "attitude_controller/internals") else 1
+
+
+def _kinds(flight: Flight) -> dict[str, type[Any]]:
+    """Return {topic: what it carries} in the order of ``loop.Records``."""
     position, attitude = flight.internals
     return {
-        "truth": to_array(VehicleState, records.truth),
-        "disturbance": to_array(Disturbance, records.disturbance),
-        "actuation": to_array(Actuation, records.actuation),
-        "reference": to_array(TrajectoryPoint, records.reference),
-        "attitude_setpoint": to_array(AttitudeThrust, records.attitude_setpoint),
-        "position_controller/internals": to_array(position, records.position_internals),
-        "wrench_setpoint": to_array(Wrench, records.wrench_setpoint),
-        "attitude_controller/internals": to_array(attitude, records.attitude_internals),
+        "truth": VehicleState,
+        "disturbance": Disturbance,
+        "actuation": Actuation,
+        "reference": TrajectoryPoint,
+        "attitude_setpoint": AttitudeThrust,
+        "position_controller/internals": position,
+        "wrench_setpoint": Wrench,
+        "attitude_controller/internals": attitude,
     }

@@ -68,12 +68,16 @@ class Setup(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Errors of truth against the reference at the steps of the trajectory with t >= ``score_from``; m, m^2."""
+    """Errors of truth against the reference at the steps of the trajectory with t >= ``score_from``; m, m^2.
+
+    ``torque_variation``: sum of all changes of the commanded torque since then in N m, the three axes added.
+    """
 
     samples: int
     squared_error: float
     largest_error: float
     last_error: float
+    torque_variation: float
 
 
 class Carry(NamedTuple):
@@ -126,7 +130,7 @@ def take_off(setup: Setup) -> Carry:
         AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0),
         Wrench(0.0, zero),
         Actuation(none, none, 0.0, zero, False, False, False, False, False),
-        Score(0, 0.0, 0.0, 0.0),
+        Score(0, 0.0, 0.0, 0.0, 0.0),
     )
 
 
@@ -189,12 +193,15 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
                 position_internals.append(seen)
 
         if outcome == FLYING and k % schedule.attitude_steps == 0:
+            before = wrench
             wrench, attitude_memory, watched = attitude_step(
                 setup.attitude, vehicle, attitude_memory, AttitudeInputs(state, setpoint, actuation), attitude_dt
             )
             if not is_finite_wrench(wrench):
                 outcome = REFUSED
-            elif logging:
+            elif score.samples > 0:
+                score = with_torque_change(score, before.torque_b, wrench.torque_b)
+            if logging and outcome == FLYING:
                 wrenches.append(wrench)
                 attitude_internals.append(watched)
 
@@ -245,7 +252,15 @@ def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Sco
     squared = dx * dx + dy * dy + dz * dz
     error = math.sqrt(squared)
     largest = error if error > score.largest_error else score.largest_error
-    return Score(score.samples + 1, score.squared_error + squared, largest, error)
+    return Score(score.samples + 1, score.squared_error + squared, largest, error, score.torque_variation)
+
+
+def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
+    """Return ``score`` with the change of the commanded torque from ``before`` to ``now`` in N m counted in."""
+    change = abs(now.x - before.x) + abs(now.y - before.y) + abs(now.z - before.z)
+    return Score(
+        score.samples, score.squared_error, score.largest_error, score.last_error, score.torque_variation + change
+    )
 
 
 def is_finite_setpoint(setpoint: AttitudeThrust) -> bool:

@@ -50,6 +50,10 @@ def test_compiled_flight_has_the_same_bits(plant):
     quiet = fly(flight, compiled=True, logging=False)
     assert quiet.score == plain.score
     assert quiet.topics == {}
+    torque = np.abs(np.diff(plain.topics["wrench_setpoint"]["torque_b"], axis=0)).sum(axis=1)
+    first = round(plain.trajectory_start * 500)
+    # from the wrench before t = 0 on
+    assert plain.score.torque_variation == pytest.approx(torque[first - 1 :].sum(), rel=1e-12)
 
 
 def test_seed_decides_the_disturbance_and_nothing_else():

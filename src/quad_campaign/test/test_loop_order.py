@@ -13,8 +13,10 @@ from quad_campaign.flight import Flight, fly
 from quad_campaign.loop import Schedule, Setup
 from quad_campaign.stages import Modules
 from quad_campaign.sweep import sweep
+from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
+KINDS = (VehicleState, Disturbance, Actuation, TrajectoryPoint, AttitudeThrust, Internals, Wrench, Internals)
 MODULES = Modules(stand_in.plant, stand_in.disturbance, stand_in.trajectory, stand_in.position, stand_in.attitude)
 
 
@@ -183,14 +185,17 @@ def test_cache_is_used_again_and_knows_every_source_that_it_holds(tmp_path, monk
     monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.syspath_prepend(str(tmp_path))
-    hits, thrusts = [], []
+    hits, logged, thrusts = [], [], []
     for factor in ("1.0", "1.0", "3.0"):
         modules = load_plugin(tmp_path, factor)
         result = fly(small_flight(modules=modules), compiled=True)
         thrusts.append(result.topics["wrench_setpoint"]["thrust"][0])
+        fly(small_flight(modules=modules), compiled=True, logging=False)
         hits.append(sum(engine.compiled_engine(modules).fly.stats.cache_hits.values()))
+        logged.append(sum(engine.compiled_logger(modules, KINDS).stats.cache_hits.values()))
     assert thrusts == [4.0, 4.0, 12.0]
     assert hits == [0, 1, 0]
+    assert logged == [0, 1, 0]
     assert len(list((tmp_path / "cache").iterdir())) == 2
 
 
