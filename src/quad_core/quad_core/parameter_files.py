@@ -37,16 +37,24 @@ def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
     of ours, or a section without ``ros__parameters``.
     """
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), _StrictLoader)
+        return read_parameter_text(path.read_text(encoding="utf-8"), str(path))
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError, ParameterError) as error:
-        raise ParameterError(f"{path}: {' '.join(str(error).split())}") from error
+    except UnicodeDecodeError as error:
+        raise ParameterError(f"{path}: {error}") from error
+
+
+def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
+    """Return the content of a parameter file as ``read_parameter_file`` does; ``where`` names it in errors."""
+    try:
+        content = yaml.load(text, _StrictLoader)
+    except (yaml.YAMLError, ParameterError) as error:
+        raise ParameterError(f"{where}: {' '.join(str(error).split())}") from error
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise ParameterError(f"{path}: found {type(content).__name__}, expected node names with ros__parameters")
-    return {str(pattern): _section(path, str(pattern), body) for pattern, body in content.items()}
+        raise ParameterError(f"{where}: found {type(content).__name__}, expected node names with ros__parameters")
+    return {str(pattern): _section(where, str(pattern), body) for pattern, body in content.items()}
 
 
 def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace: str = "/") -> dict[str, Value]:
@@ -60,7 +68,7 @@ def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace
     return merged
 
 
-def _section(path: Path, pattern: str, body: Any) -> dict[str, Value]:
+def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
     role = pattern.rsplit("/", 1)[-1]
     if role not in (*ROLES, *GUESTS, "*", "**"):
         raise ParameterError(f"{path}: node {pattern!r} is none of {', '.join((*ROLES, *GUESTS))} or /**")
@@ -69,7 +77,7 @@ def _section(path: Path, pattern: str, body: Any) -> dict[str, Value]:
     return _dotted(path, pattern, body["ros__parameters"] or {}, "")
 
 
-def _dotted(path: Path, pattern: str, values: Any, prefix: str) -> dict[str, Value]:
+def _dotted(path: str, pattern: str, values: Any, prefix: str) -> dict[str, Value]:
     if not isinstance(values, Mapping):
         raise ParameterError(f"{path}: {pattern}: {prefix or 'ros__parameters'}: expected names with values")
     flat: dict[str, Value] = {}

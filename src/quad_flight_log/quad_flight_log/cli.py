@@ -18,6 +18,8 @@ VERBS = {
     "check": "quad_flight_log.verbs.check",
     "verify": "quad_flight_log.verbs.verify",
     "hash": "quad_flight_log.verbs.hash",
+    "export": "quad_flight_log.verbs.export",
+    "replay": "quad_flight_log.verbs.replay",
 }
 
 _EXAMPLES = """examples:

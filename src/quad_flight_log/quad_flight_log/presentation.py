@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,11 +40,16 @@ def table(names: Sequence[str], metrics: Sequence[FlightMetrics], limits: Mappin
     for name, about in METRICS.items():
         values = [_number(getattr(item, name)) for item in metrics]
         rows.append([name, *values, about.unit, *([_number(limits[name]) if name in limits else ""] if limits else [])])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(header))]
+    return text_table(rows, right=range(1, len(names) + 1))
+
+
+def text_table(rows: Sequence[Sequence[str]], right: Collection[int]) -> str:
+    """Return rows of cells as aligned lines; the columns in ``right`` are flushed right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = []
     for row in rows:
         cells = [
-            cell.rjust(width) if 0 < column <= len(names) else cell.ljust(width)
+            cell.rjust(width) if column in right else cell.ljust(width)
             for column, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
@@ -131,12 +136,7 @@ def info_text(flight: Flight) -> str:
         share = f"{100.0 * topic.size / payload:.1f} %" if payload else "-"
         dropped = flight.metadata.get(f"dropped.{topic.name}", "0")
         rows.append([topic.name, str(topic.messages), str(topic.size), share, rate, dropped, topic.type])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        cells = [
-            cell.rjust(w) if 0 < at < 6 else cell.ljust(w) for at, (cell, w) in enumerate(zip(row, widths, strict=True))
-        ]
-        lines.append("  " + "  ".join(cells).rstrip())
+    lines += [f"  {line}" for line in text_table(rows, right=range(1, 6)).splitlines()]
     return "\n".join(lines)
 
 

@@ -4,7 +4,7 @@
 (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +18,8 @@ from quad_flight_log.cdr import Table
 from quad_flight_log.errors import CorruptError, FlightLogError, LimitError, NotAFlightError, SchemaError, TopicError
 from quad_flight_log.mcap_scan import Scan, messages, scan
 
+SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer
+BATCH = 16 << 20  # bytes of payload in one block
 MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
 
 
@@ -39,7 +41,8 @@ class Flight:
 
     ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed, versions, drops, ...).
     ``parameters``: resolved parameters as in the attached YAML. ``truncated``: the file ends early and what is here is
-    the verified prefix; ``damage`` says where. ``protected``: a checksum covers every message.
+    the verified prefix; ``damage`` says where. ``protected``: a checksum covers every message. ``unreadable``: {topic:
+    why} of topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
     """
 
     def __init__(self, found: Scan, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
@@ -55,6 +58,7 @@ class Flight:
         self._scan, self._limit = found, memory_limit
         self._channels: dict[str, list[int]] = {}
         self._schemas: dict[str, definitions.Schema] = {}
+        self.unreadable: dict[str, str] = {}
         self._cache: dict[str, Table] = {}
         self.topics = self._topics()
 
@@ -90,6 +94,8 @@ class Flight:
             if name in self.topics:
                 return name
         found = [name for name in self.topics if name.endswith("/" + relative)] if not topic.startswith("/") else []
+        if not relative.startswith(SHADOW):
+            found = [name for name in found if f"/{SHADOW}" not in name]
         if len(found) == 1 and not self.namespace:
             return found[0]
         if found and not self.namespace:
@@ -111,7 +117,7 @@ class Flight:
         missing = [name for name in dict.fromkeys(names.values()) if name not in self._cache]
         for name, (payloads, log_times) in self.payloads(*missing).items():
             where = f"{self.path}: {name}"
-            table = cdr.table(self._schemas[name], payloads, where)
+            table = cdr.table(self.schema(name), payloads, where)
             self._cache[name] = _with_times(table, log_times, where)
         return {topic: self._cache[name] for topic, name in names.items()}
 
@@ -134,9 +140,39 @@ class Flight:
             add_time(log_time)
         return found
 
+    def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
+        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded.
+
+        Blocks of one topic come in the order of the bag. Sequences may be sub-arrays in one block and lists in another.
+        """
+        given = {self.resolve(topic): topic for topic in topics}
+        owner = {number: name for name in given for number in self._channels[name]}
+        waiting: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in given}
+        size = 0
+        for channel, log_time, _, data in messages(self._scan, frozenset(owner)):
+            payloads, times = waiting[owner[channel]]
+            payloads.append(data)
+            times.append(log_time)
+            size += len(data)
+            if size > limit:
+                yield from self._tables(given, waiting)
+                waiting, size = {name: ([], []) for name in given}, 0
+        yield from self._tables(given, waiting)
+
+    def _tables(
+        self, given: Mapping[str, str], waiting: Mapping[str, tuple[list[bytes], list[int]]]
+    ) -> Iterator[tuple[str, Table]]:
+        for name, (payloads, times) in waiting.items():
+            if payloads:
+                where = f"{self.path}: {name}"
+                yield given[name], _with_times(cdr.table(self.schema(name), payloads, where), times, where)
+
     def schema(self, topic: str) -> definitions.Schema:
-        """Return the parsed definition of a topic's type, as the bag carries it."""
-        return self._schemas[self.resolve(topic)]
+        """Return the parsed definition of a topic's type, as the bag carries it; SchemaError if it cannot be read."""
+        name = self.resolve(topic)
+        if name in self.unreadable:
+            raise SchemaError(self.unreadable[name])
+        return self._schemas[name]
 
     def _topics(self) -> dict[str, Topic]:
         found: dict[str, Topic] = {}
@@ -144,19 +180,14 @@ class Flight:
         for number, channel in sorted(self._scan.channels.items(), key=lambda item: str(item[1].topic)):
             name, where = channel.topic, f"{self.path}: {channel.topic}"
             schema = self._scan.schemas.get(channel.schema_id)
-            if (
-                channel.message_encoding != MessageEncoding.CDR
-                or schema is None
-                or schema.encoding != SchemaEncoding.ROS2
-            ):
-                encoding = schema.encoding if schema else "no schema"
-                raise SchemaError(
-                    f"{where}: found {channel.message_encoding!r} with {encoding!r}, expected cdr with ros2msg"
-                )
-            if texts.setdefault(name, (schema.name, schema.data)) != (schema.name, schema.data):
-                raise SchemaError(f"{where}: two definitions of one topic, {texts[name][0]} and {schema.name}")
-            if name not in self._schemas:
-                self._schemas[name] = definitions.parse(schema.name, schema.data.decode("utf-8", errors="replace"))
+            text = (schema.name, schema.data) if schema else ("", b"")
+            if texts.setdefault(name, text) != text:
+                raise SchemaError(f"{where}: two definitions of one topic, {texts[name][0]} and {text[0]}")
+            if name not in self._schemas and name not in self.unreadable:
+                try:
+                    self._schemas[name] = _parsed(channel, schema)
+                except SchemaError as error:
+                    self.unreadable[name] = f"{where}: {error}"
             self._channels.setdefault(name, []).append(number)
             tally = self._scan.tallies.get(number)
             count, size, first, last = (tally.count, tally.size, tally.first, tally.last) if tally else (0, 0, 0, 0)
@@ -168,8 +199,15 @@ class Flight:
                 continue
             type_hash = channel.metadata.get("topic_type_hash", "")
             qos = channel.metadata.get("offered_qos_profiles", "")
-            found[name] = Topic(name, schema.name, count, size, first, last, type_hash, qos)
+            found[name] = Topic(name, text[0], count, size, first, last, type_hash, qos)
         return found
+
+
+def _parsed(channel: Any, schema: Any) -> definitions.Schema:
+    if channel.message_encoding != MessageEncoding.CDR or schema is None or schema.encoding != SchemaEncoding.ROS2:
+        encoding = schema.encoding if schema else "no schema"
+        raise SchemaError(f"found {channel.message_encoding!r} with {encoding!r}, expected cdr with ros2msg")
+    return definitions.parse(schema.name, schema.data.decode("utf-8", errors="replace"))
 
 
 def open_flight(

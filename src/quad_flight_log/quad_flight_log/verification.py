@@ -15,8 +15,9 @@ def problems_of(flight: Flight) -> list[str]:
     Raises SchemaError or CorruptError where a payload or the parameters cannot be decoded.
     """
     problems = [flight.damage] if flight.truncated else []
-    for name in flight.topics:
-        flight.array(name)
+    problems += flight.unreadable.values()
+    for _ in flight.batches(*(name for name in flight.topics if name not in flight.unreadable)):
+        pass
     _ = flight.parameters
     return problems + _metadata_problems(flight)
 

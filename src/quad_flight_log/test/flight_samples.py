@@ -1,7 +1,7 @@
 """Sample messages and bags for the tests; every payload is encoded by rosbags, which shares no code with us."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -124,6 +124,7 @@ def write_bag(
     pause_every: int = 0,
     close: bool = True,
     parameters: str = "simulator: {ros__parameters: {flight.seed: 7}}\n",
+    log_ns: Callable[[int, Any], int] = lambda index, _: index * 1000,
 ) -> Path:
     """Write a bag of rosbags messages; ``pause_every`` messages the writer is given time to flush a chunk."""
     bag = BagWriter(
@@ -137,7 +138,8 @@ def write_bag(
     for index, (topic, sample) in enumerate(flown):
         if topic not in handles:
             handles[topic] = bag.add_topic(topic, sample.__msgtype__)
-        bag.write(handles[topic], encoded(sample), index * 1000, index * 1000 + 7)
+        time_ns = log_ns(index, sample)
+        bag.write(handles[topic], encoded(sample), time_ns, time_ns + 7)
         if pause_every and index % pause_every == pause_every - 1:
             time.sleep(0.12)
     if not close:

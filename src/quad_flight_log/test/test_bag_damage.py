@@ -179,11 +179,14 @@ def test_bag_of_rosbags_writer_is_read(tmp_path):
     assert open_flight(tmp_path / "bag").payloads("state")["/state"][0] == payloads
 
 
-def test_other_encodings_are_refused(tmp_path):
+def test_other_encodings_are_refused_where_they_are_read(tmp_path):
     with pytest.raises(SchemaError, match="found 'json' with 'ros2msg'"):
-        open_flight(foreign(tmp_path / "a.mcap", encoding="json", payloads=[b"{}"]))
+        open_flight(foreign(tmp_path / "a.mcap", encoding="json", payloads=[b"{}"])).array("state")
+    flight = open_flight(foreign(tmp_path / "b.mcap", schema_encoding="ros2idl", payloads=state_payloads()))
+    assert flight.topics["/state"].messages == 5
+    assert "ros2idl" in flight.unreadable["/state"]
     with pytest.raises(SchemaError, match="ros2idl"):
-        open_flight(foreign(tmp_path / "b.mcap", schema_encoding="ros2idl", payloads=state_payloads()))
+        flight.array("state")
 
 
 @pytest.mark.parametrize(

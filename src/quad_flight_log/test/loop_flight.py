@@ -1,0 +1,84 @@
+"""A flight of the loop without ROS as the messages that the nodes would have sent, encoded by rosbags."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import flight_samples
+import numpy as np
+import yaml
+
+from quad_campaign.flight import Flight, Result, flight_from_parameters, fly
+
+TYPES = {
+    "state": "quad_msgs/msg/VehicleState",
+    "truth": "quad_msgs/msg/VehicleState",
+    "disturbance": "quad_msgs/msg/Disturbance",
+    "actuation": "quad_msgs/msg/Actuation",
+    "reference": "quad_msgs/msg/TrajectoryPoint",
+    "attitude_setpoint": "quad_msgs/msg/AttitudeThrust",
+    "wrench_setpoint": "geometry_msgs/msg/WrenchStamped",
+    "position_controller/internals": "quad_msgs/msg/PositionInternals",
+    "attitude_controller/internals": "quad_msgs/msg/AttitudeInternals",
+}
+
+
+class FlownFlight(NamedTuple):
+    """What was flown: parameters and result of the loop, and (topic, message) in the order of a bag."""
+
+    flight: Flight
+    result: Result
+    messages: list[tuple[str, Any]]
+
+
+def fly_short(duration: float = 1.0) -> FlownFlight:
+    """Fly Case 1 from the origin for ``duration`` s: thrust and tilt meet their limits on the way."""
+    told = {"trajectory": {"trajectory": "case1", "case1.start": "printed", "case1.duration": duration}}
+    flight = flight_from_parameters(told)
+    result = fly(flight)
+    assert result.outcome == "ended"
+    rows = [(int(row["stamp_ns"]), topic, _message(topic, row)) for topic in TYPES for row in result.topics[topic]]
+    rows.sort(key=lambda item: item[0])
+    messages = [("flight/parameters", said) for said in parameters_said(flight)]
+    return FlownFlight(flight, result, messages + [(topic, sample) for _, topic, sample in rows])
+
+
+def parameters_said(flight: Flight) -> list[Any]:
+    """Return what the nodes publish on flight/parameters."""
+    found = []
+    for role, resolved in flight.resolved.items():
+        values = {field.name: field.default for field in resolved.all_fields()}
+        text = yaml.safe_dump({f"/{role}": {"ros__parameters": values}})
+        found.append(
+            flight_samples.message("quad_msgs/msg/NodeParameters", node=f"/{role}", role=role, parameters=text)
+        )
+    return found
+
+
+def _message(topic: str, row: np.void) -> Any:
+    sec, nanosec = divmod(int(row["stamp_ns"]), 1_000_000_000)
+    stamp = flight_samples.message("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+    if topic == "wrench_setpoint":
+        header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="base_link")
+        force = flight_samples.message("geometry_msgs/msg/Vector3", z=float(row["thrust"]))
+        torque = dict(zip("xyz", row["torque_b"].tolist(), strict=True))
+        torque = flight_samples.message("geometry_msgs/msg/Vector3", **torque)
+        wrench = flight_samples.message("geometry_msgs/msg/Wrench", force=force, torque=torque)
+        return flight_samples.message(TYPES[topic], header=header, wrench=wrench)
+    fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[topic]][1]}
+    values = {name: row[name] for name in row.dtype.names if name in fields}
+    values = {name: value.item() if value.ndim == 0 else np.array(value) for name, value in values.items()}
+    return flight_samples.message(TYPES[topic], **{**values, "stamp": stamp})
+
+
+def write_flight(directory: Path, flown: FlownFlight, *, replace: dict[int, Any] | None = None) -> Path:
+    """Write ``flown`` as a bag and return its directory; ``replace``: {index in messages: other message}."""
+    changed = replace or {}
+    messages = [(f"/{topic}", changed.get(index, sample)) for index, (topic, sample) in enumerate(flown.messages)]
+    flight_samples.write_bag(directory, messages, log_ns=log_time)
+    return directory
+
+
+def log_time(index: int, sample: Any) -> int:
+    """Return the stamp of a message in ns, 0 where it has none."""
+    stamp = getattr(sample, "stamp", None) or getattr(getattr(sample, "header", None), "stamp", None)
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec) if stamp else 0

@@ -1,0 +1,82 @@
+"""What other tools read from an export is what was recorded, digit for digit."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+
+from quad_flight_log import cli
+from quad_flight_log.export import ExportError, export
+from quad_flight_log.reader import open_flight
+
+TOPICS = ["truth", "wrench_setpoint", "attitude_controller/internals", "flight/parameters"]
+
+
+def test_csv_keeps_every_digit(flown, flown_bag, tmp_path):
+    paths = export(open_flight(flown_bag), tmp_path, "csv", TOPICS)
+    assert [path.name for path in paths] == [
+        "truth.csv", "wrench_setpoint.csv", "attitude_controller_internals.csv", "flight_parameters.csv",
+    ]  # fmt: skip
+    rows = list(csv.DictReader(paths[0].open()))
+    truth = flown.result.topics["truth"]
+    np.testing.assert_array_equal([float(row["p_w[2]"]) for row in rows], truth["p_w"][:, 2])
+    np.testing.assert_array_equal([int(row["stamp_ns"]) for row in rows], truth["stamp_ns"])
+    wrench = list(csv.DictReader(paths[1].open()))
+    np.testing.assert_array_equal(
+        [float(row["wrench.torque.y"]) for row in wrench], flown.result.topics["wrench_setpoint"]["torque_b"][:, 1]
+    )
+    assert {row["header.frame_id"] for row in wrench} == {"base_link"}
+    inside = list(csv.DictReader(paths[2].open()))
+    assert {row["torque_limited[0]"] for row in inside} <= {"True", "False"}
+    assert {row["extra"] for row in inside} == {"[]"}
+    said = list(csv.DictReader(paths[3].open()))
+    assert [row["role"] for row in said] == list(flown.flight.resolved)
+    assert json.loads(said[0]["internals_names"]) == []
+
+
+def test_parquet_keeps_values_and_types(flown, flown_bag, tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    paths = export(open_flight(flown_bag), tmp_path, "parquet", TOPICS)
+    truth = pq.read_table(paths[0])
+    np.testing.assert_array_equal(truth["q_wb[3]"].to_numpy(), flown.result.topics["truth"]["q_wb"][:, 3])
+    assert truth.schema.field("step").type == pa.uint64()
+    inside = pq.read_table(paths[2])
+    assert inside.schema.field("extra").type == pa.list_(pa.float64())
+    assert inside.schema.field("torque_limited[1]").type == pa.bool_()
+
+
+def test_matlab_gets_a_struct_per_topic(flown, flown_bag, tmp_path):
+    (path,) = export(open_flight(flown_bag), tmp_path, "mat", TOPICS)
+    content = scipy.io.loadmat(path, squeeze_me=True)
+    np.testing.assert_array_equal(content["truth"]["p_w"].item(), flown.result.topics["truth"]["p_w"])
+    np.testing.assert_array_equal(
+        content["wrench_setpoint"]["wrench"].item()["torque"].item()["x"].item(),
+        flown.result.topics["wrench_setpoint"]["torque_b"][:, 0],
+    )
+    assert content["metadata"]["seed"].item() == "7"
+
+
+def test_the_verb_names_its_files_and_never_overwrites(flown_bag, tmp_path, capsys):
+    arguments = ["export", str(flown_bag), "--topic", "reference", "--out", str(tmp_path)]
+    assert cli.main(arguments) == 0
+    assert capsys.readouterr().out == f"{tmp_path}/reference.csv\n"
+    assert cli.main(arguments) == 2
+    assert "never overwrites" in capsys.readouterr().err
+    with pytest.raises(ExportError, match=r"reference\.csv"):
+        export(open_flight(flown_bag), tmp_path, "csv", ["reference"])
+
+
+def test_blocks_make_the_whole(flown_bag):
+    flight = open_flight(flown_bag)
+    blocks = list(flight.batches("truth", "attitude_controller/internals", limit=20_000))
+    assert len(blocks) > 10
+    for topic in ("truth", "attitude_controller/internals"):
+        parts = [table for name, table in blocks if name == topic]
+        whole = flight.array(topic)
+        assert sum(len(part) for part in parts) == len(whole)
+        for name in ("stamp_ns", "step"):
+            np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), whole[name])

@@ -1,0 +1,135 @@
+"""Recorded inputs through the laws again: equal bits with the recorded law, a told difference with any other."""
+
+import copy
+import json
+
+import flight_samples
+import numpy as np
+import pytest
+from loop_flight import FlownFlight, write_flight
+
+from quad_flight_log import cli
+from quad_flight_log.errors import TopicError
+from quad_flight_log.reader import open_flight
+from quad_flight_log.recorded_parameters import RecordedParametersError, recorded_parameters
+from quad_flight_log.replay import CONTROLLERS, replay
+
+
+@pytest.mark.parametrize("role", CONTROLLERS)
+def test_the_recorded_law_gives_the_recorded_bits(role, flown, flown_bag):
+    found = replay(open_flight(flown_bag), role)
+    assert found.equal
+    assert not found.changed
+    assert found.missing == 0
+    period = flown.flight.resolved[role].node.period_steps
+    assert found.steps.tolist() == list(range(0, flown.result.steps, period))
+    output, internals = CONTROLLERS[role].output_topic, f"{role}/internals"
+    assert {name.split()[0] for name in found.recorded} == {output, internals}
+    wanted = "thrust" if role == "attitude_controller" else "angles"
+    values = flown.result.topics[output][wanted]
+    np.testing.assert_array_equal(
+        found.replayed[f"{output} thrust" if values.ndim == 1 else f"{output} angles.x"],
+        values if values.ndim == 1 else values[:, 0],
+    )
+
+
+def test_one_bit_in_one_recorded_answer_is_seen(flown, tmp_path):
+    index = next(
+        at
+        for at, (topic, sample) in enumerate(flown.messages)
+        if topic == "wrench_setpoint" and sample.header.stamp.nanosec == 300 * 2_000_000
+    )
+    other = copy.deepcopy(flown.messages[index][1])
+    other.wrench.torque.y = float(np.nextafter(other.wrench.torque.y, 1.0))
+    found = replay(open_flight(write_flight(tmp_path / "bag", flown, replace={index: other})), "attitude_controller")
+    assert not found.equal
+    (seen,) = [item for item in found.differences() if item.differing]
+    assert (seen.name, seen.differing, seen.first_step) == ("wrench_setpoint torque_b.y", 1, 300)
+    assert 0.0 < seen.largest < 1e-15
+
+
+def test_another_gain_shows_its_difference_and_leaves_the_other_controller_alone(flown_bag):
+    flight = open_flight(flown_bag)
+    found = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})
+    assert found.changed
+    differing = {item.name: item for item in found.differences() if item.differing}
+    assert "attitude_setpoint angles.y" in differing
+    assert "position_controller/internals velocity_error.x" in differing
+    assert not any("position_error" in name for name in differing)
+    gain = flown_gain(flight)
+    error = found.recorded["position_controller/internals position_error.x"][0]
+    step = found.replayed["position_controller/internals virtual_velocity.x"][0]
+    before = found.recorded["position_controller/internals virtual_velocity.x"][0]
+    assert abs(step - before) <= abs((3.5 - gain) * error) + 1e-12
+
+
+def flown_gain(flight) -> float:
+    return float(recorded_parameters(flight)["position_controller"].values["aibs.x.position_gain"])
+
+
+def test_a_preset_replaces_all_gains_of_the_law(flown_bag):
+    found = replay(open_flight(flown_bag), "attitude_controller", settings={"preset": "printed"})
+    assert found.changed
+    assert not found.equal
+
+
+def test_wrong_changes_are_named(flown_bag, capsys):
+    flight = open_flight(flown_bag)
+    with pytest.raises(RecordedParametersError, match="no plug-in named 'lqr'"):
+        replay(flight, "attitude_controller", law="lqr")
+    with pytest.raises(RecordedParametersError, match=r"aibs\.x\.posgain"):
+        replay(flight, "position_controller", settings={"aibs.x.posgain": "1.0"})
+    for argument, word in (("simulator.window=3", "only position_controller"), ("nonsense", "NODE.PARAM=VALUE")):
+        assert cli.main(["replay", str(flown_bag), "--set", argument]) == 2
+        assert word in capsys.readouterr().err
+
+
+def test_a_bag_without_inputs_or_parameters_is_named(flown, tmp_path):
+    def without(name: str, *topics: str):
+        rest = flown._replace(messages=[item for item in flown.messages if item[0] not in topics])
+        return open_flight(write_flight(tmp_path / name, rest))
+
+    with pytest.raises(TopicError, match="no topic 'actuation'"):
+        replay(without("a", "actuation"), "attitude_controller")
+    with pytest.raises(RecordedParametersError, match="says nothing of position_controller"):
+        replay(without("b", "flight/parameters"), "position_controller")
+    assert replay(without("c", "position_controller/internals"), "position_controller").equal
+
+
+def test_attached_parameters_stand_in_for_published_ones(flown, tmp_path):
+    text = "\n".join(sample.parameters for topic, sample in flown.messages if topic == "flight/parameters")
+    rest = [(f"/{topic}", sample) for topic, sample in flown.messages if topic != "flight/parameters"]
+    path = flight_samples.write_bag(tmp_path / "bag", rest, parameters=text)
+    assert replay(open_flight(path), "attitude_controller").equal
+
+
+def test_a_change_in_flight_is_told(flown, tmp_path):
+    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller")
+    text = next(s.parameters for t, s in flown.messages if t == "flight/parameters" and s.role == later.role)
+    later.parameters = text.replace("period_steps: 1", "period_steps: 2")
+    messages = [(f"/{topic}", sample) for topic, sample in flown.messages] + [("/flight/parameters", later)]
+    path = flight_samples.write_bag(tmp_path / "bag", messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
+    found = replay(open_flight(path), "attitude_controller")
+    assert any("changed in flight at 1.50 s" in note for note in found.notes)
+
+
+def test_the_verb_proves_and_compares(flown_bag, tmp_path, capsys):
+    assert cli.main(["replay", str(flown_bag)]) == 0
+    assert capsys.readouterr().out.count("every bit is equal") == 2
+    changed = ["--position", "aibs", "--set", "position_controller.aibs.y.position_gain=2.0"]
+    assert cli.main(["replay", str(flown_bag), *changed, "--json", "--out", str(tmp_path)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [item["equal"] for item in told] == [False, True]
+    assert json.loads((tmp_path / "replay.json").read_text()) == told
+    head, first, *_ = (tmp_path / "replay_position_controller.csv").read_text().splitlines()
+    assert head.startswith("step,attitude_setpoint angles.x recorded,attitude_setpoint angles.x replayed")
+    assert first.startswith("0,")
+
+
+def test_a_replay_that_differs_with_recorded_parameters_fails(flown, tmp_path, capsys):
+    at = next(i for i, (topic, _) in enumerate(flown.messages) if topic == "attitude_setpoint")
+    other = copy.deepcopy(flown.messages[at][1])
+    other.thrust += 0.25
+    directory = write_flight(tmp_path / "bag", FlownFlight(*flown), replace={at: other})
+    assert cli.main(["replay", str(directory), "--only", "position_controller"]) == 1
+    assert "attitude_setpoint thrust" in capsys.readouterr().out
