@@ -20,6 +20,9 @@ VERBS = {
     "hash": "quad_flight_log.verbs.hash",
     "export": "quad_flight_log.verbs.export",
     "replay": "quad_flight_log.verbs.replay",
+    "plot": "quad_flight_log.verbs.plot",
+    "report": "quad_flight_log.verbs.report",
+    "compare": "quad_flight_log.verbs.compare",
 }
 
 _EXAMPLES = """examples:

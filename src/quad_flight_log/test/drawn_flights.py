@@ -1,0 +1,103 @@
+"""Small made-up flights for figures, reports and viewers: a circle with a known error, as tables and as a bag."""
+
+from pathlib import Path
+from typing import Any
+
+import flight_samples
+import numpy as np
+
+from quad_flight_log.report_data import Run, run_from_tables
+
+PERIOD_NS = 10_000_000
+APPROACH = 2.0  # s
+OFFSET = np.array([0.3, -0.2, 0.1])  # m, flown minus reference
+YAW_ERROR = 0.05  # rad
+
+
+def _table(steps: int, **columns: Any) -> np.ndarray:
+    given = {name: np.asarray(values) for name, values in columns.items()}
+    described = [(name, values.dtype, values.shape[1:]) for name, values in given.items()]
+    table = np.zeros(steps, np.dtype([("step", "i8"), ("stamp_ns", "i8"), *described]))
+    table["step"] = np.arange(steps)
+    table["stamp_ns"] = np.arange(steps) * PERIOD_NS
+    for name, values in given.items():
+        table[name] = values
+    return table
+
+
+def circle(steps: int) -> np.ndarray:
+    """Return points (steps, 3) in m on a climbing circle of radius 2 m."""
+    angle = np.arange(steps) * 0.01
+    return np.stack([2.0 * np.cos(angle), 2.0 * np.sin(angle), 0.1 * angle], axis=1)
+
+
+def tables(steps: int = 600, scale: float = 1.0) -> dict[str, np.ndarray]:
+    """Return the tables of a flight whose error is ``scale * OFFSET`` all along."""
+    times = np.arange(steps) * PERIOD_NS * 1e-9 - APPROACH
+    points, zeros = circle(steps), np.zeros((steps, 3))
+    yaw = np.full(steps, 0.4)
+    flown_yaw = yaw + YAW_ERROR
+    q_wb = np.stack([0 * yaw, 0 * yaw, np.sin(flown_yaw / 2), np.cos(flown_yaw / 2)], axis=1)
+    angles = np.stack([0 * yaw, 0 * yaw, yaw], axis=1)
+    no = np.zeros(steps, bool)
+    return {
+        "truth": _table(steps, p_w=points + scale * OFFSET, v_w=zeros, q_wb=q_wb, omega_b=zeros),
+        "reference": _table(steps, trajectory_time=times, p_w=points, v_w=zeros, yaw=yaw),
+        "attitude_setpoint": _table(steps, angles=angles, thrust=np.full(steps, 5.5)),
+        "wrench_setpoint": _table(steps, thrust=np.full(steps, 5.5), torque_b=0.01 * points),
+        "actuation": _table(steps, thrust=np.full(steps, 5.25), thrust_high=~no, thrust_low=no, roll_limited=~no,
+                            pitch_limited=no, yaw_limited=no),
+        "disturbance": _table(steps, force_w=zeros + 0.25, lumped_acceleration_w=zeros + 0.5),
+        "position_controller/internals": _table(steps, adaptive_gain=points + 5.0, disturbance_estimate=zeros + 0.4,
+                                                lyapunov=np.abs(times), lyapunov_rate=-np.abs(times)),
+        "attitude_controller/internals": _table(steps, sliding_variable=0.1 * points),
+    }  # fmt: skip
+
+
+def run(name: str, trajectory: str = "case1", scale: float = 1.0, steps: int = 600) -> Run:
+    """Return such a flight as a run."""
+    return run_from_tables(name, trajectory, tables(steps, scale))
+
+
+def bag(directory: Path, trajectory: str = "case1", steps: int = 120, scale: float = 1.0) -> Path:
+    """Write such a flight as a bag with the messages of the real topics; returns the bag directory."""
+    made, flown = tables(steps, scale), []
+    plan = flight_samples.message("quad_msgs/msg/FlightPlan", trajectory=trajectory, start="approach")
+    flown.append(("/flight/plan", plan))
+    event = flight_samples.message("quad_msgs/msg/FlightEvent", node="/simulator", kind="wind", text="<b>gust</b> & 1")
+    flown.append(("/flight/events", event))
+    for step in range(steps):
+        stamp = _stamp(step)
+        for topic, kind in (("truth", "VehicleState"), ("reference", "TrajectoryPoint"), ("actuation", "Actuation"),
+                            ("attitude_setpoint", "AttitudeThrust"), ("disturbance", "Disturbance"),
+                            ("position_controller/internals", "PositionInternals"),
+                            ("attitude_controller/internals", "AttitudeInternals")):  # fmt: skip
+            row = made[topic][step]
+            values = {name: _value(row[name]) for name in row.dtype.names if name not in ("stamp_ns", "step")}
+            flown.append(
+                (f"/{topic}", flight_samples.message(f"quad_msgs/msg/{kind}", stamp=stamp, step=step, **values))
+            )
+        flown.append(("/wrench_setpoint", _wrench(made["wrench_setpoint"][step], stamp)))
+    flight_samples.write_bag(directory, flown)
+    return directory
+
+
+def _stamp(step: int) -> Any:
+    seconds, nanoseconds = divmod(step * PERIOD_NS, 1_000_000_000)
+    return flight_samples.message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
+
+def _value(cell: Any) -> Any:
+    if isinstance(cell, np.ndarray):
+        return cell
+    return bool(cell) if isinstance(cell, np.bool_) else float(cell)
+
+
+def _wrench(row: Any, stamp: Any) -> Any:
+    header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="base_link")
+    force = flight_samples.message("geometry_msgs/msg/Vector3", z=float(row["thrust"]))
+    torque = flight_samples.message(
+        "geometry_msgs/msg/Vector3", **dict(zip("xyz", row["torque_b"].tolist(), strict=True))
+    )
+    both = flight_samples.message("geometry_msgs/msg/Wrench", force=force, torque=torque)
+    return flight_samples.message("geometry_msgs/msg/WrenchStamped", header=header, wrench=both)

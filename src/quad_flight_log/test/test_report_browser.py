@@ -1,0 +1,91 @@
+"""The report in a real browser: every figure is drawn, the console stays clean, the switches switch."""
+
+import drawn_flights
+import pytest
+from headless_browser import Browser, browser_path
+
+from quad_flight_log.figures import REFERENCE
+from quad_flight_log.figures_inside import inside_figures
+from quad_flight_log.paper_figures import paper_figures
+from quad_flight_log.report_page import Page, Section, write_page
+
+pytest.importorskip("plotly")
+pytest.importorskip("websockets")
+pytestmark = pytest.mark.skipif(browser_path() is None, reason="no Chromium is installed")
+
+VISIBLE = """(run) => [...document.querySelectorAll('.plot')].flatMap(plot =>
+    plot._fullData.filter(trace => trace.meta.run === run).map(trace => trace.visible === true))"""
+
+
+@pytest.fixture(scope="module")
+def figures():
+    one = [drawn_flights.run("proposed"), drawn_flights.run("pid <b>", scale=2.0)]
+    two = [drawn_flights.run("proposed", "case2"), drawn_flights.run("pid <b>", "case2", scale=2.0)]
+    return [*paper_figures(one), *inside_figures(one)[:2], *paper_figures(two)]
+
+
+@pytest.fixture(scope="module")
+def page(figures, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("browser")
+    path = write_page(Page("Title", "command", (), (Section("All", figures=tuple(figures)),)), folder / "page.html")
+    with Browser(folder / "profile") as browser:
+        browser.open(path.as_uri())
+        browser.wait("document.body.dataset.drawn")
+        yield browser
+
+
+def visible(page, run):
+    return page.value(f"({VISIBLE})({run!r})")
+
+
+def test_everything_is_drawn(page, figures):
+    assert page.value("document.body.dataset.drawn") == str(len(figures))
+    assert page.value("document.title") == "Title"
+    curves = page.value("document.querySelectorAll('.scatterlayer .trace path.js-line').length")
+    expected = sum(len(panel.lines) for figure in figures if not figure.spatial for panel in figure.panels)
+    assert curves == expected
+
+
+def test_paths_are_drawn_in_space(page):
+    count = page.value("document.querySelectorAll('.plot .gl-container canvas').length")
+    assert count >= 2
+    assert page.value("document.querySelector('.plot')._fullLayout.scene._scene.glplot !== undefined")
+    assert "WebGL is not supported" not in page.value("document.body.innerText")
+
+
+def test_console_is_clean_and_nothing_is_fetched(page):
+    assert page.problems == []
+    fetched = [url for url in page.requests if not url.startswith(("data:", "blob:", "about:"))]
+    assert [url.rsplit("/", 1)[-1] for url in fetched] == ["page.html"]
+    assert fetched[0].startswith("file://")
+
+
+@pytest.mark.parametrize("run", ["proposed", "pid <b>", REFERENCE])
+def test_a_box_hides_its_run_in_all_figures(page, run):
+    box = f"#bar input[data-run='{run}']"
+    others = [name for name in ("proposed", "pid <b>", REFERENCE) if name != run]
+    before = visible(page, run)
+    assert len(before) >= 8
+    assert all(before)
+    page.click(box)
+    page.wait(f"!({VISIBLE})({run!r}).includes(true)")
+    assert all(all(visible(page, name)) for name in others)
+    page.click(box)
+    page.wait(f"!({VISIBLE})({run!r}).includes(false)")
+
+
+def test_a_click_on_the_legend_does_the_same(page):
+    page.click("#figure-06-case1-x .legendtoggle")
+    page.wait(f"!({VISIBLE})('proposed').includes(true)")
+    assert page.value("document.querySelector(\"#bar input[data-run='proposed']\").checked") is False
+    page.click("#bar input[data-run='proposed']")
+    page.wait(f"!({VISIBLE})('proposed').includes(false)")
+
+
+def test_zoomed_time_is_shared(page):
+    ranges = "[...document.querySelectorAll('.plot')].filter(p => p.layout.xaxis).map(p => p.layout.xaxis.range)"
+    page.value(
+        "Plotly.relayout(document.querySelector('#figure-07-case1-y .plot'), {'xaxis.range': [1, 2]}).then(() => 1)"
+    )
+    page.wait(f"{ranges}.every(r => r[0] === 1 && r[1] === 2)")
+    assert len(page.value(ranges)) == 14

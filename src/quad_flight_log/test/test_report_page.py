@@ -1,0 +1,144 @@
+"""The page holds its data exactly, is valid Plotly, escapes what it is given and needs no other file."""
+
+import base64
+import json
+import re
+
+import drawn_flights
+import numpy as np
+import pytest
+
+from quad_flight_log.cli import main
+from quad_flight_log.errors import FlightLogError
+from quad_flight_log.figures import Figure, Line, Panel, Table
+from quad_flight_log.figures_interactive import colours, specification
+from quad_flight_log.paper_figures import paper_figures
+from quad_flight_log.reader import open_flight
+from quad_flight_log.report import comparison_page, flight_page, names_of
+from quad_flight_log.report_page import Page, Section, page_text, write_page
+
+plotly = pytest.importorskip("plotly.graph_objects")
+
+
+def decoded(column):
+    assert column["dtype"] == "f4"
+    return np.frombuffer(base64.b64decode(column["bdata"]), "<f4")
+
+
+def data_of(text):
+    found = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found[1])
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    return drawn_flights.bag(tmp_path_factory.mktemp("report") / "circle", steps=260)
+
+
+@pytest.fixture(scope="module")
+def text(bag):
+    return page_text(flight_page(open_flight(bag), "circle", "log report circle"))
+
+
+def test_every_figure_is_valid_plotly():
+    runs = [drawn_flights.run("a"), drawn_flights.run("b", scale=2.0)]
+    for figure in paper_figures(runs):
+        found = specification(figure, colours(["a", "b"]))
+        plotly.Figure(found)
+        assert {trace["meta"]["run"] for trace in found["data"]} >= {"a", "b"}
+
+
+def test_numbers_come_back():
+    line = Line("a", "a", (np.arange(4.0), np.array([0.5, -1.25, 3.0, 8.0])))
+    trace = specification(Figure("k", "T", "", (Panel("y", (line,)),)), colours(["a"]))["data"][0]
+    assert decoded(trace["x"]).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert decoded(trace["y"]).tolist() == [0.5, -1.25, 3.0, 8.0]
+
+
+def test_flight_page_tells_what_the_bag_holds(text):
+    data = data_of(text)
+    assert next(iter(data)) == "figure-05-case1-path"
+    assert sum(key.startswith("figure-") for key in data) == 7
+    error = next(trace for trace in data["figure-06-case1-x"]["data"] if trace["yaxis"] == "y2")
+    np.testing.assert_allclose(decoded(error["y"]), 0.3, rtol=1e-5)
+    assert "flight.seed: 7" in text
+    assert "position_rmse" in text
+    assert "0.37417" in text  # sqrt(0.3^2 + 0.2^2 + 0.1^2)
+    assert "<pre>log report circle</pre>" in text
+
+
+def test_page_is_alone(text):
+    page = text.replace(re.search(r"<script>(?!\")(.{1000000,}?)</script>", text, re.DOTALL)[0], "")
+    assert len(page) < len(text) - 1_000_000
+    assert not re.search(r"""(?:src|href)\s*=\s*["'](?!data:)""", page)
+    assert "@import" not in page
+
+
+def test_foreign_text_is_escaped(text):
+    assert "&lt;b&gt;gust&lt;/b&gt; &amp; 1" in text
+    assert "<b>gust" not in text
+    evil = "</script><script>alert(1)</script>"
+    line = Line(evil, evil, (np.arange(2.0), np.arange(2.0)))
+    section = Section(
+        evil, evil, (Figure("k", evil, evil, (Panel(evil, (line,)),)),), (Table(evil, (evil,), ((evil,),)),)
+    )
+    found = page_text(Page(evil, evil, ((evil, evil),), (section,)))
+    assert "alert(1)</script>" not in found.replace("&lt;/script&gt;", "")
+    assert data_of(found)["k"]["data"][0]["name"] == evil
+
+
+def test_large_pages_are_thinned_further(monkeypatch):
+    monkeypatch.setattr("quad_flight_log.report_page._library", lambda: "")
+    monkeypatch.setattr("quad_flight_log.report_page.LARGEST", 40_000)
+    rng = np.random.default_rng(1)
+    line = Line("a", "a", (np.arange(9000.0), rng.normal(size=9000)))
+    section = Section("s", figures=tuple(Figure(f"k{i}", "", "", (Panel("", (line,)),)) for i in range(5)))
+    assert len(page_text(Page("t", "c", (), (section,)))) <= 40_000
+
+
+def test_two_figures_of_one_key_are_refused():
+    figure = Figure("k", "", "", (Panel("", ()),))
+    with pytest.raises(ValueError, match="'k'"):
+        page_text(Page("t", "c", (), (Section("s", figures=(figure, figure)),)))
+
+
+def test_comparison_groups_by_trajectory(bag, tmp_path):
+    other = drawn_flights.bag(tmp_path / "circle", "case2", steps=260)
+    flights = [open_flight(bag), open_flight(other)]
+    names = names_of(flights)
+    assert names == ["circle", "circle (2)"]
+    data = data_of(page_text(comparison_page(flights, names, "log compare")))
+    numbered = sorted(key[:9] for key in data if key.startswith("figure-"))
+    assert numbered == [f"figure-{number:02d}" for number in range(5, 19)]
+    assert {trace["meta"]["run"] for trace in data["figure-12-case2-path"]["data"]} == {"circle (2)", "reference"}
+
+
+def test_unwritable_place_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FlightLogError, match="file"):
+        write_page(Page("t", "c", (), ()), tmp_path / "file" / "page.html")
+
+
+def test_verbs_write_where_they_say(bag, tmp_path, capsys):
+    assert main(["report", str(bag), "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.strip() == str(tmp_path / "circle.html")
+    assert (tmp_path / "circle.html").stat().st_size > 1_000_000
+    assert main(["compare", str(bag), str(bag), "--names", "one,two", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", printed)
+    assert "comparison.html" in printed
+    assert main(["compare", str(bag), str(bag), "--names", "one", "--out", str(tmp_path)]) == 2
+    assert "2 different names" in capsys.readouterr().err
+
+
+def test_plot_writes_figures(bag, tmp_path, capsys):
+    arguments = ["plot", str(bag), "--out", str(tmp_path), "--only", "figure-0", "--format", "png", "--format", "pdf"]
+    assert main(arguments) == 0
+    capsys.readouterr()
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert len(names) == 10
+    for path in tmp_path.iterdir():
+        head = path.read_bytes()[:8]
+        assert head == b"\x89PNG\r\n\x1a\n" if path.suffix == ".png" else head.startswith(b"%PDF-")
+    assert main(["plot", str(bag), "--only", "nothing"]) == 2
+    assert "figure-05-case1-path" in capsys.readouterr().err
