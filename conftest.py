@@ -3,7 +3,12 @@
 import re
 from pathlib import Path
 
+import hypothesis
 import pytest
+
+# How long one example takes says nothing on a machine with other work.
+hypothesis.settings.register_profile("patient", deadline=None)
+hypothesis.settings.load_profile("patient")
 
 USES_ROS = re.compile(r"^\s*(?:import|from) (?:rclpy|quad_node|quad_\w+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE)
 WHOLE_STACK = Path(__file__).parent / "test"

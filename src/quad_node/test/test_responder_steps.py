@@ -1,0 +1,201 @@
+"""What a node answers to which state: waiting for what belongs to the step, once, the same again on demand."""
+
+import math
+
+import pytest
+import rclpy
+
+from quad_core.types import Actuation, TrajectoryPoint
+from quad_msgs import msg
+from quad_msgs.msg import NodeStatus
+from quad_node import executor
+from quad_node.conversion import set_stamp
+from quad_node.responder import Responder
+
+PERIOD = 2_000_000
+
+
+class Wire:
+    """Stands in for a publisher and keeps what was sent."""
+
+    def __init__(self):
+        self.sent = []
+
+    def publish(self, message):
+        self.sent.append(message)
+
+
+class Echo(Responder):
+    """Notes each moment; its answer is the number of moments so far."""
+
+    def __init__(self):
+        self.callbacks = {}
+        super().__init__("position_controller")
+        self.wire, self.moments = Wire(), []
+        self.companion("reference", TrajectoryPoint)
+        self.companion("actuation", Actuation, lag=1)
+
+    def subscribe(self, topic, callback, depth=10, raw=False):
+        self.callbacks[topic] = callback
+
+    def answer(self, moment, values):
+        self.moments.append((moment, [held.value if held else None for held in values]))
+        return [(self.wire, len(self.moments))]
+
+    def state(self, step, x=0.0, stamp=None):
+        message = msg.VehicleState(step=step)
+        message.p_w[0], message.q_wb[3] = x, 1.0
+        set_stamp(message.stamp, step * PERIOD if stamp is None else stamp)
+        self.callbacks["state"](message)
+
+    def reference(self, step, next_step, x=0.0):
+        message = msg.TrajectoryPoint(step=step, next_step=next_step)
+        message.p_w[0] = x
+        self.callbacks["reference"](message)
+
+    def actuation(self, step, thrust=0.0):
+        self.callbacks["actuation"](msg.Actuation(step=step, thrust=thrust))
+
+    def steps(self):
+        return [moment.step for moment, _ in self.moments]
+
+
+@pytest.fixture
+def make(monkeypatch):
+    """Return a function that makes the node with the given ROS parameters."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "71")
+    made = []
+
+    def build(*parameters):
+        executor.init(["--ros-args", *(part for text in parameters for part in ("-p", text))])
+        made.append(Echo())
+        return made[-1]
+
+    yield build
+    for node in made:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_a_step_waits_for_its_reference_and_the_actuation_before_it(make):
+    node = make("period_steps:=1")
+    node.state(0)
+    assert node.steps() == []
+    node.reference(0, 1)
+    assert node.steps() == [0]
+    node.state(1)
+    node.reference(1, 2)
+    assert node.steps() == [0]
+    node.actuation(0, thrust=7.0)
+    assert node.steps() == [0, 1]
+    _, (reference, actuation) = node.moments[1]
+    assert isinstance(reference, TrajectoryPoint)
+    assert actuation.thrust == 7.0
+
+
+def test_the_first_step_needs_no_actuation_and_sees_none(make):
+    node = make("period_steps:=1")
+    node.reference(0, 1)
+    node.state(0)
+    assert node.moments[0][1][1] is None
+
+
+def test_a_reference_holds_from_its_step_until_the_next(make):
+    node = make("period_steps:=1")
+    node.reference(0, 3, x=10.0)
+    for step in range(3):
+        node.actuation(step)
+        node.state(step)
+    node.state(3)
+    assert node.steps() == [0, 1, 2]
+    node.reference(3, 6, x=20.0)
+    assert node.steps() == [0, 1, 2, 3]
+    assert [reference.p_w.x for _, (reference, _) in node.moments] == [10.0, 10.0, 10.0, 20.0]
+
+
+def test_a_reference_of_later_steps_is_not_taken_too_early(make):
+    node = make("period_steps:=1")
+    node.reference(0, 1, x=10.0)
+    node.reference(1, 2, x=20.0)
+    node.state(0)
+    assert node.moments[0][1][0].p_w.x == 10.0
+
+
+def test_only_multiples_of_the_period_are_answered(make):
+    node = make("period_steps:=5")
+    node.reference(0, 100)
+    for step in range(12):
+        node.actuation(step)
+        node.state(step)
+    assert node.steps() == [0, 5, 10]
+    assert {moment.dt for moment, _ in node.moments} == {0.01}
+    assert [moment.stamp_ns for moment, _ in node.moments] == [0, 10_000_000, 20_000_000]
+
+
+def test_a_repeated_state_gets_the_same_answer_without_a_new_step(make):
+    node = make("period_steps:=1")
+    node.reference(0, 1)
+    node.state(0)
+    node.state(0)
+    node.state(0)
+    assert node.steps() == [0]
+    assert node.wire.sent == [1, 1, 1]
+    assert node.counters["repeated"] == 2
+
+
+def test_who_is_asked_again_and_cannot_answer_says_what_it_misses(make):
+    node = make("period_steps:=1")
+    said = []
+    node.set_status = lambda state, detail, waiting=("", ""): said.append((state, detail, waiting))
+    node.state(0)
+    assert said == []
+    node.state(0)
+    assert said == [(NodeStatus.WAITING, "step 0: no reference from trajectory", ("reference", "trajectory"))]
+    assert node.wire.sent == []
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_companion_that_is_not_finite_is_counted_and_not_used(make, bad):
+    node = make("period_steps:=1")
+    node.state(0)
+    node.reference(0, 1, x=bad)
+    assert node.steps() == []
+    assert node.counters["rejected"] == 1
+    node.reference(0, 1, x=3.0)
+    assert node.moments[0][1][0].p_w.x == 3.0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1.1e4])
+def test_a_state_that_cannot_be_flown_is_counted_and_not_answered(make, bad):
+    node = make("period_steps:=1")
+    node.reference(0, 10)
+    node.state(0, x=bad)
+    assert node.steps() == []
+    assert node.counters["rejected"] == 1
+    node.state(1)
+    node.actuation(0)
+    assert node.steps() == [1]
+
+
+def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(make):
+    node = make("period_steps:=1", "flight.mode:='realtime'")
+    node.state(0)
+    assert node.steps() == []
+    node.reference(0, 1, x=1.0)
+    node.state(7)
+    node.reference(1, 2, x=2.0)
+    node.state(8)
+    assert node.steps() == [0, 7, 8]
+    assert [values[0].p_w.x for _, values in node.moments] == [1.0, 1.0, 2.0]
+    assert [values[1] for _, values in node.moments] == [None, None, None]
+
+
+@pytest.mark.parametrize(
+    ("gap", "dt"), [(PERIOD, 0.002), (PERIOD // 4, 0.001), (3 * PERIOD // 2, 0.003), (50 * PERIOD, 0.004)]
+)
+def test_in_real_time_the_step_is_the_time_that_passed_within_half_and_twice_the_period(make, gap, dt):
+    node = make("period_steps:=1", "flight.mode:='realtime'")
+    node.reference(0, 1)
+    node.state(10)
+    node.state(11, stamp=10 * PERIOD + gap)
+    assert [moment.dt for moment, _ in node.moments] == [0.002, dt]
