@@ -55,6 +55,16 @@ def qos_text(qos: Qos) -> str:
     return str(yaml.dump([qos.as_dict()], Dumper=_NoAliases, sort_keys=False))
 
 
+def qos_of(text: str) -> Qos:
+    """Return the first profile of ``offered_qos_profiles``, the default one where it cannot be read."""
+    try:
+        first = yaml.safe_load(text)[0]
+        known = {name: type(default)(first[name]) for name, default in Qos()._asdict().items() if name in first}
+    except (yaml.YAMLError, TypeError, KeyError, IndexError, ValueError):
+        return Qos()
+    return Qos(**known)
+
+
 def bag_metadata(
     file_name: str, topics: Iterable[TopicSummary], start_ns: int, end_ns: int, custom: Mapping[str, str], distro: str
 ) -> dict[str, Any]:

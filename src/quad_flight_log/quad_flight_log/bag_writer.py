@@ -4,6 +4,7 @@ Callers only append to a queue. One thread moves the queue into the file and flu
 it. The file is called ``*.mcap.part`` until it was closed, read back and found complete.
 """
 
+import contextlib
 import os
 import threading
 import time
@@ -30,7 +31,7 @@ from quad_flight_log.bag_metadata import (
 )
 from quad_flight_log.definitions import Definition, installed
 from quad_flight_log.errors import BagWriteError, FlightLogError
-from quad_flight_log.mcap_scan import LIBRARY, scan
+from quad_flight_log.mcap_scan import LIBRARY, Scan, scan
 
 CHUNK_SIZE = 64 << 10
 DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
@@ -158,7 +159,10 @@ class BagWriter:
                 thread.join()
             if not self.error:
                 self._finish(dict(metadata or {}))
-            self._stream.close()
+            with contextlib.suppress(OSError):  # what a full disk did not take at the end
+                self._stream.close()
+            if self.error:
+                self._count_what_is_left()
             path = self.part_path if self.error else self.path
             self._closed = BagReport(path, sum(self._counts), sum(self.dropped.values()), self.error)
         return self._closed
@@ -168,7 +172,9 @@ class BagWriter:
         found = next(iter(sorted(self.directory.iterdir())), None)
         if found is not None:
             raise BagWriteError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
-        return self.part_path.open("xb")
+        stream = self.part_path.open("xb")
+        _keep_names(self.directory)
+        return stream
 
     def _drain_loop(self) -> None:
         flushed = time.monotonic()
@@ -180,7 +186,8 @@ class BagWriter:
                     if closing or time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD:
                         self._writer.flush()
                         flushed = time.monotonic()
-            except OSError as error:
+            except Exception as error:
+                # Whatever it is: a thread that died unseen would leave a bag that only seems to grow.
                 self._give_up(error)
             if closing:
                 return
@@ -203,8 +210,8 @@ class BagWriter:
                 self._start_ns = log_ns
             self._end_ns = max(self._end_ns, log_ns)
 
-    def _give_up(self, error: OSError) -> None:
-        self.error = f"{self.part_path}: {error.strerror or error}"
+    def _give_up(self, error: Exception) -> None:
+        self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
         for topic, *_ in self._queue:
             self.dropped[self._topics[topic].summary.name] += 1
 
@@ -226,15 +233,38 @@ class BagWriter:
             self.part_path.rename(self.path)
             text = as_yaml({"rosbag2_bagfile_information": about})
             (self.directory / METADATA_FILE).write_text(text, encoding="utf-8")
+            _keep_names(self.directory)
         except OSError as error:
             self.error = f"{self.part_path}: {error.strerror or error}"
         except FlightLogError as error:
             self.error = f"does not read back: {error}"
 
+    def _count_what_is_left(self) -> None:
+        counts: dict[str, int] = {}
+        with contextlib.suppress(FlightLogError):
+            counts = _counted(self.part_path, salvage=True)[1]
+        for index, entry in enumerate(self._topics):
+            have = counts.get(entry.summary.name, 0)
+            self.dropped[entry.summary.name] += self._counts[index] - have
+            self._counts[index] = have
+
     def _verify(self) -> None:
-        found = scan(self.part_path)
-        counts = {found.channels[number].topic: tally.count for number, tally in found.tallies.items()}
+        found, counts = _counted(self.part_path)
         for entry, count in zip(self._topics, self._counts, strict=True):
             have = counts.get(entry.summary.name, 0)
             if found.truncated or have != count:
                 raise FlightLogError(f"{self.part_path}: {entry.summary.name} has {have} messages, expected {count}")
+
+
+def _counted(path: Path, *, salvage: bool = False) -> tuple[Scan, dict[str, int]]:
+    found = scan(path, salvage=salvage)
+    return found, {found.channels[number].topic: tally.count for number, tally in found.tallies.items()}
+
+
+def _keep_names(directory: Path) -> None:
+    """Make the disk keep which files are in ``directory``."""
+    number = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)

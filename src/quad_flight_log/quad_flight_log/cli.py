@@ -18,6 +18,7 @@ VERBS = {
     "check": "quad_flight_log.verbs.check",
     "verify": "quad_flight_log.verbs.verify",
     "hash": "quad_flight_log.verbs.hash",
+    "recover": "quad_flight_log.verbs.recover",
     "export": "quad_flight_log.verbs.export",
     "replay": "quad_flight_log.verbs.replay",
     "plot": "quad_flight_log.verbs.plot",

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import yaml
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
@@ -16,7 +15,8 @@ from quad_flight_log import cdr, definitions
 from quad_flight_log.bag_metadata import PARAMETERS, QUAD, QUAD_END, checked_record
 from quad_flight_log.cdr import Table
 from quad_flight_log.errors import CorruptError, FlightLogError, LimitError, NotAFlightError, SchemaError, TopicError
-from quad_flight_log.mcap_scan import Scan, messages, scan
+from quad_flight_log.mcap_scan import Loose, Scan, messages, scan
+from quad_flight_log.stamps import with_times
 
 SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer
 BATCH = 16 << 20  # bytes of payload in one block
@@ -118,7 +118,7 @@ class Flight:
         for name, (payloads, log_times) in self.payloads(*missing).items():
             where = f"{self.path}: {name}"
             table = cdr.table(self.schema(name), payloads, where)
-            self._cache[name] = _with_times(table, log_times, where)
+            self._cache[name] = with_times(table, log_times, where)
         return {topic: self._cache[name] for topic, name in names.items()}
 
     def payloads(self, *topics: str) -> dict[str, tuple[list[bytes], list[int]]]:
@@ -139,6 +139,18 @@ class Flight:
             add_payload(data)
             add_time(log_time)
         return found
+
+    def messages(self) -> Iterator[tuple[str, Loose]]:
+        """Yield (full topic name, message as it stands in the file) of all topics in the order of the bag."""
+        names = {number: name for name, numbers in self._channels.items() for number in numbers}
+        for message in messages(self._scan, frozenset(names)):
+            yield names[message.channel], message
+
+    def definition_text(self, topic: str) -> str:
+        """Return the definition of a topic's type as the text that the bag carries."""
+        name = self.resolve(topic)
+        channel = self._scan.channels[self._channels[name][0]]
+        return str(self._scan.schemas[channel.schema_id].data.decode("utf-8", errors="replace"))
 
     def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
         """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded.
@@ -165,7 +177,7 @@ class Flight:
         for name, (payloads, times) in waiting.items():
             if payloads:
                 where = f"{self.path}: {name}"
-                yield given[name], _with_times(cdr.table(self.schema(name), payloads, where), times, where)
+                yield given[name], with_times(cdr.table(self.schema(name), payloads, where), times, where)
 
     def schema(self, topic: str) -> definitions.Schema:
         """Return the parsed definition of a topic's type, as the bag carries it; SchemaError if it cannot be read."""
@@ -257,33 +269,3 @@ def _text(found: Scan, name: str) -> str:
         return found.attachments.get(name, b"").decode("utf-8")
     except UnicodeDecodeError as error:
         raise CorruptError(f"{found.path}: attachment {name} is not UTF-8") from error
-
-
-def _with_times(table: Table, log_times: list[int], where: str) -> Table:
-    logged = np.array(log_times, dtype=np.uint64)
-    if len(logged) and logged.max() > np.iinfo(np.int64).max:
-        raise FlightLogError(f"{where}: log time {logged.max()} is beyond the year 2262")
-    names = table.dtype.names or ()
-    stamp = _stamp(table)
-    described: list[Any] = [("log_ns", np.int64)]
-    if stamp is not None:
-        described.append(("stamp_ns", np.int64))
-    out = np.empty(len(table), np.dtype(described + [(name, table.dtype[name]) for name in names]))
-    out["log_ns"] = logged.astype(np.int64)
-    if stamp is not None:
-        out["stamp_ns"] = stamp
-    for name in names:
-        out[name] = table[name]
-    return out
-
-
-def _stamp(table: Table) -> Any:
-    for path in (("stamp",), ("header", "stamp"), ("clock",)):
-        part: Any = table
-        for name in path:
-            part = part[name] if name in (part.dtype.names or ()) else None
-            if part is None:
-                break
-        if part is not None and part.dtype.names == ("sec", "nanosec"):
-            return part["sec"].astype(np.int64) * 1_000_000_000 + part["nanosec"].astype(np.int64)
-    return None

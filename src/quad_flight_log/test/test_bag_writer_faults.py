@@ -1,0 +1,172 @@
+"""A recorder on a bad day: full disk, no rights, a slow disk, unforeseen errors; and what recover makes of it."""
+
+import errno
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import flight_samples
+import numpy as np
+import pytest
+
+from quad_flight_log import cli
+from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log.errors import BagWriteError
+from quad_flight_log.reader import open_flight
+from quad_flight_log.recover import recover
+
+FULL_DISK = """
+    import resource, sys, time
+    from pathlib import Path
+    import flight_samples, numpy as np
+    from quad_flight_log.bag_writer import BagWriter
+
+    unlimited = resource.RLIM_INFINITY
+    about = {"seed": "7"}
+    bag = BagWriter(Path(sys.argv[1]), definition_of=flight_samples.definition, metadata=about, flush_period=0.06)
+    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    rng = np.random.default_rng(1)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, unlimited))
+    step = 0
+    while not bag.error and step < 100_000:
+        bag.write(topic, flight_samples.encoded(flight_samples.state(step, rng)), step)
+        step += 1
+        if step % 100 == 0:
+            time.sleep(0.01)
+    if sys.argv[2] == "room again":
+        resource.setrlimit(resource.RLIMIT_FSIZE, (unlimited, unlimited))
+    taken = [bag.write(topic, bytes(124), step) for _ in range(3)]
+    time.sleep(0.2)
+    report = bag.close({"outcome": "ended"})
+    print(step, any(taken), report.dropped, report.path.name, report.error)
+"""
+
+
+@pytest.fixture(scope="module", params=["full for good", "room again"])
+def full(request, tmp_path_factory):
+    """A bag whose disk took 100,000 bytes, then no more or more again; and what the writer said."""
+    directory = tmp_path_factory.mktemp("full") / "bag"
+    paths = [str(Path(__file__).parent), *sys.path]
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(FULL_DISK), str(directory), request.param],
+        capture_output=True, text=True, timeout=120, check=False, env={"PYTHONPATH": ":".join(paths)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return directory, done.stdout.split(maxsplit=4)
+
+
+def test_a_full_disk_ends_the_recording_with_its_cause_and_counts_what_is_lost(full):
+    directory, (written, taken, dropped, name, error) = full
+    assert taken == "False"
+    assert name == "bag_0.mcap.part"
+    assert "File too large" in error
+    flight = open_flight(directory)
+    kept = flight.topics["/state"].messages
+    assert flight.truncated
+    assert kept > 0
+    assert int(dropped) == int(written) + 3 - kept
+    assert not (directory / "metadata.yaml").exists()
+
+
+def test_what_a_full_disk_took_is_the_exact_beginning(full):
+    directory, _ = full
+    payloads, times = open_flight(directory).payloads("/state")["/state"]
+    rng = np.random.default_rng(1)
+    assert payloads == [flight_samples.encoded(flight_samples.state(step, rng)) for step in range(len(payloads))]
+    assert times == list(range(len(times)))
+
+
+def test_recover_makes_it_a_complete_bag(full, tmp_path, capsys):
+    directory, _ = full
+    assert cli.main(["recover", str(directory), "--out", str(tmp_path / "saved")]) == 0
+    assert "saved_0.mcap" in capsys.readouterr().out
+    old, new = open_flight(directory), open_flight(tmp_path / "saved")
+    assert not new.truncated
+    assert new.payloads("/state") == old.payloads("/state")
+    assert new.metadata["seed"] == "7"
+    assert "ends within a record" in new.metadata["damage"]
+    assert cli.main(["verify", str(tmp_path / "saved")]) == 0
+    assert cli.main(["verify", str(directory)]) == 1
+    assert cli.main(["recover", str(directory), "--out", str(tmp_path / "saved")]) == 2
+
+
+def test_recover_works_from_any_prefix(flown_bag, tmp_path):
+    (path,) = flown_bag.glob("*.mcap")
+    data, whole = path.read_bytes(), open_flight(path)
+    for part in (10, 40, 400, len(data) // 3, 2 * len(data) // 3, len(data) - 1):
+        cut = tmp_path / f"{part}.mcap"
+        cut.write_bytes(data[:part])
+        flight = open_flight(cut, salvage=True)
+        new = open_flight(recover(flight, tmp_path / f"new{part}").report.path)
+        assert not new.truncated
+        for topic, (payloads, times) in new.payloads(*new.topics).items():
+            wanted, at = whole.payloads(topic)[topic]
+            assert payloads == wanted[: len(payloads)]
+            assert times == at[: len(times)]
+            assert new.topics[topic].type_hash == whole.topics[topic].type_hash
+            assert new.topics[topic].offered_qos == whole.topics[topic].offered_qos
+    assert new.parameters == whole.parameters
+
+
+def test_places_that_cannot_be_recorded_to_are_named(tmp_path):
+    with pytest.raises(BagWriteError, match="cannot record here"):
+        BagWriter("/proc/none/bag")
+    (tmp_path / "file").touch()
+    with pytest.raises(BagWriteError, match="file"):
+        BagWriter(tmp_path / "file")
+    with pytest.raises(BagWriteError, match="never overwritten"):
+        BagWriter(tmp_path)
+
+
+def test_a_backlog_beyond_its_limit_is_dropped_and_counted_per_topic(tmp_path, monkeypatch):
+    monkeypatch.setattr(BagWriter, "_drain", lambda self: None)
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition, backlog_limit=1000)
+    handles = [bag.add_topic(name, "quad_msgs/msg/VehicleState") for name in ("/state", "/truth")]
+    taken = [[bag.write(handle, bytes(124), 0) for handle in handles] for _ in range(10)]
+    assert [sum(column) for column in zip(*taken, strict=True)] == [5, 4]
+    assert bag.dropped == {"/state": 5, "/truth": 6}
+    monkeypatch.undo()
+    report = bag.close()
+    assert (report.messages, report.dropped, report.error) == (9, 11, "")
+    told = open_flight(report.path).metadata
+    assert (told["dropped"], told["dropped./state"], told["dropped./truth"]) == ("11", "5", "6")
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), ValueError("surprise")])
+def test_any_error_of_the_thread_ends_the_recording(error, tmp_path, monkeypatch):
+    def fail(self):
+        raise error
+
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
+    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    monkeypatch.setattr(BagWriter, "_drain", fail)
+    bag.write(topic, bytes(124), 0)
+    for thread in bag._threads[:1]:
+        thread.join(timeout=5.0)
+    assert not bag.write(topic, bytes(124), 1)
+    report = bag.close()
+    assert (getattr(error, "strerror", None) or str(error)) in report.error
+    assert report.dropped == 2
+    assert open_flight(report.path).truncated
+
+
+def test_the_file_has_its_name_only_when_it_is_verified(tmp_path, monkeypatch):
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
+    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    bag.write(topic, bytes(124), 0)
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap.part"]
+    finish = bag._writer.finish
+
+    def finish_and_damage():
+        finish()
+        bag._stream.flush()
+        with bag.part_path.open("r+b") as stream:
+            stream.seek(-60, 2)
+            stream.write(b"\xff")
+
+    monkeypatch.setattr(bag._writer, "finish", finish_and_damage)
+    report = bag.close()
+    assert "does not read back" in report.error
+    assert report.path.name == "bag_0.mcap.part"
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap.part"]
