@@ -1,0 +1,78 @@
+"""The long acceptance runs: each prints one line per figure and fails if a figure misses its limit.
+
+A run is a module in test/accept; its main() prints and returns 0 (all kept) or 1. Exit code: 0 all kept, 1 a run
+failed, 2 bad usage or set-up.
+
+Examples:
+  scripts/accept --list
+  scripts/accept                 all of them (hours on two cores)
+  scripts/accept seeds kills     only these
+"""
+
+import argparse
+import ast
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+RUNS = ROOT / "test" / "accept"
+_CALL = "import importlib, sys; sys.exit(importlib.import_module(sys.argv.pop(1)).main())"
+
+
+class Outcome(NamedTuple):
+    """How a run ended, after how many s."""
+
+    name: str
+    code: int
+    seconds: float
+
+
+def summaries() -> dict[str, str]:
+    """Return {name: first line of its docstring} of all runs: the modules that have a main()."""
+    found = {}
+    for path in sorted(RUNS.glob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        if any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
+            found[path.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
+    return found
+
+
+def run(name: str) -> Outcome:
+    """Run one in a process of its own, its lines straight to our output."""
+    print(f"== {name}: {summaries()[name]}", flush=True)
+    began = time.monotonic()
+    paths = os.pathsep.join([str(RUNS), str(ROOT / "test"), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", _CALL, name], cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, check=False
+    )
+    return Outcome(name, done.returncode, time.monotonic() - began)
+
+
+def main() -> int:
+    """Run what the command line names; returns the exit code."""
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="scripts/accept", description=__doc__, formatter_class=formatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="which runs (default: all)")
+    parser.add_argument("--list", action="store_true", help="name the runs and end")
+    options = parser.parse_args()
+    known = summaries()
+    if options.list:
+        width = max(map(len, known))
+        print("\n".join(f"{name.ljust(width)}  {text}" for name, text in known.items()))
+        return 0
+    unknown = [name for name in options.names if name not in known]
+    if unknown:
+        parser.error(f"no run {unknown[0]!r}; expected {', '.join(known)}")
+    outcomes = [run(name) for name in options.names or known]
+    print("== summary")
+    for outcome in outcomes:
+        print(f"{'passed' if outcome.code == 0 else 'FAILED'}  {outcome.name} ({outcome.seconds:.0f} s)")
+    return 1 if any(outcome.code for outcome in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

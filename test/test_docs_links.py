@@ -1,0 +1,37 @@
+"""Every relative link and every script that the documents name exists."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(#[^)\s]*)?\)")
+SCRIPT = re.compile(r"(?<![\w/.])((?:scripts|bench)/[\w./-]*\w)")
+
+pytestmark = pytest.mark.unit
+
+
+def anchors(path):
+    """Return the anchors of a document's headings as the usual viewers make them."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {"#" + re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_somewhere(document):
+    text = document.read_text(encoding="utf-8")
+    for target, anchor in LINK.findall(text):
+        path = (document.parent / target).resolve() if target else document
+        assert path.exists(), f"{document.name}: {target}"
+        if anchor and path.suffix == ".md":
+            assert anchor in anchors(path), f"{document.name}: {target}{anchor}"
+    for name in SCRIPT.findall(text):
+        assert (ROOT / name).exists(), f"{document.name}: {name}"
+
+
+def test_readme_has_the_two_commands():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "\nscripts/fly " in text
+    assert "\nscripts/test " in text
