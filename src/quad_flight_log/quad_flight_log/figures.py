@@ -12,12 +12,13 @@ POINTS = 2500  # of one line; more cannot be told apart on a page
 
 
 class Line(NamedTuple):
-    """One line. ``run``: what it is shown and hidden with; ``columns``: x, y (and z) of shape (n,)."""
+    """One line, or ``dots``. ``run``: what it is shown and hidden with; ``columns``: x, y (and z) of shape (n,)."""
 
     run: str
     label: str
     columns: tuple[Floats, ...]
     dashed: bool = False
+    dots: bool = False
 
 
 class Panel(NamedTuple):
@@ -26,12 +27,14 @@ class Panel(NamedTuple):
     y_label: str
     lines: tuple[Line, ...]
     steps: bool = False
+    logarithmic: bool = False
 
 
 class Figure(NamedTuple):
     """Panels over one another with a common x axis. ``key`` is unique in a report and a file name.
 
     ``spatial``: the panels hold paths (x, y, z) in m. ``span``: part of the x axis shown first; None for all.
+    ``ticks``: names in place of the numbers 0, 1, ... on the x axis.
     """
 
     key: str
@@ -41,6 +44,12 @@ class Figure(NamedTuple):
     x_label: str = "t [s]"
     spatial: bool = False
     span: tuple[float, float] | None = None
+    ticks: tuple[str, ...] = ()
+
+    @property
+    def over_time(self) -> bool:
+        """Whether the x axis is time."""
+        return not self.spatial and not self.ticks
 
 
 class Table(NamedTuple):

@@ -37,7 +37,7 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
         "plot_bgcolor": "#ffffff",
         "margin": {"l": 70, "r": 20, "t": 40, "b": 45},
         "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom"},
-        "hovermode": "closest" if figure.spatial else "x",
+        "hovermode": "x" if figure.over_time else "closest",
         "uirevision": figure.key,
     }
     layout.update(_scene() if figure.spatial else _axes(figure))
@@ -56,7 +56,7 @@ def _trace(line: Line, panel: Panel, index: int, colour: str, spatial: bool) -> 
         style["dash"] = "dash"
     trace: dict[str, Any] = {
         "type": "scatter3d" if spatial else "scatter",
-        "mode": "lines",
+        "mode": "markers" if line.dots else "lines",
         "name": line.label,
         "legendgroup": line.label,
         "meta": {"run": line.run},
@@ -67,6 +67,8 @@ def _trace(line: Line, panel: Panel, index: int, colour: str, spatial: bool) -> 
     if spatial:
         trace["hovertemplate"] = "%{x:.3f}, %{y:.3f}, %{z:.3f} m"
         return trace
+    if line.dots:
+        trace["marker"] = {"color": colour, "size": 6, "opacity": 0.55}
     if panel.steps:
         style["shape"] = "hv"
     trace["yaxis"] = "y" if index == 0 else f"y{index + 1}"
@@ -91,9 +93,13 @@ def _axes(figure: Figure) -> dict[str, Any]:
         axis: dict[str, Any] = {"title": {"text": panel.y_label}, "domain": [max(0.0, top - share), top], **_GRID}
         if figure.span and (shown := height(panel, figure.span)):
             axis["range"] = list(shown)
+        if panel.logarithmic:
+            axis["type"] = "log"
         found["yaxis" if index == 0 else f"yaxis{index + 1}"] = axis
     bottom = "y" if count == 1 else f"y{count}"
     found["xaxis"] = {"title": {"text": figure.x_label}, "anchor": bottom, **_GRID}
     if figure.span:
         found["xaxis"]["range"] = list(figure.span)
+    if figure.ticks:
+        found["xaxis"].update(tickvals=list(range(len(figure.ticks))), ticktext=list(figure.ticks))
     return found

@@ -74,6 +74,8 @@ def drawn(figure: Figure, colour: dict[str, str]) -> Any:
                 axes[-1].set_xlim(*figure.span)
                 for ax, panel in zip(axes, figure.panels, strict=True):
                     ax.set_ylim(height(panel, figure.span))
+            if figure.ticks:
+                axes[-1].set_xticks(range(len(figure.ticks)), figure.ticks)
             _legend(canvas, axes)
         canvas.suptitle(figure.title, fontsize=9)
     return canvas
@@ -85,12 +87,16 @@ def _draw_panel(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
         ax.plot(
             *kept.columns,
             color=colour[line.run],
-            linestyle="--" if line.dashed else "-",
+            linestyle="" if line.dots else "--" if line.dashed else "-",
             linewidth=0.8,
+            marker="." if line.dots else "",
+            alpha=0.5 if line.dots else 1.0,
             drawstyle="steps-post" if panel.steps else "default",
             label=line.label,
         )
     ax.set_ylabel(panel.y_label)
+    if panel.logarithmic:
+        ax.set_yscale("log")
 
 
 def _draw_path(canvas: Any, figure: Figure, colour: dict[str, str]) -> None:

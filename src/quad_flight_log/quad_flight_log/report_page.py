@@ -62,8 +62,7 @@ def _assembled(page: Page, library: str, points: int) -> str:
     for figure in figures:
         if figure.key in data:
             raise ValueError(f"two figures with the key {figure.key!r}")
-        data[figure.key] = {**specification(figure, colour, points), "time": figure.x_label == "t [s]"}
-        data[figure.key]["time"] &= not figure.spatial
+        data[figure.key] = {**specification(figure, colour, points), "time": figure.over_time}
     body = "\n".join(_section(section) for section in page.sections)
     return f"""<!DOCTYPE html>
 <html lang="en">

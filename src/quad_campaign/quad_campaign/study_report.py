@@ -1,0 +1,237 @@
+"""The report of a study: one HTML page, and figures for a paper, from the files that ``quad_campaign.study`` describes.
+
+``python -m quad_campaign.study_report DIR`` builds ``DIR/report.html`` again from the stored flights.
+"""
+
+import argparse
+import json
+import shlex
+import sys
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from quad_campaign.study_figures import metric_figures
+from quad_flight_log.errors import FlightLogError
+from quad_flight_log.figures import Figure, Table
+from quad_flight_log.paper_figures import CASES, paper_figures
+from quad_flight_log.report import flight_figures
+from quad_flight_log.report_data import Run, run_from_tables
+from quad_flight_log.report_page import Page, Section, write_page
+
+FILES = ("study.json", "flights.parquet", "summary.parquet")
+_KEYS = ("name", "command", "cases", "plants", "seeds", "controllers", "metrics")
+_FORMATS = ("png", "pdf", "svg")
+
+
+class Study(NamedTuple):
+    """A study as stored: ``facts`` of study.json, tables ``flights`` and ``summary`` (pandas), runs of the examples."""
+
+    facts: dict[str, Any]
+    flights: Any
+    summary: Any
+    examples: tuple[Run, ...]
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """{controller: title}."""
+        return {name: str(about.get("title") or name) for name, about in self.facts["controllers"].items()}
+
+
+def read_study(directory: Path) -> Study:
+    """Read a study; raises FlightLogError naming the file that is missing or not as described."""
+    for name in FILES:
+        if not (directory / name).is_file():
+            raise FlightLogError(f"{directory}: no {name} in it, expected the directory of a finished study")
+    try:
+        facts = json.loads((directory / "study.json").read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise FlightLogError(f"{directory / 'study.json'}: not JSON ({error})") from error
+    missing = [key for key in _KEYS if key not in facts]
+    if missing:
+        raise FlightLogError(f"{directory / 'study.json'}: no {', '.join(missing)} in it")
+    flights, summary = (_parquet(directory / name) for name in FILES[1:])
+    titles = {name: str(about.get("title") or name) for name, about in facts["controllers"].items()}
+    examples = [
+        run_from_tables(title, case, _example(path))
+        for case in facts["cases"]
+        for name, title in titles.items()
+        if (path := directory / "examples" / f"{name}-{case}.npz").is_file()
+    ]
+    return Study(facts, flights, summary, tuple(examples))
+
+
+def study_page(study: Study, command: str) -> Page:
+    """Return the page: results, the paper's figures of each case, what went on inside, how each was tuned and flown."""
+    facts = study.facts
+    seeds = facts["seeds"]
+    lines = [
+        ("study made by", str(facts["command"])),
+        ("created", str(facts.get("created", ""))),
+        ("commit", str(facts.get("commit", ""))),
+        ("held-out seeds", f"{len(seeds)}: {_span(seeds)}"),
+        ("training seeds", _span(facts.get("training_seeds", []))),
+        ("seed rule", str(facts.get("seed_rule", ""))),
+        ("objective", str(facts.get("objective", ""))),
+    ]
+    sections = [Section("Controllers", tables=(_controllers(study),))]
+    sections += [_results(study, case, plant) for case in facts["cases"] for plant in facts["plants"]]
+    for case in facts["cases"]:
+        runs = [run for run in study.examples if run.trajectory == case]
+        note = f"One flight per controller, the first held-out seed ({seeds[0] if seeds else 'none'})."
+        if runs:
+            shown = paper_figures(runs)
+            sections.append(Section(f"{CASES.get(case, case)}: the paper's figures", note, tuple(shown)))
+            inside = [figure for figure in flight_figures(runs) if figure.key not in {item.key for item in shown}]
+            sections.append(Section(f"Inside the flights of {case}", note, tuple(inside)))
+    sections.append(Section("Parameters, tuning and versions", folded=tuple(_folded(study))))
+    told = tuple((name, value) for name, value in lines if value)
+    return Page(f"Study {facts['name']}", command, told, tuple(sections))
+
+
+def write_report(directory: Path, command: str = "", formats: Sequence[str] = ()) -> Path:
+    """Write ``directory/report.html``, and ``directory/figures`` in ``formats``; returns the page's path.
+
+    Raises FlightLogError as ``read_study``, or if a file cannot be written.
+    """
+    study = read_study(directory)
+    again = f"python -m quad_campaign.study_report {shlex.quote(str(directory))}"
+    path = write_page(study_page(study, command or again), directory / "report.html")
+    if formats:
+        from quad_flight_log.figures_print import write_figures
+
+        write_figures(study_figures(study), directory / "figures", formats)
+    return path
+
+
+def study_figures(study: Study) -> list[Figure]:
+    """Return all figures of a study."""
+    found: list[Figure] = []
+    for case in study.facts["cases"]:
+        for plant in study.facts["plants"]:
+            found += metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant)
+    return [*found, *flight_figures(study.examples)]
+
+
+def _parquet(path: Path) -> Any:
+    try:
+        import pandas
+        import pyarrow
+    except ImportError as error:
+        raise FlightLogError("studies need pandas and pyarrow: pip install -r requirements/extras.txt") from error
+    try:
+        return pandas.read_parquet(path)
+    except (OSError, ValueError, pyarrow.ArrowException) as error:
+        raise FlightLogError(f"{path}: cannot be read ({' '.join(str(error).split())})") from error
+
+
+def _example(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise FlightLogError(f"{path}: cannot be read ({' '.join(str(error).split())})") from error
+
+
+def _span(seeds: Sequence[int]) -> str:
+    if not seeds:
+        return ""
+    even = len(seeds) > 2 and list(seeds) == list(range(seeds[0], seeds[0] + len(seeds)))
+    return f"{seeds[0]} to {seeds[-1]}" if even else ", ".join(map(str, seeds))
+
+
+def _controllers(study: Study) -> Table:
+    rows = tuple(
+        (study.titles[name], str(about.get("position", "")), str(about.get("attitude", "")))
+        for name, about in study.facts["controllers"].items()
+    )
+    return Table("", ("controller", "position law", "attitude law"), rows)
+
+
+def _results(study: Study, case: str, plant: str) -> Section:
+    chosen = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
+    rows = {(row["controller"], row["metric"]): row for row in chosen.to_dict("records")}
+    first, *others = study.titles.values()
+    values = Table(
+        "Median, and 5 to 95 % of the seeds",
+        ("metric", *study.titles.values(), "unit"),
+        tuple(_row(rows, study, metric, _median) for metric in study.facts["metrics"]),
+        f"Flights flown to their end: {_ended(study, case, plant)}.",
+    )
+    differences = Table(
+        f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
+        ("metric", *others, "unit"),
+        tuple(_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]),
+        f"Positive: {first} has less. An interval without 0 is a difference that the seeds do not explain.",
+    )
+    figures = metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant)
+    return Section(f"Results: {case}, plant {plant}", figures=tuple(figures), tables=(values, differences))
+
+
+def _ended(study: Study, case: str, plant: str) -> str:
+    flights = study.flights
+    chosen = flights[(flights["case"] == case) & (flights["plant"] == plant)]
+    told = []
+    for name, title in study.titles.items():
+        outcomes = chosen.loc[chosen["controller"] == name, "outcome"]
+        told.append(f"{title} {int((outcomes == 'ended').sum())} of {len(outcomes)}")
+    return ", ".join(told)
+
+
+def _row(rows: dict[Any, Any], study: Study, metric: str, cell: Any, skip: int = 0) -> tuple[str, ...]:
+    names = list(study.titles)[skip:]
+    unit = study.facts["metrics"][metric][0]
+    return (metric, *(cell(rows.get((name, metric))) for name in names), str(unit))
+
+
+def _median(row: Any) -> str:
+    if row is None or not np.isfinite(row["median"]):
+        return "n/a"
+    return f"{row['median']:.4g} [{row['low']:.4g}, {row['high']:.4g}]"
+
+
+def _difference(row: Any) -> str:
+    if row is None or not np.isfinite(row["difference"]):
+        return "n/a"
+    return f"{row['difference']:+.3g} [{row['difference_low']:+.3g}, {row['difference_high']:+.3g}]"
+
+
+def _folded(study: Study) -> list[tuple[str, str]]:
+    found = []
+    for name, about in study.facts["controllers"].items():
+        parts = [part for part in ("gains", "parameters", "tuning") if about.get(part)]
+        found += [(f"{study.titles[name]}: {part}", yaml.safe_dump(about[part], sort_keys=False)) for part in parts]
+    found.append(("Seeds", yaml.safe_dump({key: study.facts.get(key, []) for key in ("seeds", "training_seeds")})))
+    found.append(("Metrics", yaml.safe_dump(study.facts["metrics"], sort_keys=False)))
+    if study.facts.get("versions"):
+        found.append(("Versions", yaml.safe_dump(study.facts["versions"])))
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m quad_campaign.study_report",
+        description="Build the report of a study from its stored flights.",
+        epilog="examples:\n  python -m quad_campaign.study_report results\n"
+        "  python -m quad_campaign.study_report results --format png --format pdf",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("directory", type=Path, metavar="DIR", help="directory that scripts/study wrote")
+    parser.add_argument("--format", action="append", choices=_FORMATS, help="also write the figures; may be repeated")
+    options = parser.parse_args(arguments)
+    try:
+        path = write_report(options.directory, formats=options.format or ())
+    except FlightLogError as error:
+        sys.stderr.write(f"study_report: {error}\n")
+        return 2
+    sys.stdout.write(f"{path}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
