@@ -3,7 +3,16 @@
 from quad_flight_log.metrics import FlightMetrics, flight_metrics
 from quad_flight_log.reader import Flight
 
-MEASURED = ("truth", "reference", "attitude_setpoint", "wrench_setpoint", "actuation")
+MEASURED = (
+    "truth",
+    "reference",
+    "attitude_setpoint",
+    "wrench_setpoint",
+    "actuation",
+    "disturbance",
+    "position_controller/internals",
+    "attitude_controller/internals",
+)
 
 
 def measured(flight: Flight) -> FlightMetrics:

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quad_flight_log.arrays import norms
 from quad_flight_log.figures import Figure, Floats, Line, Panel
-from quad_flight_log.metrics import norms, thrust_and_torque
+from quad_flight_log.metrics import thrust_and_torque
 from quad_flight_log.report_data import Run, position_error
 
 _POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Stamps = NDArray[np.int64]
+from quad_flight_log.arrays import Floats, Stamps, aligned, by_stamp, euler_angles, norms, wrapped
+from quad_flight_log.estimates import SURFACE_BOUND, SURFACE_DWELL, belief_metrics
 
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
@@ -42,7 +42,17 @@ METRICS = {
     "torque_high_frequency": Metric(
         "N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
     ),
+    "chattering_index": Metric(
+        "", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
+    ),
     "saturation_time": Metric("s", "time in which the vehicle did not reach the commanded wrench on some axis"),
+    "surface_reaching_time": Metric(
+        "s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"
+    ),
+    "adaptive_bound_shortfall": Metric(
+        "", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis"
+    ),
+    "disturbance_estimate_rmse": Metric("m/s^2", "RMSE of the position law's disturbance estimate against D_P"),
 }
 
 
@@ -61,33 +71,11 @@ class FlightMetrics(NamedTuple):
     torque_effort: float | None = None
     torque_total_variation: float | None = None
     torque_high_frequency: float | None = None
+    chattering_index: float | None = None
     saturation_time: float | None = None
-
-
-class Aligned(NamedTuple):
-    """Rows of two tables that carry the same stamp. ``left`` and ``right`` are indices, ``stamp_ns`` the stamps."""
-
-    stamp_ns: Stamps
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-
-
-def by_stamp(table: NDArray[np.void]) -> NDArray[np.void]:
-    """Return a table (field ``stamp_ns``) sorted by stamp, the first of equal stamps kept."""
-    _, index = np.unique(table["stamp_ns"], return_index=True)
-    return table[index]
-
-
-def aligned(left_ns: Stamps, right_ns: Stamps) -> Aligned:
-    """Return the rows of two sorted tables that carry equal stamps."""
-    stamps, left, right = np.intersect1d(left_ns, right_ns, assume_unique=True, return_indices=True)
-    return Aligned(stamps, left, right)
-
-
-def norms(vectors: Floats) -> Floats:
-    """Return the Euclidean length of each row of an (n, 3) array."""
-    squares: Floats = np.einsum("ij,ij->i", vectors, vectors)
-    return np.sqrt(squares)
+    surface_reaching_time: float | None = None
+    adaptive_bound_shortfall: float | None = None
+    disturbance_estimate_rmse: float | None = None
 
 
 def rmse(errors: Floats) -> float:
@@ -135,10 +123,10 @@ def total_variation(commands: Floats) -> float:
     return float(np.sum(np.abs(np.diff(commands, axis=0))))
 
 
-def high_frequency_energy(commands: Floats, period: float, cutoff: float = HIGH_FREQUENCY) -> float:
-    """Return the energy above ``cutoff`` Hz of commands (n, m) evenly spaced by ``period`` s: unit squared times s.
+def band_energy(commands: Floats, period: float, cutoff: float = HIGH_FREQUENCY) -> tuple[float, float]:
+    """Return (energy above ``cutoff`` Hz, whole energy) of commands (n, m), the mean taken off, every ``period`` s.
 
-    By Parseval's theorem over the discrete Fourier transform of the command without its mean.
+    Unit squared times s; by Parseval's theorem over the discrete Fourier transform.
     """
     count = len(commands)
     spectrum = np.abs(np.fft.rfft(commands - commands.mean(axis=0), axis=0)) ** 2
@@ -146,29 +134,17 @@ def high_frequency_energy(commands: Floats, period: float, cutoff: float = HIGH_
     weight[0] = 1.0
     if count % 2 == 0:
         weight[-1] = 1.0
+    energy = weight * spectrum.sum(axis=1) * (period / count)
     above = np.fft.rfftfreq(count, period) > cutoff
-    return float(np.sum(weight[above, None] * spectrum[above]) * period / count)
-
-
-def euler_angles(q_wb: Floats) -> Floats:
-    """Return (phi, theta, psi) in rad, shape (n, 3), of unit quaternions xyzw, shape (n, 4) (inverse of Eq. 4)."""
-    x, y, z, w = q_wb.T
-    phi = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    theta = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    psi = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.stack([phi, theta, psi], axis=1)
-
-
-def wrapped(angles: Floats) -> Floats:
-    """Return angles in rad moved by whole turns into (-pi, pi]."""
-    return np.pi - np.mod(np.pi - angles, 2.0 * np.pi)
+    return float(np.sum(energy[above])), float(np.sum(energy))
 
 
 def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     """Return the metrics of one flight.
 
     ``tables``: {relative topic: structured array with ``stamp_ns`` and the fields of its message}, of ``truth``,
-    ``reference``, ``attitude_setpoint``, ``wrench_setpoint``, ``actuation``. What is not there gives None.
+    ``reference``, ``attitude_setpoint``, ``wrench_setpoint``, ``actuation``, ``disturbance`` and the internals of both
+    laws. What is not there gives None.
     """
     known = {name: by_stamp(table) for name, table in tables.items() if len(table)}
     if "reference" not in known:
@@ -188,6 +164,7 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
         values.update(_command(_since(known["wrench_setpoint"], start_ns)))
     if "actuation" in known:
         values.update(_saturation(_since(known["actuation"], start_ns)))
+    values.update(belief_metrics(known, start_ns))
     return FlightMetrics(**values)
 
 
@@ -227,12 +204,16 @@ def _command(wrench: NDArray[np.void]) -> dict[str, float | None]:
     spacing = np.diff(stamps)
     period_ns = int(np.median(spacing))
     hold = held(stamps, int(stamps[-1]) + period_ns)
-    even = bool((spacing == period_ns).all())
+    if (spacing == period_ns).all():
+        high, whole = band_energy(torque, period_ns * 1e-9)
+    else:
+        high, whole = None, None
     return {
         "thrust_effort": effort(hold, thrust),
         "torque_effort": effort(hold, torque),
         "torque_total_variation": total_variation(torque),
-        "torque_high_frequency": high_frequency_energy(torque, period_ns * 1e-9) if even else None,
+        "torque_high_frequency": high,
+        "chattering_index": high / whole if high is not None and whole else None,
     }
 
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from quad_flight_log.arrays import euler_angles
 from quad_flight_log.figures import REFERENCE, Figure, Floats, Line, Panel
-from quad_flight_log.metrics import euler_angles
 from quad_flight_log.report_data import Run, attitude_error, position_error, same_reference
 
 FIRST_FIGURE = {"case1": 5, "case2": 12}

@@ -14,7 +14,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from quad_flight_log import cdr, definitions
 from quad_flight_log.bag_metadata import PARAMETERS, QUAD, QUAD_END, checked_record
 from quad_flight_log.cdr import Table
-from quad_flight_log.errors import CorruptError, FlightLogError, LimitError, NotAFlightError, SchemaError, TopicError
+from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError, TopicError
 from quad_flight_log.mcap_scan import Loose, Scan, messages, scan
 from quad_flight_log.stamps import with_times
 

@@ -23,9 +23,10 @@ from quad_core.types import (
     VehicleState,
     Wrench,
 )
+from quad_flight_log.arrays import by_stamp
 from quad_flight_log.cdr import Table
 from quad_flight_log.errors import TopicError
-from quad_flight_log.metrics import by_stamp, thrust_and_torque
+from quad_flight_log.metrics import thrust_and_torque
 from quad_flight_log.reader import Flight
 from quad_flight_log.recorded_parameters import recorded_parameters, retold
 from quad_flight_log.tuples import Columns, columns_of, recorded_columns, tuples_of

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_flight_log.metrics import FlightMetrics, Floats, aligned, by_stamp, euler_angles, flight_metrics, wrapped
+from quad_flight_log.arrays import Floats, aligned, by_stamp, euler_angles, wrapped
+from quad_flight_log.metrics import FlightMetrics, flight_metrics
 from quad_flight_log.reader import Flight
 
 TOPICS = (

@@ -1,0 +1,57 @@
+"""Small functions on arrays of a flight: alignment by stamp, angles, norms. They know nothing of files."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+class Aligned(NamedTuple):
+    """Rows of two tables that carry the same stamp. ``left`` and ``right`` are indices, ``stamp_ns`` the stamps."""
+
+    stamp_ns: Stamps
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+
+
+def by_stamp(table: NDArray[np.void]) -> NDArray[np.void]:
+    """Return a table (field ``stamp_ns``) sorted by stamp, the first of equal stamps kept."""
+    _, index = np.unique(table["stamp_ns"], return_index=True)
+    return table[index]
+
+
+def aligned(left_ns: Stamps, right_ns: Stamps) -> Aligned:
+    """Return the rows of two sorted tables that carry equal stamps."""
+    stamps, left, right = np.intersect1d(left_ns, right_ns, assume_unique=True, return_indices=True)
+    return Aligned(stamps, left, right)
+
+
+def norms(vectors: Floats) -> Floats:
+    """Return the Euclidean length of each row of an (n, 3) array."""
+    squares: Floats = np.einsum("ij,ij->i", vectors, vectors)
+    return np.sqrt(squares)
+
+
+def euler_angles(q_wb: Floats) -> Floats:
+    """Return (phi, theta, psi) in rad, shape (n, 3), of unit quaternions xyzw, shape (n, 4) (inverse of Eq. 4)."""
+    x, y, z, w = q_wb.T
+    phi = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    theta = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    psi = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.stack([phi, theta, psi], axis=1)
+
+
+def euler_rates(angles: Floats, omega_b: Floats) -> Floats:
+    """Return (phi', theta', psi') in rad/s, shape (n, 3), of body rates at Z-Y-X ``angles`` (Eq. 13)."""
+    phi, theta, _ = angles.T
+    p, q, r = omega_b.T
+    lateral = q * np.sin(phi) + r * np.cos(phi)
+    return np.stack([p + lateral * np.tan(theta), q * np.cos(phi) - r * np.sin(phi), lateral / np.cos(theta)], axis=1)
+
+
+def wrapped(angles: Floats) -> Floats:
+    """Return angles in rad moved by whole turns into (-pi, pi]."""
+    return np.pi - np.mod(np.pi - angles, 2.0 * np.pi)
