@@ -37,6 +37,9 @@ def fly_short(duration: float = 1.0) -> FlownFlight:
     result = fly(flight)
     assert result.outcome == "ended"
     rows = [(int(row["stamp_ns"]), topic, _message(topic, row)) for topic in TYPES for row in result.topics[topic]]
+    rows += [(int(row["stamp_ns"]), "odom", _odometry(row)) for row in result.topics["truth"][::10]]
+    rows.append((0, "/diagnostics", _diagnostics()))
+    rows.append((0, "flight/events", flight_samples.event(0, "größer")))
     rows.sort(key=lambda item: item[0])
     messages = [("flight/parameters", said) for said in parameters_said(flight)]
     return FlownFlight(flight, result, messages + [(topic, sample) for _, topic, sample in rows])
@@ -54,9 +57,36 @@ def parameters_said(flight: Flight) -> list[Any]:
     return found
 
 
-def _message(topic: str, row: np.void) -> Any:
+def _stamp(row: np.void) -> Any:
     sec, nanosec = divmod(int(row["stamp_ns"]), 1_000_000_000)
-    stamp = flight_samples.message("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+    return flight_samples.message("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+
+
+def _odometry(row: np.void) -> Any:
+    header = flight_samples.message("std_msgs/msg/Header", stamp=_stamp(row), frame_id="world")
+    x, y, z = row["p_w"].tolist()
+    point = flight_samples.message("geometry_msgs/msg/Point", x=x, y=y, z=z)
+    turn = dict(zip("xyzw", row["q_wb"].tolist(), strict=True))
+    pose = flight_samples.message(
+        "geometry_msgs/msg/Pose",
+        position=point,
+        orientation=flight_samples.message("geometry_msgs/msg/Quaternion", **turn),
+    )
+    pose = flight_samples.message("geometry_msgs/msg/PoseWithCovariance", pose=pose)
+    return flight_samples.message("nav_msgs/msg/Odometry", header=header, child_frame_id="base_link", pose=pose)
+
+
+def _diagnostics() -> Any:
+    pairs = [flight_samples.message("diagnostic_msgs/msg/KeyValue", key=key, value="1") for key in "ab"]
+    status = [
+        flight_samples.message("diagnostic_msgs/msg/DiagnosticStatus", level=level, name=f"node {level}", values=pairs)
+        for level in (0, 1)
+    ]
+    return flight_samples.message("diagnostic_msgs/msg/DiagnosticArray", status=status)
+
+
+def _message(topic: str, row: np.void) -> Any:
+    stamp = _stamp(row)
     if topic == "wrench_setpoint":
         header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="base_link")
         force = flight_samples.message("geometry_msgs/msg/Vector3", z=float(row["thrust"]))
@@ -73,7 +103,9 @@ def _message(topic: str, row: np.void) -> Any:
 def write_flight(directory: Path, flown: FlownFlight, *, replace: dict[int, Any] | None = None) -> Path:
     """Write ``flown`` as a bag and return its directory; ``replace``: {index in messages: other message}."""
     changed = replace or {}
-    messages = [(f"/{topic}", changed.get(index, sample)) for index, (topic, sample) in enumerate(flown.messages)]
+    messages = [
+        (f"/{topic.lstrip('/')}", changed.get(index, sample)) for index, (topic, sample) in enumerate(flown.messages)
+    ]
     flight_samples.write_bag(directory, messages, log_ns=log_time)
     return directory
 

@@ -1,0 +1,101 @@
+"""Bags that other tools recorded: topics missing, topics extra, types and encodings that we do not know."""
+
+from pathlib import Path
+
+import flight_samples
+import numpy as np
+import pytest
+from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
+
+from quad_flight_log import cli
+from quad_flight_log.analysis import measured
+from quad_flight_log.errors import TopicError
+from quad_flight_log.reader import open_flight
+
+EPOCH = 1_700_000_000_000_000_000
+
+
+def recorded(directory: Path, messages, *, only=None) -> Path:
+    """Write what ``ros2 bag record -s mcap`` would: wall-clock log times, no records of ours, any topics."""
+    store = flight_samples.typestore()
+    with RosbagsWriter(directory, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for index, (name, sample) in enumerate(messages):
+            topic = f"/{name.lstrip('/')}"
+            if only is not None and topic not in only:
+                continue
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, sample.__msgtype__, typestore=store)
+            writer.write(connections[topic], EPOCH + index * 1000, store.serialize_cdr(sample, sample.__msgtype__))
+    return directory
+
+
+def extras():
+    log = flight_samples.message("rcl_interfaces/msg/Log", name="someone", msg="hello")
+    laser = flight_samples.message("sensor_msgs/msg/LaserScan", ranges=np.arange(5, dtype=np.float32))
+    return [("/rosout", log), ("/scan", laser)]
+
+
+def test_a_recording_with_extra_topics_gives_the_metrics_of_our_own(flown, flown_bag, tmp_path):
+    theirs = open_flight(recorded(tmp_path / "bag", extras() + flown.messages))
+    assert measured(theirs) == measured(open_flight(flown_bag))
+    np.testing.assert_array_equal(theirs.array("scan")["ranges"], [[0.0, 1.0, 2.0, 3.0, 4.0]])
+    assert theirs.array("rosout")["msg"].tolist() == ["hello"]
+    assert theirs.metadata == {}
+
+
+def test_missing_topics_give_what_is_left(flown, flown_bag, tmp_path, capsys):
+    bag = recorded(tmp_path / "bag", flown.messages, only={"/truth", "/reference"})
+    found, whole = measured(open_flight(bag)), measured(open_flight(flown_bag))
+    assert found.position_rmse == whole.position_rmse
+    assert found.torque_effort is None
+    assert cli.main(["check", str(bag), "--limits", "position_rmse=100"]) == 0
+    assert cli.main(["check", str(bag), "--limits", "torque_effort=100"]) == 1
+    assert "torque_effort = n/a" in capsys.readouterr().out
+    assert cli.main(["metrics", str(bag)]) == 0
+    assert cli.main(["info", str(bag)]) == 0
+    with pytest.raises(TopicError, match=r"no topic 'state'; the bag has /reference, /truth"):
+        open_flight(bag).array("state")
+    assert cli.main(["replay", str(bag)]) == 2
+
+
+def test_a_recording_without_one_topic_of_ours_is_no_error(tmp_path, capsys):
+    bag = recorded(tmp_path / "bag", extras())
+    assert cli.main(["metrics", str(bag)]) == 0
+    assert "n/a" in capsys.readouterr().out
+    assert cli.main(["export", str(bag), "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "scan.csv").exists()
+
+
+def test_a_topic_of_an_unknown_encoding_does_not_hide_the_others(tmp_path, capsys):
+    (tmp_path / "bag").mkdir()
+    path = tmp_path / "bag" / "bag_0.mcap"
+    definition = flight_samples.definition("quad_msgs/msg/VehicleState")
+    rng = np.random.default_rng(1)
+    sample = flight_samples.state(0, rng)
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.LZ4)
+        writer.start("ros2", "libmcap 1.4.0")
+        ours = writer.register_schema(definition.name, "ros2msg", definition.text.encode())
+        theirs = writer.register_schema("x/msg/Y", "ros2idl", b"module x {};")
+        writer.add_message(writer.register_channel("/odd", "cdr", theirs), 1, b"\x00\x01\x00\x00", 1)
+        writer.add_message(writer.register_channel("/state", "cdr", ours), 2, flight_samples.encoded(sample), 2)
+        writer.finish()
+    flight = open_flight(path)
+    np.testing.assert_array_equal(flight.array("state")["p_w"], [sample.p_w])
+    assert cli.main(["verify", str(path)]) == 1
+    assert "ros2idl" in capsys.readouterr().out
+    assert cli.main(["recover", str(path), "--out", str(tmp_path / "new")]) == 0
+    assert "left out" in capsys.readouterr().out
+    assert open_flight(tmp_path / "new").payloads("state") == flight.payloads("state")
+
+
+def test_a_bag_split_into_files_asks_for_one(flown, tmp_path, capsys):
+    bag = recorded(tmp_path / "bag", extras())
+    (path,) = bag.glob("*.mcap")
+    (bag / "bag_1.mcap").write_bytes(path.read_bytes())
+    assert cli.main(["info", str(bag)]) == 2
+    assert "name the one to read" in capsys.readouterr().err
+    assert cli.main(["info", str(bag / "bag_1.mcap")]) == 0
