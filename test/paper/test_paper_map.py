@@ -20,8 +20,8 @@ def test_every_equation_table_and_figure_stands_there_once_and_in_order():
     assert figures == list(range(1, 19))
 
 
-@pytest.mark.parametrize("row", EQUATIONS, ids=lambda row: row.name)
-def test_every_equation_has_code_test_and_finding(row):
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
+def test_every_row_has_code_test_and_finding(row):
     assert row.code
     assert row.tests
     assert row.finding
