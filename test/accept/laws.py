@@ -1,0 +1,71 @@
+"""Tracking of both cases over 20 seeds, arrival from the printed start and from 50 m off, without ROS."""
+
+from figures import Figures
+
+from quad_campaign.paper_flight import (
+    ATTITUDE_ADAPTATION_OFF,
+    CASES,
+    FIRST_POINT,
+    POSITION_ADAPTATION_OFF,
+    Told,
+    arrival,
+    paper_flight,
+)
+from quad_campaign.sweep import sweep
+
+SEEDS = range(1, 21)
+RMSE_LIMITS = {"tuned": 0.02, "minimal": 0.08}
+FROZEN = {"position": POSITION_ADAPTATION_OFF, "attitude": ATTITUDE_ADAPTATION_OFF}
+STRONG = {"disturbance": {"acceleration_sd": 1.5}}
+THRUSTS = (2.0, 3.0, 4.0)
+FAR = {"below": (0.0, 0.0, -50.0), "beside": (0.0, 50.0, 0.0), "above": (0.0, 0.0, 50.0)}
+AT_20_S, AFTER_20_S = 0.2, 0.25
+
+
+def main():
+    figures = Figures()
+    for preset, limit in RMSE_LIMITS.items():
+        for case in CASES:
+            tracking(figures, Told(case, preset), limit)
+    for preset in RMSE_LIMITS:
+        for case in CASES:
+            for thrust in THRUSTS:
+                told = Told(case, preset, "printed", vehicle={"thrust_to_weight": thrust})
+                coming(figures, told, f"from the origin at {thrust:g} m g")
+            for where, offset in FAR.items():
+                begin = tuple(p + d for p, d in zip(FIRST_POINT[case], offset, strict=True))
+                coming(figures, Told(case, preset, "printed", initial=begin), f"from 50 m {where}")
+    return figures.code()
+
+
+def tracking(figures, told, limit):
+    name = f"{told.case} {told.preset}"
+    asked = flown(told)
+    figures.check(asked.ended == len(SEEDS), f"{name}: {asked.ended} of {len(SEEDS)} seeds flown to the end")
+    figures.at_most(f"{name}: worst 3-D RMSE (best {asked.best:.4f} m)", asked.worst, limit, "m")
+    for what, other in (("adaptation frozen", FROZEN), ("sd 1.5 m/s^2", STRONG), ("both", FROZEN | STRONG)):
+        beside = flown(told._replace(**other))
+        print(f"     {name}, {what}: RMSE {beside.best:.4f} to {beside.worst:.4f} m, {beside.ended} flown to the end")
+
+
+class Flown:
+    def __init__(self, results):
+        errors = [result.rmse for result in results]
+        self.best, self.worst = min(errors), max(errors)
+        self.ended = sum(result.outcome == "ended" for result in results)
+
+
+def flown(told):
+    return Flown(sweep(paper_flight(told), SEEDS))
+
+
+def coming(figures, told, how):
+    """Judge the errors from 20 s on; from 50 m off the vehicle only has to come back, not within 20 s."""
+    name = f"{told.case} {told.preset} {how}"
+    found = arrival(told, SEEDS)
+    line = (
+        f"{name}: {found.error_then:.4f} m at 20 s, at most {found.largest_after:.4f} m after, "
+        f"RMSE {found.rmse_after:.4f} m, {found.ended} of {found.seeds} flown to the end"
+    )
+    within = found.error_then <= AT_20_S or "50 m" in how
+    figures.check(found.ended == found.seeds and within and found.largest_after <= AFTER_20_S, line)
