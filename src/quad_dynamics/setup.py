@@ -25,5 +25,6 @@ setup(
             "held_gaussian = quad_dynamics.held_gaussian",
             "none = quad_dynamics.calm",
         ],
+        "quad.sensing": ["sensor = quad_dynamics.sensor"],
     },
 )

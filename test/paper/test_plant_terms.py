@@ -8,6 +8,7 @@ import sympy as sp
 from paper_points import VEHICLE, VEHICLE_VALUES
 from paper_symbols import evaluator
 
+from quad_core.conditions import pushed
 from quad_core.rotations import body_z, euler_rates, quaternion_from_euler
 from quad_core.types import Quat, Rotors, Vec3, Wrench
 from quad_dynamics import newton_euler, paper, rigid_body, rotors, uncertainty
@@ -195,7 +196,8 @@ def test_eq11_lumped_uncertainty(sign):
         state = rigid_body.State(
             0.0, 0.0, 0.0, point["x8"], point["x10"], point["x12"], *attitude(point), point["p"], point["q"], point["r"]
         )
-        found = rigid_body.lumped(parameters, vehicle, state, Wrench(point["F_T"], moment), outer_force, outer_torque)
+        wrench = Wrench(point["F_T"], moment)
+        found = rigid_body.lumped(parameters, vehicle, state, wrench, pushed(outer_force, outer_torque))
         assert found.lumped_acceleration_w == pytest.approx(lumped_p(point), rel=1e-9, abs=1e-9)
         assert found.lumped_angular_acceleration_b == pytest.approx(lumped_a(point), rel=1e-9, abs=1e-9)
         assert (found.force_w, found.torque_b) == (outer_force, outer_torque)

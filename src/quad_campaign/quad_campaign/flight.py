@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from quad_campaign import loop
 from quad_campaign.engine import compiled_engine, compiled_logger, explain, python_engine
-from quad_campaign.loop import Carry, Schedule, Score, Setup
+from quad_campaign.loop import Carry, Drawn, Schedule, Score, Setup
 from quad_campaign.records import from_rows, to_rows, with_steps
 from quad_campaign.stages import Modules
 from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
@@ -17,6 +17,7 @@ from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_core.timing import seconds
 from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
+from quad_dynamics import link
 
 OUTCOMES = {loop.ENDED: "ended", loop.DIVERGED: "diverged", loop.REFUSED: "refused"}
 _BLOCK_SECONDS = 1.0
@@ -79,7 +80,7 @@ def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_f
     shared = overrides.get("/**", {})
     resolved = {role: resolve(role, {**shared, **overrides.get(role, {})}) for role in ROLES}
     check_agreement(resolved)
-    plant, weather = (resolved["simulator"].plugins[slot] for slot in ("plant", "disturbance"))
+    plant, weather, sensing = (resolved["simulator"].plugins[slot] for slot in ("plant", "disturbance", "sensing"))
     path = resolved["trajectory"].plugins["trajectory"]
     position = resolved["position_controller"].plugins["law"]
     attitude = resolved["attitude_controller"].plugins["law"]
@@ -92,7 +93,7 @@ def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_f
     )
     vehicle = resolved["simulator"].vehicle
     return Flight(
-        Modules(plant.module, weather.module, path.module, position.module, attitude.module),
+        Modules(plant.module, weather.module, path.module, position.module, attitude.module, sensing.module),
         Setup(
             vehicle,
             schedule,
@@ -101,6 +102,7 @@ def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_f
             path.parameters,
             position.parameters,
             attitude.parameters,
+            sensing.parameters,
         ),
         resolved["simulator"].flight.seed,
         (position.module.Internals, attitude.module.Internals),
@@ -126,33 +128,41 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
 
 def _fly(flight: Flight, engine: Any, logger: Any) -> Result:
     setup, schedule = flight.setup, flight.setup.schedule
-    carry: Carry = engine.take_off(setup)
+    sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
+    carry: Carry = engine.take_off(setup, _drawn(flight, 1), sensing, link.init())
     start = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
-    length = seconds(carry.end, schedule.plant_period)
-    table = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length)
+    drawn = _drawn(flight, carry.end)
     block = max(1, round(_BLOCK_SECONDS * 1e9 / schedule.plant_period))
     blocks = []
     while carry.outcome == loop.FLYING:
         if logger is None:
-            carry, _ = engine.fly(setup, table, carry, carry.end, False)
+            carry, _ = engine.fly(setup, drawn, carry, carry.end, False)
         else:
-            carry, rows = logger(setup, table, carry, block)
+            carry, rows = logger(setup, drawn, carry, block)
             blocks.append(rows)
     topics = {}
     if blocks:
         for (name, kind), parts in zip(_kinds(flight).items(), zip(*blocks, strict=True), strict=True):
             values = from_rows(kind, np.concatenate(parts))
             topics[name] = with_steps(values, _period(name, schedule), schedule.plant_period)
-        topics["state"] = topics["truth"]
     return Result(OUTCOMES[carry.outcome], carry.step, carry.end, -start.trajectory_time, carry.score, topics)
+
+
+def _drawn(flight: Flight, steps: int) -> Drawn:
+    setup, modules = flight.setup, flight.modules
+    length = seconds(steps, setup.schedule.plant_period)
+    return Drawn(
+        modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length),
+        modules.sensing.draw(setup.sensing, flight.seed, steps),
+    )
 
 
 def _plain_logger(flight: Flight) -> Any:
     plain = python_engine(flight.modules).fly
     kinds = _kinds(flight).values()
 
-    def logger(setup: Setup, table: Any, carry: Carry, steps: int) -> tuple[Carry, tuple[NDArray[np.float64], ...]]:
-        after, records = plain(setup, table, carry, steps, True)
+    def logger(setup: Setup, drawn: Drawn, carry: Carry, steps: int) -> tuple[Carry, tuple[NDArray[np.float64], ...]]:
+        after, records = plain(setup, drawn, carry, steps, True)
         return after, tuple(to_rows(kind, items) for kind, items in zip(kinds, records, strict=True))
 
     return logger
@@ -172,6 +182,7 @@ def _kinds(flight: Flight) -> dict[str, type[Any]]:
     position, attitude = flight.internals
     return {
         "truth": VehicleState,
+        "state": VehicleState,
         "disturbance": Disturbance,
         "actuation": Actuation,
         "reference": TrajectoryPoint,

@@ -18,6 +18,7 @@ from quad_campaign.stages import (
     plant_step,
     position_init,
     position_step,
+    sensing_step,
     trajectory_duration,
     trajectory_sample,
 )
@@ -37,6 +38,8 @@ from quad_core.types import (
     Wrench,
 )
 from quad_core.vehicle import Vehicle
+from quad_dynamics.link import Memory as LinkMemory
+from quad_dynamics.link import step as link_step
 
 FLYING = 0
 ENDED = 1
@@ -65,6 +68,14 @@ class Setup(NamedTuple):
     trajectory: Any
     position: Any
     attitude: Any
+    sensing: Any
+
+
+class Drawn(NamedTuple):
+    """All that is random in one flight: what the disturbance and the sensing drew; 2-D arrays."""
+
+    weather: Any
+    noise: Any
 
 
 class Score(NamedTuple):
@@ -87,12 +98,15 @@ class Carry(NamedTuple):
     end: int
     outcome: int
     plant: Any
+    sensing: Any
+    link: LinkMemory
     plan: Any
     position: Any
     attitude: Any
     reference: TrajectoryPoint
     setpoint: AttitudeThrust
     wrench: Wrench
+    applied: Wrench
     actuation: Actuation
     score: Score
 
@@ -101,6 +115,7 @@ class Records(NamedTuple):
     """What the step topics would carry; a list has an item per step of its publisher."""
 
     truth: list[VehicleState]
+    state: list[VehicleState]
     disturbance: list[Disturbance]
     actuation: list[Actuation]
     reference: list[TrajectoryPoint]
@@ -110,10 +125,15 @@ class Records(NamedTuple):
     attitude_internals: list[Any]
 
 
-def take_off(setup: Setup) -> Carry:
-    """Return the flight before its first step: plant at its initial state, trajectory planned from there."""
+def take_off(setup: Setup, drawn: Drawn, sensing: Any, line: LinkMemory) -> Carry:
+    """Return the flight before its first step: plant at its initial state, trajectory planned from what is seen of it.
+
+    ``sensing`` and ``line`` are the memories of sensors and command link before step 0.
+    """
     plant = plant_init(setup.plant, setup.vehicle)
-    state = plant_observe(setup.plant, setup.vehicle, plant)
+    truth = plant_observe(setup.plant, setup.vehicle, plant)
+    conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
+    state, _ = sensing_step(setup.sensing, drawn.noise, sensing, truth, conditions.sensor, 0)
     path = plan(setup.trajectory, setup.vehicle, state)
     duration = trajectory_duration(setup.trajectory, path)
     zero = Vec3(0.0, 0.0, 0.0)
@@ -121,25 +141,29 @@ def take_off(setup: Setup) -> Carry:
     return Carry(
         0,
         steps_to_cover(duration, setup.schedule.plant_period),
-        FLYING if is_flyable(state) else DIVERGED,
+        FLYING if is_flyable(truth) else DIVERGED,
         plant,
+        sensing,
+        line,
         path,
         position_init(setup.position, setup.vehicle),
         attitude_init(setup.attitude, setup.vehicle),
         TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
         AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0),
         Wrench(0.0, zero),
+        Wrench(0.0, zero),
         Actuation(none, none, 0.0, zero, False, False, False, False, False),
         Score(0, 0.0, 0.0, 0.0, 0.0),
     )
 
 
-def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tuple[Carry, Records]:
+def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> tuple[Carry, Records]:
     """Return the flight ``steps`` plant steps later (sooner at its end) and, if ``logging``, what happened.
 
-    ``table`` is what the disturbance drew. The outcome is DIVERGED when a state left ``quad_core.bounds``.
+    The outcome is DIVERGED when the true state left ``quad_core.bounds``. ``carry`` is used up.
     """
-    truth = []
+    truths = []
+    states = []
     disturbances = []
     actuations = []
     references = []
@@ -156,12 +180,15 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
     k = carry.step
     outcome = carry.outcome
     plant = carry.plant
-    state = plant_observe(setup.plant, vehicle, plant)
+    truth = plant_observe(setup.plant, vehicle, plant)
+    sensing_memory = carry.sensing
+    link_memory = carry.link
     position_memory = carry.position
     attitude_memory = carry.attitude
     reference = carry.reference
     setpoint = carry.setpoint
     wrench = carry.wrench
+    applied = carry.applied
     actuation = carry.actuation
     score = carry.score
     stop = k + steps
@@ -170,15 +197,17 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
 
     while outcome == FLYING and k < stop:
         time = seconds(k, schedule.plant_period)
-        force_w, torque_b = disturbance_sample(setup.disturbance, table, time)
+        conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
+        state, sensing_memory = sensing_step(setup.sensing, drawn.noise, sensing_memory, truth, conditions.sensor, k)
         if logging:
-            truth.append(state)
-            disturbances.append(plant_lumped(setup.plant, vehicle, plant, wrench, force_w, torque_b))
+            truths.append(truth)
+            states.append(state)
+            disturbances.append(plant_lumped(setup.plant, vehicle, plant, wrench, conditions))
 
         if k % schedule.trajectory_steps == 0:
             reference = trajectory_sample(setup.trajectory, carry.plan, time)
             if reference.trajectory_time >= schedule.score_from:
-                score = scored(score, state, reference)
+                score = scored(score, truth, reference)
             if logging:
                 references.append(reference)
 
@@ -206,12 +235,13 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
                 attitude_internals.append(watched)
 
         if outcome == FLYING:
-            plant, actuation = plant_step(setup.plant, vehicle, plant, wrench, force_w, torque_b, plant_dt)
+            applied, link_memory = link_step(link_memory, conditions.link, wrench, applied, k, plant_dt)
+            plant, actuation = plant_step(setup.plant, vehicle, plant, applied, conditions, plant_dt)
             if logging:
                 actuations.append(actuation)
-            state = plant_observe(setup.plant, vehicle, plant)
+            truth = plant_observe(setup.plant, vehicle, plant)
             k += 1
-            if not is_flyable(state):
+            if not is_flyable(truth):
                 outcome = DIVERGED
             elif k == carry.end:
                 outcome = ENDED
@@ -222,17 +252,21 @@ def fly(setup: Setup, table: Any, carry: Carry, steps: int, logging: bool) -> tu
             carry.end,
             outcome,
             plant,
+            sensing_memory,
+            link_memory,
             carry.plan,
             position_memory,
             attitude_memory,
             reference,
             setpoint,
             wrench,
+            applied,
             actuation,
             score,
         ),
         Records(
-            truth,
+            truths,
+            states,
             disturbances,
             actuations,
             references,

@@ -19,17 +19,18 @@ def _unbound(*_: Any) -> Any:
     raise RuntimeError("a packer is not bound; call fly_packed through quad_campaign.engine")
 
 
-pack_truth = pack_disturbance = pack_actuation = pack_reference = pack_attitude_setpoint = _unbound
+pack_truth = pack_state = pack_disturbance = pack_actuation = pack_reference = pack_attitude_setpoint = _unbound
 pack_position_internals = pack_wrench_setpoint = pack_attitude_internals = _unbound
 
-Packed = tuple[Rows, Rows, Rows, Rows, Rows, Rows, Rows, Rows]
+Packed = tuple[Rows, Rows, Rows, Rows, Rows, Rows, Rows, Rows, Rows]
 
 
-def fly_packed(setup: Any, table: Any, carry: Carry, steps: int) -> tuple[Carry, Packed]:
+def fly_packed(setup: Any, drawn: Any, carry: Carry, steps: int) -> tuple[Carry, Packed]:
     """Return what ``loop.fly`` with logging returns, each list of the records as rows in the order of ``leaves``."""
-    after, records = fly(setup, table, carry, steps, True)
+    after, records = fly(setup, drawn, carry, steps, True)
     return after, (
         pack_truth(records.truth),
+        pack_state(records.state),
         pack_disturbance(records.disturbance),
         pack_actuation(records.actuation),
         pack_reference(records.reference),

@@ -20,6 +20,7 @@ plant_step: Stage = _unbound
 plant_observe: Stage = _unbound
 plant_lumped: Stage = _unbound
 disturbance_sample: Stage = _unbound
+sensing_step: Stage = _unbound
 plan: Stage = _unbound
 trajectory_sample: Stage = _unbound
 trajectory_duration: Stage = _unbound
@@ -37,6 +38,7 @@ class Modules(NamedTuple):
     trajectory: ModuleType
     position: ModuleType
     attitude: ModuleType
+    sensing: ModuleType
 
     def functions(self) -> dict[str, Stage]:
         """Return {stage name: function}."""
@@ -46,6 +48,7 @@ class Modules(NamedTuple):
             "plant_observe": self.plant.observe,
             "plant_lumped": self.plant.lumped,
             "disturbance_sample": self.disturbance.sample,
+            "sensing_step": self.sensing.step,
             "plan": self.trajectory.plan,
             "trajectory_sample": self.trajectory.sample,
             "trajectory_duration": self.trajectory.duration,

@@ -4,11 +4,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from quad_core.conditions import as_disturbance, pushed
 from quad_core.parameters import Real
 from quad_core.types import (
     Actuation,
     AttitudeThrust,
-    Disturbance,
     Quat,
     Rotors,
     TrajectoryPoint,
@@ -62,8 +62,8 @@ class plant:  # noqa: N801
         return State(0.0, 0.0)
 
     @staticmethod
-    def step(parameters, vehicle, state, wrench, force_w, torque_b, dt):
-        vz = state.vz + dt * (wrench.thrust + force_w.z)
+    def step(parameters, vehicle, state, wrench, conditions, dt):
+        vz = state.vz + dt * (wrench.thrust + conditions.force_w.z)
         none = Rotors(0.0, 0.0, 0.0, 0.0)
         actuation = Actuation(none, none, wrench.thrust, wrench.torque_b, False, False, False, False, False)
         return State(state.z + dt * vz, vz), actuation
@@ -73,8 +73,8 @@ class plant:  # noqa: N801
         return VehicleState(Vec3(0.0, 0.0, state.z), Vec3(0.0, 0.0, state.vz), _LEVEL, _ZERO)
 
     @staticmethod
-    def lumped(parameters, vehicle, state, wrench, force_w, torque_b):
-        return Disturbance(force_w, torque_b, Vec3(0.0, 0.0, wrench.thrust), _ZERO)
+    def lumped(parameters, vehicle, state, wrench, conditions):
+        return as_disturbance(conditions, Vec3(0.0, 0.0, wrench.thrust), _ZERO)
 
 
 class disturbance:  # noqa: N801
@@ -86,7 +86,23 @@ class disturbance:  # noqa: N801
 
     @staticmethod
     def sample(parameters, table, time):
-        return Vec3(0.0, 0.0, float(table[0, 2])), _ZERO
+        return pushed(Vec3(0.0, 0.0, float(table[0, 2])), _ZERO)
+
+
+class sensing:  # noqa: N801
+    """The truth."""
+
+    @staticmethod
+    def draw(parameters, seed, steps):
+        return np.zeros((1, 1))
+
+    @staticmethod
+    def init(parameters, plant_period):
+        return Memory(0.0)
+
+    @staticmethod
+    def step(parameters, table, memory, truth, fault, k):
+        return truth, memory
 
 
 class trajectory:  # noqa: N801

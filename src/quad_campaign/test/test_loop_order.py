@@ -16,13 +16,15 @@ from quad_campaign.sweep import sweep
 from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
-KINDS = (VehicleState, Disturbance, Actuation, TrajectoryPoint, AttitudeThrust, Internals, Wrench, Internals)
-MODULES = Modules(stand_in.plant, stand_in.disturbance, stand_in.trajectory, stand_in.position, stand_in.attitude)
+KINDS = (VehicleState, VehicleState, Disturbance, Actuation, TrajectoryPoint, AttitudeThrust, Internals, Wrench, Internals)
+MODULES = Modules(
+    stand_in.plant, stand_in.disturbance, stand_in.trajectory, stand_in.position, stand_in.attitude, stand_in.sensing
+)
 
 
 def small_flight(seed=0, duration=0.08, position=4.0, attitude=1.0, steps=(5, 10, 2), modules=MODULES):
     schedule = Schedule(2_000_000, *steps, 0.0)
-    gains = (1.0, 1.0, duration, position, attitude)
+    gains = (1.0, 1.0, duration, position, attitude, 1.0)
     setup = Setup(Vehicle(), schedule, *(Parameters(gain) for gain in gains))
     return Flight(modules, setup, seed, (Internals, Internals), {})
 
@@ -49,7 +51,11 @@ def test_stages_run_in_the_order_of_the_record():
     spies = Modules(*(Spy(module, calls) for module in MODULES))
     result = fly(small_flight(modules=spies), logging=False)
     assert (result.outcome, result.steps, result.end_step) == ("ended", 50, 50)
-    names = [(stage, name) for stage, name, *_ in calls if name in ("sample", "step") and stage != "disturbance"]
+    names = [
+        (stage, name)
+        for stage, name, *_ in calls
+        if name in ("sample", "step") and stage not in ("disturbance", "sensing")
+    ]
     expected = [("trajectory", "sample")]  # where t = 0 lies
     for k in range(50):
         expected += [("trajectory", "sample")] * (k % 5 == 0)

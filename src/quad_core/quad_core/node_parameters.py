@@ -42,12 +42,13 @@ class FlightParameters(NamedTuple):
 
 
 class SimulatorParameters(NamedTuple):
-    """The simulator node: plant, disturbance and the lockstep it keeps."""
+    """The simulator node: plant, disturbance, sensing and the lockstep it keeps."""
 
     plant: Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")] = "rigid_body"
     disturbance: Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")] = (
         "held_gaussian"
     )
+    sensing: Annotated[str, Text("plug-in of group quad.sensing; its parameters stand under its name")] = "sensor"
     window: Annotated[
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 1000)
     ] = 200
@@ -139,7 +140,10 @@ class Role(NamedTuple):
 
 
 ROLES = {
-    "simulator": Role(SimulatorParameters, {"plant": plugins.PLANT, "disturbance": plugins.DISTURBANCE}),
+    "simulator": Role(
+        SimulatorParameters,
+        {"plant": plugins.PLANT, "disturbance": plugins.DISTURBANCE, "sensing": plugins.SENSING},
+    ),
     "trajectory": Role(TrajectoryParameters, {"trajectory": plugins.TRAJECTORY}),
     "position_controller": Role(PositionControllerParameters, {"law": plugins.POSITION_LAW}),
     "attitude_controller": Role(AttitudeControllerParameters, {"law": plugins.ATTITUDE_LAW}),

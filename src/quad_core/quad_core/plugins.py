@@ -1,4 +1,4 @@
-"""Laws, trajectories, plants and disturbances by name, from Python entry points.
+"""Laws, trajectories, plants, sensors and disturbances by name, from Python entry points.
 
 A plug-in is a module named by an entry point. What each group's module must hold is checked when it is
 loaded, so that a missing function is reported by name and not in flight:
@@ -15,12 +15,20 @@ loaded, so that a missing function is reported by name and not in flight:
     ``duration(parameters, plan) -> float`` (s since take-off at which the flight ends).
 ``quad.plant``
     ``Parameters``, ``State``, ``init(parameters, vehicle) -> State``,
-    ``step(parameters, vehicle, state, wrench, force_w, torque_b, dt) -> (State, Actuation)``,
+    ``step(parameters, vehicle, state, wrench, conditions, dt) -> (State, Actuation)``,
     ``observe(parameters, vehicle, state) -> VehicleState`` and
-    ``lumped(parameters, vehicle, state, wrench, force_w, torque_b) -> Disturbance`` (eqs. 10-12).
+    ``lumped(parameters, vehicle, state, wrench, conditions) -> Disturbance`` (eqs. 10-12). ``conditions``
+    (``quad_core.types.Conditions``) hold over the whole step; what a plant cannot do with them, its docstring says.
 ``quad.disturbance``
-    ``Parameters``, ``draw(parameters, vehicle, seed, duration) -> numpy array (n, 6)`` and
-    ``sample(parameters, table, time) -> (force_w, torque_b)``.
+    ``Parameters``, ``draw(parameters, vehicle, seed, duration) -> numpy array of floats, 2-D`` and
+    ``sample(parameters, table, time) -> Conditions``. ``draw`` holds all that is random. It may be called with several
+    durations for one flight: until the shorter one ends, both tables must give the same samples.
+``quad.sensing``
+    ``Parameters``, ``Memory``, ``draw(parameters, seed, steps) -> numpy array of floats, 2-D`` (all that is random in
+    so many plant steps; as above, a longer table begins like a shorter one),
+    ``init(parameters, plant_period) -> Memory`` (``plant_period`` in ns; in Python only, may raise ValueError) and
+    ``step(parameters, table, memory, truth, fault, k) -> (state, Memory)``: the ``VehicleState`` that the controllers
+    see at plant step ``k``, called once for every step, in order. ``Memory`` may hold arrays that ``step`` writes to.
 """
 
 from functools import cache
@@ -31,6 +39,7 @@ POSITION_LAW = "quad.position_law"
 ATTITUDE_LAW = "quad.attitude_law"
 TRAJECTORY = "quad.trajectory"
 PLANT = "quad.plant"
+SENSING = "quad.sensing"
 DISTURBANCE = "quad.disturbance"
 
 _REQUIRED = {
@@ -39,6 +48,7 @@ _REQUIRED = {
     TRAJECTORY: ("Parameters", "Plan", "plan", "sample", "duration"),
     PLANT: ("Parameters", "State", "init", "step", "observe", "lumped"),
     DISTURBANCE: ("Parameters", "draw", "sample"),
+    SENSING: ("Parameters", "Memory", "draw", "init", "step"),
 }
 
 

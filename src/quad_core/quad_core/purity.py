@@ -21,6 +21,7 @@ CONTRACT = {
     plugins.TRAJECTORY: ("plan", "sample", "duration"),
     plugins.PLANT: ("init", "step", "observe", "lumped"),
     plugins.DISTURBANCE: ("sample",),
+    plugins.SENSING: ("step",),
 }
 BEFORE_FLIGHT = {"init", "plan", "duration"}
 """Run once before step 0: these, and what only they reach, may raise an error of constant text."""

@@ -98,17 +98,81 @@ class Actuation(NamedTuple):
     yaw_limited: bool = False
 
 
+class Payload(NamedTuple):
+    """What hangs on the vehicle beside its own body, summed about the body origin, so that payloads add.
+
+    ``mass`` kg; ``moment_b`` first moment (mass times offset) kg m; ``inertia_b`` moments of inertia about the body
+    axes kg m^2; ``products_b`` kg m^2: sums of m y z, m x z, m x y.
+    """
+
+    mass: float = 0.0
+    moment_b: Vec3 = Vec3()
+    inertia_b: Vec3 = Vec3()
+    products_b: Vec3 = Vec3()
+
+
+class SensorFault(NamedTuple):
+    """What goes wrong between truth and ``state``: a frozen reading, a jump in position m and in heading rad."""
+
+    frozen: bool = False
+    offset_w: Vec3 = Vec3()
+    yaw_offset: float = 0.0
+
+
+class LinkFault(NamedTuple):
+    """What goes wrong between the command and the plant: this step's command comes ``delay`` s late, or never."""
+
+    delay: float = 0.0
+    lost: bool = False
+
+
+NO_PAYLOAD = Payload()
+ALL_ROTORS = Rotors(1.0, 1.0, 1.0, 1.0)
+NO_SENSOR_FAULT = SensorFault()
+NO_LINK_FAULT = LinkFault()
+
+
+class Conditions(NamedTuple):
+    """All that acts on a flight over one plant step beyond the nominal model; the default is a calm day.
+
+    ``force_w`` N (world) and ``torque_b`` N m (body) from outside; ``wind_w`` m/s velocity of the air (world);
+    ``rotor_effectiveness`` true over nominal thrust and drag torque of each rotor; ``thrust_limit`` largest thrust
+    that the battery allows over the nominal one. Parameter errors of eq. 10 belong to the plant, not here.
+    """
+
+    force_w: Vec3 = Vec3()
+    torque_b: Vec3 = Vec3()
+    wind_w: Vec3 = Vec3()
+    payload: Payload = NO_PAYLOAD
+    rotor_effectiveness: Rotors = ALL_ROTORS
+    thrust_limit: float = 1.0
+    sensor: SensorFault = NO_SENSOR_FAULT
+    link: LinkFault = NO_LINK_FAULT
+
+
+CALM = Conditions()
+
+
 class Disturbance(NamedTuple):
-    """What truly acts on the vehicle beyond the nominal model (eqs. 10-12).
+    """What truly acts on the vehicle beyond the nominal model (eqs. 10-12): ``Conditions`` as far as they say more.
 
     ``force_w`` N and ``torque_b`` N m are applied from outside; ``D_P`` m/s^2 (world) and ``D_A``
-    rad/s^2 (body axes) are the lumped uncertainties of eqs. 10-12, parameter errors included.
+    rad/s^2 (body axes) are the lumped uncertainties of eqs. 10-12, parameter errors and conditions included.
     """
 
     force_w: Vec3 = Vec3()
     torque_b: Vec3 = Vec3()
     lumped_acceleration_w: Vec3 = Vec3()
     lumped_angular_acceleration_b: Vec3 = Vec3()
+    wind_w: Vec3 = Vec3()
+    rotor_effectiveness: Rotors = ALL_ROTORS
+    thrust_limit: float = 1.0
+    payload_mass: float = 0.0
+    sensor_frozen: bool = False
+    sensor_offset_w: Vec3 = Vec3()
+    sensor_yaw_offset: float = 0.0
+    link_delay: float = 0.0
+    link_lost: bool = False
 
 
 class PositionInputs(NamedTuple):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.types import Vec3
+from quad_core.types import CALM, Conditions
 from quad_core.vehicle import Vehicle
 
 
@@ -18,6 +18,6 @@ def draw(parameters: Parameters, vehicle: Vehicle, seed: int, duration: float) -
     return np.zeros((1, 6))
 
 
-def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> tuple[Vec3, Vec3]:  # noqa: ARG001
-    """Return no force and no torque."""
-    return Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
+def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> Conditions:  # noqa: ARG001
+    """Return a calm day."""
+    return CALM

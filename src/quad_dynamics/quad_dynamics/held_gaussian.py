@@ -10,8 +10,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quad_core.conditions import pushed
 from quad_core.parameters import Real
-from quad_core.types import Vec3
+from quad_core.types import Conditions, Vec3
 from quad_core.vehicle import Vehicle
 
 CHANNELS = 6
@@ -56,8 +57,8 @@ def draw(parameters: Parameters, vehicle: Vehicle, seed: int, duration: float) -
     return table
 
 
-def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> tuple[Vec3, Vec3]:
-    """Return (force N world, torque N m body) at ``time`` s since the start; before and after, the nearest row."""
+def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> Conditions:
+    """Return force N (world) and torque N m (body) at ``time`` s since the start; before and after, the nearest row."""
     # a time that rounding put just before an edge belongs to the new value
     index = math.floor(time / parameters.hold + EDGE_TOLERANCE)
     if index < 0:
@@ -65,4 +66,4 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> t
     if index > len(table) - 1:
         index = len(table) - 1
     row = table[index]
-    return Vec3(float(row[0]), float(row[1]), float(row[2])), Vec3(float(row[3]), float(row[4]), float(row[5]))
+    return pushed(Vec3(float(row[0]), float(row[1]), float(row[2])), Vec3(float(row[3]), float(row[4]), float(row[5])))

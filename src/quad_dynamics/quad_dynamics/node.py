@@ -23,8 +23,6 @@ from quad_node.interface import interface_hash
 from quad_node.main import run
 from quad_node.wrench import read_wrench
 
-_LONGEST_FLIGHT = 7200.0
-
 
 class Simulator(FlightNode):
     """Integrates the plant and publishes what it does."""
@@ -33,7 +31,7 @@ class Simulator(FlightNode):
         """Build plant and disturbance from the parameters; raises as FlightNode."""
         super().__init__(topics.SIMULATOR)
         self.settings = self.resolved.node
-        self.model = PlantModel(self.resolved, _LONGEST_FLIGHT)
+        self.model = PlantModel(self.resolved)
         self.handshake = Handshake(self.flight, interface_hash(), [role for role in self.roles if role != self.role])
         self._state_out = None
         if self.settings.publish_state:
@@ -75,6 +73,8 @@ class Simulator(FlightNode):
             self._leave_when_recorded()
 
     def _on_plan(self, message: FlightPlan) -> None:
+        if not self._end_step:
+            self.model.cover(message.end_step)
         self._end_step = message.end_step
         self._advance()
 
@@ -155,19 +155,19 @@ class Simulator(FlightNode):
 
     def _publish_step(self) -> None:
         stamp = self.step * self.flight.plant_period
-        truth = self.model.truth
+        truth, state = self.model.truth, self.model.state
         if self.step > 0:
             self._publish_actuation()
         self._asked = time.monotonic()
         if self._state_out is None:
-            self._tools.publish(self.step, stamp, truth)
+            self._tools.publish(self.step, stamp, state)
         else:
-            self._send(self._state_out, truth, self.step, stamp)
+            self._send(self._state_out, state, self.step, stamp)
         # what no controller waits for goes out while they compute
         self._send(self._truth_out, truth, self.step, stamp)
-        self._send(self._disturbance_out, self.model.disturbance(self.step), self.step, stamp)
+        self._send(self._disturbance_out, self.model.disturbance(), self.step, stamp)
         if self._state_out is not None:
-            self._tools.publish(self.step, stamp, truth)
+            self._tools.publish(self.step, stamp, state)
 
     def _publish_actuation(self) -> None:
         step = self.model.actuated_step

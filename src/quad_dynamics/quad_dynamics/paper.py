@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.rotations import body_rates, euler_rates, quaternion_from_euler
-from quad_core.types import Actuation, Disturbance, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate
 from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
@@ -129,18 +129,18 @@ def step(
     vehicle: Vehicle,
     state: State,
     wrench: Wrench,
-    force_w: Vec3,
-    torque_b: Vec3,
+    conditions: Conditions,
     dt: float,
 ) -> tuple[State, Actuation]:
-    """Return X ``dt`` s later under a constant ``wrench`` and outer force N and torque N m, and the actuation.
+    """Return X ``dt`` s later under a constant ``wrench`` and constant ``conditions``, and the actuation.
 
     A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller ends the flight.
     """
     actuation = allocate(vehicle, wrench)
     body = true_body(parameters, vehicle)
     thrust = true_thrust(parameters, actuation)
-    torque = true_torque(parameters, actuation, torque_b)
+    torque = true_torque(parameters, actuation, conditions.torque_b)
+    force_w = conditions.force_w
     h = dt / parameters.substeps
     s = (
         state.x1,
@@ -181,9 +181,9 @@ def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> Vehi
 
 
 def lumped(
-    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, force_w: Vec3, torque_b: Vec3
+    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions
 ) -> Disturbance:
-    """Return the outer force and torque and D_P, D_A of Eqs. 10-12 at ``state``; D_A adds to rows x2', x4', x6'."""
+    """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state``; D_A adds to rows x2', x4', x6'."""
     return lumped_uncertainty(
         parameters,
         vehicle,
@@ -191,6 +191,5 @@ def lumped(
         Vec3(state.x8, state.x10, state.x12),
         Vec3(state.x2, state.x4, state.x6),
         wrench,
-        force_w,
-        torque_b,
+        conditions,
     )

@@ -1,51 +1,73 @@
-"""One plant with its disturbance, stepped from plug-ins; the simulator node is its only clock."""
+"""The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
 from quad_core.node_parameters import Resolved
 from quad_core.timing import seconds
-from quad_core.types import Actuation, Disturbance, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
+from quad_dynamics import link
+
+_FIRST_LENGTH = 120.0
 
 
 class PlantModel:
-    """Holds the plant's state between steps. Step k covers [k, k+1) plant periods."""
+    """Holds what the plant, its sensors and its link remember between steps. Step k covers [k, k+1) plant periods.
 
-    def __init__(self, resolved: Resolved, longest_flight: float) -> None:
-        """Draw the disturbance for ``longest_flight`` s and put the plant at its initial state."""
-        self._vehicle = resolved.vehicle
+    ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
+    that comes next. ``actuation`` is that of the last step, ``actuated_step``.
+    """
+
+    def __init__(self, resolved: Resolved) -> None:
+        """Put the plant at its initial state at step 0; raises ValueError as the plug-ins' ``init`` and ``draw``."""
+        self._vehicle, self._seed = resolved.vehicle, resolved.flight.seed
         self._period = resolved.flight.plant_period
-        self._plant, self._weather = resolved.plugins["plant"], resolved.plugins["disturbance"]
-        self._table = self._weather.module.draw(
-            self._weather.parameters, self._vehicle, resolved.flight.seed, longest_flight
+        self._dt = seconds(1, self._period)
+        self._plant, self._weather, self._sensing = (
+            resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
         )
-        self._state = self._plant.module.init(self._plant.parameters, self._vehicle)
-        self._wrench = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+        self._plant_state = self._plant.module.init(self._plant.parameters, self._vehicle)
+        self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
+        self._link_memory = link.init()
+        self._wrench = self._applied = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
         self.actuation = Actuation()
         self.actuated_step = -1
-        self.truth = self._observe()
+        self.cover(round(_FIRST_LENGTH / self._dt))
+        self._look(0)
 
-    def disturbance(self, step: int) -> Disturbance:
-        """Return what acts over ``step``; the lumped terms are those of the wrench applied last."""
-        force_w, torque_b = self._sample(step)
+    def cover(self, steps: int) -> None:
+        """Draw what is random for a flight of ``steps`` plant steps; what was drawn for its beginning stays."""
+        self._covered = steps
+        self._table = self._weather.module.draw(
+            self._weather.parameters, self._vehicle, self._seed, seconds(steps, self._period)
+        )
+        self._noise = self._sensing.module.draw(self._sensing.parameters, self._seed, steps)
+
+    def disturbance(self) -> Disturbance:
+        """Return what acts over the coming step; the lumped terms are those of the wrench commanded last."""
         lumped: Disturbance = self._plant.module.lumped(
-            self._plant.parameters, self._vehicle, self._state, self._wrench, force_w, torque_b
+            self._plant.parameters, self._vehicle, self._plant_state, self._wrench, self.conditions
         )
         return lumped
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
-        """Integrate over ``step`` with ``wrench``; returns the true state at its end."""
-        force_w, torque_b = self._sample(step)
+        """Integrate over ``step`` with the command ``wrench``; returns the true state at its end."""
         self._wrench = wrench
-        self._state, self.actuation = self._plant.module.step(
-            self._plant.parameters, self._vehicle, self._state, wrench, force_w, torque_b, seconds(1, self._period)
+        self._applied, self._link_memory = link.step(
+            self._link_memory, self.conditions.link, wrench, self._applied, step, self._dt
+        )
+        self._plant_state, self.actuation = self._plant.module.step(
+            self._plant.parameters, self._vehicle, self._plant_state, self._applied, self.conditions, self._dt
         )
         self.actuated_step = step
-        self.truth = self._observe()
+        if step + 1 >= self._covered:
+            self.cover(2 * self._covered)
+        self._look(step + 1)
         return self.truth
 
-    def _observe(self) -> VehicleState:
-        observed: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, self._state)
-        return observed
-
-    def _sample(self, step: int) -> tuple[Vec3, Vec3]:
-        time = seconds(step, self._period)
-        sampled: tuple[Vec3, Vec3] = self._weather.module.sample(self._weather.parameters, self._table, time)
-        return sampled
+    def _look(self, step: int) -> None:
+        self.truth: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, self._plant_state)
+        self.conditions: Conditions = self._weather.module.sample(
+            self._weather.parameters, self._table, seconds(step, self._period)
+        )
+        self.state: VehicleState
+        self.state, self._sensing_memory = self._sensing.module.step(
+            self._sensing.parameters, self._noise, self._sensing_memory, self.truth, self.conditions.sensor, step
+        )

@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.rotations import body_z, quaternion_from_euler
-from quad_core.types import Actuation, Disturbance, Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate
 from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration, quaternion_rate
@@ -147,18 +147,18 @@ def step(
     vehicle: Vehicle,
     state: State,
     wrench: Wrench,
-    force_w: Vec3,
-    torque_b: Vec3,
+    conditions: Conditions,
     dt: float,
 ) -> tuple[State, Actuation]:
-    """Return the state ``dt`` s later under a constant ``wrench`` and outer force N and torque N m, and the actuation.
+    """Return the state ``dt`` s later under a constant ``wrench`` and constant ``conditions``, and the actuation.
 
     From a flyable state (``quad_core.bounds``) and a finite wrench nothing is raised; overflow shows in the state.
     """
     actuation = allocate(vehicle, wrench)
     body = true_body(parameters, vehicle)
     thrust = true_thrust(parameters, actuation)
-    torque = true_torque(parameters, actuation, torque_b)
+    torque = true_torque(parameters, actuation, conditions.torque_b)
+    force_w = conditions.force_w
     h = dt / parameters.substeps
     s = flat(state)
     for _ in range(parameters.substeps):
@@ -181,9 +181,9 @@ def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> Vehi
 
 
 def lumped(
-    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, force_w: Vec3, torque_b: Vec3
+    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions
 ) -> Disturbance:
-    """Return the outer force and torque and D_P, D_A of Eqs. 10-12 at ``state`` under the commanded ``wrench``."""
+    """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state`` under the commanded ``wrench``."""
     return lumped_uncertainty(
         parameters,
         vehicle,
@@ -191,6 +191,5 @@ def lumped(
         Vec3(state.vx, state.vy, state.vz),
         Vec3(state.wx, state.wy, state.wz),
         wrench,
-        force_w,
-        torque_b,
+        conditions,
     )

@@ -22,7 +22,8 @@ just this difference; a test holds it against the formulas above.
 """
 
 from quad_core.bounds import clamp
-from quad_core.types import Actuation, Disturbance, Vec3, Wrench
+from quad_core.conditions import as_disturbance
+from quad_core.types import Actuation, Conditions, Disturbance, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import LARGEST_TORQUE, allocate
 from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
@@ -95,10 +96,9 @@ def lumped_uncertainty(
     v_w: Triple,
     rates: Triple,
     wrench: Wrench,
-    force_w: Vec3,
-    torque_b: Vec3,
+    conditions: Conditions,
 ) -> Disturbance:
-    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11, and the outer force and torque.
+    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11, and what acts.
 
     ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16),
     ``wrench`` as commanded.
@@ -112,13 +112,12 @@ def lumped_uncertainty(
         clamp(wrench.torque_b.z, -LARGEST_TORQUE, LARGEST_TORQUE),
     )
     asked_thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
-    a = linear_acceleration(truth, axis_w, true_thrust(parameters, actuation), v_w, force_w)
+    a = linear_acceleration(truth, axis_w, true_thrust(parameters, actuation), v_w, conditions.force_w)
     a_nominal = linear_acceleration(nominal, axis_w, asked_thrust, v_w, (0.0, 0.0, 0.0))
-    alpha = angular_acceleration(truth, rates, true_torque(parameters, actuation, torque_b))
+    alpha = angular_acceleration(truth, rates, true_torque(parameters, actuation, conditions.torque_b))
     alpha_nominal = angular_acceleration(nominal, rates, asked)
-    return Disturbance(
-        force_w,
-        torque_b,
+    return as_disturbance(
+        conditions,
         Vec3(a[0] - a_nominal[0], a[1] - a_nominal[1], a[2] - a_nominal[2]),
         Vec3(alpha[0] - alpha_nominal[0], alpha[1] - alpha_nominal[1], alpha[2] - alpha_nominal[2]),
     )

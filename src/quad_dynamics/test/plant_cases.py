@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import Vec3, Wrench
+from quad_core.types import Conditions, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.parameters import Effectiveness, InertiaError, PlantParameters
 
@@ -30,6 +30,11 @@ WRONG = PlantParameters(
 )
 NO_DRAG = ASYMMETRIC._replace(drag_coefficient=0.0, drag_torque_coefficient=0.0)
 NONE = Vec3(0.0, 0.0, 0.0)
+
+
+def under(force: Vec3 = NONE, torque: Vec3 = NONE) -> Conditions:
+    """Return conditions with an outer force N (world) and torque N m (body), all else calm."""
+    return Conditions(force_w=force, torque_b=torque)
 
 
 def numbers(value: Any) -> Iterable[float]:

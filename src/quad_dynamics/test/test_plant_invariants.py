@@ -5,7 +5,7 @@ import pytest
 from plant_cases import ASYMMETRIC, NO_DRAG, NONE, flat
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import Wrench
+from quad_core.types import CALM, Wrench
 from quad_dynamics import rigid_body
 from quad_dynamics.parameters import (
     DRAG_PRINTED,
@@ -45,7 +45,7 @@ def fall(vehicle, parameters, steps):
     state = rigid_body.init(parameters, vehicle)
     history = [flat(state)]
     for _ in range(steps):
-        state, _ = rigid_body.step(parameters, vehicle, state, IDLE, NONE, NONE, 0.002)
+        state, _ = rigid_body.step(parameters, vehicle, state, IDLE, CALM, 0.002)
         history.append(flat(state))
     return np.array(history)
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_core.parameters import ParameterError, build, flatten
 from quad_core.rotations import euler_from_quaternion, euler_rates, wrap_angle
-from quad_core.types import Vec3, Wrench
+from quad_core.types import CALM, Vec3, Wrench
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.parameters import DRAG_PRINTED, InertiaError, PlantParameters
 
@@ -113,6 +113,6 @@ def test_hover_stays(plant):
     state = plant.init(PlantParameters(), ASYMMETRIC)
     wrench = Wrench(ASYMMETRIC.mass * ASYMMETRIC.gravity, NONE)
     for _ in range(100):
-        state, actuation = plant.step(PlantParameters(), ASYMMETRIC, state, wrench, NONE, NONE, 0.002)
+        state, actuation = plant.step(PlantParameters(), ASYMMETRIC, state, wrench, CALM, 0.002)
     np.testing.assert_allclose(flat(state), flat(plant.init(PlantParameters(), ASYMMETRIC)), atol=1e-13)
     assert actuation.thrust == pytest.approx(wrench.thrust, rel=1e-15)

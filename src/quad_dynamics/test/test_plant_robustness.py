@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plant_cases import numbers
+from plant_cases import numbers, under
 
 from quad_core.bounds import is_flyable
 from quad_core.types import Vec3, Wrench
@@ -58,9 +58,9 @@ def test_nothing_is_raised_before_the_check_can_see_it(plant, vehicle, parameter
     force, torque = Vec3(5.0, -5.0, 5.0), Vec3(0.1, 0.1, -0.1)
     state = plant.init(parameters, vehicle)
     for _ in range(5):
-        lumped = plant.lumped(parameters, vehicle, state, command, force, torque)
+        lumped = plant.lumped(parameters, vehicle, state, command, under(force, torque))
         assert all(abs(number) < float("inf") for number in numbers(lumped))
-        state, actuation = plant.step(parameters, vehicle, state, command, force, torque, dt)
+        state, actuation = plant.step(parameters, vehicle, state, command, under(force, torque), dt)
         assert all(abs(number) < float("inf") for number in numbers(actuation))
         if not is_flyable(plant.observe(parameters, vehicle, state)):
             return

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, vector
+from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, under, vector
 from scipy.integrate import solve_ivp
 
-from quad_core.types import Vec3, Wrench
+from quad_core.types import CALM, Vec3, Wrench
 from quad_core.vehicle import LAYOUT_X
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.parameters import (
@@ -51,7 +51,7 @@ def test_flight_under_a_changing_wrench(name, parameters, layout):
         wrench, force, torque = gentle_wrench(rng, vehicle), vector(rng, 3.0), vector(rng, 0.02)
         f = right_side(plant, reference, wrench, force, torque)
         expected = solve_ivp(f, (0.0, dt), expected, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-        state, actuation = plant.step(parameters, vehicle, state, wrench, force, torque, dt)
+        state, actuation = plant.step(parameters, vehicle, state, wrench, under(force, torque), dt)
         assert not any(actuation[4:])
     np.testing.assert_allclose(flat(state), expected, atol=2e-10)
     assert np.abs(expected - flat(plant.init(parameters, vehicle))).max() > 0.3
@@ -69,7 +69,7 @@ def test_runge_kutta_converges_with_order_four(name):
     exact = solve_ivp(f, (0.0, span), flat(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
     errors = []
     for substeps in (16, 32, 64, 128):
-        end, _ = plant.step(base._replace(substeps=substeps), vehicle, start, wrench, force, torque, span)
+        end, _ = plant.step(base._replace(substeps=substeps), vehicle, start, wrench, under(force, torque), span)
         errors.append(np.abs(flat(end) - exact).max())
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert errors[-1] > 1e-12
@@ -82,9 +82,9 @@ def test_substeps_divide_the_period(name):
     parameters = PlantParameters(initial=START)
     wrench = Wrench(14.0, Vec3(0.02, 0.01, -0.01))
     start = plant.init(parameters, ASYMMETRIC)
-    once, _ = plant.step(parameters._replace(substeps=2), ASYMMETRIC, start, wrench, NONE, NONE, 0.004)
-    half, _ = plant.step(parameters, ASYMMETRIC, start, wrench, NONE, NONE, 0.002)
-    twice, _ = plant.step(parameters, ASYMMETRIC, half, wrench, NONE, NONE, 0.002)
+    once, _ = plant.step(parameters._replace(substeps=2), ASYMMETRIC, start, wrench, CALM, 0.004)
+    half, _ = plant.step(parameters, ASYMMETRIC, start, wrench, CALM, 0.002)
+    twice, _ = plant.step(parameters, ASYMMETRIC, half, wrench, CALM, 0.002)
     assert once == twice
 
 
@@ -95,8 +95,8 @@ def test_the_two_plants_agree_for_small_angles_and_part_for_large_ones():
         a, b = rigid_body.init(parameters, ASYMMETRIC), paper.init(parameters, ASYMMETRIC)
         wrench = Wrench(ASYMMETRIC.mass * ASYMMETRIC.gravity, Vec3(0.01 * size, 0.0, 0.01 * size))
         for _ in range(200):
-            a, _ = rigid_body.step(parameters, ASYMMETRIC, a, wrench, NONE, NONE, 0.002)
-            b, _ = paper.step(parameters, ASYMMETRIC, b, wrench, NONE, NONE, 0.002)
+            a, _ = rigid_body.step(parameters, ASYMMETRIC, a, wrench, CALM, 0.002)
+            b, _ = paper.step(parameters, ASYMMETRIC, b, wrench, CALM, 0.002)
         first = rigid_body.observe(parameters, ASYMMETRIC, a)
         return np.abs(flat(first)[:6] - flat(paper.observe(parameters, ASYMMETRIC, b))[:6]).max()
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NONE, WRONG, flat, vector
+from plant_cases import ASYMMETRIC, WRONG, flat, under, vector
 
 from quad_core.bounds import is_flyable
 from quad_core.compilation import compiled
-from quad_core.types import Vec3, Wrench
+from quad_core.types import CALM, Vec3, Wrench
 from quad_core.vehicle import LAYOUT_X
 from quad_dynamics import calm, held_gaussian, paper, rigid_body
 from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
@@ -34,16 +34,16 @@ def test_random_steps_are_bit_equal(plant):
             vector(rng, 2.0),
             vector(rng, 0.1),
         )
-        here, actuation = plant.step(parameters, vehicle, here, wrench, force, torque, 0.002)
-        there, other = step(parameters, vehicle, there, wrench, force, torque, 0.002)
+        here, actuation = plant.step(parameters, vehicle, here, wrench, under(force, torque), 0.002)
+        there, other = step(parameters, vehicle, there, wrench, under(force, torque), 0.002)
         assert (here, actuation) == (there, other), k
         saturated += any(actuation[4:])
         if k % 10 == 0:
             # signs of zeros too
             assert bits((here, actuation)) == bits((there, other)), k
             assert bits(plant.observe(parameters, vehicle, here)) == bits(observe(parameters, vehicle, there))
-            mine = plant.lumped(parameters, vehicle, here, wrench, force, torque)
-            assert bits(mine) == bits(lumped(parameters, vehicle, there, wrench, force, torque))
+            mine = plant.lumped(parameters, vehicle, here, wrench, under(force, torque))
+            assert bits(mine) == bits(lumped(parameters, vehicle, there, wrench, under(force, torque)))
         if not is_flyable(plant.observe(parameters, vehicle, here)) or k % 500 == 499:
             here = there = start
     assert STEPS / 10 < saturated < STEPS
@@ -57,8 +57,8 @@ def test_divergence_ends_at_the_same_step(plant):
     here = there = plant.init(parameters, vehicle)
     wrench = Wrench(20.0, Vec3(5.0, 5.0, 5.0))
     for _ in range(3000):
-        here, _ = plant.step(parameters, vehicle, here, wrench, NONE, NONE, 0.002)
-        there, _ = step(parameters, vehicle, there, wrench, NONE, NONE, 0.002)
+        here, _ = plant.step(parameters, vehicle, here, wrench, CALM, 0.002)
+        there, _ = step(parameters, vehicle, there, wrench, CALM, 0.002)
         verdict = is_flyable(plant.observe(parameters, vehicle, here))
         assert verdict == flyable(observe(parameters, vehicle, there))
         if not verdict:

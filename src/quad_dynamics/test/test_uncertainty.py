@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy
-from plant_cases import ASYMMETRIC, NONE, WRONG, flat, vector
+from plant_cases import ASYMMETRIC, NONE, WRONG, flat, under, vector
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import Vec3, Wrench
@@ -68,7 +68,7 @@ def test_lumped_terms_are_those_of_eq_11(size):
         rigid = rigid_body.State(0.0, 0.0, 0.0, *v, *rotation.as_quat().tolist(), *rates)
         euler = paper.State(angles.x, rates.x, angles.y, rates.y, angles.z, rates.z, 0.0, v.x, 0.0, v.y, 0.0, v.z)
         for plant, state in ((rigid_body, rigid), (paper, euler)):
-            got = plant.lumped(WRONG, ASYMMETRIC, state, wrench, force, torque)
+            got = plant.lumped(WRONG, ASYMMETRIC, state, wrench, under(force, torque))
             assert (got.force_w, got.torque_b) == (force, torque)
             np.testing.assert_allclose(got.lumped_acceleration_w, d_p, atol=1e-11)
             np.testing.assert_allclose(got.lumped_angular_acceleration_b, d_a, atol=1e-9 * max(1.0, size))
@@ -80,11 +80,11 @@ def test_nominal_model_plus_lumped_terms_is_the_true_motion(plant):
     state = plant.init(WRONG, ASYMMETRIC)
     wrench, force, torque = Wrench(16.0, Vec3(0.05, -0.04, 0.02)), vector(rng, 2.0), vector(rng, 0.05)
     for _ in range(50):
-        state, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, force, torque, 0.002)
-    lumped = plant.lumped(WRONG, ASYMMETRIC, state, wrench, force, torque)
+        state, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), 0.002)
+    lumped = plant.lumped(WRONG, ASYMMETRIC, state, wrench, under(force, torque))
     nominal = plant.derivative(nominal_body(WRONG, ASYMMETRIC), wrench.thrust, NONE, wrench.torque_b, state)
-    ahead, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, force, torque, 1e-5)
-    behind, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, force, torque, -1e-5)
+    ahead, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), 1e-5)
+    behind, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), -1e-5)
     motion = (flat(ahead) - flat(behind)) / 2e-5
     linear, angular = ([3, 4, 5], [10, 11, 12]) if plant is rigid_body else ([7, 9, 11], [1, 3, 5])
     np.testing.assert_allclose(flat(nominal)[linear] + lumped.lumped_acceleration_w, motion[linear], atol=1e-7)
@@ -97,7 +97,7 @@ def test_nominal_model_plus_lumped_terms_is_the_true_motion(plant):
 def test_without_errors_only_the_outer_force_and_torque_remain(plant):
     state = plant.init(PlantParameters(), ASYMMETRIC)
     force, torque = Vec3(1.3, -2.6, 0.65), Vec3(0.011, -0.017, 0.052)
-    got = plant.lumped(PlantParameters(), ASYMMETRIC, state, Wrench(14.0, Vec3(0.1, 0.1, 0.05)), force, torque)
+    got = plant.lumped(PlantParameters(), ASYMMETRIC, state, Wrench(14.0, Vec3(0.1, 0.1, 0.05)), under(force, torque))
     np.testing.assert_allclose(got.lumped_acceleration_w, [1.0, -2.0, 0.5], atol=1e-13)
     np.testing.assert_allclose(got.lumped_angular_acceleration_b, [1.0, -1.0, 2.0], atol=1e-13)
 

@@ -1,0 +1,215 @@
+"""Sensing ``sensor``: what the controllers see of the truth: bias, noise, quantisation, rate, dropouts, then delay.
+
+Every ``period_steps`` plant steps a sample of the truth is taken; between samples, and where one drops out, the last
+one holds. What was held ``delay`` s ago is the `state`. A sensor fault acts on the reading that comes out. With the
+defaults and without a fault the state is the truth, bit for bit.
+"""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.parameters import Real, Whole
+from quad_core.rotations import euler_from_quaternion, normalized, quaternion_from_euler
+from quad_core.timing import seconds
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState
+
+CHANNELS = 12
+DROPOUT = 12
+STREAM_FAMILY = 2
+SLOTS = 512
+"""Plant steps that the delay line holds."""
+
+
+class Parameters(NamedTuple):
+    """Errors of the state that controllers see.
+
+    Noise is white from sample to sample, so its one-sided density is sd sqrt(2 T) with T s between samples. A bias is
+    drawn once per flight and channel.
+    """
+
+    period_steps: Annotated[int, Whole("steps", "plant steps between two samples", 1, 10_000)] = 1
+    delay: Annotated[
+        float, Real("s", "age of a sample when it is seen, rounded to plant steps, at most 511", 0.0, 10.0, live=False)
+    ] = 0.0
+    dropout: Annotated[float, Real("", "share of the samples that are lost", 0.0, 1.0, live=False)] = 0.0
+    position_noise: Annotated[float, Real("m", "standard deviation of the position noise", 0.0, 100.0, live=False)] = (
+        0.0
+    )
+    position_bias: Annotated[float, Real("m", "standard deviation of the position bias", 0.0, 100.0, live=False)] = 0.0
+    position_quantum: Annotated[float, Real("m", "step of the position, 0: none", 0.0, 100.0, live=False)] = 0.0
+    velocity_noise: Annotated[
+        float, Real("m/s", "standard deviation of the velocity noise", 0.0, 100.0, live=False)
+    ] = 0.0
+    velocity_bias: Annotated[float, Real("m/s", "standard deviation of the velocity bias", 0.0, 100.0, live=False)] = (
+        0.0
+    )
+    velocity_quantum: Annotated[float, Real("m/s", "step of the velocity, 0: none", 0.0, 100.0, live=False)] = 0.0
+    attitude_noise: Annotated[
+        float, Real("rad", "standard deviation of the attitude noise about each body axis", 0.0, 1.0, live=False)
+    ] = 0.0
+    attitude_bias: Annotated[
+        float, Real("rad", "standard deviation of the attitude bias about each body axis", 0.0, 1.0, live=False)
+    ] = 0.0
+    attitude_quantum: Annotated[float, Real("rad", "step of the Z-Y-X angles, 0: none", 0.0, 1.0, live=False)] = 0.0
+    rate_noise: Annotated[float, Real("rad/s", "standard deviation of the body rate noise", 0.0, 100.0, live=False)] = (
+        0.0
+    )
+    rate_bias: Annotated[float, Real("rad/s", "standard deviation of the body rate bias", 0.0, 100.0, live=False)] = 0.0
+    rate_quantum: Annotated[float, Real("rad/s", "step of the body rates, 0: none", 0.0, 100.0, live=False)] = 0.0
+
+
+class Memory(NamedTuple):
+    """The last sample, the delay line (a row per plant step, written in place) and the reading of a frozen sensor."""
+
+    active: bool
+    delay_steps: int
+    held: VehicleState
+    line: Any
+    frozen: bool
+    reading: VehicleState
+
+
+def draw(parameters: Parameters, seed: int, steps: int) -> NDArray[np.float64]:
+    """Return the random numbers of ``steps`` plant steps, shape (1 + samples, 13).
+
+    Row 0: standard normals for the biases; then a row per sample: 12 standard normals and one uniform for the dropout.
+    Each channel has its own stream of (seed, channel): a longer table begins like a shorter one.
+    """
+    samples = (steps - 1) // parameters.period_steps + 1 if is_active(parameters) else 0
+    table = np.zeros((1 + samples, CHANNELS + 1))
+    if samples:
+        for channel in range(CHANNELS + 1):
+            stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM_FAMILY, channel)))
+            uniform = channel == DROPOUT
+            table[:, channel] = stream.random(1 + samples) if uniform else stream.standard_normal(1 + samples)
+    return table
+
+
+def is_active(parameters: Parameters) -> bool:
+    """Return whether the state can differ from the truth without a fault."""
+    return parameters != Parameters()
+
+
+def init(parameters: Parameters, plant_period: int) -> Memory:
+    """Return the memory before step 0. Raises ValueError if the delay line is too short for the delay."""
+    steps = math.floor(parameters.delay / seconds(1, plant_period) + 0.5)
+    if steps >= SLOTS:
+        raise ValueError(f"delay: found {steps} plant steps, expected at most {SLOTS - 1}")
+    return Memory(is_active(parameters), steps, VehicleState(), np.zeros((SLOTS, 13)), False, VehicleState())
+
+
+def step(
+    parameters: Parameters, table: NDArray[np.float64], memory: Memory, truth: VehicleState, fault: SensorFault, k: int
+) -> tuple[VehicleState, Memory]:
+    """Return the state seen at plant step ``k``, and the memory. Uses ``memory`` up: its delay line is written to."""
+    if not memory.active and not memory.frozen and not is_faulty(fault):
+        return truth, memory
+    held = memory.held
+    reading = truth
+    if memory.active:
+        if k % parameters.period_steps == 0:
+            row = 1 + k // parameters.period_steps
+            if row > len(table) - 1:
+                row = len(table) - 1
+            if k == 0 or float(table[row, DROPOUT]) >= parameters.dropout:
+                held = sampled(parameters, table, row, truth)
+        reading = held
+        if memory.delay_steps > 0:
+            put(memory.line, k % SLOTS, held)
+            old = k - memory.delay_steps
+            if old < 0:
+                old = 0
+            reading = taken(memory.line, old % SLOTS)
+    reading = misread(reading, fault)
+    if fault.frozen and memory.frozen:
+        reading = memory.reading
+    return reading, Memory(memory.active, memory.delay_steps, held, memory.line, fault.frozen, reading)
+
+
+def is_faulty(fault: SensorFault) -> bool:
+    """Return whether ``fault`` changes a reading."""
+    offset = fault.offset_w
+    return fault.frozen or offset.x != 0.0 or offset.y != 0.0 or offset.z != 0.0 or fault.yaw_offset != 0.0
+
+
+def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
+    """Return ``reading`` with the jump of ``fault``: position shifted, attitude turned about the world's z axis."""
+    p, q, offset = reading.p_w, reading.q_wb, fault.offset_w
+    if fault.yaw_offset != 0.0:
+        s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
+        q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
+    return VehicleState(Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z), reading.v_w, q, reading.omega_b)
+
+
+def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
+    """Return one sample of ``truth`` with the errors of table row ``row``."""
+    turned = errors(table, row, 6, parameters.attitude_bias, parameters.attitude_noise)
+    q = truth.q_wb
+    if turned.x != 0.0 or turned.y != 0.0 or turned.z != 0.0:
+        x, y, z = 0.5 * turned.x, 0.5 * turned.y, 0.5 * turned.z
+        q = normalized(
+            Quat(
+                q.x + q.w * x + q.y * z - q.z * y,
+                q.y + q.w * y + q.z * x - q.x * z,
+                q.z + q.w * z + q.x * y - q.y * x,
+                q.w - q.x * x - q.y * y - q.z * z,
+            )
+        )
+    if parameters.attitude_quantum > 0.0:
+        q = quaternion_from_euler(rounded(euler_from_quaternion(q), parameters.attitude_quantum))
+    position = errors(table, row, 0, parameters.position_bias, parameters.position_noise)
+    velocity = errors(table, row, 3, parameters.velocity_bias, parameters.velocity_noise)
+    rates = errors(table, row, 9, parameters.rate_bias, parameters.rate_noise)
+    return VehicleState(
+        rounded(total(truth.p_w, position), parameters.position_quantum),
+        rounded(total(truth.v_w, velocity), parameters.velocity_quantum),
+        q,
+        rounded(total(truth.omega_b, rates), parameters.rate_quantum),
+    )
+
+
+def errors(table: NDArray[np.float64], row: int, first: int, bias: float, noise: float) -> Vec3:
+    """Return bias and noise of three channels from ``first``, in the unit of both standard deviations."""
+    return Vec3(
+        bias * float(table[0, first]) + noise * float(table[row, first]),
+        bias * float(table[0, first + 1]) + noise * float(table[row, first + 1]),
+        bias * float(table[0, first + 2]) + noise * float(table[row, first + 2]),
+    )
+
+
+def total(a: Vec3, b: Vec3) -> Vec3:
+    """Return the sum of two vectors."""
+    return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
+
+
+def rounded(v: Vec3, quantum: float) -> Vec3:
+    """Return ``v`` rounded to multiples of ``quantum``, itself for 0."""
+    if quantum <= 0.0:
+        return v
+    return Vec3(
+        quantum * math.floor(v.x / quantum + 0.5),
+        quantum * math.floor(v.y / quantum + 0.5),
+        quantum * math.floor(v.z / quantum + 0.5),
+    )
+
+
+def put(line: NDArray[np.float64], slot: int, state: VehicleState) -> None:
+    """Write ``state`` into a row of the delay line."""
+    line[slot, 0], line[slot, 1], line[slot, 2] = state.p_w.x, state.p_w.y, state.p_w.z
+    line[slot, 3], line[slot, 4], line[slot, 5] = state.v_w.x, state.v_w.y, state.v_w.z
+    line[slot, 6], line[slot, 7] = state.q_wb.x, state.q_wb.y
+    line[slot, 8], line[slot, 9] = state.q_wb.z, state.q_wb.w
+    line[slot, 10], line[slot, 11], line[slot, 12] = state.omega_b.x, state.omega_b.y, state.omega_b.z
+
+
+def taken(line: NDArray[np.float64], slot: int) -> VehicleState:
+    """Return the state in a row of the delay line."""
+    return VehicleState(
+        Vec3(float(line[slot, 0]), float(line[slot, 1]), float(line[slot, 2])),
+        Vec3(float(line[slot, 3]), float(line[slot, 4]), float(line[slot, 5])),
+        Quat(float(line[slot, 6]), float(line[slot, 7]), float(line[slot, 8]), float(line[slot, 9])),
+        Vec3(float(line[slot, 10]), float(line[slot, 11]), float(line[slot, 12])),
+    )
