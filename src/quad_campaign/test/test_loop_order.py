@@ -16,7 +16,17 @@ from quad_campaign.sweep import sweep
 from quad_core.types import Actuation, AttitudeThrust, Disturbance, TrajectoryPoint, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
-KINDS = (VehicleState, VehicleState, Disturbance, Actuation, TrajectoryPoint, AttitudeThrust, Internals, Wrench, Internals)
+KINDS = (
+    VehicleState,
+    VehicleState,
+    Disturbance,
+    Actuation,
+    TrajectoryPoint,
+    AttitudeThrust,
+    Internals,
+    Wrench,
+    Internals,
+)
 MODULES = Modules(
     stand_in.plant, stand_in.disturbance, stand_in.trajectory, stand_in.position, stand_in.attitude, stand_in.sensing
 )
