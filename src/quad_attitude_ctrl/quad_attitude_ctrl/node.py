@@ -1,19 +1,18 @@
 """The attitude controller node: state and attitude setpoint in, wrench out."""
 
 import sys
-from typing import Any
+from collections.abc import Iterator
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.publisher import Publisher
 
 from quad_core.safe import level_hover
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust
 from quad_msgs.msg import AttitudeInternals
 from quad_node import topics
+from quad_node.codec import pack_wrench
 from quad_node.law_node import LawNode
 from quad_node.main import run
 from quad_node.responder import Held, Moment, age
-from quad_node.wrench import write_wrench
 
 
 class AttitudeController(LawNode):
@@ -25,10 +24,9 @@ class AttitudeController(LawNode):
         self.companion("attitude_setpoint", AttitudeThrust)
         self.companion("actuation", Actuation, lag=1)
         self._wrench_out = self.publisher("wrench_setpoint")
-        self._message = WrenchStamped()
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:
-        """Return the wrench and the law's internals of one step."""
+    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, bytes]]:
+        """Give the wrench and the law's internals of one step."""
         held, actuation = values
         assert held is not None
         setpoint = held.value
@@ -38,9 +36,9 @@ class AttitudeController(LawNode):
         inputs = AttitudeInputs(moment.state, setpoint, actuation.value if actuation else Actuation())
         wrench = self.run_law(inputs, moment)
         if wrench is None:
-            return []
-        write_wrench(wrench, moment.stamp_ns, self._message)
-        return [(self._wrench_out, self._message), self.internals_answer()]
+            return
+        yield self._wrench_out, pack_wrench(wrench, moment.stamp_ns)
+        yield self.internals_answer(moment)
 
 
 def main() -> None:

@@ -115,7 +115,7 @@ class RecorderParameters(NamedTuple):
     ] = 50
     finish_timeout: Annotated[
         float, Real("s", "wall-clock time to wait for missing messages after the flight", 0.1, 600.0, live=False)
-    ] = 2.0
+    ] = 10.0
 
 
 class OdometryRelayParameters(NamedTuple):

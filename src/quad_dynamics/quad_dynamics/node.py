@@ -3,7 +3,6 @@
 import sys
 import time
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 
 from quad_core.bounds import is_flyable
@@ -16,12 +15,12 @@ from quad_msgs.msg import Disturbance as DisturbanceMsg
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.conversion import set_stamp, stamp_ns, writer
+from quad_node.codec import packer, unpack_wrench
+from quad_node.conversion import all_finite, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake
 from quad_node.interface import interface_hash
 from quad_node.main import run
-from quad_node.wrench import read_wrench
 
 
 class Simulator(FlightNode):
@@ -35,13 +34,13 @@ class Simulator(FlightNode):
         self.handshake = Handshake(self.flight, interface_hash(), [role for role in self.roles if role != self.role])
         self._state_out = None
         if self.settings.publish_state:
-            self._state_out = (self.publisher("state"), writer(VehicleState, VehicleStateMsg), VehicleStateMsg())
-        self._truth_out = (self.publisher("truth"), writer(VehicleState, VehicleStateMsg), VehicleStateMsg())
-        self._actuation_out = (self.publisher("actuation"), writer(Actuation, ActuationMsg), ActuationMsg())
-        self._disturbance_out = (self.publisher("disturbance"), writer(Disturbance, DisturbanceMsg), DisturbanceMsg())
+            self._state_out = (self.publisher("state"), packer(VehicleState, VehicleStateMsg))
+        self._truth_out = (self.publisher("truth"), packer(VehicleState, VehicleStateMsg))
+        self._actuation_out = (self.publisher("actuation"), packer(Actuation, ActuationMsg))
+        self._disturbance_out = (self.publisher("disturbance"), packer(Disturbance, DisturbanceMsg))
         self._flight_state = self.publisher("flight/state")
         self._tools = ToolsOutput(self)
-        self.subscribe("wrench_setpoint", self._on_wrench)
+        self.subscribe("wrench_setpoint", self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/recorded", self._on_recorded)
@@ -82,10 +81,9 @@ class Simulator(FlightNode):
         self._acked = max(self._acked, message.step)
         self._advance()
 
-    def _on_wrench(self, message: WrenchStamped) -> None:
-        stamp = stamp_ns(message.header.stamp)
-        wrench = read_wrench(message)
-        if wrench is None:
+    def _on_wrench(self, payload: bytes) -> None:
+        wrench, stamp = unpack_wrench(payload)
+        if not all_finite(wrench):
             self.counters["rejected"] += 1
             self.event(
                 FlightEvent.WARNING, "rejected_nonfinite", "wrench_setpoint: a non-finite number; ignored", stamp
@@ -175,11 +173,8 @@ class Simulator(FlightNode):
 
     @staticmethod
     def _send(output: tuple, value: tuple, step: int, stamp: int) -> None:
-        publisher, write, message = output
-        write(value, message)
-        message.step = step
-        set_stamp(message.stamp, stamp)
-        publisher.publish(message)
+        publisher, pack = output
+        publisher.publish(pack(value, step, step + 1, stamp))
 
     def on_tick(self) -> None:
         """Watch the start, a silent node, the end."""

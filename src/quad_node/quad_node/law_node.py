@@ -6,7 +6,8 @@ from rclpy.publisher import Publisher
 
 from quad_core.parameters import Value
 from quad_msgs.msg import FlightEvent
-from quad_node.conversion import all_finite, extra_names, set_stamp, writer
+from quad_node.codec import packer
+from quad_node.conversion import all_finite, extra_names
 from quad_node.responder import Held, Moment, Responder, age
 
 
@@ -19,8 +20,8 @@ class LawNode(Responder):
         self.law = self.resolved.plugins["law"]
         self._memory = self.law.module.init(self.law.parameters, self.vehicle)
         internals = self.law.module.Internals
-        self._write_internals = writer(internals, internals_type)
-        self._internals = internals_type()
+        self._pack_internals = packer(internals, internals_type)
+        self._internals: Any = None
         self._internals_out = self.publisher(f"{role}/internals")
         self.internals_names = extra_names(internals, internals_type)
         self.say_parameters()
@@ -34,19 +35,12 @@ class LawNode(Responder):
             self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", moment.stamp_ns)
             self.finish(1, f"{self.law.name}: non-finite output at step {moment.step}")
             return None
-        self._memory = memory
-        self._write_internals(internals, self._internals)
-        self.stamp(self._internals, moment)
+        self._memory, self._internals = memory, internals
         return output
 
-    def internals_answer(self) -> tuple[Publisher, Any]:
-        """Return the internals of the last step as an answer."""
-        return self._internals_out, self._internals
-
-    def stamp(self, message: Any, moment: Moment) -> None:
-        """Mark ``message`` as the answer to the state of ``moment``."""
-        message.step = moment.step
-        set_stamp(message.stamp, moment.stamp_ns)
+    def internals_answer(self, moment: Moment) -> tuple[Publisher, bytes]:
+        """Return the internals of the last step as an answer to ``moment``."""
+        return self._internals_out, self._pack_internals(self._internals, moment.step, moment.step, moment.stamp_ns)
 
     def stale(self, topic: str, held: Held) -> None:
         """Report that a held input is too old to be used as it is."""

@@ -10,7 +10,8 @@ from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.conversion import set_stamp, stamp_ns, writer
+from quad_node.codec import packer
+from quad_node.conversion import stamp_ns
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 
@@ -26,8 +27,7 @@ class OdometryRelay(FlightNode):
         super().__init__(topics.RELAY)
         self._settings = self.resolved.node
         self._state_out = self.publisher("state")
-        self._write = writer(VehicleState, VehicleStateMsg)
-        self._message = VehicleStateMsg()
+        self._pack = packer(VehicleState, VehicleStateMsg)
         self._first: int | None = None
         self.create_subscription(Odometry, self._settings.odometry, self._on_odometry, topics.stream(64))
 
@@ -56,10 +56,7 @@ class OdometryRelay(FlightNode):
             self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
             return
         self.step = elapsed // self.flight.plant_period
-        self._write(state, self._message)
-        self._message.step = self.step
-        set_stamp(self._message.stamp, elapsed)
-        self._state_out.publish(self._message)
+        self._state_out.publish(self._pack(state, self.step, self.step + 1, elapsed))
 
     def _refuse(self, kind: str, found: str, stamp: int) -> None:
         self.counters["rejected"] += 1

@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from rclpy.publisher import Publisher
@@ -12,7 +13,8 @@ from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.conversion import all_finite, reader, stamp_ns
+from quad_node.codec import unpacker
+from quad_node.conversion import all_finite
 from quad_node.flight_node import FlightNode
 
 _MEMORY = 64
@@ -68,7 +70,7 @@ class Responder(FlightNode):
     def __init__(self, role: str) -> None:
         """Subscribe to ``state``; raises as FlightNode."""
         super().__init__(role)
-        self._read_state = reader(VehicleState, VehicleStateMsg)
+        self._read_state = unpacker(VehicleState, VehicleStateMsg)
         self._companions: list[Companion] = []
         self._pending: deque[tuple[int, int, VehicleState]] = deque()
         self._answers: list[tuple[Publisher, Any]] = []
@@ -76,28 +78,27 @@ class Responder(FlightNode):
         self._seen = -1
         self._answered_stamp = 0
         self._due = 0
-        self.subscribe("state", self._on_state)
+        self.subscribe("state", self._on_state, raw=True)
 
     def companion(self, topic: str, cls: type[Any], lag: int = 0) -> Companion:
         """Subscribe to a topic whose values belong to steps; messages that are not finite are refused."""
         found = Companion(topic, lag)
-        read = reader(cls, topics.TOPICS[topic].type)
+        read = unpacker(cls, topics.TOPICS[topic].type)
 
-        def keep(message: Any) -> None:
-            value = read(message)
+        def keep(payload: bytes) -> None:
+            step, next_step, stamp, value = read(payload)
             if not all_finite(value):
-                self.reject(topic, "a non-finite number", stamp_ns(message.stamp))
+                self.reject(topic, "a non-finite number", stamp)
                 return
-            next_step = message.step + 1 if lag else message.next_step
-            found.put(Held(message.step, next_step, value, time.monotonic()))
+            found.put(Held(step, next_step, value, time.monotonic()))
             self._answer_pending()
 
-        self.subscribe(topic, keep)
+        self.subscribe(topic, keep, raw=True)
         self._companions.append(found)
         return found
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:
-        """Compute the messages of one step; ``values`` are the companions in order of declaration."""
+    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Compute the messages of one step, what others wait for first; ``values``: companions as declared."""
         raise NotImplementedError
 
     def reject(self, topic: str, found: str, stamp: int) -> None:
@@ -105,18 +106,18 @@ class Responder(FlightNode):
         self.counters["rejected"] += 1
         self.event(FlightEvent.WARNING, "rejected_nonfinite", f"{topic}: {found}; message ignored", stamp)
 
-    def _on_state(self, message: VehicleStateMsg) -> None:
+    def _on_state(self, payload: bytes) -> None:
         self.heard = time.monotonic()
         self.flying = True
-        step, stamp = message.step, stamp_ns(message.stamp)
+        step, _, stamp, state = self._read_state(payload)
         asked_again, self._seen = step == self._seen, step
         if asked_again and self._pending:
             self._say_waiting(step)
         elif asked_again:
             self.counters["repeated"] += 1
-            self._publish(self._answers)
+            for publisher, message in self._answers:
+                publisher.publish(message)
         elif step >= self._due:
-            state = self._read_state(message)
             if not is_flyable(state):
                 self.reject("state", "a number that is not finite or out of range", stamp)
                 return
@@ -135,9 +136,12 @@ class Responder(FlightNode):
             self._pending.popleft()
             if self._state_waiting():
                 self.set_status(NodeStatus.READY, "going on")
-            self._answers = self.answer(Moment(step, stamp, state, self._elapsed(stamp)), values)
+            moment = Moment(step, stamp, state, self._elapsed(stamp))
             self._answered, self._answered_stamp, self.step = step, stamp, step
-            self._publish(self._answers)
+            self._answers = []
+            for publisher, message in self.answer(moment, values):
+                publisher.publish(message)
+                self._answers.append((publisher, message))
 
     def _missing(self, step: int, values: list[Held | None]) -> Companion | None:
         for companion, value in zip(self._companions, values, strict=True):
@@ -160,10 +164,6 @@ class Responder(FlightNode):
         if missing is not None:
             text = f"step {step}: no {missing.topic} from {missing.role}"
             self.set_status(NodeStatus.WAITING, text, (missing.topic, missing.role))
-
-    def _publish(self, answers: list[tuple[Publisher, Any]]) -> None:
-        for publisher, message in answers:
-            publisher.publish(message)
 
 
 def age(held: Held) -> float:

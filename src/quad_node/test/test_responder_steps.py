@@ -4,6 +4,7 @@ import math
 
 import pytest
 import rclpy
+from rclpy.serialization import serialize_message
 
 from quad_core.types import Actuation, TrajectoryPoint
 from quad_msgs import msg
@@ -46,15 +47,15 @@ class Echo(Responder):
         message = msg.VehicleState(step=step)
         message.p_w[0], message.q_wb[3] = x, 1.0
         set_stamp(message.stamp, step * PERIOD if stamp is None else stamp)
-        self.callbacks["state"](message)
+        self.callbacks["state"](serialize_message(message))
 
     def reference(self, step, next_step, x=0.0):
         message = msg.TrajectoryPoint(step=step, next_step=next_step)
         message.p_w[0] = x
-        self.callbacks["reference"](message)
+        self.callbacks["reference"](serialize_message(message))
 
     def actuation(self, step, thrust=0.0):
-        self.callbacks["actuation"](msg.Actuation(step=step, thrust=thrust))
+        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
 
     def steps(self):
         return [moment.step for moment, _ in self.moments]

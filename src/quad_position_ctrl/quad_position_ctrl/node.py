@@ -1,7 +1,7 @@
 """The position controller node: state and reference in, attitude setpoint out."""
 
 import sys
-from typing import Any
+from collections.abc import Iterator
 
 from rclpy.publisher import Publisher
 
@@ -10,7 +10,7 @@ from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Trajector
 from quad_msgs.msg import AttitudeThrust as AttitudeThrustMsg
 from quad_msgs.msg import PositionInternals
 from quad_node import topics
-from quad_node.conversion import writer
+from quad_node.codec import packer
 from quad_node.law_node import LawNode
 from quad_node.main import run
 from quad_node.responder import Held, Moment, age
@@ -25,11 +25,10 @@ class PositionController(LawNode):
         self.companion("reference", TrajectoryPoint)
         self.companion("actuation", Actuation, lag=1)
         self._setpoint_out = self.publisher("attitude_setpoint")
-        self._write = writer(AttitudeThrust, AttitudeThrustMsg)
-        self._message = AttitudeThrustMsg()
+        self._pack = packer(AttitudeThrust, AttitudeThrustMsg)
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:
-        """Return the attitude setpoint and the law's internals of one step."""
+    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, bytes]]:
+        """Give the attitude setpoint and the law's internals of one step."""
         held, actuation = values
         assert held is not None
         reference = held.value
@@ -39,11 +38,10 @@ class PositionController(LawNode):
         inputs = PositionInputs(moment.state, reference, actuation.value if actuation else Actuation())
         setpoint = self.run_law(inputs, moment)
         if setpoint is None:
-            return []
-        self._write(setpoint, self._message)
-        self.stamp(self._message, moment)
-        self._message.next_step = moment.step + self.period_steps
-        return [(self._setpoint_out, self._message), self.internals_answer()]
+            return
+        next_step = moment.step + self.period_steps
+        yield self._setpoint_out, self._pack(setpoint, moment.step, next_step, moment.stamp_ns)
+        yield self.internals_answer(moment)
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
 """The trajectory node: plans at the first state, then publishes the reference of each of its steps."""
 
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -11,7 +12,8 @@ from quad_core.types import TrajectoryPoint
 from quad_msgs.msg import FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import topics
-from quad_node.conversion import set_stamp, writer
+from quad_node.codec import packer
+from quad_node.conversion import set_stamp
 from quad_node.main import run
 from quad_node.responder import Held, Moment, Responder
 
@@ -27,21 +29,16 @@ class Trajectory(Responder):
         self._first_stamp = 0
         self._plan_out = self.publisher("flight/plan")
         self._reference_out = self.publisher("reference")
-        self._write = writer(TrajectoryPoint, TrajectoryPointMsg)
-        self._message = TrajectoryPointMsg()
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> list[tuple[Publisher, Any]]:  # noqa: ARG002
-        """Return the reference of one step, and before the first one the plan."""
-        answers: list[tuple[Publisher, Any]] = []
+    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, Any]]:  # noqa: ARG002
+        """Give the reference of one step, and before the first one the plan."""
         if self._plan is None:
-            answers.append((self._plan_out, self._make_plan(moment)))
+            yield self._plan_out, self._make_plan(moment)
         time = seconds(moment.stamp_ns - self._first_stamp, 1)
         point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
-        self._write(point, self._message)
-        self._message.step = moment.step
-        self._message.next_step = moment.step + self.period_steps
-        set_stamp(self._message.stamp, moment.stamp_ns)
-        return [*answers, (self._reference_out, self._message)]
+        next_step = moment.step + self.period_steps
+        yield self._reference_out, self._pack(point, moment.step, next_step, moment.stamp_ns)
 
     def _make_plan(self, moment: Moment) -> FlightPlan:
         module, parameters = self._plugin.module, self._plugin.parameters

@@ -4,7 +4,6 @@ import math
 import sys
 import time
 
-from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
@@ -18,10 +17,10 @@ from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightPlan, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
+from quad_node.codec import pack_wrench
 from quad_node.conversion import reader, set_stamp, stamp_ns
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
-from quad_node.wrench import write_wrench
 
 ROLES = f"{topics.SIMULATOR},{topics.ATTITUDE}"
 HELP = f"""Checks a plant or hardware bridge against docs/swap_the_plant.md, as the only other node of its flight.
@@ -53,7 +52,6 @@ class PlantCheck(FlightNode):
         self._read = reader(VehicleState, VehicleStateMsg)
         self._plan_out = self.publisher("flight/plan")
         self._wrench_out = self.publisher("wrench_setpoint")
-        self._wrench = WrenchStamped()
         self._left: list[Manoeuvre] = manoeuvres(self.vehicle)
         self._until = 0
         self._before: VehicleState | None = None
@@ -139,8 +137,7 @@ class PlantCheck(FlightNode):
         self._send(self._left[0].wrench, step)
 
     def _send(self, wrench: Wrench, step: int) -> None:
-        write_wrench(wrench, step * self.flight.plant_period, self._wrench)
-        self._wrench_out.publish(self._wrench)
+        self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
 
     def _on_actuation(self, message: ActuationMsg) -> None:
         if self.lockstep and message.step not in (self._actuated, self._actuated + 1):

@@ -1,0 +1,152 @@
+"""The floor of the ROS loop: nodes of plain rclpy that pass the messages of a flight round and compute nothing.
+
+Topics, types, QoS, executor, order of waiting and rates are those of the flight stack; messages are filled once and
+published again and again. The recorder subscribes raw and counts. Run by ``ros_loop``.
+"""
+
+import argparse
+import json
+import sys
+import time
+
+import rclpy
+from rclpy.node import Node
+from rclpy.task import Future
+
+from quad_node import topics
+from quad_node.executor import init, spin
+
+PERIOD = 2_000_000
+SLOW = 5
+ACK = 50
+
+
+class Relay(Node):
+    """One role of the flight; ``done`` completes when the simulator has flown ``steps``."""
+
+    def __init__(self, role: str, steps: int, roles: tuple[str, ...]) -> None:
+        super().__init__(role, enable_rosout=False, start_parameter_services=False)
+        self.role, self.steps, self.roles = role, steps, roles
+        self.done = Future()
+        self.out = {}
+        self.have = dict.fromkeys(("state", "reference", "attitude_setpoint", "actuation"), -1)
+        self.answered, self.count, self.step, self.began = -1, 0, 0, 0.0
+        for name, topic in topics.TOPICS.items():
+            if role in topic.publishers and (topic.step or name == "flight/recorded"):
+                publisher = self.create_publisher(topic.type, name, topic.qos(topics.STEP_HISTORY))
+                message = topic.type()
+                self.out[name] = (publisher, message, getattr(message, "header", message))
+            if role in topic.subscribers and (topic.step or name == "flight/recorded"):
+                raw = role == topics.RECORDER
+                depth = 1000 if raw else 10
+                self.create_subscription(topic.type, name, self.hearer(name), topic.qos(depth), raw=raw)
+        self.create_timer(0.02, self.tick)
+
+    def send(self, name: str, step: int) -> None:
+        """Publish the prepared message of a topic with step and stamp of ``step``."""
+        publisher, message, stamped = self.out[name]
+        if stamped is message:
+            message.step = step
+        if name != "flight/recorded":
+            stamped.stamp.sec, stamped.stamp.nanosec = divmod(step * PERIOD, 1_000_000_000)
+        publisher.publish(message)
+
+    def hearer(self, name: str) -> object:
+        """Return the callback of a topic."""
+        if self.role == topics.RECORDER:
+            return self.on_raw
+        if name == "wrench_setpoint":
+            return self.on_wrench
+        if name == "flight/recorded":
+            return lambda _message: None
+
+        def hear(message: object) -> None:
+            self.have[name] = message.step
+            self.answer()
+
+        return hear
+
+    def answer(self) -> None:
+        """Answer a state when all that belongs to it is there."""
+        step, have = self.have["state"], self.have
+        if step <= self.answered:
+            return
+        slow = step - step % SLOW
+        if self.role == topics.TRAJECTORY and step == slow:
+            self.answered = step
+            self.send("reference", step)
+        elif self.role == topics.POSITION and step == slow:
+            if have["reference"] >= step and have["actuation"] >= step - 1:
+                self.answered = step
+                self.send("attitude_setpoint", step)
+                self.send("position_controller/internals", step)
+        elif self.role == topics.ATTITUDE and have["attitude_setpoint"] >= slow and have["actuation"] >= step - 1:
+            self.answered = step
+            self.send("wrench_setpoint", step)
+            self.send("attitude_controller/internals", step)
+
+    def on_raw(self, _payload: bytes) -> None:
+        """Count, and acknowledge now and then."""
+        self.count += 1
+        if self.count % (6 * ACK) == 0:
+            self.send("flight/recorded", self.count // 6)
+
+    def on_wrench(self, message: object) -> None:
+        """Go on with the next step once the answer to this one has come."""
+        stamp = message.header.stamp
+        if (stamp.sec * 1_000_000_000 + stamp.nanosec) // PERIOD != self.step:
+            return
+        self.send("actuation", self.step)
+        self.step += 1
+        if self.step < self.steps:
+            self.publish_step()
+            return
+        say({"steps": self.steps, "wall": time.monotonic() - self.began})
+        self.done.set_result(None)
+
+    def publish_step(self) -> None:
+        """Publish a state and what only the recorder takes."""
+        self.send("state", self.step)
+        self.send("truth", self.step)
+        self.send("disturbance", self.step)
+
+    def tick(self) -> None:
+        """Begin when everyone is matched."""
+        if self.role != topics.SIMULATOR or self.began or not all(self.matched(name) for name in self.out):
+            return
+        if self.count_publishers("wrench_setpoint") and self.count_subscribers("wrench_setpoint") > 1:
+            self.began = time.monotonic()
+            say({"began": True})
+            self.publish_step()
+
+    def matched(self, name: str) -> bool:
+        """Tell whether all subscribers of a topic are there."""
+        wanted = sum(role in self.roles for role in topics.TOPICS[name].subscribers)
+        return self.out[name][0].get_subscription_count() >= wanted
+
+
+def say(facts: dict[str, object]) -> None:
+    """Tell the parent one line."""
+    sys.stdout.write(json.dumps(facts) + "\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Run one role, or all in this process."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("role", choices=["all", *topics._ALL])
+    parser.add_argument("--steps", type=int, default=5000)
+    options = parser.parse_args()
+    init([])
+    everyone = tuple(topics._ALL)
+    nodes = [Relay(role, options.steps, everyone) for role in (everyone if options.role == "all" else (options.role,))]
+    try:
+        spin(nodes, nodes[0].done)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""One measured run of the flight stack or of the bare relay, in processes of their own."""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from quad_bringup.domains import reserved_domain
+from quad_bringup.flight_setup import Request, parameter_file, resolve_flight
+from quad_bringup.processes import Processes, executable
+from quad_node import topics
+from quad_node.watch import ENDED, FAILED, FLYING, FlightWatch
+
+ROLES = (topics.SIMULATOR, topics.TRAJECTORY, topics.POSITION, topics.ATTITUDE, topics.RECORDER)
+TICK = os.sysconf("SC_CLK_TCK")
+
+
+class Run(NamedTuple):
+    """Steps done, wall time of them in s, CPU time of them in s per process."""
+
+    steps: int
+    wall: float
+    cpu: dict[str, float]
+
+    @property
+    def rate(self) -> float:
+        """Cycles per second."""
+        return self.steps / self.wall
+
+    @property
+    def cpu_per_cycle(self) -> float:
+        """CPU time of one cycle over all processes, microseconds."""
+        return 1e6 * sum(self.cpu.values()) / self.steps
+
+
+def cpu_time(pids: Mapping[str, int]) -> dict[str, float]:
+    """Return user and system time of processes in s."""
+    found = {}
+    for role, pid in pids.items():
+        fields = Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()
+        found[role] = (int(fields[11]) + int(fields[12])) / TICK
+    return found
+
+
+def spent(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
+    """Return the CPU time between two looks."""
+    return {role: after[role] - before[role] for role in before}
+
+
+def relay(steps: int, one_process: bool = False) -> Run:
+    """Run the bare relay."""
+    script = Path(__file__).with_name("relay.py")
+    roles = ("all",) if one_process else ROLES
+    with reserved_domain(None) as domain:
+        environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+        started = {
+            role: subprocess.Popen(
+                [sys.executable, str(script), role, "--steps", str(steps)], env=environment, stdout=subprocess.PIPE
+            )
+            for role in roles
+        }
+        try:
+            news = started[roles[0]].stdout
+            pids = {role: process.pid for role, process in started.items()}
+            json.loads(news.readline())
+            before = cpu_time(pids)
+            told = json.loads(news.readline())
+            others = {role: pid for role, pid in pids.items() if role not in (topics.SIMULATOR, "all")}
+            after = {**before, **cpu_time(others)}
+            after[roles[0]] = _final(started[roles[0]])
+        finally:
+            for process in started.values():
+                process.terminate()
+            for process in started.values():
+                process.wait()
+    return Run(told["steps"], told["wall"], spent(before, after))
+
+
+def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -> Run:
+    """Fly ``request`` with the real nodes; raises RuntimeError if it does not end well."""
+    with tempfile.TemporaryDirectory(prefix="quad-bench-") as scratch, reserved_domain(None) as domain:
+        logs = Path(scratch, "logs")
+        logs.mkdir()
+        run_id = f"bench-{os.getpid()}-{time.monotonic_ns()}"
+        identity = {"/**": {"flight.run_id": run_id}, topics.RECORDER: {"directory": str(Path(scratch, "bag"))}}
+        parameters = logs / "parameters.yaml"
+        parameters.write_text(parameter_file(resolve_flight(request, identity)), encoding="utf-8")
+        processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
+        watch = FlightWatch(run_id, domain)
+        arguments = ["--ros-args", "--params-file", str(parameters)]
+        try:
+            for role in ("all",) if one_process else ROLES:
+                processes.start(role, [executable(role), *arguments])
+            return _watched(processes, watch, timeout)
+        finally:
+            watch.close()
+            processes.stop()
+
+
+def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:
+    deadline = time.monotonic() + timeout
+    before: dict[str, float] = {}
+    while time.monotonic() < deadline:
+        seen = watch.poll(0.02)
+        if seen is not None and seen.phase == FLYING and not before:
+            before = cpu_time(processes.pids())
+        if seen is not None and seen.phase == ENDED:
+            return Run(seen.step + 1, seen.wall_time, spent(before, cpu_time(processes.pids())))
+        if seen is not None and seen.phase == FAILED:
+            raise RuntimeError(f"the flight failed: {seen.reason}")
+        processes.reap()
+        if not processes.running():
+            break
+    raise RuntimeError(f"the flight did not end: {processes.codes}")
+
+
+def _final(process: "subprocess.Popen[bytes]") -> float:
+    # the relay's simulator leaves by itself: its whole time comes from the kernel
+    _, _, usage = os.wait4(process.pid, 0)
+    process.returncode = 0
+    return usage.ru_utime + usage.ru_stime
+
+
+def median(values: Sequence[float]) -> float:
+    """Return the median."""
+    return statistics.median(values)
