@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
 
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_msgs.msg import PositionInternals
@@ -44,7 +45,8 @@ def test_memory_and_internals_are_those_of_the_step(node):
     assert node.run_law("inputs", MOMENT) == Wrench(4.0)
     gain, memory, inputs, dt = seen[1]
     assert (gain, memory.thrust, inputs, dt) == (3.5, 1, "inputs", 0.01)
-    _, message = node.internals_answer()
+    _, payload = node.internals_answer(MOMENT)
+    message = deserialize_message(payload, PositionInternals)
     assert (message.step, message.stamp.nanosec, message.lyapunov) == (7, 14_000_000, 9.0)
     assert not node.done.done()
 
