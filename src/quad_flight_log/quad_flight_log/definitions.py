@@ -5,7 +5,7 @@ import os
 import re
 import sys
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -95,6 +95,7 @@ def fields_of(type_name: str, text: str) -> tuple[FieldType, ...]:
     return tuple(found)
 
 
+@lru_cache(maxsize=256)
 def parse(type_name: str, text: str) -> Schema:
     """Parse concatenated definitions (top text, then for each dependency a line of 80 ``=`` and ``MSG: pkg/Type``).
 
