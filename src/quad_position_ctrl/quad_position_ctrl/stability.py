@@ -1,0 +1,65 @@
+"""The paper's proof for one axis of AIBS with all its terms: what is true of eqs. 31-36 with and without disturbance.
+
+In flight nobody knows the gain xi_8 that the proof compares xi_hat_8 with, nor d: the law logs
+``backstepping.lyapunov`` and ``backstepping.lyapunov_rate``. These functions are for tests and studies.
+Exact for an exact state, an attitude that follows at once, and no limit met.
+"""
+
+import math
+
+
+def lyapunov_total(known: float, true_gain: float, adaptive_gain: float, adaptation_rate: float) -> float:
+    """Return L_Px of Eq. 31 (and one axis of Eq. 35).
+
+    ``known`` is ``backstepping.lyapunov``; ``true_gain`` xi_8 and ``adaptive_gain`` xi_hat_8 in 1/s;
+    ``adaptation_rate`` alpha_8 > 0 in s/m^2.
+    """
+    shortfall = true_gain - adaptive_gain
+    return known + 0.5 * shortfall * shortfall / adaptation_rate
+
+
+def lyapunov_total_rate(
+    position_gain: float, true_gain: float, position_error: float, velocity_error: float, disturbance: float
+) -> float:
+    """Return L_Px' = -xi_7 e_7^2 - xi_8 e_8^2 + e_8 d (Eq. 34, which leaves the last term out).
+
+    ``disturbance`` d in m/s^2 less what the law puts in its place in Eq. 30. Positive for small e_8 of the sign of d.
+    """
+    return (
+        -position_gain * position_error * position_error
+        - true_gain * velocity_error * velocity_error
+        + velocity_error * disturbance
+    )
+
+
+def rate_bound(
+    position_gain: float, true_gain: float, position_error: float, velocity_error: float, max_disturbance: float
+) -> float:
+    """Return -xi_7 e_7^2 - xi_8 e_8^2 / 2 + D^2 / (2 xi_8), which L_Px' never exceeds for abs(d) <= D.
+
+    It stands where Eq. 34 says <= 0. By completing the square (Young's inequality); ``true_gain`` > 0.
+    """
+    return (
+        -position_gain * position_error * position_error
+        - 0.5 * true_gain * velocity_error * velocity_error
+        + 0.5 * max_disturbance * max_disturbance / true_gain
+    )
+
+
+def largest_errors(position_gain: float, true_gain: float, max_disturbance: float) -> tuple[float, float]:
+    """Return the half axes of the ellipse on which ``rate_bound`` is 0: abs(e_7) in m, abs(e_8) in m/s.
+
+    Outside of it L_Px falls for every abs(d) <= D.
+    """
+    return (
+        max_disturbance / math.sqrt(2.0 * position_gain * true_gain),
+        max_disturbance / true_gain,
+    )
+
+
+def static_error(position_gain: float, adaptive_gain: float, disturbance: float) -> float:
+    """Return e_7 in m at rest under a constant d in m/s^2 while the integral of Eq. 21 does nothing.
+
+    Eqs. 19 and 29 at rest: e_8 = xi_7 e_7 and e_7 + xi_hat_8 e_8 = d.
+    """
+    return disturbance / (1.0 + position_gain * adaptive_gain)
