@@ -1,0 +1,1 @@
+"""The quadrotor integrated by MuJoCo: a second plant, behind the same topics."""

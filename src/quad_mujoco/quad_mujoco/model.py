@@ -1,0 +1,85 @@
+"""One free rigid body as a MuJoCo model, driven through a site so that the wrench turns with the body inside a step."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import mujoco
+
+from quad_dynamics.newton_euler import Body, Triple
+
+_MJCF = """
+<mujoco>
+  <compiler autolimits="true" balanceinertia="false"/>
+  <option timestep="{step!r}" integrator="RK4" gravity="0 0 {gravity!r}">
+    <flag autoreset="disable"/>
+  </option>
+  <worldbody>
+    <body name="vehicle">
+      <freejoint/>
+      <inertial pos="0 0 0" mass="{body.mass!r}"
+                diaginertia="{body.inertia_xx!r} {body.inertia_yy!r} {body.inertia_zz!r}"/>
+      <site name="centre"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <general site="centre" gear="0 0 1 0 0 0"/>
+    <general site="centre" gear="0 0 0 1 0 0"/>
+    <general site="centre" gear="0 0 0 0 1 0"/>
+    <general site="centre" gear="0 0 0 0 0 1"/>
+  </actuator>
+</mujoco>
+"""
+_VEHICLE = 1
+"""Index of the vehicle among the bodies of the model; 0 is the world."""
+
+
+class Motion(NamedTuple):
+    """Position m and velocity m/s (world), quaternion xyzw, body rates rad/s, each as plain floats."""
+
+    p: Triple
+    v: Triple
+    q: tuple[float, float, float, float]
+    omega: Triple
+
+
+class FreeBody:
+    """A free body under gravity and linear drag. It keeps nothing between calls that changes a result."""
+
+    def __init__(self, body: Body, step: float) -> None:
+        """Compile the model of ``body`` with steps of ``step`` s; raises ValueError if MuJoCo refuses it."""
+        self._model = mujoco.MjModel.from_xml_string(_MJCF.format(body=body, step=step, gravity=-body.gravity))
+        # a free joint has three translations along the world's axes, then three rotations about the body's
+        self._model.dof_damping[:3] = body.drag_coefficient
+        self._data = mujoco.MjData(self._model)
+        self._drag_torque = body.drag_torque_coefficient
+
+    def moved(self, motion: Motion, thrust: float, torque_b: Triple, force_w: Triple, steps: int) -> Motion:
+        """Return the motion ``steps`` steps later under thrust N along body z, torque N m (body) and force N (world).
+
+        Drag torque is that of the rates at the start of each step: MuJoCo has no quadratic one.
+        """
+        data = self._data
+        x, y, z, w = motion.q
+        data.qpos[:] = (*motion.p, w, x, y, z)
+        data.qvel[:] = (*motion.v, *motion.omega)
+        data.xfrc_applied[_VEHICLE, :3] = force_w
+        data.qacc_warmstart[:] = 0.0
+        for _ in range(steps):
+            p, q, r = data.qvel[3:6].tolist()
+            k = self._drag_torque
+            data.ctrl[:] = (
+                thrust,
+                torque_b[0] - k * abs(p) * p,
+                torque_b[1] - k * abs(q) * q,
+                torque_b[2] - k * abs(r) * r,
+            )
+            mujoco.mj_step(self._model, data)
+        px, py, pz, w, x, y, z = data.qpos.tolist()
+        vx, vy, vz, p, q, r = data.qvel.tolist()
+        return Motion((px, py, pz), (vx, vy, vz), (x, y, z, w), (p, q, r))
+
+
+@lru_cache(maxsize=64)
+def free_body(body: Body, step: float) -> FreeBody:
+    """Return the model of ``body``, compiled once."""
+    return FreeBody(body, step)
