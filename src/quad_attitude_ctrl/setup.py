@@ -14,6 +14,11 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["attitude_controller = quad_attitude_ctrl.node:main"],
-        "quad.attitude_law": ["abfnitsm = quad_attitude_ctrl.abfnitsm"],
+        "quad.attitude_law": [
+            "abfnitsm = quad_attitude_ctrl.abfnitsm",
+            "itsm = quad_attitude_ctrl.itsm",
+            "pid = quad_attitude_ctrl.pid",
+            "se3 = quad_attitude_ctrl.se3",
+        ],
     },
 )

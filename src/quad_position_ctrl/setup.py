@@ -14,6 +14,11 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["position_controller = quad_position_ctrl.node:main"],
-        "quad.position_law": ["aibs = quad_position_ctrl.aibs"],
+        "quad.position_law": [
+            "aibs = quad_position_ctrl.aibs",
+            "ibs = quad_position_ctrl.ibs",
+            "pid = quad_position_ctrl.pid",
+            "se3 = quad_position_ctrl.se3",
+        ],
     },
 )

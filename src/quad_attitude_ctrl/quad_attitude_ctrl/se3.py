@@ -1,0 +1,152 @@
+"""Attitude part of geometric tracking control on SE(3), a ``quad.attitude_law`` plug-in.
+
+Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010:
+e_R = 1/2 (R_d^T R - R^T R_d)^vee, e_Omega = Omega - R^T R_d Omega_d,
+M = -k_R e_R - k_Omega e_Omega + Omega x J Omega - J (Omega^ R^T R_d Omega_d - R^T R_d Omega_d').
+On quaternions: with q = q_d^-1 q_wb, e_R = 2 q_w (q_x, q_y, q_z). Gains are per axis and divided by the inertia.
+Omega_d and its derivative come from the command filter. It has no integral, as in the source.
+"""
+
+from typing import Annotated, NamedTuple
+
+from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
+from quad_attitude_ctrl.body_torque import body_acceleration
+from quad_attitude_ctrl.shaping import (
+    Commands,
+    Desired,
+    HeldTorque,
+    Shaping,
+    TorqueLimits,
+    commands_at,
+    desired,
+    held_torque,
+    next_commands,
+)
+from quad_core.parameters import Real
+from quad_core.rotations import body_rates, euler_from_quaternion, quaternion_from_euler, rotate_inverse
+from quad_core.types import AttitudeInputs, Quat, Vec3, Wrench
+from quad_core.vehicle import Vehicle
+
+
+class Gains(NamedTuple):
+    """Gains of one body axis."""
+
+    angle: Annotated[float, Real("1/s^2", "k_R / J", 0.0, 1e5, "Lee 2010")] = 300.0
+    rate: Annotated[float, Real("1/s", "k_Omega / J", 0.0, 1e4, "Lee 2010")] = 30.0
+
+
+class Parameters(NamedTuple):
+    """Parameters of the attitude part."""
+
+    roll: Gains = Gains()
+    pitch: Gains = Gains()
+    yaw: Gains = Gains()
+    shaping: Shaping = Shaping()
+    torque: TorqueLimits = TorqueLimits()
+
+
+class Memory(NamedTuple):
+    """Command filters."""
+
+    commands: Commands = Commands()
+    initialised: float = 0.0
+
+
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
+    """Return the memory before the first step."""
+    return Memory(commands_at(Vec3(0.0, 0.0, 0.0)), 0.0)
+
+
+def step(
+    parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, dt: float
+) -> tuple[Wrench, Memory, Internals]:
+    """Return wrench, memory and internals of one step of ``dt`` s. Raises nothing on flyable inputs.
+
+    In the internals ``angle_error`` is e_R, ``rate_error`` e_Omega, ``reaching_control`` the feedback and
+    ``equivalent_control`` the rest of M / J, in rad/s^2.
+    """
+    state = inputs.state
+    omega_b = state.omega_b
+    commands = memory.commands
+    if memory.initialised <= 0.0:
+        commands = commands_at(euler_from_quaternion(state.q_wb))
+    goal = desired(parameters.shaping, commands, inputs.setpoint)
+    relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
+    error = rotation_error(relative)
+    turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
+    turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
+    error_rate = Vec3(omega_b.x - turned_rates.x, omega_b.y - turned_rates.y, omega_b.z - turned_rates.z)
+
+    feedback = Vec3(
+        -parameters.roll.angle * error.x - parameters.roll.rate * error_rate.x,
+        -parameters.pitch.angle * error.y - parameters.pitch.rate * error_rate.y,
+        -parameters.yaw.angle * error.z - parameters.yaw.rate * error_rate.z,
+    )
+    carried = cross(omega_b, turned_rates)
+    gyroscopic = cross(
+        omega_b,
+        Vec3(vehicle.inertia_xx * omega_b.x, vehicle.inertia_yy * omega_b.y, vehicle.inertia_zz * omega_b.z),
+    )
+    rest = Vec3(
+        turned.x - carried.x + gyroscopic.x / vehicle.inertia_xx,
+        turned.y - carried.y + gyroscopic.y / vehicle.inertia_yy,
+        turned.z - carried.z + gyroscopic.z / vehicle.inertia_zz,
+    )
+    wanted = Vec3(
+        vehicle.inertia_xx * (feedback.x + rest.x),
+        vehicle.inertia_yy * (feedback.y + rest.y),
+        vehicle.inertia_zz * (feedback.z + rest.z),
+    )
+    bounded = held_torque(wanted, parameters.torque)
+    kept = Memory(next_commands(parameters.shaping, commands, inputs.setpoint, dt), 1.0)
+    return (
+        Wrench(inputs.setpoint.thrust, bounded.torque),
+        kept,
+        _internals(goal, error, error_rate, rest, feedback, bounded),
+    )
+
+
+def relative_attitude(desired_q: Quat, q: Quat) -> Quat:
+    """Return q_d^-1 q: the quaternion of R_d^T R."""
+    x, y, z, w = -desired_q.x, -desired_q.y, -desired_q.z, desired_q.w
+    return Quat(
+        w * q.x + x * q.w + y * q.z - z * q.y,
+        w * q.y - x * q.z + y * q.w + z * q.x,
+        w * q.z + x * q.y - y * q.x + z * q.w,
+        w * q.w - x * q.x - y * q.y - z * q.z,
+    )
+
+
+def rotation_error(relative: Quat) -> Vec3:
+    """Return e_R = 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle."""
+    return Vec3(2.0 * relative.w * relative.x, 2.0 * relative.w * relative.y, 2.0 * relative.w * relative.z)
+
+
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Return a x b."""
+    return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+def _internals(
+    goal: Desired, error: Vec3, error_rate: Vec3, rest: Vec3, feedback: Vec3, bounded: HeldTorque
+) -> Internals:
+    zero = Vec3(0.0, 0.0, 0.0)
+    return Internals(
+        desired_angles=goal.angles,
+        desired_rates=goal.rates,
+        desired_accelerations=goal.accelerations,
+        angle_error=error,
+        rate_error=error_rate,
+        sliding_variable=zero,
+        surface_integral=zero,
+        surface_exponent=zero,
+        adaptive_constant=zero,
+        adaptive_angle=zero,
+        adaptive_rate=zero,
+        equivalent_control=rest,
+        reaching_control=feedback,
+        lyapunov=zero,
+        lyapunov_rate=zero,
+        torque_limited=bounded.limited,
+        adaptation_frozen=AxisFlags(False, False, False),
+    )

@@ -1,0 +1,87 @@
+"""IBS: integral backstepping with a fixed gain, a ``quad.position_law`` plug-in; the paper's baseline (sect. 4).
+
+Eqs. 18-30 with a constant xi_8 in the place of the adaptive xi_hat_8 (Eq. 37 left out) and no disturbance estimate: the
+text of ``aibs`` with both switched off, its limits unchanged. Source of the form: Bouabdallah and Siegwart, Full
+control of a quadrotor, IROS 2007.
+"""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Flag, Real
+from quad_core.types import AttitudeThrust, PositionInputs
+from quad_core.vehicle import Vehicle
+from quad_position_ctrl.aibs import HEADING_MEASURED, THRUST_PROJECTED, Internals, Memory
+from quad_position_ctrl.aibs import Parameters as AdaptiveParameters
+from quad_position_ctrl.aibs import init as adaptive_init
+from quad_position_ctrl.aibs import step as adaptive_step
+from quad_position_ctrl.axis import Axis as AdaptiveAxis
+from quad_position_ctrl.disturbance_observer import THRUST_ACHIEVED, Observer
+from quad_position_ctrl.speed_limit import SpeedLimits
+from quad_position_ctrl.thrust_vector import Limits
+
+__all__ = ["Axis", "Internals", "Memory", "Parameters", "init", "step"]
+
+
+class Axis(NamedTuple):
+    """Gains of one axis; named after the x axis."""
+
+    position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
+    velocity_gain: Annotated[float, Real("1/s", "xi_8, fixed", 0.0, 1e3, "Eq. 30")] = 7.0
+    integral_gain: Annotated[float, Real("1/s^2", "k_7", 0.0, 100.0, "Table 2, Eq. 23")] = 0.01
+    max_integral: Annotated[float, Real("m s", "bound of Gamma_7; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = 20.0
+
+
+class Parameters(NamedTuple):
+    """Parameters of IBS."""
+
+    x: Axis = Axis()
+    y: Axis = Axis()
+    z: Axis = Axis()
+    anti_windup: Annotated[
+        bool, Flag("the integrals rest while a limit is met, here or in `actuation`", "addition to Eq. 21")
+    ] = True
+    speed: SpeedLimits = SpeedLimits()
+    limits: Limits = Limits()
+
+
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:
+    """Return the memory before the first step: Gamma = 0."""
+    return adaptive_init(_adaptive(parameters), vehicle)
+
+
+def step(
+    parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: PositionInputs, dt: float
+) -> tuple[AttitudeThrust, Memory, Internals]:
+    """Return setpoint, memory and internals of one step of ``dt`` s. Raises nothing on flyable inputs.
+
+    ``adaptive_gain`` of the internals holds the fixed xi_8, xi_10, xi_12.
+    """
+    return adaptive_step(_adaptive(parameters), vehicle, memory, inputs, dt)
+
+
+def _adaptive(parameters: Parameters) -> AdaptiveParameters:
+    """Return the parameters of AIBS that make it IBS."""
+    return AdaptiveParameters(
+        x=_axis(parameters.x),
+        y=_axis(parameters.y),
+        z=_axis(parameters.z),
+        drag_sign=0,
+        thrust_form=THRUST_PROJECTED,
+        tilt_heading=HEADING_MEASURED,
+        anti_windup=parameters.anti_windup,
+        speed=parameters.speed,
+        limits=parameters.limits,
+        observer=Observer(bandwidth=0.0, max_estimate=0.0, thrust=THRUST_ACHIEVED),
+    )
+
+
+def _axis(axis: Axis) -> AdaptiveAxis:
+    return AdaptiveAxis(
+        position_gain=axis.position_gain,
+        integral_gain=axis.integral_gain,
+        max_integral=axis.max_integral,
+        adaptation_rate=0.0,
+        initial_gain=axis.velocity_gain,
+        max_gain=axis.velocity_gain,
+        adaptation_leak=0.0,
+    )

@@ -1,0 +1,236 @@
+"""IBS, cascaded PID and SE(3): commands against the formulas of their sources, memory, limits, both engines."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from quad_core.compilation import compiled
+from quad_core.parameters import build
+from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+from quad_position_ctrl import cascade, ibs, pid, se3
+from quad_position_ctrl.speed_limit import SpeedLimits
+from quad_position_ctrl.thrust_vector import Limits
+
+DT = 0.01
+VEHICLE = Vehicle(mass=0.8, gravity=9.7, drag_coefficient=0.016)
+WIDE = {
+    "limits.acceleration_xy": 1e6,
+    "limits.acceleration_z": 1e6,
+    "limits.min_lift": -1e6,
+    "limits.tilt": 1.58,
+    "limits.thrust": 1e6,
+    "limits.min_thrust": 0.0,
+    "speed.max_xy": 1e6,
+    "speed.max_z": 1e6,
+    "speed.braking_xy": 1e6,
+    "speed.braking_z": 1e6,
+}
+P, V = np.array([0.31, -0.22, 1.4]), np.array([0.5, 0.7, -0.3])
+P_D, V_D, A_D = np.array([0.2, 0.1, 1.2]), np.array([0.4, 0.9, 0.1]), np.array([1.1, -0.6, 0.8])
+YAW = 0.9
+GRAVITY = np.array([0.0, 0.0, 9.7])
+ANGLES = (0.2, -0.15, 0.4)
+
+
+def quaternion(angles):
+    x, y, z, w = Rotation.from_euler("ZYX", angles[::-1]).as_quat()
+    return Quat(float(x), float(y), float(z), float(w))
+
+
+def vec(values):
+    return Vec3(*map(float, values))
+
+
+def inputs(position=P, velocity=V, angles=ANGLES, actuation=None):
+    state = VehicleState(vec(position), vec(velocity), quaternion(angles), Vec3(0.1, -0.2, 0.3))
+    reference = TrajectoryPoint(0.0, vec(P_D), vec(V_D), vec(A_D), Vec3(), Vec3(), YAW, 0.05, -0.02)
+    return PositionInputs(state, reference, actuation or Actuation())
+
+
+def thrust_of(command, angles=ANGLES):
+    """The lift projected on the actual body z axis, in N."""
+    axis = Rotation.from_euler("ZYX", angles[::-1]).as_matrix()[:, 2]
+    return VEHICLE.mass * float((np.asarray(command) + GRAVITY) @ axis)
+
+
+def test_ibs_is_eq_30_with_a_constant_gain():
+    gains = {
+        f"{axis}.{name}": value
+        for axis, values in zip("xyz", [(3.0, 5.0, 0.2), (4.0, 6.0, 0.3), (2.5, 7.0, 0.1)], strict=True)
+        for name, value in zip(("position_gain", "velocity_gain", "integral_gain"), values, strict=True)
+    }
+    parameters = build(ibs.Parameters, WIDE | gains)
+    integral = np.array([0.4, -0.6, 0.8])
+    memory = ibs.init(parameters, VEHICLE)._replace(error_integral=vec(integral))
+    answer, kept, seen = ibs.step(parameters, VEHICLE, memory, inputs(), DT)
+    xi, xi8, k = np.array([3.0, 4.0, 2.5]), np.array([5.0, 6.0, 7.0]), np.array([0.2, 0.3, 0.1])
+    e = P - P_D
+    virtual = -xi * e + V_D - k * integral
+    e8 = V - virtual
+    command = A_D + (xi * xi - 1.0 - k) * e - (xi + xi8) * e8 + 0.02 * V + xi * k * integral
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
+    assert seen.adaptive_gain == tuple(xi8)
+    assert kept.error_integral == pytest.approx(integral + DT * e)
+    for _ in range(200):
+        _, memory, seen = ibs.step(parameters, VEHICLE, memory, inputs(), DT)
+    assert seen.adaptive_gain == tuple(xi8)
+    assert seen.disturbance_estimate == (0.0, 0.0, 0.0)
+
+
+PID_GAINS = {
+    "xy.position": 2.0, "xy.velocity": 5.0, "xy.integral": 1.5, "xy.derivative": 0.3,
+    "z.position": 3.0, "z.velocity": 7.0, "z.integral": 0.5, "z.derivative": 0.2, "derivative_bandwidth": 20.0,
+}  # fmt: skip
+
+
+def test_pid_is_its_formula():
+    parameters = build(pid.Parameters, WIDE | PID_GAINS)
+    part, filtered, before = np.array([0.3, -0.4, 0.5]), np.array([1.0, -2.0, 0.5]), V - [0.02, 0.01, -0.03]
+    memory = pid.Memory(vec(part), vec(filtered), vec(before), 1.0)
+    answer, kept, seen = pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    gain, p_gain = np.array([5.0, 5.0, 7.0]), np.array([2.0, 2.0, 3.0])
+    measured = filtered + (1.0 - math.exp(-0.2)) * (np.array([2.0, 1.0, -3.0]) - filtered)
+    virtual = V_D + p_gain * (P_D - P)
+    command = A_D + gain * (virtual - V) + part - [0.3, 0.3, 0.2] * measured
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert seen.virtual_velocity == pytest.approx(virtual)
+    assert seen.disturbance_estimate == pytest.approx(-part)
+    assert kept.acceleration == pytest.approx(measured)
+    assert kept.integral == pytest.approx(part + [1.5, 1.5, 0.5] * (virtual - V) * DT)
+    assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
+    # thrust along +lift in the frame of the measured heading; the setpoint's own yaw is the reference's
+    tilted = Rotation.from_euler("ZYX", [ANGLES[2], answer.angles.y, answer.angles.x]).as_matrix()[:, 2]
+    lift = command + GRAVITY
+    assert tilted == pytest.approx(lift / np.linalg.norm(lift), abs=1e-12)
+    assert answer.angles.z == YAW
+    assert (answer.rates.z, answer.accelerations.z) == (0.05, -0.02)
+
+
+def test_pid_knows_no_acceleration_at_its_first_step():
+    parameters = build(pid.Parameters, WIDE | PID_GAINS)
+    _, kept, _ = pid.step(parameters, VEHICLE, pid.init(parameters, VEHICLE), inputs(), DT)
+    assert kept.acceleration == (0.0, 0.0, 0.0)
+    assert kept.velocity == vec(V)
+
+
+@pytest.mark.parametrize("case", ["free", "vehicle", "law", "speed", "off"])
+def test_pid_integral_rests_while_a_limit_is_met(case):
+    changes = {"law": {"limits.tilt": 0.05}, "speed": {"speed.max_xy": 0.05}, "off": {"anti_windup": False}}
+    parameters = build(pid.Parameters, WIDE | PID_GAINS | changes.get(case, {}))
+    actuation = Actuation(thrust_high=case in ("vehicle", "off"))
+    start = pid.init(parameters, VEHICLE)
+    _, kept, seen = pid.step(parameters, VEHICLE, start, inputs(actuation=actuation), DT)
+    rests = case in ("vehicle", "law", "speed")
+    assert seen.adaptation_frozen is rests
+    assert (kept.integral == start.integral) is rests
+
+
+def test_pid_integral_is_bounded():
+    parameters = build(pid.Parameters, WIDE | PID_GAINS | {"xy.max_integral": 0.7, "z.max_integral": 0.2})
+    memory = pid.init(parameters, VEHICLE)
+    for _ in range(2000):
+        _, memory, _ = pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    virtual = V_D + np.array([2.0, 2.0, 3.0]) * (P_D - P)
+    assert memory.integral == pytest.approx(np.sign(virtual - V) * [0.7, 0.7, 0.2])
+
+
+def test_pid_takes_a_constant_push_away():
+    """A point mass pushed by 1 m/s^2 ends on its reference: the I part equals the push."""
+    parameters = build(pid.Parameters, {"xy.integral": 4.0})
+    memory, p, v = pid.init(parameters, VEHICLE), np.zeros(3), np.zeros(3)
+    reference = TrajectoryPoint()
+    for _ in range(3000):
+        state = VehicleState(vec(p), vec(v), Quat(), Vec3())
+        _, memory, seen = pid.step(parameters, VEHICLE, memory, PositionInputs(state, reference, Actuation()), DT)
+        v = v + DT * (np.array(seen.acceleration_command) + np.array([1.0, 0.0, 0.0]))
+        p = p + DT * v
+    assert p == pytest.approx(np.zeros(3), abs=1e-4)
+    assert memory.integral.x == pytest.approx(-1.0, abs=1e-3)
+
+
+def lee_axes(lift, yaw):
+    b3 = lift / np.linalg.norm(lift)
+    b2 = np.cross(b3, [math.cos(yaw), math.sin(yaw), 0.0])
+    b2 /= np.linalg.norm(b2)
+    return np.column_stack([np.cross(b2, b3), b2, b3])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_se3_desired_attitude_is_that_of_the_source(seed):
+    draw = np.random.default_rng(seed)
+    lift, yaw = draw.normal(size=3) * 4.0 + [0.0, 0.0, 9.0], draw.uniform(-3.1, 3.1)
+    angles = se3.desired_attitude(vec(lift), float(yaw))
+    flown = Rotation.from_euler("ZYX", angles[::-1]).as_matrix()
+    assert flown == pytest.approx(lee_axes(lift, yaw), abs=1e-12)
+
+
+def test_se3_desired_attitude_where_it_is_not_defined():
+    assert se3.desired_attitude(Vec3(0.0, 0.0, 0.0), 0.3) == (0.0, 0.0, 0.3)
+    assert se3.desired_attitude(Vec3(3.0 * math.cos(0.3), 3.0 * math.sin(0.3), 0.0), 0.3) == (0.0, 0.0, 0.3)
+
+
+def test_se3_is_its_formula():
+    gains = {"xy.position": 9.0, "xy.velocity": 4.0, "z.position": 12.0, "z.velocity": 5.0}
+    parameters = build(se3.Parameters, WIDE | gains)
+    answer, _, seen = se3.step(parameters, VEHICLE, se3.init(parameters, VEHICLE), inputs(), DT)
+    command = -np.array([9.0, 9.0, 12.0]) * (P - P_D) - np.array([4.0, 4.0, 5.0]) * (V - V_D) + A_D
+    lift = command + GRAVITY
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
+    q = answer.q_wb
+    assert Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix() == pytest.approx(lee_axes(lift, YAW), abs=1e-12)
+
+
+def test_approach_keeps_direction_and_speed():
+    speed = SpeedLimits(max_xy=2.0, max_z=1.0, braking_xy=1e6, braking_z=1e6)
+    near = cascade.approach(2.0, 3.0, Vec3(0.3, -0.4, 0.1), speed)
+    assert near.velocity == pytest.approx((-0.6, 0.8, -0.3))
+    assert not near.limited
+    far = cascade.approach(2.0, 3.0, Vec3(30.0, -40.0, -5.0), speed)
+    assert far.velocity == pytest.approx((-1.2, 1.6, 1.0))
+    assert far.limited
+
+
+def test_reach_says_what_was_limited():
+    limits = Limits(acceleration_xy=1e6, acceleration_z=1e6, min_lift=-1e6, tilt=1.58, thrust=0.5, min_thrust=0.1)
+    up = Vec3(0.0, 0.0, 1.0)
+    most = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
+    free = cascade.reach(Vec3(0.0, 0.0, 1.0), VEHICLE, limits, up)
+    assert free.thrust == pytest.approx(VEHICLE.mass * (VEHICLE.gravity + 1.0))
+    assert not cascade.is_limited(free, False, Actuation())
+    assert cascade.is_limited(free, True, Actuation())
+    assert cascade.is_limited(free, False, Actuation(thrust_low=True))
+    high = cascade.reach(Vec3(0.0, 0.0, 30.0), VEHICLE, limits, up)
+    assert high.thrust == pytest.approx(0.5 * most)
+    low = cascade.reach(Vec3(0.0, 0.0, -9.0), VEHICLE, limits, up)
+    assert low.thrust == pytest.approx(0.1 * most)
+    assert high.thrust_limited
+    assert low.thrust_limited
+
+
+@pytest.mark.parametrize("law", [ibs, pid, se3], ids=lambda law: law.__name__.rpartition(".")[2])
+def test_numba_gives_the_same_bits_within_the_limits(law):
+    parameters, draw = law.Parameters(), random.Random(7)
+    fast = compiled(law.step)
+    memory = other = law.init(parameters, VEHICLE)
+    most = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
+    for _ in range(3000):
+        spread = draw.choice((0.01, 1.0, 100.0))
+        given = inputs(
+            P_D + [draw.gauss(0.0, spread) for _ in range(3)],
+            V_D + [draw.gauss(0.0, spread) for _ in range(3)],
+            tuple(draw.uniform(-1.2, 1.2) for _ in range(3)),
+            Actuation(thrust_high=draw.random() < 0.05),
+        )
+        answer, memory, seen = law.step(parameters, VEHICLE, memory, given, DT)
+        answer_2, other, seen_2 = fast(parameters, VEHICLE, other, given, DT)
+        assert (answer, memory, seen) == (answer_2, other, seen_2)
+        assert 0.02 * most <= answer.thrust <= most
+        upright = math.cos(answer.angles.x) * math.cos(answer.angles.y)
+        assert upright >= math.cos(0.87) - 1e-9
+        assert all(map(math.isfinite, (*answer.angles, *answer.q_wb, answer.thrust_fraction)))
