@@ -14,16 +14,17 @@ pytestmark = pytest.mark.flight
 ROLES = "simulator,attitude_controller"
 
 
-def check(plant, *both):
+def check(plant, *both, package="quad_dynamics"):
     with reserved_domain(None) as domain:
-        return check_in(domain, plant, *both)
+        return check_in(domain, package, plant, *both)
 
 
-def check_in(domain, plant, *both):
+def check_in(domain, package, plant, *both):
     folder = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics")
+    simulator = Path(get_package_prefix(package), "lib", package, "simulator")
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
-    start = [f"{folder}/simulator", "--ros-args", "-p", f"flight.roles:={ROLES}", "-p", "disturbance:=none"]
-    simulator = subprocess.Popen([*start, *plant, *both], env=environment, stderr=subprocess.DEVNULL)
+    start = [simulator, "--ros-args", "-p", f"flight.roles:={ROLES}", "-p", "disturbance:=none"]
+    process = subprocess.Popen([*start, *plant, *both], env=environment, stderr=subprocess.DEVNULL)
     try:
         return subprocess.run(
             [f"{folder}/check_plant", "--ros-args", *both],
@@ -34,8 +35,8 @@ def check_in(domain, plant, *both):
             check=False,
         )
     finally:
-        simulator.kill()
-        simulator.wait()
+        process.kill()
+        process.wait()
 
 
 def test_the_simulator_keeps_the_contract_in_lockstep():
@@ -43,6 +44,11 @@ def test_the_simulator_keeps_the_contract_in_lockstep():
     assert done.returncode == 0, done.stdout + done.stderr
     assert not [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert "a command that is not finite is ignored" in done.stdout
+
+
+def test_mujoco_started_in_its_place_keeps_it_too():
+    done = check([], package="quad_mujoco")
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_simulator_keeps_the_contract_in_real_time():

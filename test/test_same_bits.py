@@ -56,6 +56,7 @@ def assert_same(bag, result):
     [
         ("case2", 1.0, 3, "rigid_body", "tuned", True),
         ("case1", 1.0, 4, "paper", "minimal", False),
+        ("hover", 1.0, 5, "mujoco", "tuned", False),
     ],
 )
 def test_ros_flight_has_the_bits_of_the_flight_without_ros(tmp_path, case, duration, seed, plant, preset, compiled):
