@@ -1,14 +1,18 @@
 """Flights over real processes for the tests: start them, wait for them, read them."""
 
 import os
+import struct
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
+from mcap.exceptions import McapError
+from mcap.records import Message
+from mcap.stream_reader import StreamReader
 
 from quad_flight_log.payload_hash import payload_hash
 from quad_flight_log.reader import Flight, open_flight
@@ -17,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 CONFIG = ROOT / "src" / "quad_bringup" / "config"
 FLY = Path(get_package_prefix("quad_bringup"), "lib", "quad_bringup", "fly")
 LONGEST = 120.0
+_FLYING_BYTES = 200_000
 
 ROLES = {
     "simulator": "quad_dynamics",
@@ -100,6 +105,45 @@ def busy_loops(count: int) -> Iterator[None]:
         for loop in loops:
             loop.kill()
             loop.wait()
+
+
+def node_pids(fly_pid: int) -> dict[str, int]:
+    """Return {role: pid} of the nodes that a `fly` has started."""
+    found = {}
+    for pid in children(fly_pid):
+        with suppress(FileNotFoundError, ProcessLookupError):
+            words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+            found.update({role: pid for role in ROLES if executable(role).encode() in words})
+    return found
+
+
+def bag_file(directory: Path) -> Path:
+    """Return the MCAP file in ``directory``, finished or not."""
+    files = [*directory.glob("*.mcap"), *directory.glob("*.mcap.part")]
+    assert len(files) == 1, files
+    return files[0]
+
+
+def wait_until_flying(process: subprocess.Popen[str], directory: Path) -> dict[str, int]:
+    """Return {role: pid} once the bag in ``directory`` fills."""
+
+    def fills() -> bool:
+        assert process.poll() is None, process.communicate()
+        sizes = [path.stat().st_size for path in directory.glob("*.mcap*")]
+        return bool(sizes) and sizes[0] > _FLYING_BYTES
+
+    wait_until(fills, LONGEST / 2, f"a bag that grows in {directory}")
+    return node_pids(process.pid)
+
+
+def last_reception(path: Path) -> float:
+    """Return when (s since 1970) the last message of a bag was recorded, as the mcap library reads it."""
+    newest = 0
+    with path.open("rb") as stream, suppress(McapError, EOFError, struct.error):
+        for record in StreamReader(stream).records:
+            if isinstance(record, Message):
+                newest = max(newest, record.publish_time)
+    return newest * 1e-9
 
 
 def in_domain(domain: int) -> dict[str, str]:

@@ -13,6 +13,7 @@ from quad_core.parameters import ParameterError
 
 # Above 101 the ports of the default transport may collide with ephemeral ones; 0 is where everybody else is.
 DOMAINS = range(1, 102)
+LAST_DOMAIN = 232  # the middleware crashes beyond
 _SHARED_MEMORY = Path("/dev/shm")
 
 
@@ -23,6 +24,8 @@ def reserved_domain(wanted: int | None) -> Iterator[int]:
     ``wanted``: exactly this one, shared with other flights that want it too (namespaces tell them apart). None: one
     that no other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if there is none.
     """
+    if wanted is not None and not 0 <= wanted <= LAST_DOMAIN:
+        raise ParameterError(f"--domain: found {wanted}, expected 0 to {LAST_DOMAIN}")
     for domain in [wanted] if wanted is not None else _candidates():
         lock = _open(Path(tempfile.gettempdir(), f"quad-domain-{domain}.lock"))
         try:
@@ -47,8 +50,8 @@ def _candidates() -> list[int]:
     preset = os.environ.get("ROS_DOMAIN_ID", "")
     if not preset:
         return order
-    if not preset.isdecimal() or int(preset) > 232:
-        raise ParameterError(f"ROS_DOMAIN_ID: found {preset!r}, expected 0 to 232")
+    if not preset.isdecimal() or int(preset) > LAST_DOMAIN:
+        raise ParameterError(f"ROS_DOMAIN_ID: found {preset!r}, expected 0 to {LAST_DOMAIN}")
     return [int(preset), *order]
 
 

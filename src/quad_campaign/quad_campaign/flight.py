@@ -59,8 +59,10 @@ def flight_from_files(files: list[Path], changes: Mapping[str, Mapping[str, Valu
     Raises ParameterError or PluginError as the nodes would.
     """
     contents = [read_parameter_file(path) for path in files]
-    overrides = {role: overrides_for(contents, role) for role in ROLES}
-    for role, values in (changes or {}).items():
+    changes = changes or {}
+    shared = changes.get("/**", {})
+    overrides = {role: {**overrides_for(contents, role), **shared} for role in ROLES}
+    for role, values in changes.items():
         overrides.setdefault(role, {}).update(values)
     return flight_from_parameters(overrides)
 

@@ -111,3 +111,11 @@ def test_records_keep_every_number():
     assert rows["thrust_high"].tolist() == [False, False]
     assert [c.name for c in columns(VehicleState)] == ["p_w", "v_w", "q_wb", "omega_b"]
     assert to_array(VehicleState, []).shape == (0,)
+
+
+def test_a_change_for_all_nodes_wins_over_the_files(tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
+    assert flight_from_files([path]).setup.vehicle.mass == 0.6
+    flight = flight_from_files([path], {"/**": {"vehicle.mass": 0.7}})
+    assert {told.vehicle.mass for told in flight.resolved.values()} == {0.7}

@@ -1,0 +1,52 @@
+"""Flights that are ended from outside: killed nodes, Ctrl-C. A named cause, exit code 1, no orphans, a readable bag."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+from flying import ROLES, alive, bag_file, finish, last_reception, start, wait_until, wait_until_flying
+
+from quad_flight_log.reader import open_flight
+
+pytestmark = pytest.mark.flight
+
+# scripts/accept kills holds it to 0.3 s; a loaded machine may not let the recorder run for so long
+LARGEST_LOSS = 1.5
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_a_killed_node_ends_the_flight_by_name(tmp_path, role):
+    out = tmp_path / "bag"
+    flight = start("hover", "--duration", "600", "--out", out)
+    pids = wait_until_flying(flight, out)
+    assert set(pids) == set(ROLES)
+    killed = time.time()
+    os.kill(pids[role], signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"fly: hover: {role} was killed by SIGKILL" in done.stderr, done.stderr
+    assert not [pid for pid in pids.values() if alive(pid)]
+    assert last_reception(bag_file(out)) > killed - LARGEST_LOSS
+    bag = open_flight(out)
+    assert bag.truncated == (role == "recorder")
+    steps = bag.array("truth")["step"]
+    assert np.array_equal(steps, np.arange(len(steps)))
+    assert len(steps) > 100
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag(tmp_path, name):
+    out = tmp_path / "bag"
+    flight = start("hover", "--duration", "600", "--out", out)
+    pids = wait_until_flying(flight, out)
+    assert set(pids) == set(ROLES)
+    flight.send_signal(getattr(signal, name))
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"interrupted by {name}" in done.stderr
+    wait_until(lambda: not [pid for pid in pids.values() if alive(pid)], 2.0, "all nodes have left")
+    bag = open_flight(out)
+    assert not bag.truncated
+    assert bag.metadata["outcome"] == "failed"

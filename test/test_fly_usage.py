@@ -1,0 +1,88 @@
+"""`scripts/fly` before anything flies: its help, and every refusal by name with exit code 2."""
+
+import subprocess
+
+import pytest
+from flying import ROOT
+
+from quad_bringup.fly import main
+
+
+def refused(capsys, *arguments):
+    """Return the one line that says why ``arguments`` are refused."""
+    try:
+        code = main(arguments)
+    except SystemExit as leave:
+        code = leave.code
+    captured = capsys.readouterr()
+    assert code == 2, captured
+    assert len(captured.err.strip().splitlines()) == 1, captured.err
+    assert captured.out == ""
+    return captured.err
+
+
+def test_help_shows_every_option_with_examples():
+    done = subprocess.run([ROOT / "scripts/fly", "--help"], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    asked = "--plant --start --position --attitude --vehicle --seed --duration --realtime --out --set --preset --limits"
+    for option in asked.split():
+        assert option in done.stdout
+    assert done.stdout.count("\n  scripts/fly") >= 5
+    assert "Exit codes: 0" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["orbit"], ["orbit", "case1", "hover"]),
+        (["hover", "--plant", "balloon"], ["balloon", "rigid_body"]),
+        (["hover", "--position", "lqr"], ["lqr", "aibs"]),
+        (["hover", "--attitude", "pid"], ["pid", "abfnitsm"]),
+        (["case1", "--start", "jump"], ["case1.start", "jump", "approach"]),
+        (["hover", "--preset", "wild"], ["wild", "minimal"]),
+        (["hover", "--vehicle", "zeppelin"], ["zeppelin", "paper"]),
+        (["hover", "--vehicle", "none.yaml"], ["none.yaml"]),
+        (["hover", "--seed", "one"], ["--seed", "one"]),
+        (["hover", "--seed", "-1"], ["flight.seed", "-1"]),
+        (["hover", "--duration", "0"], ["hover.duration", "0.0"]),
+        (["hover", "--duration", "nan"], ["hover.duration", "nan"]),
+        (["hover", "--fast"], ["--fast"]),
+        (["hover", "--domain", "400"], ["400"]),
+        (["hover", "--limits", "happiness=1"], ["happiness"]),
+        (["hover", "--limits", "position_rmse=low"], ["position_rmse", "low"]),
+        (["hover", "--set", "vehicle.mass"], ["vehicle.mass", "NODE.PARAM=VALUE"]),
+        (["hover", "--set", "pilot.mood=good"], ["pilot", "simulator"]),
+        (["hover", "--set", "vehicle.mass=heavy"], ["vehicle.mass", "heavy", "kg"]),
+        (["hover", "--set", "vehicle.mass=inf"], ["vehicle.mass", "inf"]),
+        (["hover", "--set", "vehicle.mas=1"], ["vehicle.mas"]),
+        (["hover", "--set", "recorder.finish_timeout=nan"], ["recorder", "finish_timeout", "nan"]),
+        (["hover", "--set", "recorder.ack_steps=200"], ["ack_steps", "200", "window"]),
+        (["hover", "--set", "trajectory.period_steps=2.5"], ["trajectory", "period_steps", "2.5"]),
+        (["hover", "--set", "position_controller.aibs.x.position_gain=-3"], ["aibs.x.position_gain", "-3"]),
+        (["hover", "--set", "flight.roles=simulator"], ["flight.roles", "recorder"]),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) and value[0] in ("hover", "case1", "orbit") else "",
+)
+def test_bad_usage_is_refused_by_name(capsys, tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    line = refused(capsys, *arguments)
+    assert all(word in line for word in words), line
+    assert not list(tmp_path.iterdir()), "a refused flight leaves nothing behind"
+
+
+def test_parameter_files_are_refused_by_name(capsys, tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6, wings: 2}}\n", encoding="utf-8")
+    line = refused(capsys, "hover", "--vehicle", str(path), "--out", str(tmp_path / "bag"))
+    assert "vehicle.wings" in line
+    assert not (tmp_path / "bag").exists()
+
+
+def test_an_existing_directory_is_never_overwritten(capsys, tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "precious.txt").write_text("here\n", encoding="utf-8")
+    assert "precious" not in refused(capsys, "hover", "--out", str(tmp_path / "bag"))
+    (tmp_path / "both" / "case2").mkdir(parents=True)
+    (tmp_path / "both" / "case2" / "old.mcap").write_bytes(b"old")
+    assert "case2" in refused(capsys, "--out", str(tmp_path / "both"))
+    assert [path.name for path in (tmp_path / "both").iterdir()] == ["case2"]
