@@ -16,6 +16,7 @@ setup(
         "console_scripts": [
             "recorder = quad_flight_log.node:main",
             "log = quad_flight_log.cli:main",
+            "markers = quad_flight_log.live.node:markers_main",
         ],
     },
 )

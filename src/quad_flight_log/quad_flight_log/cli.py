@@ -24,6 +24,7 @@ VERBS = {
     "plot": "quad_flight_log.verbs.plot",
     "report": "quad_flight_log.verbs.report",
     "compare": "quad_flight_log.verbs.compare",
+    "view": "quad_flight_log.verbs.view",
 }
 
 _EXAMPLES = """examples:

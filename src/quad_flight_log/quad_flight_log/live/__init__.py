@@ -1,0 +1,1 @@
+"""Visitors of a running flight: markers for RViz and Foxglove, and the live view. No node of the flight needs them."""
