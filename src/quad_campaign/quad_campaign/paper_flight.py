@@ -35,6 +35,8 @@ class Told(NamedTuple):
     vehicle: Mapping[str, Value] = {}
     initial: tuple[float, float, float] = (0.0, 0.0, 0.0)
     duration: float = 80.0
+    plant: str = "rigid_body"
+    plant_changes: Mapping[str, Value] = {}
 
 
 class Arrival(NamedTuple):
@@ -48,19 +50,19 @@ class Arrival(NamedTuple):
 
 
 def paper_flight(told: Told, score_from: float = 0.0) -> Flight:
-    """Return the flight: plant ``rigid_body``, attitude at 500 Hz, the rest at 100 Hz, disturbance ``held_gaussian``.
+    """Return the flight: attitude at 500 Hz, the rest at 100 Hz, disturbance ``held_gaussian``.
 
     Errors are counted from trajectory time ``score_from`` s. Raises as ``flight_from_parameters``.
     """
     path: dict[str, Value] = {"trajectory": told.case, f"{told.case}.start": told.start}
     path[f"{told.case}.duration"] = told.duration
-    start: dict[str, Value] = {
-        f"rigid_body.initial.p.{axis}": value for axis, value in zip("xyz", told.initial, strict=True)
-    }
+    start: dict[str, Value] = {f"initial.p.{axis}": value for axis, value in zip("xyz", told.initial, strict=True)}
     return flight_from_parameters(
         {
             "/**": _under("vehicle", told.vehicle),
-            "simulator": start | _under("held_gaussian", told.disturbance),
+            "simulator": {"plant": told.plant}
+            | _under(told.plant, {**start, **told.plant_changes})
+            | _under("held_gaussian", told.disturbance),
             "trajectory": path,
             "position_controller": {"preset": told.preset} | _under("aibs", told.position),
             "attitude_controller": {"preset": told.preset} | _under("abfnitsm", told.attitude),
