@@ -8,6 +8,10 @@ import pytest
 
 # How long one example takes says nothing on a machine with other work.
 hypothesis.settings.register_profile("patient", deadline=None)
+# A planted mistake has to be seen, not to be explained by a smallest example.
+hypothesis.settings.register_profile(
+    "mutation", deadline=None, database=None, phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate)
+)
 hypothesis.settings.load_profile("patient")
 
 USES_ROS = re.compile(r"^\s*(?:import|from) (?:rclpy|quad_node|quad_\w+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE)

@@ -4,6 +4,7 @@ import ast
 import contextlib
 import importlib
 import os
+import resource
 import shutil
 import signal
 import sys
@@ -21,7 +22,9 @@ PAPER_TESTS = {
     "quad_dynamics": ["plant_terms"],
     "quad_trajectory": [],
 }
-SECONDS_PER_MUTANT = 120.0
+# CPU time, so that a busy machine is not taken for an endless loop.
+SECONDS_PER_MUTANT = 120
+TIME_UP = -signal.SIGXCPU
 COMPILED_TESTS = "not numba and not compiled and not bit_equal and not same_bits"
 
 
@@ -100,20 +103,12 @@ def load_heavy() -> None:
 
 
 def run_tests(tree: Path, paths: list[str], output: Path) -> int:
-    """Run pytest over ``paths`` of ``tree`` in a forked process; return its exit code, or -9 when its time is up."""
+    """Run pytest over ``paths`` of ``tree`` in a forked process; return its exit code, TIME_UP when its time is up."""
     child = os.fork()
     if child == 0:
         _be_pytest(tree, paths, output)
-    deadline = time.monotonic() + SECONDS_PER_MUTANT
-    while True:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status)
-        if time.monotonic() > deadline:
-            os.kill(child, signal.SIGKILL)
-            os.waitpid(child, 0)
-            return -9
-        time.sleep(0.01)
+    _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status)
 
 
 def _be_pytest(tree: Path, paths: list[str], output: Path) -> None:
@@ -121,12 +116,14 @@ def _be_pytest(tree: Path, paths: list[str], output: Path) -> None:
 
     code = 70
     try:
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_PER_MUTANT, SECONDS_PER_MUTANT + 5))
         log = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(log, 1)
         os.dup2(log, 2)
         os.chdir(tree)
         sys.dont_write_bytecode = True
         flags = ["-x", "-q", "--no-header", "--tb=line", "-p", "no:cacheprovider", "-m", "not ros or unit"]
+        flags += ["--hypothesis-profile", "mutation"]
         code = int(pytest.main([*flags, "-k", COMPILED_TESTS, *paths]))
         sys.stdout.flush()
     finally:
@@ -146,19 +143,23 @@ def first_failure(output: Path) -> str:
     return "no report"
 
 
-def test_paths(root: Path, package: str) -> list[list[str]]:
-    """Return the tests for a mutation of ``package`` in the order in which to try them: the quick and telling first."""
+def test_paths(root: Path, function: str) -> list[list[str]]:
+    """Return the tests for a mutation of ``function`` in the order in which to try them: the quick and telling first.
+
+    Those of the paper, then the module's own, then the others of its package.
+    """
+    package, *_, module, _ = function.split(".")
     stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
-    own = root / "src" / package / "test"
-    if any(own.glob("test_*.py")):
-        stages.append([str(own.relative_to(root))])
-    return stages
+    files = sorted((root / "src" / package / "test").glob("test_*.py"))
+    mirror = [file for file in files if file.stem == f"test_{module}"]
+    rest = [file for file in files if file not in mirror]
+    return stages + [[str(file.relative_to(root)) for file in stage] for stage in (mirror, rest) if stage]
 
 
 def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Outcome:
     """Put ``mutation`` into ``tree``, run ``tests`` (by default all unit tests) until one fails, take it out again."""
     start = time.monotonic()
-    stages = test_paths(tree, mutation.function.partition(".")[0]) if tests is None else [tests]
+    stages = test_paths(tree, mutation.function) if tests is None else [tests]
     file = source_file(tree, mutation)
     original = file.read_text(encoding="utf-8")
     file.write_text(mutated(original, mutation), encoding="utf-8")
@@ -167,8 +168,8 @@ def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Out
     try:
         for paths in stages:
             code = run_tests(tree, paths, output)
-            if code == -9:
-                killed_by = f"no end within {SECONDS_PER_MUTANT:.0f} s"
+            if code == TIME_UP:
+                killed_by = f"no end within {SECONDS_PER_MUTANT} s of CPU time"
             elif code in (1, 2):
                 killed_by = first_failure(output)
             elif code not in (0, 5):
