@@ -146,14 +146,15 @@ def first_failure(output: Path) -> str:
 def test_paths(root: Path, function: str) -> list[list[str]]:
     """Return the tests for a mutation of ``function`` in the order in which to try them: the quick and telling first.
 
-    Those of the paper, then the module's own, then the others of its package.
+    The module's own, then those of the paper, then the others of its package.
     """
     package, *_, module, _ = function.split(".")
     stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
     files = sorted((root / "src" / package / "test").glob("test_*.py"))
     mirror = [file for file in files if file.stem == f"test_{module}"]
     rest = [file for file in files if file not in mirror]
-    return stages + [[str(file.relative_to(root)) for file in stage] for stage in (mirror, rest) if stage]
+    own, others = ([str(file.relative_to(root)) for file in found] for found in (mirror, rest))
+    return [stage for stage in (own, *stages, others) if stage]
 
 
 def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Outcome:
