@@ -35,7 +35,7 @@ from quad_flight_log.mcap_scan import LIBRARY, Scan, scan
 
 CHUNK_SIZE = 64 << 10
 DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
-FLUSH_PERIOD = 0.2  # s; with the above less than 300 ms are lost with the process
+FLUSH_PERIOD = 0.15  # s; with the above less than 300 ms are lost with the process
 SYNC_PERIOD = 1.0  # s; less than 1.5 s are lost with the machine
 BACKLOG_LIMIT = 64 << 20  # bytes waiting for a slow disk before messages are dropped
 

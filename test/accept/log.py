@@ -1,0 +1,85 @@
+"""The flight log: 20 kills, 10,000 bit flips, every truncation, foreign readers and replay of a whole Case 1."""
+
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import flying
+import recorder_kills
+from figures import Figures
+
+sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
+import damage
+import foreign_readers
+
+from quad_flight_log.reader import open_flight
+from quad_flight_log.replay import CONTROLLERS, replay
+
+KILLS = 20
+FLIPS = 10_000
+BAG_LIMIT = 80.0  # MB of a Case 1
+
+
+def main():
+    figures = Figures()
+    with tempfile.TemporaryDirectory() as folder:
+        kills(figures, Path(folder))
+        damaged(figures, Path(folder))
+        whole_flight(figures, Path(folder))
+    return figures.code()
+
+
+def kills(figures, folder):
+    draw = random.Random(1)
+    losses = []
+    for number in range(KILLS):
+        loss, done = recorder_kills.killed_recorder(folder / f"kill{number}", draw.uniform(0.0, 5.0))
+        figures.check(done.returncode == 1, f"kill {number + 1}: fly ended with exit code {done.returncode}")
+        losses.append(loss)
+    worst = max(loss.wall for loss in losses)
+    figures.at_most(f"kill -9 at {KILLS} random moments: largest loss of wall clock", worst, recorder_kills.LIMIT, "s")
+    print(f"     largest loss of flight time {max(loss.flight for loss in losses):.3f} s")
+
+
+def damaged(figures, folder):
+    for close in (True, False):
+        kind = "closed" if close else "unclosed"
+        bag = damage.small_bag(folder / kind / "bag", close=close)
+        whole = damage.content(open_flight(bag))
+        path = folder / f"{kind}.mcap"
+        path.write_bytes(bag.read_bytes())
+        count = FLIPS // 2 - 500
+        told = Counter(outcome for outcome, _, _ in damage.flips(path, whole, count, seed=1))
+        figures.check(not told["WRONG"], f"{count} bit flips of a bag ({kind}): {dict(told)}, 0 silently wrong wanted")
+        told = Counter(damage.truncations(path, whole))
+        size = bag.stat().st_size
+        figures.check(not told["WRONG"] and not told["same"], f"{size} truncations of a bag ({kind}): {dict(told)}")
+    bag = damage.small_bag(folder / "metadata" / "bag", close=True)
+    unseen = [at for seen, at, _ in damage.metadata_flips(bag.parent, 1000, seed=2) if not seen]
+    figures.check(not unseen, f"1000 bit flips of metadata.yaml: {len(unseen)} not found by verify")
+
+
+def whole_flight(figures, folder):
+    bag = folder / "case1"
+    done = flying.finish(flying.start("case1", "--out", bag), 900.0)
+    figures.check(done.returncode == 0, f"Case 1 over ROS: exit code {done.returncode}")
+    flight = open_flight(bag)
+    figures.at_most("Case 1: size of the bag", flight.path.stat().st_size * 1e-6, BAG_LIMIT, "MB")
+    for role in CONTROLLERS:
+        found = replay(flight, role)
+        text = f"replay of {role}: {len(found.steps)} steps, {len(found.recorded)} numbers each, bit-equal"
+        figures.check(found.equal and len(found.steps) * found.steps[1] >= 40_000, text)
+    other = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})
+    gap = max(item.largest for item in other.differences() if item.name == "attitude_setpoint angles.y")
+    figures.check(gap > 0.0, f"replay with another gain: pitch setpoint differs by up to {gap:.3g} rad")
+    seen = foreign_readers.ours(bag)
+    for name in ("rosbags", "mcap_ros2", "javascript"):
+        began = time.monotonic()
+        same = getattr(foreign_readers, f"by_{name}")(bag) == {
+            topic: found for topic, found in seen.items() if found[0]
+        }
+        count = sum(count for count, _ in seen.values())
+        figures.check(same, f"{name}: {count} messages, equal values ({time.monotonic() - began:.0f} s)")

@@ -1,0 +1,40 @@
+"""A recorder that is killed or whose disk is full: what it had stays, and the flight is told."""
+
+import random
+import resource
+
+import flying
+import pytest
+import recorder_kills
+
+from quad_flight_log.reader import open_flight
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_what_is_older_than_300_ms_survives_kill_9(number, tmp_path):
+    loss = recorder_kills.killed_writer(tmp_path / "bag", random.Random(number).uniform(0.3, 1.2))
+    assert loss.wall < recorder_kills.LIMIT
+    assert loss.flown.truncated
+    assert loss.flown.metadata["seed"] == "7"
+    assert not list((tmp_path / "bag").glob("*.mcap"))
+
+
+@pytest.mark.flight
+def test_a_flight_goes_on_when_the_disk_is_full(tmp_path):
+    directory = tmp_path / "bag"
+    process = flying.start("hover", "--duration", "2", "--out", directory)
+    part = directory / "bag_0.mcap.part"
+    flying.wait_until(lambda: part.exists() and part.stat().st_size > 60_000, 90.0, "the recording began")
+    limit = part.stat().st_size + 100_000
+    resource.prlimit(recorder_kills.pid_of(process.pid, "recorder"), resource.RLIMIT_FSIZE, (limit, limit))
+    done = flying.finish(process)
+    assert done.returncode == 1
+    flight = open_flight(directory)
+    assert flight.truncated
+    kept = flight.topics["/truth"].messages
+    assert kept > 0
+    simulator, recorder = ((directory / "logs" / f"{role}.log").read_text() for role in ("simulator", "recorder"))
+    assert recorder.count("recording_stopped: ") == 1
+    assert "File too large" in recorder
+    assert "failed" not in simulator.lower()
+    assert "recorder ended with exit code 1" in done.stderr or "bag was not closed" in done.stderr
