@@ -1,0 +1,69 @@
+"""Arrays and data frames of a flight, aligned by stamp."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from quad_flight_log.analysis import aligned_arrays, aligned_frame, frame
+from quad_flight_log.errors import TopicError
+from quad_flight_log.reader import open_flight
+
+
+def test_a_frame_has_a_column_per_number(flown, flown_bag):
+    table = frame(open_flight(flown_bag), "wrench_setpoint")
+    wrench = flown.result.topics["wrench_setpoint"]
+    np.testing.assert_array_equal(table["wrench.torque.z"], wrench["torque_b"][:, 2])
+    np.testing.assert_allclose(table.index, wrench["stamp_ns"] * 1e-9, rtol=0, atol=1e-12)
+    assert table.index.name == "time"
+    assert {"stamp_ns", "header.frame_id"} <= set(table.columns)
+
+
+def test_alignment_keeps_the_stamps_that_all_have(flown, flown_bag):
+    flight = open_flight(flown_bag)
+    found = aligned_arrays(flight, "truth", "reference", "attitude_setpoint")
+    stamps = flown.result.topics["reference"]["stamp_ns"]
+    for table in found.values():
+        np.testing.assert_array_equal(table["stamp_ns"], stamps)
+    np.testing.assert_array_equal(found["truth"]["p_w"], flown.result.topics["truth"]["p_w"][::5])
+    joined = aligned_frame(flight, "truth", "reference")
+    np.testing.assert_array_equal(joined["truth.p_w[0]"], flown.result.topics["truth"]["p_w"][::5, 0])
+    np.testing.assert_array_equal(joined["reference.yaw"], flown.result.topics["reference"]["yaw"])
+
+
+def test_held_takes_the_newest_of_the_slower_topic(flown, flown_bag):
+    found = aligned_arrays(open_flight(flown_bag), "truth", "reference", held=True)
+    assert len(found["truth"]) == len(flown.result.topics["truth"])
+    expected = np.repeat(flown.result.topics["reference"]["stamp_ns"], 5)[: len(found["truth"])]
+    np.testing.assert_array_equal(found["reference"]["stamp_ns"], expected)
+
+
+def test_held_leaves_out_what_comes_before_the_first(flown, tmp_path):
+    from loop_flight import write_flight
+
+    late = [item for item in flown.messages if item[0] != "reference" or item[1].step >= 50]
+    found = aligned_arrays(
+        open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late))), "truth", "reference", held=True
+    )
+    assert found["truth"]["step"][0] == 50
+
+
+def test_a_topic_without_stamps_cannot_be_aligned(flown_bag):
+    with pytest.raises(TopicError, match="NodeParameters has no stamp"):
+        aligned_arrays(open_flight(flown_bag), "truth", "flight/parameters")
+    assert list(frame(open_flight(flown_bag), "flight/parameters").index) == [0.0] * 5
+
+
+def test_reading_needs_neither_ros_nor_extras(flown_bag):
+    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "rosbags", "pyarrow", "tqdm", "plotly")
+    text = (
+        f"import sys\nfor name in {blocked!r}: sys.modules[name] = None\n"
+        "from quad_flight_log import cli\n"
+        "sys.exit(cli.main(['metrics', sys.argv[1]]) or cli.main(['info', sys.argv[1]]) or cli.main(['replay', sys.argv[1]]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", text, str(flown_bag)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "position_rmse" in done.stdout
