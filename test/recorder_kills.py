@@ -76,9 +76,10 @@ def killed_recorder(directory: Path, after: float) -> tuple[Loss, subprocess.Com
     return Loss(wall, wall * pace, len(times), flight), done
 
 
-def pid_of(parent: int, role: str) -> int:
-    """Return the pid of the node ``role`` among the children of ``fly``."""
+def pid_of(parent: int, executable: str, name: str = "") -> int:
+    """Return the pid of the node with that executable (and ``name``, where it is remapped) among those of ``fly``."""
     for pid in flying.children(parent):
-        if f"/{role}\0".encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+        command = Path(f"/proc/{pid}/cmdline").read_bytes()
+        if f"/{executable}\0".encode() in command and f"__node:={name}".encode() * bool(name) in command:
             return pid
-    raise AssertionError(f"no {role} among the children of {parent}")
+    raise AssertionError(f"no {name or executable} among the children of {parent}")

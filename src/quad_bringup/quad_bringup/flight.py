@@ -11,7 +11,7 @@ from quad_bringup.flight_setup import parameter_file, summary
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Patience, supervise
-from quad_core.node_parameters import Resolved
+from quad_core.node_parameters import SHADOWS, Resolved
 from quad_node.watch import FlightWatch
 
 GOOD = 0
@@ -62,7 +62,8 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]
     for role in flight.nodes:
-        processes.start(role, [executable(role), *arguments])
+        name = ["-r", f"__node:={role}"] if role in SHADOWS else []
+        processes.start(role, [executable(role), *arguments, *name])
 
 
 def _judge(flight: Planned, processes: Processes, cause: str) -> int:
@@ -74,7 +75,10 @@ def _judge(flight: Planned, processes: Processes, cause: str) -> int:
     found = results.report(flight.directory, flight.limits, flight.namespace)
     _say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
     problems = ([cause] if cause else []) + found.problems
-    problems = problems or [f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0]
+    ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
+    problems = problems or [text for role, text in ends.items() if role not in SHADOWS]
+    for role in set(ends) & set(SHADOWS):
+        _complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
     for problem in problems:
         _complain(f"{flight.name}: {problem}")
     for role, code in processes.codes.items():

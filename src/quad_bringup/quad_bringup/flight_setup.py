@@ -8,10 +8,10 @@ import yaml
 
 from quad_bringup import configuration
 from quad_core import plugins
-from quad_core.node_parameters import GUESTS, ROLES, Resolved, check_agreement, resolve
+from quad_core.node_parameters import GUESTS, ROLES, SHADOW, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value, flatten
-from quad_core.settings import parse_settings, typed
+from quad_core.settings import parse_settings, typed, with_law
 
 Overrides = dict[str, dict[str, Value]]
 
@@ -31,6 +31,7 @@ class Request(NamedTuple):
     realtime: bool = False
     settings: Sequence[str] = ()
     relay: bool = False
+    shadows: Sequence[str] = ()
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -50,10 +51,14 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
         raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
     asked = _asked(request, trajectory)
     settings = parse_settings(request.settings)
+    shadows = shadow_laws(request.shadows)
     resolved = {}
-    for role in (*ROLES, *(GUESTS if request.relay else ())):
-        base = {**_read(files, role), **asked.get("/**", {}), **asked.get(role, {})}
+    for role in (*ROLES, *(GUESTS if request.relay else ()), *shadows):
+        like = role.removeprefix(SHADOW)
+        base = {**_read(files, like), **asked.get("/**", {}), **asked.get(like, {})}
         try:
+            if role in shadows:
+                base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
             told = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
             resolved[role] = resolve(role, {**told, **identity.get("/**", {}), **identity.get(role, {})})
         except ParameterError as error:
@@ -61,6 +66,29 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     check_agreement(resolved)
     _check_whole(resolved)
     return resolved
+
+
+def shadow_laws(laws: Sequence[str]) -> dict[str, str]:
+    """Return {role of the shadow: law} of LAW, or position=LAW and attitude=LAW where both kinds have one.
+
+    Raises ParameterError for an unknown law, one of both kinds, or a second shadow of one kind.
+    """
+    kinds = {"position": plugins.POSITION_LAW, "attitude": plugins.ATTITUDE_LAW}
+    found: dict[str, str] = {}
+    for text in laws:
+        kind, equals, law = text.partition("=")
+        law = law if equals else text
+        fitting = [
+            name for name, group in kinds.items() if law in plugins.names(group) and (not equals or name == kind)
+        ]
+        if len(fitting) != 1:
+            known = " or ".join(f"{name}={{{','.join(plugins.names(group))}}}" for name, group in kinds.items())
+            raise ParameterError(f"--shadow: found {text!r}, expected {known}")
+        role = f"{SHADOW}{fitting[0]}_controller"
+        if role in found:
+            raise ParameterError(f"--shadow: found {found[role]!r} and {law!r}, expected one {fitting[0]} law")
+        found[role] = law
+    return found
 
 
 def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:
@@ -81,7 +109,7 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
     choices: list[tuple[str, str, Value | None]] = [
         ("/**", "flight.mode", "realtime" if request.realtime else None),
         ("/**", "flight.seed", request.seed),
-        ("/**", "flight.roles", ",".join((*ROLES, *GUESTS)) if request.relay else None),
+        ("/**", "flight.roles", _roles(request)),
         ("simulator", "plant", request.plant),
         ("simulator", "publish_state", False if request.relay else None),
         ("simulator", "odom_period_steps", 1 if request.relay else None),
@@ -96,6 +124,11 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
         if value is not None:
             asked.setdefault(role, {})[name] = value
     return asked
+
+
+def _roles(request: Request) -> str | None:
+    more = (*(GUESTS if request.relay else ()), *shadow_laws(request.shadows))
+    return ",".join((*ROLES, *more)) if more else None
 
 
 def _check_whole(resolved: Mapping[str, Resolved]) -> None:

@@ -90,6 +90,13 @@ def _parser() -> argparse.ArgumentParser:
         "--duration", type=float, metavar="S", help="flight time from t = 0 of the curve, after the approach"
     )
     parser.add_argument("--realtime", action="store_true", help="fly at the speed of the clock instead of in lockstep")
+    parser.add_argument(
+        "--shadow",
+        action="append",
+        default=[],
+        metavar="LAW",
+        help="a second controller, recorded and not obeyed; position=LAW or attitude=LAW where both have the name",
+    )
     parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
@@ -143,6 +150,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.realtime,
         options.settings,
         options.relay,
+        options.shadow,
     )
     identity = {"/**": {"flight.run_id": run_id}, "recorder": {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
 
+from quad_core.node_parameters import SHADOW
+
 PACKAGES = {
     "simulator": "quad_dynamics",
     "trajectory": "quad_trajectory",
@@ -25,8 +27,8 @@ _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
 
 def executable(role: str) -> Path:
     """Return what ``ros2 run`` would start for ``role``."""
-    package = PACKAGES[role]
-    return Path(get_package_prefix(package), "lib", package, role)
+    package = PACKAGES[role.removeprefix(SHADOW)]
+    return Path(get_package_prefix(package), "lib", package, role.removeprefix(SHADOW))
 
 
 def describe_exit(code: int) -> str:

@@ -8,7 +8,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
-from quad_core.node_parameters import Resolved
+from quad_core.node_parameters import SHADOWS, Resolved
 from quad_node.watch import FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
@@ -79,7 +79,7 @@ def supervise(
             # The end of the flight may have been said, but not have been heard here yet.
             state = watch.poll(_LAST_NEWS)
         for role, code in ended.items():
-            if not cause and not _may_leave(state, code):
+            if not cause and role not in SHADOWS and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
         if interrupted.name:

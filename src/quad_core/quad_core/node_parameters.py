@@ -155,6 +155,12 @@ ROLES = {
 GUESTS = {"odometry_relay": Role(OdometryRelayParameters, {})}
 """Nodes that a flight may have besides; named in ``flight.roles`` they take part in the handshake."""
 
+SHADOW = "shadow_"
+SHADOWS = {SHADOW + role: ROLES[role] for role in ("position_controller", "attitude_controller")}
+"""Second controllers that answer beside the flying ones: recorded, obeyed by nobody."""
+
+ALL_ROLES = {**ROLES, **GUESTS, **SHADOWS}
+
 
 class Plugin(NamedTuple):
     """A loaded plug-in with its resolved parameters."""
@@ -186,7 +192,7 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
 
     Raises ParameterError (unknown key, wrong type, out of range, NaN) or PluginError (no such plug-in).
     """
-    kind = {**ROLES, **GUESTS}[role]
+    kind = ALL_ROLES[role]
     left = dict(overrides)
     flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
     vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")

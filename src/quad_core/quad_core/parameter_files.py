@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from quad_core.node_parameters import GUESTS, ROLES
+from quad_core.node_parameters import ALL_ROLES
 from quad_core.parameters import ParameterError, Value
 
 
@@ -70,8 +70,8 @@ def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace
 
 def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
     role = pattern.rsplit("/", 1)[-1]
-    if role not in (*ROLES, *GUESTS, "*", "**"):
-        raise ParameterError(f"{path}: node {pattern!r} is none of {', '.join((*ROLES, *GUESTS))} or /**")
+    if role not in (*ALL_ROLES, "*", "**"):
+        raise ParameterError(f"{path}: node {pattern!r} is none of {', '.join(ALL_ROLES)} or /**")
     if not isinstance(body, dict) or set(body) != {"ros__parameters"}:
         raise ParameterError(f"{path}: {pattern}: expected one key ros__parameters")
     return _dotted(path, pattern, body["ros__parameters"] or {}, "")

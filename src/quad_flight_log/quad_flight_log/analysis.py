@@ -1,9 +1,9 @@
 """A recorded flight for programs and notebooks: metrics, data frames, topics aligned by stamp. Needs no ROS.
 
-    flight = open_flight("flights/case1-1-1")
-    flight.array("truth")["p_w"]                       NumPy, shape (n, 3)
-    frame(flight, "truth")["p_w[2]"]                   pandas, indexed by time
-    aligned_frame(flight, "truth", "reference")        one row per stamp that both have
+flight = open_flight("flights/case1-1-1")
+flight.array("truth")["p_w"]                       NumPy, shape (n, 3)
+frame(flight, "truth")["p_w[2]"]                   pandas, indexed by time
+aligned_frame(flight, "truth", "reference")        one row per stamp that both have
 """
 
 from typing import TYPE_CHECKING, Any
@@ -88,5 +88,7 @@ def _frame(flight: Flight, tables: dict[str, Table], prefix: bool) -> "pd.DataFr
 
 def _stamped(flight: Flight, topic: str, table: Table) -> Table:
     if "stamp_ns" not in (table.dtype.names or ()):
-        raise TopicError(f"{flight.path}: {topic}: {flight.topics[flight.resolve(topic)].type} has no stamp to align by")
+        raise TopicError(
+            f"{flight.path}: {topic}: {flight.topics[flight.resolve(topic)].type} has no stamp to align by"
+        )
     return table

@@ -44,8 +44,10 @@ class Recorder(FlightNode):
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded")
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
+        self._shadow_ns: dict[str, int] = {}
         for topic in topics.TOPICS.values():
-            if self.role in topic.subscribers:
+            shadow = topic.name.startswith(topics.SHADOW_TOPICS)
+            if self.role in topic.subscribers and (not shadow or topic.publishers[0] in self.roles):
                 self._record(topic)
         handle = self._declare("/diagnostics", DiagnosticArray, latched=False)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._plain(handle), topics.stream(64), raw=True)
@@ -85,6 +87,9 @@ class Recorder(FlightNode):
         keep = self._plain(handle)
         if topic.name == "flight/nodes":
             keep = self._with_status(keep)
+        elif topic.name.startswith(topics.SHADOW_TOPICS):
+            self._shadow_ns[topic.name] = -1
+            keep = self._with_stamp(topic.name, keep)
         self.subscribe(topic.name, keep, depth=_LATCHED_DEPTH if topic.latched else _STEP_DEPTH, raw=True)
 
     def _plain(self, handle: int) -> Callable[[bytes], None]:
@@ -119,6 +124,14 @@ class Recorder(FlightNode):
             ours = not (self.flight.run_id and status.run_id) or status.run_id == self.flight.run_id
             if ours and status.role in self.roles:
                 self._periods[status.role] = status.period_steps
+
+        return hear
+
+    def _with_stamp(self, name: str, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        def hear(payload: bytes) -> None:
+            keep(payload)
+            seconds, nanoseconds = _STAMP.unpack_from(payload, 4)
+            self._shadow_ns[name] = seconds * 1_000_000_000 + nanoseconds
 
         return hear
 
@@ -182,7 +195,13 @@ class Recorder(FlightNode):
     def _all_here(self, step: int) -> bool:
         if self.tracker is None:
             return time.monotonic() - self._arrived > _GRACE
-        return self.tracker.complete_through() >= step
+        return self.tracker.complete_through() >= step and all(
+            stamp >= self._last_due(name, step) for name, stamp in self._shadow_ns.items()
+        )
+
+    def _last_due(self, name: str, step: int) -> int:
+        period = self._periods[topics.TOPICS[name].publishers[0]]
+        return step // period * period * self.flight.plant_period
 
     def _leave(self, last: FlightState) -> None:
         missing = self.tracker.missing_through(last.step) if self.tracker else {}

@@ -9,7 +9,7 @@ from quad_core.node_parameters import ROLES, Resolved, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_text
 from quad_core.parameters import ParameterError, Value
 from quad_core.plugins import PluginError
-from quad_core.settings import typed
+from quad_core.settings import typed, with_law
 from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
 from quad_flight_log.reader import Flight
 
@@ -80,9 +80,7 @@ def retold(
     settings = dict(settings or {})
     wanted = settings.pop("law", None) or law or values.get("law")
     try:
-        if wanted != values.get("law"):
-            values = {name: value for name, value in values.items() if not name.startswith(f"{values.get('law')}.")}
-            values.update(law=str(wanted), preset="tuned")
+        values = with_law(values, str(wanted))
         preset = settings.pop("preset", None)
         if preset is not None:
             values = {name: value for name, value in values.items() if not name.startswith(f"{wanted}.")}

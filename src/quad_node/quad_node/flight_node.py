@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
-from quad_core.node_parameters import LOCKSTEP, Resolved
+from quad_core.node_parameters import LOCKSTEP, SHADOWS, Resolved
 from quad_core.parameters import Value
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import parameters, topics
@@ -29,6 +29,9 @@ class FlightNode(Node):
     def __init__(self, role: str) -> None:
         """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted."""
         super().__init__(role, automatically_declare_parameters_from_overrides=True)
+        # A controller whose node is named shadow_<role> answers beside the one that is obeyed.
+        self.shadow = self.get_name() in SHADOWS
+        role = self.get_name() if self.shadow else role
         self.role = role
         self.resolved: Resolved = parameters.resolve_overrides(self, role)
         parameters.declare(self, self.resolved)
@@ -63,9 +66,8 @@ class FlightNode(Node):
 
     def publisher(self, topic: str, match: bool = True) -> Publisher:
         """Return a publisher of a topic of the table; READY waits for its subscribers if ``match``."""
-        entry = topics.TOPICS[topic]
-        qos = entry.qos(topics.STEP_HISTORY) if entry.step else entry.qos()
-        publisher = self.create_publisher(entry.type, entry.name, qos)
+        entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if self.shadow and topics.TOPICS[topic].step else topic]
+        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history))
         if match:
             self._out.append((publisher, sum(role in self.roles for role in entry.subscribers)))
         return publisher
@@ -73,6 +75,8 @@ class FlightNode(Node):
     def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
         """Subscribe to a topic of the table; READY waits for its publishers."""
         entry = topics.TOPICS[topic]
+        if self.shadow:  # the plant does not wait for it
+            depth = max(depth, entry.history)
         self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw)
         if any(role in self.roles for role in entry.publishers):
             self._in.append(entry.name)

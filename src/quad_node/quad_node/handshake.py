@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from quad_core.node_parameters import FlightParameters
+from quad_core.node_parameters import SHADOWS, FlightParameters
 
 
 class Status(Protocol):
@@ -47,7 +47,7 @@ class Handshake:
                 f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
                 f"the simulator {self._flight.plant_period} ns"
             )
-        if status.state == FAULT:
+        if status.state == FAULT and status.role not in SHADOWS:
             return f"{status.role} failed: {status.detail}"
         return ""
 

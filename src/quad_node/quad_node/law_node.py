@@ -1,14 +1,17 @@
 """A responder that runs one control law and publishes its internals."""
 
+import time
 from typing import Any
 
 from rclpy.publisher import Publisher
 
 from quad_core.parameters import Value
-from quad_msgs.msg import FlightEvent
+from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import packer
 from quad_node.conversion import all_finite, extra_names
 from quad_node.responder import Held, Moment, Responder, age
+
+_CATCH_UP = 2.0  # s that a shadow has for its last answers
 
 
 class LawNode(Responder):
@@ -18,6 +21,7 @@ class LawNode(Responder):
         """Load the law of parameter ``law``; raises as FlightNode."""
         super().__init__(role)
         self.law = self.resolved.plugins["law"]
+        self._last: tuple[FlightState, float] | None = None
         self._memory = self.law.module.init(self.law.parameters, self.vehicle)
         internals = self.law.module.Internals
         self._pack_internals = packer(internals, internals_type)
@@ -41,6 +45,24 @@ class LawNode(Responder):
     def internals_answer(self, moment: Moment) -> tuple[Publisher, bytes]:
         """Return the internals of the last step as an answer to ``moment``."""
         return self._internals_out, self._pack_internals(self._internals, moment.step, moment.step, moment.stamp_ns)
+
+    def on_flight_ended(self, message: FlightState) -> None:
+        """Leave; a shadow first answers what it has not answered yet, because nobody waited for it."""
+        if self._last is None:
+            self._last = (message, time.monotonic())
+        if not self.shadow or self._caught_up():
+            super().on_flight_ended(message)
+
+    def on_tick(self) -> None:
+        """Let a shadow leave."""
+        if self._last is not None and self._caught_up():
+            super().on_flight_ended(self._last[0])
+
+    def _caught_up(self) -> bool:
+        assert self._last is not None
+        message, since = self._last
+        due = message.step // self.period_steps * self.period_steps
+        return not self.lockstep or self.step >= due or time.monotonic() - since > _CATCH_UP
 
     def stale(self, topic: str, held: Held) -> None:
         """Report that a held input is too old to be used as it is."""

@@ -7,7 +7,7 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
 from quad_core import plugins
-from quad_core.node_parameters import GUESTS, ROLES, FlightParameters
+from quad_core.node_parameters import ALL_ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_node import executor, parameters
@@ -58,7 +58,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
 
 def help_text(role: str, summary: str) -> str:
     """Return what --help prints: the parameters with unit, range and default, the plug-ins, examples."""
-    kind = {**ROLES, **GUESTS}[role]
+    kind = ALL_ROLES[role]
     lines = [summary, "", f"usage: ros2 run <package> {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
     lines += ["parameters:"] + [_row(field) for field in fields(kind.parameters)]
     for slot, group in kind.slots.items():

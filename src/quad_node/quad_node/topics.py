@@ -7,6 +7,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
+from quad_core.node_parameters import SHADOW
 from quad_msgs.msg import (
     Actuation,
     AttitudeInternals,
@@ -29,7 +30,11 @@ POSITION = "position_controller"
 ATTITUDE = "attitude_controller"
 RECORDER = "recorder"
 RELAY = "odometry_relay"
+SHADOW_POSITION = SHADOW + POSITION
+SHADOW_ATTITUDE = SHADOW + ATTITUDE
 
+
+SHADOW_TOPICS = "shadow/"  # where shadow controllers answer, so that nobody obeys them
 
 # The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much, and some repeats.
 STEP_HISTORY = 1200
@@ -58,13 +63,18 @@ class Topic(NamedTuple):
     latched: bool
     paper: str
 
+    @property
+    def history(self) -> int:
+        """How much its publisher keeps: with a message per step, as much as the plant may run ahead and more."""
+        return STEP_HISTORY if self.step or self.name.startswith(SHADOW_TOPICS) else 10
+
     def qos(self, depth: int = 10) -> QoSProfile:
         """Return its QoS profile."""
         return latched(depth) if self.latched else stream(depth)
 
 
 _ALL = (SIMULATOR, TRAJECTORY, POSITION, ATTITUDE, RECORDER)
-_LAWS = (POSITION, ATTITUDE)
+_LAWS = (POSITION, ATTITUDE, SHADOW_POSITION, SHADOW_ATTITUDE)
 
 TOPICS = {
     topic.name: topic
@@ -73,11 +83,35 @@ TOPICS = {
         Topic("truth", VehicleState, (SIMULATOR,), (RECORDER,), True, False, "x1..x12 without noise or delay"),
         Topic("disturbance", Disturbance, (SIMULATOR,), (RECORDER,), True, False, "D_P, D_A of eqs. 10-12"),
         Topic("actuation", Actuation, (SIMULATOR,), (*_LAWS, RECORDER), True, False, "eqs. 3, 8"),
-        Topic("reference", TrajectoryPoint, (TRAJECTORY,), (POSITION, RECORDER), True, False, "eqs. 61-68"),
-        Topic("attitude_setpoint", AttitudeThrust, (POSITION,), (ATTITUDE, RECORDER), True, False, "eq. 38"),
+        Topic(
+            "reference",
+            TrajectoryPoint,
+            (TRAJECTORY,),
+            (POSITION, SHADOW_POSITION, RECORDER),
+            True,
+            False,
+            "eqs. 61-68",
+        ),
+        Topic(
+            "attitude_setpoint",
+            AttitudeThrust,
+            (POSITION,),
+            (ATTITUDE, SHADOW_ATTITUDE, RECORDER),
+            True,
+            False,
+            "eq. 38",
+        ),
         Topic("wrench_setpoint", WrenchStamped, (ATTITUDE,), (SIMULATOR, RECORDER), True, False, "eq. 56"),
         Topic("position_controller/internals", PositionInternals, (POSITION,), (RECORDER,), True, False, "eqs. 18-37"),
         Topic("attitude_controller/internals", AttitudeInternals, (ATTITUDE,), (RECORDER,), True, False, "eqs. 40-60"),
+        Topic("shadow/attitude_setpoint", AttitudeThrust, (SHADOW_POSITION,), (RECORDER,), False, False, "eq. 38"),
+        Topic("shadow/wrench_setpoint", WrenchStamped, (SHADOW_ATTITUDE,), (RECORDER,), False, False, "eq. 56"),
+        Topic(
+            "shadow/position_controller/internals", PositionInternals, (SHADOW_POSITION,), (RECORDER,), False, False, ""
+        ),
+        Topic(
+            "shadow/attitude_controller/internals", AttitudeInternals, (SHADOW_ATTITUDE,), (RECORDER,), False, False, ""
+        ),
         Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY), False, False, ""),
         Topic("/clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
         Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, RECORDER), False, True, ""),

@@ -1,0 +1,67 @@
+"""A shadow controller is recorded and not obeyed: the flight has the same bits with it, and survives it."""
+
+import os
+import signal
+
+import flying
+import pytest
+from recorder_kills import pid_of
+from test_same_bits import alone, assert_same
+
+from quad_bringup.flight_setup import Request, resolve_flight, shadow_laws
+from quad_core.parameters import ParameterError
+from quad_flight_log.arrays import by_stamp
+from quad_flight_log.metrics import thrust_and_torque
+from quad_flight_log.payload_hash import payload_hash, topic_hashes
+from quad_flight_log.replay import replay
+
+
+@pytest.mark.flight
+def test_the_flight_has_the_same_bits_and_the_shadow_those_of_its_law(tmp_path):
+    shadows = ("--shadow", "position=pid", "--shadow", "attitude=pid")
+    bag = flying.flown("hover", "--duration", "1", "--seed", "21", *shadows, "--out", tmp_path / "bag")
+    assert_same(bag, alone("hover", 1.0, 21, "rigid_body", "tuned"))
+    assert not any(topic.startswith("shadow") for topic in topic_hashes(bag))
+    assert len(payload_hash(bag)) == 64
+    steps = bag.topics["/state"].messages
+    wrench, setpoint = by_stamp(bag.array("shadow/wrench_setpoint")), by_stamp(bag.array("shadow/attitude_setpoint"))
+    assert (len(wrench), len(setpoint)) == (steps, -(-steps // 5))
+    attitude = replay(bag, "attitude_controller", law="pid").replayed
+    thrust, torque = thrust_and_torque(wrench)
+    assert thrust.tobytes() == attitude["wrench_setpoint thrust"].tobytes()
+    assert torque[:, 0].tobytes() == attitude["wrench_setpoint torque_b.x"].tobytes()
+    assert torque.any()
+    position = replay(bag, "position_controller", law="pid").replayed
+    assert setpoint["angles"][:, 1].tobytes() == position["attitude_setpoint angles.y"].tobytes()
+
+
+@pytest.mark.flight
+def test_a_flight_survives_its_shadow(tmp_path):
+    process = flying.start("hover", "--duration", "1", "--shadow", "itsm", "--out", tmp_path / "bag")
+    part = tmp_path / "bag" / "bag_0.mcap.part"
+    flying.wait_until(lambda: part.exists() and part.stat().st_size > 60_000, 90.0, "the recording began")
+    os.kill(pid_of(process.pid, "attitude_controller", "shadow_attitude_controller"), signal.SIGKILL)
+    done = flying.finish(process)
+    assert done.returncode == 0, done.stderr
+    assert "shadow_attitude_controller was killed by SIGKILL; the flight does not depend on it" in done.stderr
+
+
+@pytest.mark.unit
+def test_a_shadow_is_told_apart_by_its_law():
+    assert shadow_laws(["itsm", "position=pid"]) == {
+        "shadow_attitude_controller": "itsm",
+        "shadow_position_controller": "pid",
+    }
+    for laws, word in ((["pid"], "'pid'"), (["lqr"], "'lqr'"), (["itsm", "attitude=pid"], "one attitude law")):
+        with pytest.raises(ParameterError, match=word):
+            shadow_laws(laws)
+
+
+@pytest.mark.unit
+def test_a_shadow_has_its_own_parameters():
+    settings = ("flight.seed=9", "shadow_position_controller.aibs.x.position_gain=3.25")
+    nodes = resolve_flight(Request("hover", shadows=["aibs"], settings=settings), {})
+    assert nodes["shadow_position_controller"].plugins["law"].parameters.x.position_gain == 3.25
+    assert nodes["position_controller"].plugins["law"].parameters.x.position_gain != 3.25
+    assert nodes["shadow_position_controller"].flight == nodes["simulator"].flight
+    assert "shadow_position_controller" in nodes["simulator"].flight.roles
