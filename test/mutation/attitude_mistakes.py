@@ -67,6 +67,15 @@ ATTITUDE = {
         ("58", "- bound * pull", "+ bound * pull"),
         ("58", "- powered * pull", "- powered"),
     ],
+    "quad_attitude_ctrl.stability.lyapunov_total": [
+        ("57", "known + 0.5", "known - 0.5"),
+        ("57", "angle * angle / gains.angle", "angle * angle / gains.rate"),
+    ],
+    "quad_attitude_ctrl.stability.lyapunov_total_rate": [
+        ("58", "total - shortfall * drive", "total + shortfall * drive"),
+        ("58", "known_rate + sliding * disturbance", "known_rate - sliding * disturbance"),
+        ("58", "size <= dead_zone", "size > dead_zone"),
+    ],
     "quad_attitude_ctrl.sliding_control.force_difference": [("56", "/ inverse_inertia", "* inverse_inertia")],
     "quad_attitude_ctrl.body_torque.coefficients": [
         ("17", "(yy - zz) / xx", "(zz - yy) / xx"),

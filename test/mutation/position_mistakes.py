@@ -60,6 +60,16 @@ POSITION = {
         ("36", "-position_gain", "position_gain"),
         ("36", "- adaptive_gain", "+ adaptive_gain"),
     ],
+    "quad_position_ctrl.stability.lyapunov_total": [
+        ("31", "known + 0.5", "known - 0.5"),
+        ("31", "/ adaptation_rate", "* adaptation_rate"),
+    ],
+    "quad_position_ctrl.stability.lyapunov_total_rate": [
+        ("34", "+ velocity_error * disturbance", "- velocity_error * disturbance"),
+        ("34", "- true_gain", "+ true_gain"),
+    ],
+    "quad_position_ctrl.stability.rate_bound": [("34", "+ 0.5 * max_disturbance", "- 0.5 * max_disturbance")],
+    "quad_position_ctrl.stability.static_error": [("29", "1.0 + position_gain", "position_gain")],
     "quad_position_ctrl.thrust_vector.thrust_norm": [
         ("38", "lift.z * lift.z", "lift.z"),
         ("38", "+ lift.y * lift.y", "- lift.y * lift.y"),
