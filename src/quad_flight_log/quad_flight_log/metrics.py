@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from quad_flight_log.arrays import Floats, Stamps, aligned, by_stamp, euler_angles, norms, wrapped
 from quad_flight_log.estimates import SURFACE_BOUND, SURFACE_DWELL, belief_metrics
+from quad_flight_log.overshoot import OVERSHOOT_WINDOW, overshoot_metrics
 
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
@@ -35,6 +36,10 @@ METRICS = {
     "position_iae": Metric("m s", "integral of the 3-D position error"),
     "position_itae": Metric("m s^2", "integral of trajectory time times the 3-D position error"),
     "settling_time": Metric("s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end"),
+    "corner_overshoot": Metric(
+        "m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"
+    ),
+    "yaw_overshoot": Metric("rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s"),
     "attitude_rmse": Metric("rad", "root of the mean squared error of phi, theta, psi together against the setpoint"),
     "thrust_effort": Metric("N^2 s", "integral of the squared commanded thrust"),
     "torque_effort": Metric("N^2 m^2 s", "integral of the squared commanded torque"),
@@ -66,6 +71,8 @@ class FlightMetrics(NamedTuple):
     position_iae: float | None = None
     position_itae: float | None = None
     settling_time: float | None = None
+    corner_overshoot: float | None = None
+    yaw_overshoot: float | None = None
     attitude_rmse: float | None = None
     thrust_effort: float | None = None
     torque_effort: float | None = None
@@ -158,6 +165,7 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     values: dict[str, float | None] = {"duration": (end_ns - start_ns) * 1e-9}
     if "truth" in known:
         values.update(_position(known["truth"], flown))
+        values.update(overshoot_metrics(known["truth"], flown))
         if "attitude_setpoint" in known:
             values.update(_attitude(known["truth"], _since(known["attitude_setpoint"], start_ns)))
     if "wrench_setpoint" in known:

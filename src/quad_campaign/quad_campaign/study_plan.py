@@ -1,0 +1,247 @@
+"""The plan of a study as YAML: controllers, knobs with bounds, objective, seeds; and the gains that tuning wrote."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from quad_campaign.flight import Flight, flight_from_parameters
+from quad_core.node_parameters import resolve
+from quad_core.parameter_files import read_parameter_file
+from quad_core.parameters import ParameterError, Real, Value
+
+Overrides = dict[str, dict[str, Value]]
+_TOP = ("name", "tuning", "study", "controllers")
+_TUNING = ("trials", "sampler_seed", "seeds", "cases", "plants", "objective")
+_OBJECTIVE = ("rmse_scale", "variation_scale", "failure")
+_STUDY = ("held_out_first", "cases", "plants", "start", "resamples", "bootstrap_seed")
+_NODES = {"position_controller": "position", "attitude_controller": "attitude"}
+
+
+class Knob(NamedTuple):
+    """One number to tune: it sets all ``parameters`` (dotted, law's name included) of ``node`` to one value."""
+
+    name: str
+    node: str
+    parameters: tuple[str, ...]
+    low: float
+    high: float
+    log: bool
+
+
+class Controller(NamedTuple):
+    """A position law and an attitude law, what is ``fixed`` about them, and what may be tuned."""
+
+    name: str
+    title: str
+    position: str
+    attitude: str
+    fixed: Overrides
+    knobs: tuple[Knob, ...]
+
+    def overrides(self, values: Mapping[str, float]) -> Overrides:
+        """Return {node: {parameter: value}} for {knob name: value}; knobs without a value stay at their defaults."""
+        told: Overrides = {
+            "position_controller": {"law": self.position, **self.fixed.get("position_controller", {})},
+            "attitude_controller": {"law": self.attitude, **self.fixed.get("attitude_controller", {})},
+        }
+        for knob in self.knobs:
+            if knob.name in values:
+                told[knob.node].update(dict.fromkeys(knob.parameters, float(values[knob.name])))
+        return told
+
+
+class Objective(NamedTuple):
+    """What tuning minimises: scales in m and N m/s, and what a flight costs that does not end."""
+
+    rmse_scale: float
+    variation_scale: float
+    failure: float
+
+
+class Tuning(NamedTuple):
+    """Budget and flights of the tuning of each controller."""
+
+    trials: int
+    sampler_seed: int
+    seeds: tuple[int, ...]
+    cases: tuple[str, ...]
+    plants: tuple[str, ...]
+    objective: Objective
+
+
+class Comparison(NamedTuple):
+    """Held-out flights and how they are compared."""
+
+    held_out_first: int
+    cases: tuple[str, ...]
+    plants: tuple[str, ...]
+    start: str
+    resamples: int
+    bootstrap_seed: int
+
+    def seeds(self, count: int) -> list[int]:
+        """Return the first ``count`` held-out seeds."""
+        return list(range(self.held_out_first, self.held_out_first + count))
+
+
+class StudyPlan(NamedTuple):
+    """A whole plan, as read from ``path``."""
+
+    path: Path
+    name: str
+    tuning: Tuning
+    study: Comparison
+    controllers: tuple[Controller, ...]
+
+
+def config_directory() -> Path:
+    """Return the folder of the plans that come with the package, in the source tree or installed."""
+    source = Path(__file__).resolve().parents[1] / "config"
+    if source.is_dir():
+        return source
+    from ament_index_python.packages import get_package_share_directory
+
+    return Path(get_package_share_directory("quad_campaign"), "config")
+
+
+def find_plan(name: str) -> Path:
+    """Return the plan ``name`` stands for: ``paper``, or the path of a YAML file. Raises ParameterError if none."""
+    if name == "paper":
+        return config_directory() / "study.yaml"
+    if name.endswith((".yaml", ".yml")) and Path(name).is_file():
+        return Path(name)
+    raise ParameterError(f"plan: found {name!r}, expected paper or the path of a YAML file")
+
+
+def read_plan(path: Path) -> StudyPlan:
+    """Return the plan of a YAML file.
+
+    Raises ParameterError naming file and key: not readable, a key missing or unknown, a held-out seed among those of
+    the training, a knob of a parameter that does not exist or with bounds outside of the parameter's.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    try:
+        plan = _plan(path, content)
+        _check(plan)
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error}") from error
+    return plan
+
+
+def gains_file(plan: StudyPlan, controller: str) -> Path:
+    """Return where the tuned gains of a controller stand: a ROS parameter file beside the plan."""
+    return plan.path.parent / f"{plan.path.stem}_gains" / f"{controller}.yaml"
+
+
+def tuned_overrides(plan: StudyPlan, controller: Controller) -> Overrides:
+    """Return {node: {parameter: value}} of the tuned gains; raises ParameterError if they were not tuned yet."""
+    path = gains_file(plan, controller.name)
+    if not path.is_file():
+        raise ParameterError(f"{path}: found no tuned gains; run: python -m quad_campaign.tune {plan.path}")
+    return {pattern.strip("/*"): values for pattern, values in read_parameter_file(path).items()}
+
+
+def flight_of(overrides: Overrides, case: str, plant: str, start: str = "approach") -> Flight:
+    """Return the flight of a controller on a case and a plant, at the default seed. Raises as the nodes would."""
+    told: Overrides = {
+        **overrides,
+        "trajectory": {"trajectory": case, f"{case}.start": start},
+        "simulator": {"plant": plant},
+    }
+    return flight_from_parameters(told)
+
+
+def _plan(path: Path, content: Any) -> StudyPlan:
+    top = _section(content, "", _TOP)
+    tuning = _section(top["tuning"], "tuning", _TUNING)
+    objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE)
+    study = _section(top["study"], "study", _STUDY)
+    if not isinstance(top["controllers"], dict) or not top["controllers"]:
+        raise ParameterError("controllers: expected names with laws and knobs")
+    return StudyPlan(
+        path,
+        str(top["name"]),
+        Tuning(
+            int(tuning["trials"]),
+            int(tuning["sampler_seed"]),
+            tuple(map(int, tuning["seeds"])),
+            tuple(tuning["cases"]),
+            tuple(tuning["plants"]),
+            Objective(*(float(objective[key]) for key in _OBJECTIVE)),
+        ),
+        Comparison(
+            int(study["held_out_first"]),
+            tuple(study["cases"]),
+            tuple(study["plants"]),
+            str(study["start"]),
+            int(study["resamples"]),
+            int(study["bootstrap_seed"]),
+        ),
+        tuple(_controller(str(name), body) for name, body in top["controllers"].items()),
+    )
+
+
+def _section(content: Any, name: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+    expected = f"expected the keys {', '.join(keys)}"
+    if not isinstance(content, dict):
+        raise ParameterError(f"{name or 'top'}: found {type(content).__name__}, {expected}")
+    missing = [key for key in keys if key not in content]
+    unknown = [key for key in content if key not in (*keys, *optional)]
+    if missing or unknown:
+        raise ParameterError(f"{name or 'top'}: found {', '.join(map(str, content))}, {expected}")
+    return content
+
+
+def _controller(name: str, body: Any) -> Controller:
+    place = f"controllers.{name}"
+    told = _section(body, place, ("title", "position", "attitude", "knobs"), ("fixed",))
+    laws = {node: str(told[key]) for node, key in _NODES.items()}
+    fixed: Overrides = {}
+    for node, values in (told.get("fixed") or {}).items():
+        if node not in laws:
+            raise ParameterError(f"{place}.fixed.{node}: expected one of {', '.join(laws)}")
+        fixed[node] = {f"{laws[node]}.{key}": value for key, value in values.items()}
+    knobs = tuple(_knob(f"{place}.knobs.{key}", str(key), laws, knob) for key, knob in told["knobs"].items())
+    return Controller(name, str(told["title"]), laws["position_controller"], laws["attitude_controller"], fixed, knobs)
+
+
+def _knob(place: str, name: str, laws: Mapping[str, str], body: Any) -> Knob:
+    told = _section(body, place, ("node", "parameters"), ("low", "high", "log"))
+    node = str(told["node"])
+    if node not in laws:
+        raise ParameterError(f"{place}.node: found {node!r}, expected one of {', '.join(laws)}")
+    low, high = float(told.get("low", float("nan"))), float(told.get("high", float("nan")))
+    names = tuple(f"{laws[node]}.{key}" for key in told["parameters"])
+    return _bounded(place, Knob(name, node, names, low, high, bool(told.get("log", False))), laws[node])
+
+
+def _bounded(place: str, knob: Knob, law: str) -> Knob:
+    """Return ``knob`` with bounds that are not given taken from its parameters; they must lie within theirs."""
+    known = {field.name: field.spec for field in resolve(knob.node, {"law": law}).all_fields()}
+    for name in knob.parameters:
+        spec = known.get(name)
+        if not isinstance(spec, Real):
+            raise ParameterError(f"{place}: found {name}, expected a real parameter of {knob.node}")
+        low = spec.low if knob.low != knob.low else knob.low
+        high = spec.high if knob.high != knob.high else knob.high
+        if not spec.low <= low < high <= spec.high:
+            raise ParameterError(f"{place}: found [{low}, {high}], expected within [{spec.low}, {spec.high}] of {name}")
+        if knob.log and low <= 0.0:
+            raise ParameterError(f"{place}: found low {low}, expected more than 0 for log: true")
+        knob = knob._replace(low=low, high=high)
+    return knob
+
+
+def _check(plan: StudyPlan) -> None:
+    late = [seed for seed in plan.tuning.seeds if seed >= plan.study.held_out_first]
+    if late:
+        raise ParameterError(f"tuning.seeds: found {late[0]}, expected less than study.held_out_first")
+    for controller in plan.controllers:
+        for case in {*plan.tuning.cases, *plan.study.cases}:
+            for plant in {*plan.tuning.plants, *plan.study.plants}:
+                flight_of(controller.overrides({}), case, plant, plan.study.start)
