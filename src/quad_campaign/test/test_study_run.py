@@ -7,7 +7,7 @@ import pandas
 import pytest
 from test_study_plan import content, read
 
-from quad_campaign import study
+from quad_campaign import study, study_table
 from quad_campaign.flight import Result
 from quad_campaign.loop import Score
 from quad_campaign.study_plan import gains_file
@@ -146,3 +146,17 @@ def test_summary_pairs_by_seed_whatever_the_order():
     row = summary(flights, ["a", "b"], ["m"], 99, 1).set_index("controller").loc["b"]
     assert row["difference"] == 2.0  # of 3, 2, 1
     assert (row["pairs"], row["median"]) == (3, 7.0)
+
+
+def test_tables_show_medians_and_differences(plan, flown, tmp_path, capsys):
+    out = tmp_path / "out"
+    study.run(plan, 3, out, "c")
+    text = study_table.tables(out, metrics=["position_rmse", "corner_overshoot"])
+    assert "### case1, plant `rigid_body`" in text
+    assert "| metric | Mine | Other |" in text
+    assert "| position_rmse [m] | 0.101 (0.1 .. 0.102) | 0.601 (0.6 .. 0.602)<br>+0.5 [+0.5, +0.5] |" in text
+    assert "corner_overshoot" not in text  # nobody has one
+    assert "| flown to the end | 3 of 3 | 2 of 3 |" in text
+    assert study_table.main([str(out), "--metric", "speed"]) == 2
+    assert study_table.main([str(tmp_path / "none")]) == 2
+    assert "expected one of duration" in capsys.readouterr().err

@@ -1,0 +1,85 @@
+"""The tables of a study as Markdown, from its ``summary.parquet``: ``python -m quad_campaign.study_table DIR``."""
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+EXAMPLES = """examples:
+  python -m quad_campaign.study_table studies/paper
+  python -m quad_campaign.study_table studies/paper --plant rigid_body --metric position_rmse --metric attitude_rmse
+"""
+
+
+def tables(directory: Path, plants: Sequence[str] = (), metrics: Sequence[str] = ()) -> str:
+    """Return all tables of the study in ``directory``; empty ``plants`` or ``metrics``: all.
+
+    Raises FileNotFoundError if it holds no finished study, KeyError for a plant or metric that it has not.
+    """
+    import pandas
+
+    facts = json.loads((directory / "study.json").read_text(encoding="utf-8"))
+    summary = pandas.read_parquet(directory / "summary.parquet")
+    for chosen, known in ((plants, facts["plants"]), (metrics, facts["metrics"])):
+        strange = [name for name in chosen if name not in known]
+        if strange:
+            raise KeyError(f"found {strange[0]!r}, expected one of {', '.join(known)}")
+    parts = []
+    for plant in plants or facts["plants"]:
+        for case in facts["cases"]:
+            rows = summary[(summary["case"] == case) & (summary["plant"] == plant)].to_dict("records")
+            found = {(row["controller"], row["metric"]): row for row in rows}
+            parts.append(f"### {case}, plant `{plant}`\n\n" + table(facts, found, list(metrics or facts["metrics"])))
+    return "\n".join(parts)
+
+
+def table(facts: Mapping[str, Any], found: Mapping[Any, Mapping[str, Any]], metrics: Sequence[str]) -> str:
+    """Return one table: a row per metric, a column per controller; medians, ranges, differences to the first."""
+    names = list(facts["controllers"])
+    lines = ["| metric | " + " | ".join(facts["controllers"][name]["title"] for name in names) + " |"]
+    lines.append("| --- |" + " --- |" * len(names))
+    for metric in metrics:
+        cells = [cell(found[name, metric]) for name in names]
+        if any(cells):
+            unit = facts["metrics"][metric][0]
+            lines.append(f"| {metric}{f' [{unit}]' if unit else ''} | " + " | ".join(c or "none" for c in cells) + " |")
+    ended = [f"{found[name, metrics[0]]['ended']} of {found[name, metrics[0]]['flights']}" for name in names]
+    lines.append("| flown to the end | " + " | ".join(ended) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def cell(row: Mapping[str, Any]) -> str:
+    """Return median (5 % .. 95 %) and, below it, the paired difference with its interval; empty without a number."""
+    if math.isnan(row["median"]):
+        return ""
+    text = f"{row['median']:.3g} ({row['low']:.3g} .. {row['high']:.3g})"
+    if math.isnan(row["difference"]):
+        return text
+    return text + f"<br>{row['difference']:+.2g} [{row['difference_low']:+.2g}, {row['difference_high']:+.2g}]"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the tables: 0 done, 2 usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m quad_campaign.study_table",
+        description=__doc__,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("directory", type=Path, metavar="DIR", help="what scripts/study wrote")
+    parser.add_argument("--plant", action="append", default=[], help="may be repeated (default: all)")
+    parser.add_argument("--metric", action="append", default=[], help="may be repeated (default: all)")
+    options = parser.parse_args(arguments)
+    try:
+        sys.stdout.write(tables(options.directory, options.plant, options.metric))
+    except (OSError, KeyError) as error:
+        sys.stderr.write(f"study_table: {options.directory}: {error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
