@@ -25,11 +25,11 @@ from quad_flight_log.reader import open_flight
 RATE = 500
 PERIOD_NS = 1_000_000_000 // RATE
 MESSAGES = Path(__file__).resolve().parents[1] / "src" / "quad_msgs" / "msg"
-# Topic: type and payload bytes behind the stamp (all float64 but the step; the flags of actuation are zero).
+# Topic: type, and how many float64 stand behind stamp and steps.
 TOPICS = {
     "/state": ("quad_msgs/msg/VehicleState", 13),
     "/truth": ("quad_msgs/msg/VehicleState", 13),
-    "/disturbance": ("quad_msgs/msg/Disturbance", 12),
+    "/estimate": ("quad_msgs/msg/VehicleState", 13),
     "/reference": ("quad_msgs/msg/TrajectoryPoint", 19),
     "/attitude_setpoint": ("quad_msgs/msg/AttitudeThrust", 15),
 }

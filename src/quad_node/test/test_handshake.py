@@ -54,6 +54,14 @@ def test_a_node_that_does_not_fit_is_named(said, words):
     assert all(word in problem for word in words)
 
 
+def test_a_shadow_that_fails_is_nobodys_problem():
+    handshake = Handshake(FlightParameters(), "abc", ["shadow_attitude_controller"])
+    assert handshake.missing() == ["shadow_attitude_controller"]
+    assert handshake.hear(Said("shadow_attitude_controller")) == ""
+    assert handshake.missing() == []
+    assert handshake.hear(Said("shadow_attitude_controller", state=FAULT, detail="burst")) == ""
+
+
 def test_nodes_of_another_run_and_unknown_roles_are_not_counted():
     handshake, problems = shake(Said("recorder", run_id="other"), Said("camera"), run_id="mine")
     assert problems == ["", ""]

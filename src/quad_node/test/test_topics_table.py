@@ -2,16 +2,15 @@
 
 import pytest
 
-from quad_core.node_parameters import ROLES
+from quad_core.node_parameters import ALL_ROLES, SHADOWS
 from quad_node import topics
 
-MEMBERS = {*ROLES, topics.RELAY}
 STEP = [topic for topic in topics.TOPICS.values() if topic.step]
 
 
 @pytest.mark.parametrize("topic", topics.TOPICS.values(), ids=lambda topic: topic.name)
 def test_publishers_and_subscribers_are_roles_and_the_recorder_hears_all_but_itself(topic):
-    assert set(topic.publishers) | set(topic.subscribers) <= MEMBERS
+    assert set(topic.publishers) | set(topic.subscribers) <= set(ALL_ROLES)
     assert topic.publishers
     assert topic.subscribers
     if topic.publishers != (topics.RECORDER,):
@@ -34,6 +33,17 @@ def test_what_is_held_says_until_when(name):
 def test_only_the_wrench_and_the_plan_command_a_simulator_in_flight():
     commands = {topic.name for topic in topics.TOPICS.values() if topics.SIMULATOR in topic.subscribers}
     assert commands == {"wrench_setpoint", "flight/plan", "flight/nodes", "flight/recorded"}
+
+
+def test_what_a_shadow_answers_only_the_recorder_hears():
+    told = [topic for topic in topics.TOPICS.values() if set(topic.publishers) & set(SHADOWS)]
+    assert len(told) == 4
+    for topic in told:
+        assert topic.name.startswith(topics.SHADOW_TOPICS)
+        assert topic.subscribers == (topics.RECORDER,)
+        obeyed = topics.TOPICS[topic.name.removeprefix(topics.SHADOW_TOPICS)]
+        assert topic.type is obeyed.type
+        assert topic.history == obeyed.history == topics.STEP_HISTORY
 
 
 def test_quality_of_service_loses_nothing():
