@@ -4,6 +4,7 @@ Snippets are written as ``ast.unparse`` writes code and must stand exactly once 
 """
 
 from attitude_mistakes import ATTITUDE
+from baseline_mistakes import ATTITUDE_BASELINES, POSITION_BASELINES
 from mutation_engine import Mutation
 from plant_mistakes import PLANTS, ROTATIONS
 from position_mistakes import POSITION
@@ -11,7 +12,15 @@ from trajectory_mistakes import TRAJECTORIES
 
 MUTATIONS = [
     Mutation(f"eq. {equation}" if equation[0].isdigit() else equation, function, old, new)
-    for family in (POSITION, ATTITUDE, PLANTS, ROTATIONS, TRAJECTORIES)
+    for family in (
+        POSITION,
+        ATTITUDE,
+        PLANTS,
+        ROTATIONS,
+        TRAJECTORIES,
+        POSITION_BASELINES,
+        ATTITUDE_BASELINES,
+    )
     for function, mistakes in family.items()
     for equation, old, new in mistakes
 ]
