@@ -1,4 +1,4 @@
-"""Reference pages from the code: topics from the topic table and the .msg files, parameters from their declarations."""
+"""Reference pages and layouts from the code: the topic table, the .msg files, the declarations of parameters."""
 
 import argparse
 import re
@@ -11,6 +11,7 @@ from quad_core import plugins
 from quad_core.node_parameters import GUESTS, ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Text, Whole, fields
 from quad_core.vehicle import Vehicle
+from quad_flight_log.verbs.layouts import layout_files
 from quad_node.topics import TOPICS, Topic
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -167,13 +168,15 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is not up to date")
     check = parser.parse_args().check
     pages = {DOCS / "topics.md": topics_page()}
+    pages |= {DOCS / "layouts" / name: text for name, text in layout_files().items()}
     pages |= {DOCS / "parameters" / name: text for name, text in parameter_pages().items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
     stale += [path for path in (DOCS / "parameters").glob("*.md") if path not in pages]
     for path in stale:
         print(f"{path.relative_to(ROOT)}: {'not up to date: run scripts/docs' if check else 'written'}")
     if not check:
-        (DOCS / "parameters").mkdir(exist_ok=True)
+        for folder in ("parameters", "layouts"):
+            (DOCS / folder).mkdir(exist_ok=True)
         for path in stale:
             if path in pages:
                 path.write_text(pages[path], encoding="utf-8")

@@ -25,6 +25,7 @@ VERBS = {
     "report": "quad_flight_log.verbs.report",
     "compare": "quad_flight_log.verbs.compare",
     "view": "quad_flight_log.verbs.view",
+    "layouts": "quad_flight_log.verbs.layouts",
 }
 
 _EXAMPLES = """examples:

@@ -1,0 +1,40 @@
+"""Write layouts for Foxglove and PlotJuggler that show every quantity of a flight; needs the messages installed."""
+
+import argparse
+from pathlib import Path
+
+OWN_OUT = True
+EXAMPLES = """examples:
+  log layouts --out layouts                       writes layouts/flight.json (Foxglove) and layouts/flight.xml
+  log layouts --namespace second --out layouts    for the vehicle in the namespace /second"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --namespace."""
+    parser.add_argument("--namespace", default="", help="namespace of the vehicle")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write both files and print where they are."""
+    directory: Path = options.out or Path()
+    directory.mkdir(parents=True, exist_ok=True)
+    for name, text in layout_files(options.namespace).items():
+        path = directory / name
+        path.write_text(text, encoding="utf-8")
+        print(path)
+    return 0
+
+
+def layout_files(namespace: str = "") -> dict[str, str]:
+    """Return {file name: text} of the layouts of this installation's topics."""
+    from quad_flight_log.definitions import installed, parse
+    from quad_flight_log.layouts import foxglove, plotjuggler, tabs
+    from quad_node.topics import TOPICS
+
+    schemas = {}
+    for topic in TOPICS.values():
+        if topic.step:
+            name = f"{topic.type.__module__.split('.')[0]}/msg/{topic.type.__name__}"
+            schemas[topic.name] = parse(name, installed(name).text)
+    found = tabs(schemas, namespace)
+    return {"flight.json": foxglove(found, namespace), "flight.xml": plotjuggler(found)}

@@ -1,0 +1,109 @@
+"""Every path in the layouts leads to a number of the installed message: checked on message objects."""
+
+import json
+import re
+from xml.etree import ElementTree
+
+import pytest
+from builtin_interfaces.msg import Time
+
+from quad_flight_log.cli import main
+from quad_flight_log.definitions import parse
+from quad_flight_log.errors import SchemaError
+from quad_flight_log.layouts import numbers, tabs
+from quad_flight_log.verbs.layouts import layout_files
+from quad_node.topics import TOPICS
+
+
+def number_at(topic, path):
+    """Return the number at ``path`` of a blank message of ``topic``."""
+    value = TOPICS[topic].type()
+    for word in re.split(r"[./]", path):
+        name, _, index = word.partition("[")
+        value = getattr(value, name)
+        value = value[int(index.rstrip("]"))] if index else value
+    return value
+
+
+def longest_topic(text):
+    """Return (topic, rest) of a full path, the topic as long as possible."""
+    topic = max((name for name in TOPICS if text.lstrip("/").startswith(name)), key=len)
+    return topic, text.lstrip("/")[len(topic) + 1 :]
+
+
+def plotted():
+    files = layout_files()
+    panels = json.loads(files["flight.json"])["configById"]
+    lines = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
+    tree = ElementTree.fromstring(files["flight.xml"])
+    return lines, [curve.attrib["name"] for curve in tree.iter("curve")]
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_every_path_leads_to_a_number(kind):
+    found = plotted()[kind]
+    assert len(found) > 150
+    for text in found:
+        value = number_at(*longest_topic(text))
+        assert float(value) == 0.0 or text.endswith(("q_wb[3]", "orientation.w"))
+        assert not isinstance(value, str | Time)
+
+
+def test_both_show_the_same():
+    foxglove, plotjuggler = plotted()
+    joined = [re.sub(r"\.", "/", path) for path in foxglove]
+    assert joined == plotjuggler
+
+
+def test_no_quantity_of_a_step_topic_is_missing():
+    foxglove, _ = plotted()
+    for topic in TOPICS.values():
+        if not topic.step or topic.name == "wrench_setpoint":
+            continue
+        for field, kind in topic.type.get_fields_and_field_types().items():
+            plain = re.match(r"(?:double|boolean)(?:\[\d+\])?$", kind)
+            if plain:
+                assert any(re.match(rf"/{topic.name}\.{field}(\[|$)", path) for path in foxglove), (topic.name, field)
+
+
+def test_every_panel_is_placed_once():
+    layout = json.loads(layout_files()["flight.json"])
+    placed = []
+
+    def walk(node):
+        if isinstance(node, str):
+            placed.append(node)
+            for tab in layout["configById"][node].get("tabs", []):
+                walk(tab["layout"])
+        else:
+            walk(node["first"])
+            walk(node["second"])
+
+    walk(layout["layout"])
+    assert sorted(placed) == sorted(layout["configById"])
+    assert set(layout) == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
+
+
+def test_a_namespace_is_in_front_of_every_topic(tmp_path, capsys):
+    assert main(["layouts", "--namespace", "/second/", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.split() == [str(tmp_path / "flight.json"), str(tmp_path / "flight.xml")]
+    panels = json.loads((tmp_path / "flight.json").read_text())["configById"]
+    values = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
+    assert all(value.startswith("/second/") for value in values)
+    assert set(panels["3D!space"]["topics"]) == {"/second/markers", "/second/pose", "/second/odom"}
+
+
+def test_a_field_that_is_gone_is_named():
+    schemas = {"reference": parse("a/msg/B", "float64[3] position\n")}
+    with pytest.raises(SchemaError, match=r"reference.*p_w\[0\]"):
+        tabs(schemas)
+    with pytest.raises(SchemaError, match="no topic 'reference'"):
+        tabs({})
+
+
+def test_numbers_of_nested_and_repeated_fields():
+    text = "bool up\nC[2] c\nstring s\nfloat64[] many\nfloat64[<=4] some\n" + "=" * 80 + "\nMSG: a/C\nuint8 n\nint8 k\n"
+    assert numbers(parse("a/msg/B", text)) == [
+        ("up", ["up"], True),
+        ("c", ["c[0].n", "c[0].k", "c[1].n", "c[1].k"], False),
+    ]
