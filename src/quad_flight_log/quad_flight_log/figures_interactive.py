@@ -80,7 +80,7 @@ def _scene() -> dict[str, Any]:
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [m]"}} for axis in "xyz"}
     return {
         "height": _SPATIAL_HEIGHT,
-        "scene": {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": -1.5, "z": 0.9}}},
+        "scene": {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.75, "y": -1.75, "z": 0.8}}},
     }
 
 

@@ -12,6 +12,7 @@ FORMATS = ("png", "pdf", "svg")
 _WIDTH = 5.4  # inch: one and a half columns
 _PANEL_HEIGHT = 1.7
 _SPATIAL_HEIGHT = 4.4
+_MOST_TICKS = 6
 _STYLE = {
     "font.size": 8.0,
     "axes.grid": True,
@@ -62,7 +63,9 @@ def drawn(figure: Figure, colour: dict[str, str]) -> Any:
     with mpl.rc_context(_STYLE):
         if figure.spatial:
             canvas = Canvas(figsize=(_WIDTH, _SPATIAL_HEIGHT), layout="constrained")
-            _draw_path(canvas, figure, colour)
+            ax = canvas.add_subplot(projection="3d")
+            draw_path(ax, figure.panels[0], colour)
+            _legend(canvas, [ax])
         else:
             tall = 0.7 + _PANEL_HEIGHT * len(figure.panels)
             canvas = Canvas(figsize=(_WIDTH, tall), layout="constrained")
@@ -99,16 +102,24 @@ def _draw_panel(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
         ax.set_yscale("log")
 
 
-def _draw_path(canvas: Any, figure: Figure, colour: dict[str, str]) -> None:
-    ax = canvas.add_subplot(projection="3d")
-    for line in figure.panels[0].lines:
+def draw_path(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
+    """Draw the lines of a spatial panel on Matplotlib's 3-D axes, all three axes to the same scale."""
+    for line in panel.lines:
         style = "--" if line.dashed else "-"
         ax.plot(*thin(line).columns, color=colour[line.run], linestyle=style, linewidth=0.9, label=line.label)
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.set_zlabel("z [m]")
+    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     ax.set_aspect("equal")
-    ax.legend(loc="upper left", fontsize=7)
+    spans = [axis.get_view_interval() for axis in (ax.xaxis, ax.yaxis, ax.zaxis)]
+    widest = max(high - low for low, high in spans)
+    for axis, (low, high) in zip((ax.xaxis, ax.yaxis, ax.zaxis), spans, strict=True):
+        axis.set_major_locator(_ticks(max(2, round(_MOST_TICKS * (high - low) / widest))))
+    ax.set_box_aspect([high - low for low, high in spans], zoom=0.85)
+
+
+def _ticks(most: int) -> Any:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(most)
 
 
 def _legend(canvas: Any, axes: Any) -> None:

@@ -99,7 +99,7 @@ def foxglove(found: list[Tab], namespace: str = "") -> str:
 def plotjuggler(found: list[Tab]) -> str:
     """Return a PlotJuggler layout (XML)."""
     root = ElementTree.Element("root")
-    window = ElementTree.SubElement(root, "tabbed_widget", parent="main_window", name="Main Window")
+    window = ElementTree.SubElement(root, "tabbed_widget", {"parent": "main_window", "name": "Main Window"})
     for tab in found:
         container = ElementTree.SubElement(
             ElementTree.SubElement(window, "Tab", containers="1", tab_name=tab.title), "Container"

@@ -48,7 +48,7 @@ class Browser:
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             self._socket = self._open.enter_context(
-                connect(self._address(profile / "DevToolsActivePort"), max_size=None)
+                connect(self._address(profile / "DevToolsActivePort"), max_size=None, ping_interval=None)
             )
             target = self._call("Target.createTarget", url="about:blank")["targetId"]
             self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]

@@ -1,0 +1,159 @@
+"""Pictures of docs/images from two recorded flights: both paths in space, the report and the view in a browser."""
+
+import argparse
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from quad_flight_log.errors import FlightLogError
+from quad_flight_log.figures import runs_of
+from quad_flight_log.figures_interactive import colours
+from quad_flight_log.figures_print import draw_path
+from quad_flight_log.paper_figures import path_figure
+from quad_flight_log.reader import open_flight
+from quad_flight_log.report import comparison_page, names_of
+from quad_flight_log.report_data import Run, run_from_flight
+from quad_flight_log.report_page import write_page
+from quad_flight_log.viewer import write_recording
+
+ROOT = Path(__file__).resolve().parents[2]
+IMAGES = ROOT / "docs" / "images"
+TITLES = {"case1": "Case 1", "case2": "Case 2"}
+LARGEST = 300_000  # bytes of a picture
+VIEW_PATIENCE = 60.0  # s that the viewer gets to load without a graphics card
+COLOURS = 128
+
+sys.path.insert(0, str(ROOT / "src" / "quad_flight_log" / "test"))
+
+
+def main() -> int:
+    """Draw what was asked for."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/pictures",
+        description=__doc__,
+        epilog="examples:\n  scripts/fly case1 --out flights/a && scripts/fly case2 --out flights/b\n"
+        "  scripts/pictures flights/a flights/b\n\nThe last two pictures need Chromium.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bags", nargs=2, type=Path, metavar="BAG", help="a flight of case1 and one of case2")
+    parser.add_argument("--only", choices=("paths", "report", "view"), help="one of the pictures")
+    options = parser.parse_args()
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    try:
+        flights = [open_flight(bag) for bag in options.bags]
+        runs = [run_from_flight(flight, name) for flight, name in zip(flights, names_of(flights), strict=True)]
+        if options.only in (None, "paths"):
+            draw_paths(runs, IMAGES / "flights.png")
+        if options.only in (None, "report"):
+            shoot_report(flights, IMAGES / "report.png")
+        if options.only in (None, "view"):
+            shoot_view(runs[1], IMAGES / "view.png")
+    except FlightLogError as error:
+        print(f"scripts/pictures: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def draw_paths(runs: list[Run], path: Path) -> None:
+    """Draw the flown path and the reference of each run side by side."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context({"font.size": 8.0, "grid.color": "#d9dde2", "grid.linewidth": 0.5}):
+        canvas = Figure(figsize=(8.6, 4.6), layout="constrained")
+        for place, run in enumerate(runs):
+            ax = canvas.add_subplot(1, len(runs), place + 1, projection="3d")
+            figure = path_figure([run])
+            draw_path(ax, figure.panels[0], colours(runs_of([figure])))
+            rmse = run.metrics.position_rmse
+            ax.set_title(f"{TITLES.get(run.trajectory, run.trajectory)}: RMSE {1000 * rmse:.1f} mm", y=1.02)
+        handles, _ = ax.get_legend_handles_labels()
+        canvas.legend(handles, ["flown", "reference"], loc="outside lower center", ncols=2, frameon=False)
+        canvas.savefig(path, dpi=120)
+    smaller(path)
+
+
+def shoot_report(flights: list[Any], path: Path) -> None:
+    """Take a picture of the page that `log compare` writes."""
+    from headless_browser import Browser
+
+    with tempfile.TemporaryDirectory() as folder:
+        names = [TITLES.get(run_from_flight(flight, "").trajectory, "flight") for flight in flights]
+        page = write_page(comparison_page(flights, names, "log compare"), Path(folder, "page.html"))
+        with Browser(Path(folder, "profile"), (1150, 1250)) as browser:
+            browser.open(page.as_uri())
+            browser.wait("document.body.dataset.drawn")
+            browser.value("document.querySelector('#figure-12-case2-path').scrollIntoView()")
+            browser.value("window.scrollBy(0, -60)")
+            time.sleep(3.0)
+            browser.screenshot(path)
+    smaller(path)
+
+
+def shoot_view(run: Run, path: Path) -> None:
+    """Take a picture of what `log view --web` shows."""
+    from headless_browser import Browser
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        serving(write_recording(run, Path(folder, "a.rrd"))) as address,
+        Browser(Path(folder, "profile"), (1400, 860)) as browser,
+    ):
+        browser.open(address)
+        time.sleep(VIEW_PATIENCE)
+        browser.screenshot(path)
+    smaller(path)
+
+
+@contextmanager
+def serving(recording: Path) -> Iterator[str]:
+    """Serve a recording to this machine; gives the address of the page."""
+    page, data = free_port(), free_port()
+    server = subprocess.Popen(
+        [sys.executable, "-m", "rerun_cli", str(recording), "--serve-web", "--bind", "127.0.0.1",
+         "--port", str(data), "--web-viewer-port", str(page)]
+    )  # fmt: skip
+    try:
+        wait_for(page)
+        yield f"http://127.0.0.1:{page}?url=rerun%2Bhttp://127.0.0.1:{data}/proxy&renderer=webgl"
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def free_port() -> int:
+    """Return a port that nothing listens to."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def wait_for(port: int) -> None:
+    """Wait until something listens to ``port``."""
+    for _ in range(300):
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    raise FlightLogError(f"nothing listens to port {port} after 30 s")
+
+
+def smaller(path: Path) -> None:
+    """Write the picture again with few colours; raises FlightLogError if it stays too large."""
+    from PIL import Image
+
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+    size = path.stat().st_size
+    if size > LARGEST:
+        raise FlightLogError(f"{path}: {size} bytes, expected at most {LARGEST}")
+    print(f"{path.relative_to(ROOT)}: {size} bytes")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
