@@ -31,9 +31,10 @@ from quad_flight_log.mcap_records import (
 MAGIC = b"\x89MCAP0\r\n"
 LIBRARY = "quad_flight_log"  # how our header's library string begins: such files carry a checksum everywhere
 
+_INDEX_HEAD = 6  # bytes before the entries of a message index
+_INDEX_ENTRY = 16
 _PRIVATE = 0x80  # first opcode that the format leaves to applications
 _INDEXES: dict[int, Callable[[ReadDataStream], Any]] = {
-    Opcode.MESSAGE_INDEX: records.MessageIndex.read,
     Opcode.CHUNK_INDEX: records.ChunkIndex.read,
     Opcode.ATTACHMENT_INDEX: records.AttachmentIndex.read,
     Opcode.METADATA_INDEX: records.MetadataIndex.read,
@@ -204,6 +205,8 @@ class _Pass:
             found.statistics = parsed(records.Statistics.read, body, "statistics")
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
             self.outside_chunk(opcode, body)
+        elif opcode == Opcode.MESSAGE_INDEX:
+            _check_message_index(body)
         elif opcode in _INDEXES:
             parsed(_INDEXES[opcode], body, Opcode(opcode).name.lower())
         elif opcode < _PRIVATE or found.own:
@@ -252,6 +255,13 @@ class _Pass:
             tally.last = log_time
         elif log_time < tally.first:
             tally.first = log_time
+
+
+def _check_message_index(body: bytes) -> None:
+    """Check the shape only: the entries are not used, and reading them one by one takes as long as all the messages."""
+    size = struct.unpack_from("<HI", body)[1] if len(body) >= _INDEX_HEAD else -1
+    if size != len(body) - _INDEX_HEAD or size % _INDEX_ENTRY:
+        raise BadRecordError(f"message index record of {len(body)} bytes has no whole entries")
 
 
 def _definer(found: Scan) -> Callable[[int, bytes], None]:
