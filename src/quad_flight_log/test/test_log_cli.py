@@ -1,0 +1,122 @@
+"""The verbs as commands: what they print, where they write, how they end."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+
+from quad_flight_log import cli
+
+
+def run(capsys, *arguments):
+    code = cli.main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_explains_itself_with_examples(verb, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main([verb, "--help"])
+    told = capsys.readouterr().out
+    assert ended.value.code == 0
+    assert "examples:" in told
+    assert f"log {verb} " in told
+    assert "--out DIR" in told
+
+
+@pytest.mark.parametrize(
+    "arguments", [["fly"], ["info"], ["metrics", "--yaml", "x"], [], ["export", "x", "--format", "xls"]]
+)
+def test_bad_usage_ends_with_two_and_one_line(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(arguments)
+    assert ended.value.code == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("verb", ["info", "metrics", "verify", "hash", "recover", "export", "replay"])
+def test_no_bag_ends_with_two_and_its_name(verb, capsys, tmp_path):
+    code, out, err = run(capsys, verb, tmp_path / "nowhere")
+    assert (code, out) == (2, "")
+    assert f"log {verb}: " in err
+    assert "nowhere" in err
+    (tmp_path / "foreign.mcap").write_bytes(b"hello, world")
+    assert run(capsys, verb, tmp_path / "foreign.mcap")[0] == 2
+
+
+def test_info_tells_bytes_rate_and_drops_of_each_topic(flown, flown_bag, capsys):
+    code, out, _ = run(capsys, "info", flown_bag)
+    assert code == 0
+    (line,) = [line.split() for line in out.splitlines() if line.strip().startswith("/truth ")]
+    assert line[1:3] == ["500", str(500 * 124)]
+    assert line[-4:] == ["500.0", "Hz", "0", "quad_msgs/msg/VehicleState"]
+    told = json.loads(run(capsys, "info", flown_bag, "--json")[1])[0]
+    assert told["metadata"]["seed"] == "7"
+    by_name = {topic["name"]: topic for topic in told["topics"]}
+    assert by_name["/truth"]["messages"] == len(flown.result.topics["truth"])
+    assert told["bytes"] == next(flown_bag.glob("*.mcap")).stat().st_size
+
+
+def test_metrics_as_table_json_and_csv_agree(flown, flown_bag, capsys, tmp_path):
+    code, out, _ = run(capsys, "metrics", flown_bag)
+    assert code == 0
+    told = json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]
+    assert told["flight"] == "flight"
+    assert told["position_rmse"] == pytest.approx(flown.result.rmse, rel=1e-12)
+    (row,) = csv.DictReader(run(capsys, "metrics", flown_bag, "--csv")[1].splitlines())
+    assert float(row["position_rmse [m]"]) == told["position_rmse"]
+    assert f"{told['position_rmse']:.5g}" in out
+    assert run(capsys, "metrics", flown_bag, "--csv", "--out", tmp_path)[0] == 0
+    assert (tmp_path / "metrics.csv").read_text().startswith("flight,duration [s]")
+
+
+def test_check_ends_with_one_if_a_limit_is_not_kept(flown_bag, capsys, tmp_path):
+    limits = tmp_path / "limits.yaml"
+    limits.write_text("position_max: 100.0\nposition_rmse: 50\n")
+    assert run(capsys, "check", flown_bag, "--limits", limits)[0] == 0
+    code, out, _ = run(capsys, "check", flown_bag, "--limits", limits, "--limits", "position_max=0.001")
+    assert code == 1
+    assert out.count("FAIL") == 1
+    assert "position_max" in out.split("FAIL")[1]
+    code, out, _ = run(capsys, "check", flown_bag, "--limits", "settling_time=1000")
+    assert (code, "settling_time = n/a" in out) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("position_rms: 1\n", "position_rms"),
+        ("position_rmse: fast\n", "fast"),
+        ("position_rmse: .nan\n", "nan"),
+        ("- 1\n", "list"),
+        ("a: [\n", "cannot be read"),
+    ],
+)
+def test_a_wrong_limits_file_is_named(text, word, flown_bag, capsys, tmp_path):
+    path = tmp_path / "limits.yaml"
+    path.write_text(text)
+    code, _, err = run(capsys, "check", flown_bag, "--limits", path)
+    assert code == 2
+    assert "limits.yaml" in err
+    assert word in err
+
+
+def test_verify_and_hash(flown_bag, capsys, tmp_path):
+    code, out, _ = run(capsys, "verify", flown_bag)
+    assert (code, out[:4]) == (0, "ok  ")
+    (path,) = flown_bag.glob("*.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[:-2000])
+    code, out, _ = run(capsys, "verify", cut)
+    assert (code, "ends within" in out, "metadata.yaml: missing" in out) == (1, True, True)
+    assert run(capsys, "hash", flown_bag, path)[0] == 0
+    assert run(capsys, "hash", flown_bag, cut, "--topics")[0] in (0, 1)
+
+
+def test_a_closed_pipe_is_no_error(flown_bag):
+    command = f"{sys.executable} -m quad_flight_log.cli info {flown_bag} | true"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=60, check=False)
+    assert "Traceback" not in done.stderr
