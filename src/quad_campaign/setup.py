@@ -1,4 +1,12 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
+
+
+def share(*patterns: str) -> list[tuple[str, list[str]]]:
+    paths = sorted(path for pattern in patterns for path in Path().glob(pattern))
+    return [(f"share/quad_campaign/{path.parent}", [str(path)]) for path in paths]
+
 
 setup(
     name="quad_campaign",
@@ -10,6 +18,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_campaign"]),
         ("share/quad_campaign", ["package.xml"]),
+        *share("config/**/*.yaml"),
     ],
     zip_safe=False,
 )

@@ -2,11 +2,9 @@
 
 POSITION_BASELINES = {
     "quad_position_ctrl.ibs._axis": [
-        ("IBS", "adaptation_rate=0.0", "adaptation_rate=1.0"),
         ("IBS", "initial_gain=axis.velocity_gain", "initial_gain=axis.position_gain"),
         ("IBS", "max_gain=axis.velocity_gain", "max_gain=1.0"),
     ],
-    "quad_position_ctrl.ibs._adaptive": [("IBS", "bandwidth=0.0", "bandwidth=12.0")],
     "quad_position_ctrl.cascade.approach": [
         ("cascade", "-gain_xy * error.x", "gain_xy * error.x"),
         ("cascade", "-gain_z * error.z", "-gain_xy * error.z"),

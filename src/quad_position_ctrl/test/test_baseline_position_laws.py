@@ -194,6 +194,8 @@ def test_approach_keeps_direction_and_speed():
     far = cascade.approach(2.0, 3.0, Vec3(30.0, -40.0, -5.0), speed)
     assert far.velocity == pytest.approx((-1.2, 1.6, 1.0))
     assert far.limited
+    assert cascade.approach(2.0, 3.0, Vec3(0.0, 0.0, -5.0), speed).limited
+    assert cascade.approach(2.0, 3.0, Vec3(5.0, 0.0, 0.0), speed).limited
 
 
 def test_reach_says_what_was_limited():
