@@ -203,8 +203,8 @@ class BagWriter:
         add, queue = self._writer.add_message, self._queue
         for _ in range(len(queue)):
             topic, log_ns, publish_ns, payload = queue.popleft()
-            add(self._topics[topic].channel, log_ns, payload, publish_ns)
             self._counts[topic] += 1
+            add(self._topics[topic].channel, log_ns, payload, publish_ns)
             self._taken_size += len(payload)
             if self._start_ns < 0 or log_ns < self._start_ns:
                 self._start_ns = log_ns
@@ -212,8 +212,6 @@ class BagWriter:
 
     def _give_up(self, error: Exception) -> None:
         self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
-        for topic, *_ in self._queue:
-            self.dropped[self._topics[topic].summary.name] += 1
 
     def _finish(self, last: dict[str, str]) -> None:
         topics = [
@@ -240,6 +238,8 @@ class BagWriter:
             self.error = f"does not read back: {error}"
 
     def _count_what_is_left(self) -> None:
+        for topic, *_ in self._queue:
+            self.dropped[self._topics[topic].summary.name] += 1
         counts: dict[str, int] = {}
         with contextlib.suppress(FlightLogError):
             counts = _counted(self.part_path, salvage=True)[1]

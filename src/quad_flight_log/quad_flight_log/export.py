@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +15,12 @@ from quad_flight_log.reader import Flight
 
 FORMATS = ("csv", "parquet", "mat")
 
-Progress = Callable[[int, int], None]
-
 
 class ExportError(FlightLogError):
     """The flight cannot be written in that form."""
 
 
-def export(
-    flight: Flight, directory: Path, form: str, topics: list[str], progress: Progress | None = None
-) -> list[Path]:
+def export(flight: Flight, directory: Path, form: str, topics: list[str]) -> list[Path]:
     """Write ``topics`` (empty: all with messages) into ``directory``; returns the files, which must not exist yet.
 
     Raises ExportError for an existing file or a library that is missing, TopicError and SchemaError as the reader.
@@ -34,16 +30,12 @@ def export(
     ]
     directory.mkdir(parents=True, exist_ok=True)
     if form == "mat":
-        return [_matlab(flight, _new(directory / f"{_stem(flight)}.mat"), names, progress)]
+        return [_matlab(flight, _new(directory / f"{_stem(flight)}.mat"), names)]
     write = _parquet if form == "parquet" else _csv
     paths = []
-    done, total = 0, sum(flight.topics[name].messages for name in names)
     for name in names:
         path = _new(directory / f"{plain_name(name)}.{form}")
-        for rows in write(flight, name, path):
-            done += rows
-            if progress:
-                progress(done, total)
+        write(flight, name, path)
         paths.append(path)
     return paths
 
@@ -71,7 +63,7 @@ def _new(path: Path) -> Path:
     return path
 
 
-def _csv(flight: Flight, name: str, path: Path) -> Any:
+def _csv(flight: Flight, name: str, path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         head = False
@@ -81,7 +73,6 @@ def _csv(flight: Flight, name: str, path: Path) -> Any:
                 writer.writerow(column.name for column in block)
                 head = True
             writer.writerows(zip(*(_cells(column) for column in block), strict=True))
-            yield len(table)
 
 
 def _cells(column: Column) -> list[Any]:
@@ -89,7 +80,7 @@ def _cells(column: Column) -> list[Any]:
     return [json.dumps(item) for item in items] if column.form.startswith("list") else items
 
 
-def _parquet(flight: Flight, name: str, path: Path) -> Any:
+def _parquet(flight: Flight, name: str, path: Path) -> None:
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -109,22 +100,19 @@ def _parquet(flight: Flight, name: str, path: Path) -> Any:
             content = pa.table(arrays, names=[column.name for column in block])
             writer = writer or pq.ParquetWriter(path, content.schema)
             writer.write_table(content)
-            yield len(table)
     finally:
         if writer is not None:
             writer.close()
 
 
-def _matlab(flight: Flight, path: Path, names: list[str], progress: Progress | None) -> Path:
+def _matlab(flight: Flight, path: Path, names: list[str]) -> Path:
     try:
         from scipy.io import savemat
     except ImportError as error:
         raise ExportError("mat: install the Python package scipy") from error
     content: dict[str, Any] = {}
-    for index, name in enumerate(names):
+    for name in names:
         content[plain_name(name)] = _struct(flight.array(name))
-        if progress:
-            progress(index + 1, len(names))
     content["metadata"] = {key.replace(".", "_").replace("/", "_"): value for key, value in flight.metadata.items()}
     content["parameters"] = flight.parameters_text
     try:

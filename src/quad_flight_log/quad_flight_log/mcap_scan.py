@@ -118,6 +118,9 @@ def scan(path: Path, *, salvage: bool = False, progress: Callable[[int, int], No
             if not salvage:
                 kind = LimitError if isinstance(error, LimitError) else CorruptError
                 raise kind(f"{path}: {found.damage}") from error
+        finally:
+            if progress:
+                progress(size, size)
     return found
 
 
@@ -276,9 +279,12 @@ def _definer(found: Scan) -> Callable[[int, bytes], None]:
     return define
 
 
-def messages(found: Scan, channels: frozenset[int]) -> Iterator[Loose]:
+def messages(
+    found: Scan, channels: frozenset[int], progress: Callable[[int, int], None] | None = None
+) -> Iterator[Loose]:
     """Yield the messages of ``channels`` in file order, from the verified prefix of ``found``.
 
+    ``progress`` is called with (bytes gone over, bytes in all), last with both equal.
     Raises CorruptError if the file changed since it was scanned.
     """
     at = len(MAGIC)
@@ -290,7 +296,10 @@ def messages(found: Scan, channels: frozenset[int]) -> Iterator[Loose]:
                 return
             opcode, length = RECORD.unpack(head)
             if opcode == Opcode.DATA_END:
-                return
+                at = found.end
+                break
+            if progress:
+                progress(at, found.end)
             if opcode == Opcode.MESSAGE or (
                 opcode == Opcode.CHUNK and not channels.isdisjoint(found.chunk_channels[at])
             ):
@@ -303,3 +312,5 @@ def messages(found: Scan, channels: frozenset[int]) -> Iterator[Loose]:
                 except (BadRecordError, KeyError) as error:
                     raise CorruptError(f"{found.path}: changed while it was read ({error})") from error
             at += RECORD.size + length
+    if progress:
+        progress(found.end, found.end)

@@ -45,7 +45,13 @@ class Flight:
     why} of topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
     """
 
-    def __init__(self, found: Scan, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
+    def __init__(
+        self,
+        found: Scan,
+        namespace: str = "",
+        memory_limit: int = MEMORY_LIMIT,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
         self.path = found.path
         self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
         self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
@@ -55,7 +61,7 @@ class Flight:
         vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
         self.parameters_text = _text(found, PARAMETERS)
-        self._scan, self._limit = found, memory_limit
+        self._scan, self._limit, self._progress = found, memory_limit, progress
         self._channels: dict[str, list[int]] = {}
         self._schemas: dict[str, definitions.Schema] = {}
         self.unreadable: dict[str, str] = {}
@@ -134,7 +140,7 @@ class Flight:
         for name in names:
             for number in self._channels[name]:
                 append[number] = (found[name][0].append, found[name][1].append)
-        for channel, log_time, _, data in messages(self._scan, frozenset(append)):
+        for channel, log_time, _, data in messages(self._scan, frozenset(append), self._progress):
             add_payload, add_time = append[channel]
             add_payload(data)
             add_time(log_time)
@@ -143,7 +149,7 @@ class Flight:
     def messages(self) -> Iterator[tuple[str, Loose]]:
         """Yield (full topic name, message as it stands in the file) of all topics in the order of the bag."""
         names = {number: name for name, numbers in self._channels.items() for number in numbers}
-        for message in messages(self._scan, frozenset(names)):
+        for message in messages(self._scan, frozenset(names), self._progress):
             yield names[message.channel], message
 
     def definition_text(self, topic: str) -> str:
@@ -161,7 +167,7 @@ class Flight:
         owner = {number: name for name in given for number in self._channels[name]}
         waiting: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in given}
         size = 0
-        for channel, log_time, _, data in messages(self._scan, frozenset(owner)):
+        for channel, log_time, _, data in messages(self._scan, frozenset(owner), self._progress):
             payloads, times = waiting[owner[channel]]
             payloads.append(data)
             times.append(log_time)
@@ -233,9 +239,10 @@ def open_flight(
     """Open a bag directory or an MCAP file and verify it.
 
     A file that was not closed is read as its verified prefix (``truncated``). ``salvage`` accepts the prefix before any
-    other damage too. Raises NotAFlightError, CorruptError, LimitError or SchemaError, all FlightLogError.
+    other damage too. ``progress`` is called with (bytes read, bytes in all) in every pass over the file.
+    Raises NotAFlightError, CorruptError, LimitError or SchemaError, all FlightLogError.
     """
-    return Flight(scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit)
+    return Flight(scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit, progress)
 
 
 def find_mcap(path: Path) -> Path:

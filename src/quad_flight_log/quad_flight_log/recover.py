@@ -1,7 +1,6 @@
 """A readable bag from whatever is left of one: killed recorder, full disk, cut copy, damage further on."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +20,7 @@ class Recovered(NamedTuple):
     left_out: list[str]
 
 
-def recover(flight: Flight, directory: Path, progress: Callable[[int, int], None] | None = None) -> Recovered:
+def recover(flight: Flight, directory: Path) -> Recovered:
     """Write the verified prefix of ``flight`` (opened with ``salvage``) as a new bag into ``directory``.
 
     Metadata, parameters, times, definitions and QoS are kept. Raises BagWriteError if ``directory`` holds something
@@ -39,14 +38,11 @@ def recover(flight: Flight, directory: Path, progress: Callable[[int, int], None
         for name, topic in flight.topics.items()
         if name not in flight.unreadable
     }
-    total = sum(topic.messages for topic in flight.topics.values())
-    for index, (name, message) in enumerate(flight.messages()):
+    for name, message in flight.messages():
         while bag.backlog > BACKLOG_LIMIT // 2 and not bag.error:
             time.sleep(0.01)
         if name in handles:
             bag.write(handles[name], message.data, message.log_time, message.publish_time)
-        if progress and index % 4096 == 0:
-            progress(index, total)
     outcome = flight.metadata.get("outcome", "unknown")
     report = bag.close({"outcome": outcome, "recovered_from": flight.path.name, "damage": flight.damage or "none"})
     if report.error or report.dropped:

@@ -163,6 +163,8 @@ def _run(
         internals.append(seen)
         if progress and index % 256 == 0:
             progress(index, total)
+    if progress:
+        progress(total, total)
     return steps, outputs, internals
 
 

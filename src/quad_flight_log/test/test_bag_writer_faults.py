@@ -1,16 +1,19 @@
 """A recorder on a bad day: full disk, no rights, a slow disk, unforeseen errors; and what recover makes of it."""
 
 import errno
+import os
 import subprocess
 import sys
 import textwrap
+import threading
+import time
 from pathlib import Path
 
 import flight_samples
 import numpy as np
 import pytest
 
-from quad_flight_log import cli
+from quad_flight_log import bag_writer, cli
 from quad_flight_log.bag_writer import BagWriter
 from quad_flight_log.errors import BagWriteError
 from quad_flight_log.reader import open_flight
@@ -107,6 +110,29 @@ def test_recover_works_from_any_prefix(flown_bag, tmp_path):
             assert new.topics[topic].type_hash == whole.topics[topic].type_hash
             assert new.topics[topic].offered_qos == whole.topics[topic].offered_qos
     assert new.parameters == whole.parameters
+
+
+def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path(tmp_path, monkeypatch):
+    synced: list[tuple[float, str]] = []
+    fsync = os.fsync
+
+    def note(number):
+        synced.append((time.monotonic(), threading.current_thread().name))
+        fsync(number)
+
+    monkeypatch.setattr(os, "fsync", note)
+    monkeypatch.setattr("quad_flight_log.bag_writer.SYNC_PERIOD", 0.1)
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
+    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    began = time.monotonic()
+    while time.monotonic() - began < 0.6:
+        bag.write(topic, bytes(124), 0)
+        time.sleep(0.01)
+    assert sum(name == "bag-sync" for _, name in synced) >= 3
+    in_flight = [name for at, name in synced if at > began]
+    assert set(in_flight) == {"bag-sync"}
+    assert bag.close().error == ""
+    assert bag_writer.FLUSH_PERIOD + bag_writer.DRAIN_PERIOD < 0.3
 
 
 def test_places_that_cannot_be_recorded_to_are_named(tmp_path):

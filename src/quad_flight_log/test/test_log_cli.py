@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from quad_flight_log import cli
+from quad_flight_log.reader import open_flight
 
 
 def run(capsys, *arguments):
@@ -114,6 +115,18 @@ def test_verify_and_hash(flown_bag, capsys, tmp_path):
     assert (code, "ends within" in out, "metadata.yaml: missing" in out) == (1, True, True)
     assert run(capsys, "hash", flown_bag, path)[0] == 0
     assert run(capsys, "hash", flown_bag, cut, "--topics")[0] in (0, 1)
+
+
+def test_progress_goes_to_the_end_in_every_pass(flown_bag):
+    seen: list[tuple[int, int]] = []
+    flight = open_flight(flown_bag, progress=lambda done, total: seen.append((done, total)))
+    (path,) = flown_bag.glob("*.mcap")
+    assert seen[-1] == (path.stat().st_size, path.stat().st_size)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    seen.clear()
+    flight.array("truth")
+    assert len(seen) > 1
+    assert seen[-1][0] == seen[-1][1]
 
 
 def test_a_closed_pipe_is_no_error(flown_bag):

@@ -2,9 +2,9 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from quad_flight_log.reader import Flight, find_mcap, open_flight
 
@@ -25,24 +25,31 @@ def opened(options: argparse.Namespace) -> list[Flight]:
     flights = []
     for bag in options.bags:
         path = find_mcap(bag)
-        with progress(f"read {path.name}", path.stat().st_size) as advance:
-            flights.append(open_flight(path, namespace=options.namespace, salvage=options.salvage, progress=advance))
+        advance = progress(f"read {path.name}") if path.stat().st_size >= _SHOW_FROM else None
+        flights.append(open_flight(path, namespace=options.namespace, salvage=options.salvage, progress=advance))
     return flights
 
 
-@contextmanager
-def progress(label: str, total: int, unit: str = "B") -> Iterator[Callable[[int, int], None]]:
-    """Give a function (done, total) that moves a bar on the terminal; silent for small totals and for files."""
-    if not sys.stderr.isatty() or (unit == "B" and total < _SHOW_FROM):
-        yield lambda _done, _total: None
-        return
+def progress(label: str, unit: str = "B") -> Callable[[int, int], None] | None:
+    """Return a function (done, total) that shows a bar until both are equal, and again from there; None to a file."""
+    if not sys.stderr.isatty():
+        return None
     try:
         from tqdm import tqdm
     except ImportError:
-        yield lambda _done, _total: None
-        return
-    with tqdm(desc=label, total=total, unit=unit, unit_scale=unit == "B", leave=False, file=sys.stderr) as bar:
-        yield lambda done, _total: bar.update(done - bar.n)
+        return None
+    bar: Any = None
+
+    def advance(done: int, total: int) -> None:
+        nonlocal bar
+        if bar is None:
+            bar = tqdm(desc=label, total=total, unit=unit, unit_scale=True, leave=False, file=sys.stderr)
+        bar.update(done - bar.n)
+        if done >= total:
+            bar.close()
+            bar = None
+
+    return advance
 
 
 def flight_name(flight: Flight) -> str:

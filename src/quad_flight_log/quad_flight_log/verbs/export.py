@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from quad_flight_log.export import FORMATS, export
-from quad_flight_log.verbs.common import add_bags, flight_name, opened, progress
+from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 OWN_OUT = True
 EXAMPLES = """examples:
@@ -27,9 +27,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their names."""
     (flight,) = opened(options)
     directory = options.out or Path(f"{flight_name(flight)}-{options.format}")
-    total = sum(topic.messages for topic in flight.topics.values())
-    with progress(f"write {options.format}", total, "messages") as advance:
-        paths = export(flight, directory, options.format, options.topic, advance)
+    paths = export(flight, directory, options.format, options.topic)
     for path in paths:
         print(path)
     return 0

@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from quad_flight_log.recover import recover
-from quad_flight_log.verbs.common import add_bags, flight_name, opened, progress
+from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 OWN_OUT = True
 EXAMPLES = """examples:
@@ -26,9 +26,7 @@ def run(options: argparse.Namespace) -> int:
     (flight,) = opened(options)
     name = flight_name(flight).removesuffix(".part").removesuffix(".mcap")
     directory = options.out or Path(f"{name}-recovered")
-    total = sum(topic.messages for topic in flight.topics.values())
-    with progress("recover", total, "messages") as advance:
-        found = recover(flight, directory, advance)
+    found = recover(flight, directory)
     last = max((topic.last for topic in flight.topics.values() if topic.messages), default=0) * 1e-9
     print(f"{found.report.path}: {found.report.messages} messages, up to {last:.3f} s")
     print(f"damage: {flight.damage or 'none, the bag was complete'}")

@@ -48,8 +48,7 @@ def run(options: argparse.Namespace) -> int:
     for role in [options.only] if options.only else CONTROLLERS:
         told = {**settings.get("/**", {}), **settings.get(role, {})}
         law = options.position if role == "position_controller" else options.attitude
-        with progress(role, flight.topics[flight.resolve("state")].messages, "steps") as advance:
-            found.append(replay(flight, role, law=law, settings=told, progress=advance))
+        found.append(replay(flight, role, law=law, settings=told, progress=progress(role, " steps")))
     print(as_json(found) if options.json else "\n".join(as_text(item) for item in found))
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
