@@ -1,7 +1,9 @@
 """Arrays and data frames of a flight, aligned by stamp."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -67,3 +69,15 @@ def test_reading_needs_neither_ros_nor_extras(flown_bag):
     )
     assert done.returncode == 0, done.stderr
     assert "position_rmse" in done.stdout
+
+
+def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monkeypatch):
+    page = (Path(__file__).parents[3] / "docs" / "flight_log.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "flights").mkdir()
+    (tmp_path / "flights" / "case1-1-1").symlink_to(flown_bag)
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    exec(example, names)
+    assert names["measured"](names["flight"]).position_rmse == pytest.approx(flown.result.rmse, rel=1e-12)
+    np.testing.assert_array_equal(names["block"]["p_w"], flown.result.topics["truth"]["p_w"])
