@@ -165,11 +165,10 @@ def draw(outcomes: Sequence[Outcome], preset: str, cases: Sequence[str], path: P
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    from matplotlib.ticker import NullFormatter, ScalarFormatter
 
     rows = (("position_rmse", "position RMSE [m]"), ("attitude_rmse", "attitude RMSE [rad]"))
     figure, axes = pyplot.subplots(
-        2, len(cases), figsize=(5.2 * len(cases), 6.4), sharex=True, sharey="row", squeeze=False, layout="constrained"
+        2, len(cases), figsize=(5.2 * len(cases), 7.0), sharex=True, sharey="row", squeeze=False, layout="constrained"
     )
     for row, (what, label) in enumerate(rows):
         for column, case in enumerate(cases):
@@ -179,14 +178,13 @@ def draw(outcomes: Sequence[Outcome], preset: str, cases: Sequence[str], path: P
                 marker = "osv^Dx*"[number % 7]
                 panel.plot(list(points), list(points.values()), marker=marker, ms=4, lw=1.2, label=assumed.symbol)
             panel.set_xscale("log", base=2)
-            panel.set_yscale("log")
-            panel.yaxis.set_major_formatter(ScalarFormatter())
-            panel.yaxis.set_minor_formatter(NullFormatter())
-            panel.grid(True, which="both", alpha=0.25)
+            panel.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
+            panel.grid(True, alpha=0.25)
             panel.set_title(f"{case}, preset {preset}" if row == 0 else "")
             panel.set_xlabel("factor on the assumed value" if row else "")
         axes[row][0].set_ylabel(label)
-    axes[0][-1].legend(fontsize=7)
+        axes[row][0].set_ylim(bottom=0.0)
+    axes[0][0].legend(fontsize=7, ncols=2, loc="lower left")
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
 

@@ -51,7 +51,8 @@ def big_endian(payload, message_type):
     for name, kind in kinds.items():
         if name not in ("stamp", "step", "next_step"):
             count = kind.partition("[")[2].rstrip("]") or "1"
-            code += count + ("?" if kind.startswith("boolean") else "d")
+            gap = 0 if kind.startswith("boolean") else -struct.calcsize("<" + code) % 8
+            code += gap * "x" + count + ("?" if kind.startswith("boolean") else "d")
     return b"\x00\x00\x00\x00" + struct.pack(">" + code, *struct.unpack_from("<" + code, payload, 4))
 
 
