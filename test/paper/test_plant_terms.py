@@ -127,7 +127,7 @@ def test_eq1_whole_right_hand_side_of_rigid_body(sign):
         q, omega = attitude(point), vector(point, "p", "q", "r")
         state = rigid_body.State(1.0, 2.0, 3.0, point["x8"], point["x10"], point["x12"], *q, *omega)
         moment = vector(point, "tau_x", "tau_y", "tau_z")
-        rate = rigid_body.derivative(body(sign), point["F_T"], Vec3(0.0, 0.0, 0.0), moment, state)
+        rate = rigid_body.derivative(body(sign), point["F_T"], Vec3(0.0, 0.0, 0.0), moment, rigid_body.flat(state))
         assert rate[:3] == (point["x8"], point["x10"], point["x12"])
         assert rate[3:6] == pytest.approx(EQ1[sign][0](point), **SAME)
         assert rate[10:] == pytest.approx(EQ1[sign][1](point), **SAME)

@@ -47,6 +47,28 @@ class Vehicle(NamedTuple):
     layout: Annotated[
         int, Choice(("plus", "x"), "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")
     ] = LAYOUT_PLUS
+    rotor_time_constant: Annotated[
+        float,
+        Real("s", "lag of the rotor speed behind its command, first order; 0: ideal rotors", 0.0, 1.0, "", live=False),
+    ] = 0.0
+    rotor_speed_min: Annotated[
+        float, Real("rad/s", "speed below which no rotor turns in flight", 0.0, 1e5, "", live=False)
+    ] = 0.0
+    rotor_inertia: Annotated[
+        float,
+        Real("kg m^2", "moment of inertia of one rotor about its axis, for tau_G", 0.0, 10.0, "Eq. 1", live=False),
+    ] = 0.0
+    rotor_drag_coefficient: Annotated[
+        float,
+        Real(
+            "N s^2/m",
+            "rotor-induced drag: force across the rotor axis = this * rotor speed * air speed, per rotor",
+            0.0,
+            1.0,
+            "",
+            live=False,
+        ),
+    ] = 0.0
 
 
 def max_thrust(vehicle: Vehicle) -> float:

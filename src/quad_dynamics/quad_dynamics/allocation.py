@@ -12,7 +12,7 @@ the axis of the torque stays). So the direction of thrust is steered as long as 
 from quad_core.bounds import clamp
 from quad_core.types import Actuation, Rotors, Wrench
 from quad_core.vehicle import LAYOUT_X, Vehicle
-from quad_dynamics.rotors import DIAGONAL, rotor_limit, rotor_speed, wrench_from_rotors, yaw_arm
+from quad_dynamics.rotors import DIAGONAL, rotor_limit, rotor_speed, rotor_thrust, wrench_from_rotors, yaw_arm
 
 LARGEST_TORQUE = 1e12
 FLAG_TOLERANCE = 1e-9
@@ -58,12 +58,20 @@ def smaller(a: float, b: float) -> float:
 
 
 def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
-    """Return what four ideal rotors within 0..limit make of ``wrench`` (any finite N and N m): Eqs. 3, 8 and flags.
+    """Return what four ideal rotors with a full battery make of ``wrench``; see ``allocate_within``."""
+    return allocate_within(vehicle, wrench, rotor_limit(vehicle))
 
-    The wrench in the result is that of the nominal rotors: errors of effectiveness are not known on board. A flag is
-    set where the achieved value misses the asked one by more than 1e-9 of the rotors' range.
+
+def allocate_within(vehicle: Vehicle, wrench: Wrench, most: float) -> Actuation:
+    """Return what four rotors make of ``wrench`` (any finite N and N m): Eqs. 3, 8 and flags.
+
+    Each rotor is held between its thrust at the vehicle's least speed and ``most`` N. With that least thrust taken off
+    every rotor the task is the one with limits 0 and ``most`` - least. The wrench in the result is that of the nominal
+    rotors: errors of effectiveness are not known on board. A flag is set where the achieved value misses the asked one
+    by more than 1e-9 of the rotors' range.
     """
-    limit = rotor_limit(vehicle)
+    least = smaller(rotor_thrust(vehicle, vehicle.rotor_speed_min), most)
+    limit = most - least
     asked = wrench.torque_b
     roll = clamp(asked.x, -LARGEST_TORQUE, LARGEST_TORQUE)
     pitch = clamp(asked.y, -LARGEST_TORQUE, LARGEST_TORQUE)
@@ -71,13 +79,13 @@ def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
     widest = larger(abs(d42), abs(d13))
     if widest > limit:
         d42, d13 = d42 * (limit / widest), d13 * (limit / widest)
-    s13, s24 = pair_sums(wrench.thrust, asked.z / yaw_arm(vehicle), abs(d13), abs(d42), limit)
+    s13, s24 = pair_sums(wrench.thrust - 4.0 * least, asked.z / yaw_arm(vehicle), abs(d13), abs(d42), limit)
     # rounding alone can step over a limit by an ulp
     thrusts = Rotors(
-        clamp(0.5 * (s13 + d13), 0.0, limit),
-        clamp(0.5 * (s24 - d42), 0.0, limit),
-        clamp(0.5 * (s13 - d13), 0.0, limit),
-        clamp(0.5 * (s24 + d42), 0.0, limit),
+        least + clamp(0.5 * (s13 + d13), 0.0, limit),
+        least + clamp(0.5 * (s24 - d42), 0.0, limit),
+        least + clamp(0.5 * (s13 - d13), 0.0, limit),
+        least + clamp(0.5 * (s24 + d42), 0.0, limit),
     )
     speeds = Rotors(
         rotor_speed(vehicle, thrusts.r1),
@@ -86,7 +94,7 @@ def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
         rotor_speed(vehicle, thrusts.r4),
     )
     achieved = wrench_from_rotors(vehicle, thrusts)
-    slack = FLAG_TOLERANCE * limit
+    slack = FLAG_TOLERANCE * most
     tilt_slack = slack * vehicle.arm_length
     return Actuation(
         speeds,

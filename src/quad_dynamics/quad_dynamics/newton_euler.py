@@ -1,7 +1,7 @@
 """Terms of the Newton-Euler equations (Eq. 1), one function each; both plants are made of them.
 
-Body frame FLU, world frame ENU, inertia diagonal (Eq. 6). The gyroscopic torque of the rotors, tau_G, is
-zero here: the paper never defines it and drops it from Eq. 16.
+Body frame FLU, world frame ENU, inertia diagonal (Eq. 6). The gyroscopic torque of the rotors, tau_G, the paper never
+defines and drops from Eq. 16; plant ``rigid_body`` has it where a vehicle has rotor inertia.
 
 Vectors go in as any triple of floats (a ``Vec3`` is one) and come out as plain ones: building a NamedTuple for each
 term would be most of the cost of a step in CPython.
@@ -51,6 +51,30 @@ def coupling_torque(body: Body, omega_b: Triple) -> Triple:
     p, q, r = omega_b
     xx, yy, zz = body.inertia_xx, body.inertia_yy, body.inertia_zz
     return (yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q
+
+
+def wind_force(body: Body, wind_w: Triple) -> Triple:
+    """Return what wind in m/s adds to F_D in N, world frame: Eq. 5 with the velocity through the air, v - wind."""
+    k = -body.drag_coefficient if body.printed_drag else body.drag_coefficient
+    return k * wind_w[0], k * wind_w[1], k * wind_w[2]
+
+
+def rotor_drag_force(axis_w: Triple, air_w: Triple, coefficient: float) -> Triple:
+    """Return the drag in N, world frame, that the rotors induce across their axis ``axis_w``.
+
+    ``air_w`` velocity through the air in m/s, ``coefficient`` in N s/m: that of one rotor times the sum of the speeds.
+    """
+    along = air_w[0] * axis_w[0] + air_w[1] * axis_w[1] + air_w[2] * axis_w[2]
+    return (
+        -coefficient * (air_w[0] - along * axis_w[0]),
+        -coefficient * (air_w[1] - along * axis_w[1]),
+        -coefficient * (air_w[2] - along * axis_w[2]),
+    )
+
+
+def gyroscopic_torque(spin: float, omega_b: Triple) -> Triple:
+    """Return tau_G = -Omega x (0, 0, spin) in N m, body frame (Eq. 1); ``spin`` is the rotors' momentum in N m s."""
+    return -omega_b[1] * spin, omega_b[0] * spin, 0.0
 
 
 def linear_acceleration(body: Body, axis_w: Triple, thrust: float, v_w: Triple, force_w: Triple) -> Triple:

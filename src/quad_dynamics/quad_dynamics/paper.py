@@ -1,19 +1,23 @@
 """Plant ``paper``: Eq. 16, where Euler accelerations are taken for body accelerations (Eq. 14), RK4 at a fixed step.
 
 Right for small angles only; angles are not wrapped and theta may pass 90 degrees, where Eq. 16 goes on regardless.
-Eq. 16 has the external disturbance as acceleration; it comes in here as force and torque (Appendix A).
+Eq. 16 has the external disturbance as acceleration; it comes in here as force and torque (Appendix A). Of the
+conditions it knows wind (as drag), rotors that fail, battery, and mass and moments of inertia of a payload, not its
+lever. Its rotors are ideal, and it has no ground.
 """
 
 import math
 from typing import NamedTuple
 
+from quad_core.conditions import as_disturbance
 from quad_core.rotations import body_rates, euler_rates, quaternion_from_euler
 from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.allocation import allocate
-from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
+from quad_dynamics.allocation import allocate_within
+from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration, wind_force
 from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.uncertainty import check_true_body, lumped_uncertainty, true_body, true_thrust, true_torque
+from quad_dynamics.rotor_dynamics import Push, most_thrust, true_push
+from quad_dynamics.uncertainty import check_true_body, nominal_acceleration, true_body
 
 Parameters = PlantParameters
 # a state or its derivative inside a step: plain tuples cost CPython a fifth of NamedTuples
@@ -41,9 +45,11 @@ class State(NamedTuple):
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     """Return X at step 0; the initial body rates become Euler rates by Eq. 13.
 
-    Raises ValueError if mass or inertia, errors included, are not positive.
+    Raises ValueError if mass or inertia, errors included, are not positive, or a ground is asked for.
     """
     check_true_body(parameters, vehicle)
+    if parameters.ground.enabled:
+        raise ValueError("ground.enabled: found true, expected false: plant paper has no ground")
     start = parameters.initial
     angles = Vec3(start.angles.phi, start.angles.theta, start.angles.psi)
     rates = euler_rates(angles, Vec3(start.omega.x, start.omega.y, start.omega.z))
@@ -124,6 +130,28 @@ def can_move(s: Flat) -> bool:
     return abs(s[1]) <= LARGEST_RATE and abs(s[3]) <= LARGEST_RATE and abs(s[5]) <= LARGEST_RATE
 
 
+def acting(
+    parameters: PlantParameters, vehicle: Vehicle, actuation: Actuation, body: Body, conditions: Conditions
+) -> tuple[float, Triple, Triple]:
+    """Return thrust N, outer force N (world) and all torque N m (body) that act over a step."""
+    speeds = actuation.rotor_speed
+    push: Push = true_push(
+        vehicle,
+        parameters.effectiveness,
+        conditions.rotor_effectiveness,
+        actuation.rotor_thrust,
+        speeds,
+        speeds,
+    )
+    blown, force = wind_force(body, conditions.wind_w), conditions.force_w
+    torque, outer = push.torque_b, conditions.torque_b
+    return (
+        push.thrust,
+        (force.x + blown[0], force.y + blown[1], force.z + blown[2]),
+        (torque[0] + outer.x, torque[1] + outer.y, torque[2] + outer.z),
+    )
+
+
 def step(
     parameters: PlantParameters,
     vehicle: Vehicle,
@@ -136,11 +164,9 @@ def step(
 
     A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller ends the flight.
     """
-    actuation = allocate(vehicle, wrench)
-    body = true_body(parameters, vehicle)
-    thrust = true_thrust(parameters, actuation)
-    torque = true_torque(parameters, actuation, conditions.torque_b)
-    force_w = conditions.force_w
+    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    body = true_body(parameters, vehicle, conditions.payload)
+    thrust, force_w, torque = acting(parameters, vehicle, actuation, body, conditions)
     h = dt / parameters.substeps
     s = (
         state.x1,
@@ -184,12 +210,14 @@ def lumped(
     parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions
 ) -> Disturbance:
     """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state``; D_A adds to rows x2', x4', x6'."""
-    return lumped_uncertainty(
-        parameters,
-        vehicle,
-        thrust_axis(state.x1, state.x3, state.x5),
-        Vec3(state.x8, state.x10, state.x12),
-        Vec3(state.x2, state.x4, state.x6),
-        wrench,
-        conditions,
+    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    body = true_body(parameters, vehicle, conditions.payload)
+    thrust, force_w, torque = acting(parameters, vehicle, actuation, body, conditions)
+    axis, v_w = thrust_axis(state.x1, state.x3, state.x5), (state.x8, state.x10, state.x12)
+    rates = (state.x2, state.x4, state.x6)
+    a = linear_acceleration(body, axis, thrust, v_w, force_w)
+    alpha = angular_acceleration(body, rates, torque)
+    (ax, ay, az), (bx, by, bz) = nominal_acceleration(parameters, vehicle, axis, v_w, rates, wrench)
+    return as_disturbance(
+        conditions, Vec3(a[0] - ax, a[1] - ay, a[2] - az), Vec3(alpha[0] - bx, alpha[1] - by, alpha[2] - bz)
     )

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Choice, Real, Whole
+from quad_core.parameters import Choice, Flag, Real, Whole
 
 DRAG_CORRECTED = 0
 DRAG_PRINTED = 1
@@ -72,6 +72,17 @@ class Initial(NamedTuple):
     omega: InitialRates = InitialRates()
 
 
+class Ground(NamedTuple):
+    """A flat ground under four feet, one below each rotor; elastic, damped, with friction."""
+
+    enabled: Annotated[bool, Flag("whether there is a ground; plant rigid_body only", live=False)] = False
+    height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "", live=False)] = 0.0
+    foot_depth: Annotated[
+        float, Real("m", "how far the feet reach below the centre of gravity", 0.001, 10.0, "", live=False)
+    ] = 0.1
+    friction: Annotated[float, Real("", "coefficient of sliding friction", 0.0, 10.0, "", live=False)] = 0.8
+
+
 class PlantParameters(NamedTuple):
     """Parameters of the plants ``paper`` and ``rigid_body``."""
 
@@ -83,4 +94,5 @@ class PlantParameters(NamedTuple):
     mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10", live=False)] = 0.0
     inertia_error: InertiaError = InertiaError()
     effectiveness: Effectiveness = Effectiveness()
+    ground: Ground = Ground()
     initial: Initial = Initial()

@@ -1,18 +1,37 @@
 """Plant ``rigid_body``: Eqs. 1-9 with a unit quaternion and no small-angle step, RK4 at a fixed step.
 
-The wrench acts in the body frame and the outer force in the world frame; both are constant over a plant period.
+Beyond the paper, each only where vehicle, parameters or conditions ask for it: rotors that lag behind their command,
+their gyroscopic torque tau_G, the drag that they induce, wind, a payload off the centre, ground contact. The wrench
+acts in the body frame and the outer force in the world frame; both are constant over a plant period.
 """
 
 import math
 from typing import NamedTuple
 
+from quad_core.conditions import as_disturbance
 from quad_core.rotations import body_z, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.allocation import allocate
-from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration, quaternion_rate
-from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.uncertainty import check_true_body, lumped_uncertainty, true_body, true_thrust, true_torque
+from quad_dynamics.allocation import allocate_within
+from quad_dynamics.ground import contact, reach
+from quad_dynamics.load import NO_LOAD, Load, accelerations, is_loaded, loaded
+from quad_dynamics.newton_euler import (
+    Body,
+    Triple,
+    angular_acceleration,
+    drag_force,
+    drag_torque,
+    gyroscopic_torque,
+    linear_acceleration,
+    quaternion_rate,
+    rotor_drag_force,
+    thrust_force,
+    wind_force,
+)
+from quad_dynamics.parameters import Ground, PlantParameters
+from quad_dynamics.rotor_dynamics import Push, follow, is_lagging, most_thrust, reported, thrusts_of, true_push
+from quad_dynamics.rotors import rotor_speed
+from quad_dynamics.uncertainty import check_true_body, nominal_acceleration, true_body
 
 Parameters = PlantParameters
 # a state or its derivative inside a step: plain tuples cost CPython a fifth of NamedTuples
@@ -20,7 +39,7 @@ Flat = tuple[float, float, float, float, float, float, float, float, float, floa
 
 
 class State(NamedTuple):
-    """Position m and velocity m/s (world), attitude quaternion xyzw, body rates rad/s."""
+    """Position m and velocity m/s (world), attitude quaternion xyzw, body rates rad/s, rotor speeds rad/s."""
 
     px: float = 0.0
     py: float = 0.0
@@ -35,16 +54,38 @@ class State(NamedTuple):
     wx: float = 0.0
     wy: float = 0.0
     wz: float = 0.0
+    r1: float = 0.0
+    r2: float = 0.0
+    r3: float = 0.0
+    r4: float = 0.0
+
+
+class Surroundings(NamedTuple):
+    """What acts over a whole step: body, load, wind m/s, outer force N (world, with the wind's drag) and torque N m.
+
+    ``extended``: whether anything acts that ``derivative`` alone does not know.
+    """
+
+    body: Body
+    force_w: Triple
+    torque_b: Triple
+    wind_w: Triple
+    carries: bool
+    load: Load
+    extended: bool
 
 
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
-    """Return the state at step 0.
+    """Return the state at step 0; rotors turn as hover wants them, on the ground at their least speed.
 
     Raises ValueError if mass or inertia, errors included, are not positive.
     """
     check_true_body(parameters, vehicle)
     start = parameters.initial
     q = quaternion_from_euler(Vec3(start.angles.phi, start.angles.theta, start.angles.psi))
+    turning = rotor_speed(vehicle, 0.25 * vehicle.mass * vehicle.gravity)
+    if parameters.ground.enabled and start.p.z <= reach(parameters.ground, vehicle):
+        turning = vehicle.rotor_speed_min
     return State(
         start.p.x,
         start.p.y,
@@ -59,6 +100,10 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
         start.omega.x,
         start.omega.y,
         start.omega.z,
+        turning,
+        turning,
+        turning,
+        turning,
     )
 
 
@@ -70,6 +115,59 @@ def derivative(body: Body, thrust: float, force_w: Triple, torque_b: Triple, s: 
     dqx, dqy, dqz, dqw = quaternion_rate((qx, qy, qz, qw), omega)
     dwx, dwy, dwz = angular_acceleration(body, omega, torque_b)
     return vx, vy, vz, ax, ay, az, dqx, dqy, dqz, dqw, dwx, dwy, dwz
+
+
+def rate(ground: Ground, vehicle: Vehicle, around: Surroundings, push: Push, s: Flat) -> Flat:
+    """Return the derivative of state ``s`` under what the rotors do and all that is ``around``."""
+    torque, outer = push.torque_b, around.torque_b
+    tx, ty, tz = torque[0] + outer[0], torque[1] + outer[1], torque[2] + outer[2]
+    if not around.extended:
+        return derivative(around.body, push.thrust, around.force_w, (tx, ty, tz), s)
+    _, _, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
+    omega, q_wb = (wx, wy, wz), Quat(qx, qy, qz, qw)
+    gyroscopic = gyroscopic_torque(push.spin, omega)
+    tx, ty = tx + gyroscopic[0], ty + gyroscopic[1]
+    air = around.wind_w
+    axis = body_z(q_wb)
+    induced = rotor_drag_force(axis, (vx - air[0], vy - air[1], vz - air[2]), push.drag)
+    force = around.force_w
+    fx, fy, fz = force[0] + induced[0], force[1] + induced[1], force[2] + induced[2]
+    if ground.enabled and pz < reach(ground, vehicle):
+        held, turned = contact(ground, vehicle, around.body, pz, (vx, vy, vz), q_wb, omega)
+        fx, fy, fz = fx + held[0], fy + held[1], fz + held[2]
+        tx, ty, tz = tx + turned[0], ty + turned[1], tz + turned[2]
+    if not around.carries:
+        return derivative(around.body, push.thrust, (fx, fy, fz), (tx, ty, tz), s)
+    body = around.body
+    lift, drag, damping = thrust_force(axis, push.thrust), drag_force(body, (vx, vy, vz)), drag_torque(body, omega)
+    a, alpha = accelerations(
+        around.load,
+        body.gravity,
+        q_wb,
+        omega,
+        (lift[0] + drag[0] + fx, lift[1] + drag[1] + fy, lift[2] + drag[2] + fz),
+        (tx + damping[0], ty + damping[1], tz + damping[2]),
+    )
+    dqx, dqy, dqz, dqw = quaternion_rate((qx, qy, qz, qw), omega)
+    return vx, vy, vz, a[0], a[1], a[2], dqx, dqy, dqz, dqw, alpha[0], alpha[1], alpha[2]
+
+
+def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Conditions) -> Surroundings:
+    """Return what acts over a step under ``conditions``."""
+    payload = conditions.payload
+    body = true_body(parameters, vehicle, payload)
+    blown = wind_force(body, conditions.wind_w)
+    force = conditions.force_w
+    carries = is_loaded(payload)
+    return Surroundings(
+        body,
+        (force.x + blown[0], force.y + blown[1], force.z + blown[2]),
+        conditions.torque_b,
+        conditions.wind_w,
+        carries,
+        loaded(body, payload) if carries else NO_LOAD,
+        carries or parameters.ground.enabled or vehicle.rotor_inertia > 0.0 or vehicle.rotor_drag_coefficient > 0.0,
+    )
 
 
 def moved(s: Flat, k: Flat, h: float) -> Flat:
@@ -154,20 +252,32 @@ def step(
 
     From a flyable state (``quad_core.bounds``) and a finite wrench nothing is raised; overflow shows in the state.
     """
-    actuation = allocate(vehicle, wrench)
-    body = true_body(parameters, vehicle)
-    thrust = true_thrust(parameters, actuation)
-    torque = true_torque(parameters, actuation, conditions.torque_b)
-    force_w = conditions.force_w
+    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    around = surroundings(parameters, vehicle, conditions)
+    factor, working, ground = parameters.effectiveness, conditions.rotor_effectiveness, parameters.ground
+    wanted = actuation.rotor_speed
+    lagging = is_lagging(vehicle)
+    speeds = Rotors(state.r1, state.r2, state.r3, state.r4) if lagging else wanted
+    thrusts = thrusts_of(vehicle, speeds) if lagging else actuation.rotor_thrust
+    first = middle = last = true_push(vehicle, factor, working, thrusts, speeds, wanted)
     h = dt / parameters.substeps
     s = flat(state)
     for _ in range(parameters.substeps):
-        k1 = derivative(body, thrust, force_w, torque, s)
-        k2 = derivative(body, thrust, force_w, torque, moved(s, k1, 0.5 * h))
-        k3 = derivative(body, thrust, force_w, torque, moved(s, k2, 0.5 * h))
-        k4 = derivative(body, thrust, force_w, torque, moved(s, k3, h))
+        if lagging:
+            half, speeds = follow(vehicle, speeds, wanted, 0.5 * h), follow(vehicle, speeds, wanted, h)
+            middle = true_push(vehicle, factor, working, thrusts_of(vehicle, half), half, wanted)
+            last = true_push(vehicle, factor, working, thrusts_of(vehicle, speeds), speeds, wanted)
+        k1 = rate(ground, vehicle, around, first, s)
+        k2 = rate(ground, vehicle, around, middle, moved(s, k1, 0.5 * h))
+        k3 = rate(ground, vehicle, around, middle, moved(s, k2, 0.5 * h))
+        k4 = rate(ground, vehicle, around, last, moved(s, k3, h))
         s = with_unit_quaternion(joined(s, k1, k2, k3, k4, h))
-    return State(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11], s[12]), actuation
+        first = last
+    if lagging:
+        actuation = reported(vehicle, actuation, speeds)
+    px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
+    after = State(px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz, speeds.r1, speeds.r2, speeds.r3, speeds.r4)
+    return after, actuation
 
 
 def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001
@@ -183,13 +293,24 @@ def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> Vehi
 def lumped(
     parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions
 ) -> Disturbance:
-    """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state`` under the commanded ``wrench``."""
-    return lumped_uncertainty(
-        parameters,
-        vehicle,
-        body_z(Quat(state.qx, state.qy, state.qz, state.qw)),
-        Vec3(state.vx, state.vy, state.vz),
-        Vec3(state.wx, state.wy, state.wz),
-        wrench,
+    """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state`` under the commanded ``wrench``.
+
+    All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind, ground and load too.
+    """
+    allocated = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    wanted = allocated.rotor_speed
+    lagging = is_lagging(vehicle)
+    speeds = Rotors(state.r1, state.r2, state.r3, state.r4) if lagging else wanted
+    thrusts = thrusts_of(vehicle, speeds) if lagging else allocated.rotor_thrust
+    push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, speeds, wanted)
+    s = flat(state)
+    true = rate(parameters.ground, vehicle, surroundings(parameters, vehicle, conditions), push, s)
+    expected = nominal_acceleration(
+        parameters, vehicle, body_z(Quat(state.qx, state.qy, state.qz, state.qw)), s[3:6], s[10:13], wrench
+    )
+    (ax, ay, az), (bx, by, bz) = expected
+    return as_disturbance(
         conditions,
+        Vec3(true[3] - ax, true[4] - ay, true[5] - az),
+        Vec3(true[10] - bx, true[11] - by, true[12] - bz),
     )

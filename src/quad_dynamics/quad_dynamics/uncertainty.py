@@ -18,14 +18,14 @@ with A = I, BCD = dI, splits the inverse of the left side; then Eq. 11 is::
           - (E + I^-1 dI)^-1 I^-1 dI I^-1 (-Omega x I Omega + tau_A + tau_D)
 
 that is: the true acceleration minus the one that the nominal model expects of the commanded wrench. It is computed as
-just this difference; a test holds it against the formulas above.
+just this difference; a test holds it against the formulas above. What a plant has beyond Eq. 10 (lag, wind, ground, the
+lever of a payload) adds to the true acceleration and so to D_P and D_A.
 """
 
 from quad_core.bounds import clamp
-from quad_core.conditions import as_disturbance
-from quad_core.types import Actuation, Conditions, Disturbance, Vec3, Wrench
+from quad_core.types import NO_PAYLOAD, Payload, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.allocation import LARGEST_TORQUE, allocate
+from quad_dynamics.allocation import LARGEST_TORQUE
 from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
 from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
 
@@ -47,14 +47,15 @@ def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
     )
 
 
-def true_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
-    """Return the body as it is: m + dm, I + dI (Eq. 10)."""
+def true_body(parameters: PlantParameters, vehicle: Vehicle, payload: Payload) -> Body:
+    """Return the body as it is: m + dm, I + dI (Eq. 10), with the mass and the moments of inertia of ``payload``."""
+    added, error = payload.inertia_b, parameters.inertia_error
     return Body(
-        vehicle.mass + parameters.mass_error,
+        vehicle.mass + parameters.mass_error + payload.mass,
         vehicle.gravity,
-        vehicle.inertia_xx + parameters.inertia_error.xx,
-        vehicle.inertia_yy + parameters.inertia_error.yy,
-        vehicle.inertia_zz + parameters.inertia_error.zz,
+        vehicle.inertia_xx + error.xx + added.x,
+        vehicle.inertia_yy + error.yy + added.y,
+        vehicle.inertia_zz + error.zz + added.z,
         vehicle.drag_coefficient,
         vehicle.drag_torque_coefficient,
         parameters.drag_sign == DRAG_PRINTED,
@@ -63,7 +64,7 @@ def true_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
 
 def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
     """Raise ValueError naming the parameter if the errors leave no physical mass or inertia."""
-    body = true_body(parameters, vehicle)
+    body = true_body(parameters, vehicle, NO_PAYLOAD)
     if not body.mass >= SMALLEST_MASS:
         raise ValueError("mass_error: found vehicle.mass + mass_error below 0.001 kg, expected at least that")
     if not body.inertia_xx >= SMALLEST_INERTIA:
@@ -74,50 +75,19 @@ def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
         raise ValueError("inertia_error.zz: found vehicle.inertia_zz + error below 1e-7 kg m^2, expected at least that")
 
 
-def true_thrust(parameters: PlantParameters, actuation: Actuation) -> float:
-    """Return the thrust in N that truly acts: achieved times effectiveness (F_A + dF_A of Eq. 10)."""
-    return parameters.effectiveness.thrust * actuation.thrust
+def nominal_acceleration(
+    parameters: PlantParameters, vehicle: Vehicle, axis_w: Triple, v_w: Triple, rates: Triple, wrench: Wrench
+) -> tuple[Triple, Triple]:
+    """Return P'' in m/s^2 (world) and Omega' in rad/s^2 that the nominal model expects of the commanded ``wrench``.
 
-
-def true_torque(parameters: PlantParameters, actuation: Actuation, torque_b: Vec3) -> Triple:
-    """Return the torque in N m that truly acts: achieved times effectiveness, plus the outer ``torque_b`` (Eq. 10)."""
-    factor, achieved = parameters.effectiveness, actuation.torque_b
-    return (
-        factor.roll * achieved.x + torque_b.x,
-        factor.pitch * achieved.y + torque_b.y,
-        factor.yaw * achieved.z + torque_b.z,
-    )
-
-
-def lumped_uncertainty(
-    parameters: PlantParameters,
-    vehicle: Vehicle,
-    axis_w: Triple,
-    v_w: Triple,
-    rates: Triple,
-    wrench: Wrench,
-    conditions: Conditions,
-) -> Disturbance:
-    """Return D_P (m/s^2, world) and D_A (rad/s^2) of Eq. 11, and what acts.
-
-    ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16),
-    ``wrench`` as commanded.
+    ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16).
     """
     nominal = nominal_body(parameters, vehicle)
-    truth = true_body(parameters, vehicle)
-    actuation = allocate(vehicle, wrench)
     asked = (
         clamp(wrench.torque_b.x, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.y, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.z, -LARGEST_TORQUE, LARGEST_TORQUE),
     )
-    asked_thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
-    a = linear_acceleration(truth, axis_w, true_thrust(parameters, actuation), v_w, conditions.force_w)
-    a_nominal = linear_acceleration(nominal, axis_w, asked_thrust, v_w, (0.0, 0.0, 0.0))
-    alpha = angular_acceleration(truth, rates, true_torque(parameters, actuation, conditions.torque_b))
-    alpha_nominal = angular_acceleration(nominal, rates, asked)
-    return as_disturbance(
-        conditions,
-        Vec3(a[0] - a_nominal[0], a[1] - a_nominal[1], a[2] - a_nominal[2]),
-        Vec3(alpha[0] - alpha_nominal[0], alpha[1] - alpha_nominal[1], alpha[2] - alpha_nominal[2]),
-    )
+    thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
+    linear = linear_acceleration(nominal, axis_w, thrust, v_w, (0.0, 0.0, 0.0))
+    return linear, angular_acceleration(nominal, rates, asked)

@@ -51,6 +51,11 @@ def flat(value: Any) -> np.ndarray:
     return np.array(list(numbers(value)), dtype=float)
 
 
+def motion(state: Any) -> np.ndarray:
+    """Return the body's part of a plant's state: all of Eq. 16, or the 13 numbers before the rotor speeds."""
+    return flat(state)[:13]
+
+
 def vector(rng: np.random.Generator, size: float) -> Vec3:
     """Return a vector with components in +-size."""
     return Vec3(*rng.uniform(-size, size, 3).tolist())

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NO_DRAG, NONE, flat
+from plant_cases import ASYMMETRIC, NO_DRAG, NONE, motion
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import CALM, Wrench
@@ -43,10 +43,10 @@ def momentum(y):
 
 def fall(vehicle, parameters, steps):
     state = rigid_body.init(parameters, vehicle)
-    history = [flat(state)]
+    history = [motion(state)]
     for _ in range(steps):
         state, _ = rigid_body.step(parameters, vehicle, state, IDLE, CALM, 0.002)
-        history.append(flat(state))
+        history.append(motion(state))
     return np.array(history)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, under, vector
+from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, motion, under, vector
 from scipy.integrate import solve_ivp
 
 from quad_core.types import CALM, Vec3, Wrench
@@ -46,15 +46,15 @@ def test_flight_under_a_changing_wrench(name, parameters, layout):
     rng = np.random.default_rng(1)
     reference = Reference(vehicle, parameters)
     state = plant.init(parameters, vehicle)
-    expected = flat(state)
+    expected = motion(state)
     for _ in range(150):
         wrench, force, torque = gentle_wrench(rng, vehicle), vector(rng, 3.0), vector(rng, 0.02)
         f = right_side(plant, reference, wrench, force, torque)
         expected = solve_ivp(f, (0.0, dt), expected, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
         state, actuation = plant.step(parameters, vehicle, state, wrench, under(force, torque), dt)
         assert not any(actuation[4:])
-    np.testing.assert_allclose(flat(state), expected, atol=2e-10)
-    assert np.abs(expected - flat(plant.init(parameters, vehicle))).max() > 0.3
+    np.testing.assert_allclose(motion(state), expected, atol=2e-10)
+    assert np.abs(expected - motion(plant.init(parameters, vehicle))).max() > 0.3
 
 
 @pytest.mark.parametrize("name", PLANTS)
@@ -66,11 +66,11 @@ def test_runge_kutta_converges_with_order_four(name):
     wrench, force, torque = Wrench(15.0, Vec3(0.03, -0.02, 0.01)), Vec3(1.0, -2.0, 0.5), NONE
     f = right_side(plant, Reference(vehicle, base), wrench, force, torque)
     start = plant.init(base, vehicle)
-    exact = solve_ivp(f, (0.0, span), flat(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    exact = solve_ivp(f, (0.0, span), motion(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
     errors = []
     for substeps in (16, 32, 64, 128):
         end, _ = plant.step(base._replace(substeps=substeps), vehicle, start, wrench, under(force, torque), span)
-        errors.append(np.abs(flat(end) - exact).max())
+        errors.append(np.abs(motion(end) - exact).max())
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert errors[-1] > 1e-12
     np.testing.assert_allclose(orders, 4.0, atol=0.35)
