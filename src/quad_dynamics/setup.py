@@ -24,6 +24,7 @@ setup(
         "quad.disturbance": [
             "held_gaussian = quad_dynamics.held_gaussian",
             "none = quad_dynamics.calm",
+            "timeline = quad_dynamics.timeline",
         ],
         "quad.sensing": ["sensor = quad_dynamics.sensor"],
     },

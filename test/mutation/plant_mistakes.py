@@ -85,16 +85,71 @@ PLANTS = {
     "quad_dynamics.rigid_body.with_unit_quaternion": [("4", "+ qw * qw", "- qw * qw")],
     "quad_dynamics.uncertainty.true_body": [
         ("10", "vehicle.mass + parameters.mass_error", "vehicle.mass - parameters.mass_error"),
-        ("10", "vehicle.inertia_zz + parameters.inertia_error.zz", "vehicle.inertia_zz + parameters.inertia_error.yy"),
+        ("10", "vehicle.inertia_zz + error.zz", "vehicle.inertia_zz + error.yy"),
+        ("10", "error.yy + added.y", "error.yy"),
     ],
-    "quad_dynamics.uncertainty.true_torque": [
-        ("10", "factor.pitch * achieved.y", "factor.roll * achieved.y"),
-        ("10", "achieved.z + torque_b.z", "achieved.z - torque_b.z"),
+    "quad_dynamics.uncertainty.nominal_acceleration": [
+        ("11", "nominal_body(parameters, vehicle)", "nominal_body(parameters, vehicle._replace(mass=1.0))"),
+        ("11", "clamp(wrench.torque_b.y", "clamp(wrench.torque_b.x"),
     ],
-    "quad_dynamics.uncertainty.lumped_uncertainty": [
-        ("11", "a[1] - a_nominal[1]", "a[1] + a_nominal[1]"),
-        ("11", "linear_acceleration(nominal", "linear_acceleration(truth"),
-        ("11", "angular_acceleration(nominal, rates", "angular_acceleration(truth, rates"),
+    "quad_dynamics.rotor_dynamics.true_push": [
+        ("10", "factor.pitch * torque.y", "factor.roll * torque.y"),
+        ("10", "working.r3 * thrusts.r3", "working.r2 * thrusts.r3"),
+        ("1", "vehicle.rotor_inertia * (speeds.r2 - speeds.r1", "vehicle.rotor_inertia * (speeds.r1 - speeds.r2"),
+        ("1", "yaw -= (goal - spin)", "yaw += (goal - spin)"),
+        ("beyond the paper", "speeds.r3 + speeds.r4)", "speeds.r3 - speeds.r4)"),
+    ],
+    "quad_dynamics.rotor_dynamics.follow": [
+        ("beyond the paper", "math.exp(-ratio)", "1.0 - ratio"),
+        ("beyond the paper", "speeds.r2 - wanted.r2", "speeds.r1 - wanted.r2"),
+    ],
+    "quad_dynamics.rotor_dynamics.reported": [
+        ("beyond the paper", "thrusts_of(vehicle, speeds)", "allocated.rotor_thrust")
+    ],
+    "quad_dynamics.rotor_dynamics.most_thrust": [("beyond the paper", "conditions.thrust_limit * ", "")],
+    "quad_dynamics.newton_euler.gyroscopic_torque": [("1", "-omega_b[1] * spin", "omega_b[1] * spin")],
+    "quad_dynamics.newton_euler.rotor_drag_force": [("beyond the paper", "air_w[1] - along * axis_w[1]", "air_w[1]")],
+    "quad_dynamics.newton_euler.wind_force": [("5", "k * wind_w[2]", "k * wind_w[1]")],
+    "quad_dynamics.load.loaded": [
+        ("beyond the paper", "mass * (x * x + z * z)", "mass * (y * y + z * z)"),
+        ("beyond the paper", "mass * x * z - products.y", "mass * x * z + products.y"),
+    ],
+    "quad_dynamics.load.angular": [
+        ("beyond the paper", "e * f - c * d", "e * f + c * d"),
+        ("beyond the paper", "b * c - f * f", "b * c + f * f"),
+    ],
+    "quad_dynamics.load.accelerations": [
+        ("beyond the paper", "torque_b[0] - lever.x", "torque_b[0] + lever.x"),
+        ("beyond the paper", "d * p + b * q + f * r", "b * q + f * r"),
+        ("beyond the paper", "swing.z + pull.z", "swing.z - pull.z"),
+    ],
+    "quad_dynamics.ground.foot_force": [
+        ("beyond the paper", "q * foot.z - r * foot.y", "q * foot.z + r * foot.y"),
+        ("beyond the paper", "stiffness * depth - damping", "stiffness * depth + damping"),
+        ("beyond the paper", "-grip * vx", "grip * vx"),
+    ],
+    "quad_dynamics.ground.contact": [
+        ("beyond the paper", "foot.z * push.x - foot.x * push.z", "foot.z * push.x + foot.x * push.z")
+    ],
+    "quad_dynamics.rigid_body.rate": [
+        ("10", "torque[2] + outer[2]", "torque[2] - outer[2]"),
+        ("beyond the paper", "vy - air[1]", "vy + air[1]"),
+    ],
+    "quad_dynamics.rigid_body.lumped": [("11", "true[4] - ay", "true[4] + ay"), ("11", "true[12] - bz", "true[12]")],
+    "quad_dynamics.paper.acting": [
+        ("10", "torque[2] + outer.z", "torque[2] - outer.z"),
+        ("5", "force.y + blown[1]", "force.y - blown[1]"),
+    ],
+    "quad_dynamics.paper.lumped": [("11", "a[1] - ay", "a[1] + ay")],
+    "quad_dynamics.sensor.sampled": [("beyond the paper", "q.x + q.w * x + q.y * z", "q.x + q.w * x - q.y * z")],
+    "quad_dynamics.sensor.step": [
+        ("beyond the paper", "old = k - memory.delay_steps", "old = k - memory.delay_steps - 1"),
+        ("beyond the paper", ">= parameters.dropout", "< parameters.dropout"),
+    ],
+    "quad_dynamics.sensor.misread": [("beyond the paper", "c * q.x - s * q.y", "c * q.x + s * q.y")],
+    "quad_dynamics.link.step": [
+        ("beyond the paper", "k + fault.delay / dt", "k - fault.delay / dt"),
+        ("beyond the paper", "if memory.last == k - 1 else k - 1", "if memory.last == k - 2 else k - 1"),
     ],
     "quad_dynamics.allocation.pair_differences": [
         ("8", "return (roll / vehicle.arm_length, pitch", "return (pitch / vehicle.arm_length, pitch"),
@@ -106,7 +161,8 @@ PLANTS = {
         ("8", "larger(2.0 * width_13 - yaw_down", "smaller(2.0 * width_13 - yaw_down"),
         ("8", "smaller(top_13 - total", "larger(top_13 - total"),
     ],
-    "quad_dynamics.allocation.allocate": [
+    "quad_dynamics.allocation.allocate_within": [
+        ("beyond the paper", "wrench.thrust - 4.0 * least", "wrench.thrust"),
         ("8", "0.5 * (s24 - d42)", "0.5 * (s24 + d42)"),
         ("8", "if widest > limit", "if widest < limit"),
         ("8", "abs(achieved.torque_b.x - asked.x)", "(achieved.torque_b.x - asked.x)"),

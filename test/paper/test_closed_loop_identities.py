@@ -9,14 +9,14 @@ import test_aibs_step as position
 from paper_points import INDICES, VEHICLE
 from paper_symbols import evaluator
 
-from quad_core.types import Vec3
+from quad_core.types import NO_PAYLOAD, Vec3
 from quad_dynamics import paper
 from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.uncertainty import true_body
 
 pytestmark = pytest.mark.unit
 
-BODY = true_body(PlantParameters(), VEHICLE)
+BODY = true_body(PlantParameters(), VEHICLE, NO_PAYLOAD)
 # Eq. 29 with Eq. 19 in it; the derivative of the velocity stays open, it comes from the plant.
 velocities = {model.x7.diff(model.t): model.x8, model.x9.diff(model.t): model.x10, model.x11.diff(model.t): model.x12}
 eq29 = evaluator(pos.EQ29.xreplace(velocities | pos.EQ21).xreplace(velocities))

@@ -32,6 +32,7 @@ class Request(NamedTuple):
     settings: Sequence[str] = ()
     relay: bool = False
     shadows: Sequence[str] = ()
+    scenario: str | None = None
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -49,6 +50,9 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     elif request.case not in plugins.names(plugins.TRAJECTORY):
         known = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
         raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
+    if request.scenario is not None:
+        files.append(configuration.find(configuration.SCENARIOS, request.scenario))
+        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", trajectory))
     asked = _asked(request, trajectory)
     settings = parse_settings(request.settings)
     shadows = shadow_laws(request.shadows)
@@ -62,7 +66,7 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
             told = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
             resolved[role] = resolve(role, {**told, **identity.get("/**", {}), **identity.get(role, {})})
         except ParameterError as error:
-            raise ParameterError(f"{role}: {error}") from error
+            raise ParameterError(f"{role}: {_place(files, error)}{error}") from error
     check_agreement(resolved)
     _check_whole(resolved)
     return resolved
@@ -89,6 +93,16 @@ def shadow_laws(laws: Sequence[str]) -> dict[str, str]:
             raise ParameterError(f"--shadow: found {found[role]!r} and {law!r}, expected one {fitting[0]} law")
         found[role] = law
     return found
+
+
+def _place(files: Sequence[Path], error: ParameterError) -> str:
+    """Return ``FILE:LINE: `` of the line of a scenario that ``error`` is about, empty for any other error."""
+    text = getattr(error, "text", None)
+    for path in reversed(files):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+            if text is not None and line.partition("#")[0].strip() == text:
+                return f"{path}:{number}: "
+    return ""
 
 
 def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:

@@ -85,6 +85,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME|FILE",
         help=f"{', '.join(configuration.names(configuration.VEHICLES))}, or a parameter file",
     )
+    parser.add_argument(
+        "--scenario",
+        metavar="NAME|FILE",
+        help=f"weather and trouble: {', '.join(configuration.names(configuration.SCENARIOS))}, or a parameter file",
+    )
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the disturbance (default: 1)")
     parser.add_argument(
         "--duration", type=float, metavar="S", help="flight time from t = 0 of the curve, after the approach"
@@ -151,6 +156,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.settings,
         options.relay,
         options.shadow,
+        options.scenario,
     )
     identity = {"/**": {"flight.run_id": run_id}, "recorder": {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)

@@ -203,7 +203,10 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
         name = getattr(node, slot)
         module = plugins.load(group, name)
         start = build(module.Parameters, _preset(module, name, getattr(node, "preset", "tuned")), f"{name}.")
-        loaded[slot] = Plugin(name, module, build(start, _take(left, f"{name}."), f"{name}."))
+        parameters = build(start, _take(left, f"{name}."), f"{name}.")
+        if hasattr(module, "check"):
+            module.check(parameters)
+        loaded[slot] = Plugin(name, module, parameters)
     if left:
         stray = sorted(left)[0]
         known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])

@@ -1,7 +1,9 @@
 """Laws, trajectories, plants, sensors and disturbances by name, from Python entry points.
 
 A plug-in is a module named by an entry point. What each group's module must hold is checked when it is
-loaded, so that a missing function is reported by name and not in flight:
+loaded, so that a missing function is reported by name and not in flight. Any module may have
+``check(parameters) -> None``, which raises ParameterError for what a field's own range cannot say, and
+``COMPILES = False``, which says that it is not made for Numba (it flies over ROS and in the Python loop):
 
 ``quad.position_law`` and ``quad.attitude_law``
     ``Parameters``, ``Memory``, ``Internals`` (NamedTuples with defaults),
@@ -23,6 +25,7 @@ loaded, so that a missing function is reported by name and not in flight:
     ``Parameters``, ``draw(parameters, vehicle, seed, duration) -> numpy array of floats, 2-D`` and
     ``sample(parameters, table, time) -> Conditions``. ``draw`` holds all that is random. It may be called with several
     durations for one flight: until the shorter one ends, both tables must give the same samples.
+    Optional ``announcements(parameters) -> [(time s, kind, text)]``, in order: what `flight/events` reports then.
 ``quad.sensing``
     ``Parameters``, ``Memory``, ``draw(parameters, seed, steps) -> numpy array of floats, 2-D`` (all that is random in
     so many plant steps; as above, a longer table begins like a shorter one),

@@ -116,8 +116,9 @@ def check(functions: Iterable[Callable[..., Any]], before_flight: Iterable[Calla
 
 
 def check_installed() -> list[Finding]:
-    """Return the findings of every installed plug-in of every group."""
-    found = [check_plugin(group, plugins.load(group, name)) for group in CONTRACT for name in plugins.names(group)]
+    """Return the findings of every installed plug-in of every group, those with ``COMPILES = False`` left out."""
+    modules = [(group, plugins.load(group, name)) for group in CONTRACT for name in plugins.names(group)]
+    found = [check_plugin(group, module) for group, module in modules if getattr(module, "COMPILES", True)]
     return sorted({finding for findings in found for finding in findings})
 
 

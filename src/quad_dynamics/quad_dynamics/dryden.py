@@ -41,7 +41,7 @@ def low_altitude(altitude: float, wind_at_6_m: float, air_speed: float) -> Turbu
 def realisation(
     turbulence: Turbulence, streams: list[np.random.Generator], count: int, period: float
 ) -> NDArray[np.float64]:
-    """Return ``count`` samples ``period`` s apart, shape (count, 3), m/s along, across and up; stationary from the first.
+    """Return ``count`` samples ``period`` s apart, shape (count, 3), m/s along, across and up; stationary at once.
 
     ``streams``: one generator for each column. A longer realisation begins like a shorter one.
     """
@@ -58,7 +58,8 @@ def realisation(
 def _first_order(sigma: float, scale: float, normals: list[list[float]], period: float) -> list[float]:
     stay = math.exp(-period / scale)
     fresh = sigma * math.sqrt(1.0 - stay * stay)
-    value, found = sigma * normals[0][0], []
+    value = sigma * normals[0][0]
+    found: list[float] = []
     for normal, _ in normals:
         if found:
             value = stay * value + fresh * normal
@@ -78,7 +79,8 @@ def _second_order(sigma: float, scale: float, normals: list[list[float]], period
     fresh = _root(
         0.5 * (1.0 - left), 0.25 * (1.0 - left * (1.0 + 2.0 * a)), 0.25 * (1.0 - left * (1.0 + 2.0 * a * (1.0 + a)))
     )
-    y1, y2, found = 0.0, 0.0, []
+    y1, y2 = 0.0, 0.0
+    found: list[float] = []
     for first, second in normals:
         (l11, l21, l22), moved = (fresh, stay) if found else (start, 0.0)
         y1, y2 = moved * y1 + l11 * first, moved * (a * y1 + y2) + l21 * first + l22 * second

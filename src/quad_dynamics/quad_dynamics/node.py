@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import deque
 
 from rclpy.clock import Clock, ClockType
 
@@ -46,6 +47,7 @@ class Simulator(FlightNode):
         self.subscribe("flight/recorded", self._on_recorded)
         self._phase = FlightState.WAITING
         self._end_step = 0
+        self._announcements = deque(self.model.announcements())
         self._acked = -1
         self._command: tuple[int, Wrench] | None = None
         self._applied = Wrench()
@@ -99,6 +101,7 @@ class Simulator(FlightNode):
         self.flying = True
         self._begun = self._command_arrived = time.monotonic()
         self._say_flight("")
+        self._announce()
         self._publish_step()
         if not self.lockstep:
             period = seconds(1, self.flight.plant_period)
@@ -148,8 +151,16 @@ class Simulator(FlightNode):
         else:
             self.step += 1
             self._repeats = 0
+            self._announce()
             if publish:
                 self._publish_step()
+
+    def _announce(self) -> None:
+        """Report what begins or ends to act at this step."""
+        time_now = seconds(self.step, self.flight.plant_period)
+        while self._announcements and self._announcements[0][0] <= time_now:
+            _, kind, text = self._announcements.popleft()
+            self.event(FlightEvent.INFO, kind, text, self.step * self.flight.plant_period)
 
     def _publish_step(self) -> None:
         stamp = self.step * self.flight.plant_period

@@ -47,6 +47,12 @@ class PlantModel:
         )
         return lumped
 
+    def announcements(self) -> list[tuple[float, str, str]]:
+        """Return (time s, kind, text) of what the disturbance has to report in flight, in order of time."""
+        announce = getattr(self._weather.module, "announcements", None)
+        found: list[tuple[float, str, str]] = announce(self._weather.parameters) if announce else []
+        return found
+
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
         """Integrate over ``step`` with the command ``wrench``; returns the true state at its end."""
         self._wrench = wrench

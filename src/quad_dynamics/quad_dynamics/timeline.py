@@ -25,7 +25,6 @@ from quad_dynamics.timeline_events import (
     PAYLOAD,
     PUSH,
     ROTOR,
-    WIND,
     Event,
     parsed,
 )
@@ -109,7 +108,7 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
 def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
     """Return conditions ``c`` with the event of ``row`` added, ``since`` s after its start."""
     code = float(table[row, 0])
-    if code == WIND or code == GUST or code == DRYDEN:
+    if code <= DRYDEN:
         return blown(c, air(table, row, since))
     if code == PUSH:
         return pushed(c, vector(table, row, VALUES), vector(table, row, VALUES + 3))
@@ -118,7 +117,7 @@ def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float
         return pushed(c, vector(table, drawn, 0), vector(table, drawn, 3))
     if code == PAYLOAD:
         return carrying(c, float(table[row, VALUES]), vector(table, row, VALUES + 1), vector(table, row, VALUES + 4))
-    if code == ROTOR or code == BATTERY:
+    if ROTOR <= code <= BATTERY:
         return weakened(c, table, row, since)
     if code == LINK:
         return late(c, table, row, since)

@@ -13,6 +13,7 @@ from quad_core.parameters import ParameterError
 LATEST = 7200.0
 FOR_EVER = 1e18
 WIND, GUST, DRYDEN, GAUSSIAN, PUSH, PAYLOAD, ROTOR, BATTERY, FREEZE, JUMP, LINK = (float(i) for i in range(11))
+"""Codes of the kinds; those of moving air come first, ROTOR and BATTERY stand together."""
 
 
 class Number(NamedTuple):
@@ -33,7 +34,7 @@ class Vector(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """One kind of event: its code in the table, what it is told, in the order of the table's columns, and its meaning."""
+    """One kind of event: code in the table, what it is told in the order of the table's columns, meaning."""
 
     code: float
     fields: Mapping[str, Number | Vector]

@@ -6,10 +6,10 @@ from plant_cases import ASYMMETRIC, WRONG, flat, under, vector
 
 from quad_core.bounds import is_flyable
 from quad_core.compilation import compiled
-from quad_core.types import CALM, Vec3, Wrench
+from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
 from quad_core.vehicle import LAYOUT_X
 from quad_dynamics import calm, held_gaussian, paper, rigid_body
-from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
+from quad_dynamics.parameters import DRAG_PRINTED, Ground, PlantParameters
 
 STEPS = 10_000
 
@@ -72,3 +72,33 @@ def test_samples_are_bit_equal(weather):
     table = weather.draw(parameters, ASYMMETRIC, 9, 100.0)
     for time in np.random.default_rng(2).uniform(-5.0, 120.0, STEPS).tolist():
         assert bits(weather.sample(parameters, table, time)) == bits(sample(parameters, table, time))
+
+
+def test_random_steps_with_everything_on_are_bit_equal():
+    step, lumped = compiled(rigid_body.step), compiled(rigid_body.lumped)
+    vehicle = ASYMMETRIC._replace(
+        layout=LAYOUT_X, rotor_time_constant=0.03, rotor_speed_min=50.0, rotor_inertia=1e-4, rotor_drag_coefficient=5e-5
+    )
+    parameters = WRONG._replace(substeps=2, ground=Ground(enabled=True, height=-0.2))
+    rng = np.random.default_rng(12)
+    here = there = start = rigid_body.init(parameters, vehicle)
+    assert bits(compiled(rigid_body.init)(parameters, vehicle)) == bits(start)
+    for k in range(3000):
+        loaded = Payload(0.2, vector(rng, 0.02), Vec3(1e-3, 2e-3, 3e-3), vector(rng, 1e-4))
+        conditions = Conditions(
+            vector(rng, 2.0),
+            vector(rng, 0.1),
+            vector(rng, 6.0),
+            loaded if k % 3 else NO_PAYLOAD,
+            Rotors(*rng.uniform(0.0, 1.0, 4).tolist()),
+            float(rng.uniform(0.5, 1.0)),
+        )
+        wrench = Wrench(float(rng.uniform(0.0, 40.0)), vector(rng, 0.3))
+        here, actuation = rigid_body.step(parameters, vehicle, here, wrench, conditions, 0.002)
+        there, other = step(parameters, vehicle, there, wrench, conditions, 0.002)
+        assert bits((here, actuation)) == bits((there, other)), k
+        if k % 10 == 0:
+            mine = rigid_body.lumped(parameters, vehicle, here, wrench, conditions)
+            assert bits(mine) == bits(lumped(parameters, vehicle, there, wrench, conditions))
+        if not is_flyable(rigid_body.observe(parameters, vehicle, here)) or k % 300 == 299:
+            here = there = start

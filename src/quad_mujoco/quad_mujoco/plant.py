@@ -1,33 +1,38 @@
 """Plant ``mujoco``: the vehicle of ``rigid_body`` integrated by MuJoCo (RK4), behind the same plug-in contract.
 
-It takes parameter errors (Eq. 10), outer force and torque and wind on the linear drag. It has ideal rotors without a
-time constant, no payload, rotor faults, battery or ground: those belong to ``rigid_body``. Drag torque (Eq. 9) is held
+It takes parameter errors (Eq. 10), outer force and torque, wind on the linear drag, rotors that fail, battery, and mass
+and moments of inertia of a payload. Rotors that lag have their middle speed over a whole plant period. It has no lever
+of a payload, no rotor-induced drag, no tau_G and no ground: those belong to ``rigid_body``. Drag torque (Eq. 9) is held
 over a step. It is not made for Numba: it flies over ROS and in the Python loop.
 """
 
-from quad_core.types import Actuation, Conditions, Wrench
+from quad_core.types import NO_PAYLOAD, Actuation, Conditions, Rotors, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.allocation import allocate
+from quad_dynamics.allocation import allocate_within
 from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
 from quad_dynamics.rigid_body import State, lumped, observe
-from quad_dynamics.uncertainty import true_body, true_thrust, true_torque
+from quad_dynamics.rotor_dynamics import follow, is_lagging, most_thrust, reported, thrusts_of, true_push
+from quad_dynamics.uncertainty import true_body
 from quad_mujoco.model import Motion, free_body
 
 __all__ = ["Parameters", "State", "init", "lumped", "observe", "step"]
 
 Parameters = PlantParameters
+COMPILES = False
 
 
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     """Return the state at step 0.
 
-    Raises ValueError if mass or inertia, errors included, are not physical, or drag is to be as printed.
+    Raises ValueError if mass or inertia, errors included, are not physical, or printed drag or a ground is asked for.
     """
     if parameters.drag_sign == DRAG_PRINTED:
         raise ValueError("mujoco.drag_sign: found 'printed', expected 'corrected': MuJoCo's damping only slows down")
+    if parameters.ground.enabled:
+        raise ValueError("mujoco.ground.enabled: found true, expected false: this plant has no ground")
     start = rigid_body.init(parameters, vehicle)
-    free_body(true_body(parameters, vehicle), 1e-3)
+    free_body(true_body(parameters, vehicle, NO_PAYLOAD), 1e-3)
     return start
 
 
@@ -38,8 +43,15 @@ def step(
 
     Overflow shows in the state: MuJoCo's own reset of an unstable one is switched off.
     """
-    actuation = allocate(vehicle, wrench)
-    body = true_body(parameters, vehicle)
+    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    body = true_body(parameters, vehicle, conditions.payload)
+    wanted = actuation.rotor_speed
+    lagging = is_lagging(vehicle)
+    speeds = follow(vehicle, Rotors(state.r1, state.r2, state.r3, state.r4), wanted, dt)
+    middle = follow(vehicle, Rotors(state.r1, state.r2, state.r3, state.r4), wanted, 0.5 * dt)
+    thrusts = thrusts_of(vehicle, middle) if lagging else actuation.rotor_thrust
+    push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, middle, wanted)
+    torque = conditions.torque_b
     outer, wind, drag = conditions.force_w, conditions.wind_w, body.drag_coefficient
     force = (outer.x + drag * wind.x, outer.y + drag * wind.y, outer.z + drag * wind.z)
     motion = Motion(
@@ -50,9 +62,11 @@ def step(
     )
     moved = free_body(body, dt / parameters.substeps).moved(
         motion,
-        true_thrust(parameters, actuation),
-        true_torque(parameters, actuation, conditions.torque_b),
+        push.thrust,
+        (push.torque_b[0] + torque.x, push.torque_b[1] + torque.y, push.torque_b[2] + torque.z),
         force,
         parameters.substeps,
     )
-    return State(*moved.p, *moved.v, *moved.q, *moved.omega), actuation
+    if lagging:
+        actuation = reported(vehicle, actuation, speeds)
+    return State(*moved.p, *moved.v, *moved.q, *moved.omega, *speeds), actuation

@@ -1,0 +1,227 @@
+"""All that rigid_body has beyond Eq. 1 against an independent model: rotors one by one, a 6 by 6 mass matrix, SciPy."""
+
+import numpy as np
+import pytest
+from plant_cases import ASYMMETRIC, WRONG, flat, gentle_wrench, motion, vector
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+from test_rotors import PLACES
+
+from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
+from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X
+from quad_dynamics import rigid_body
+from quad_dynamics.allocation import allocate
+from quad_dynamics.parameters import (
+    Effectiveness,
+    Initial,
+    InitialAngles,
+    InitialRates,
+    InitialVelocity,
+    PlantParameters,
+)
+
+LAGGING = ASYMMETRIC._replace(
+    rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0
+)
+START = Initial(
+    v=InitialVelocity(2.0, 1.0, -1.5), angles=InitialAngles(0.4, -0.3, 2.0), omega=InitialRates(2.0, -1.5, 1.0)
+)
+PARCEL = (0.4, np.array([0.05, -0.08, -0.12]), np.diag([1e-3, 2e-3, 1.5e-3]))
+TURNS = np.array([-1.0, 1.0, -1.0, 1.0])
+"""Rotation about body z: rotors 1 and 3 turn clockwise seen from above."""
+
+
+def skew(v):
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def payload_of(parcel):
+    mass, offset, inertia = parcel
+    about = inertia - mass * skew(offset) @ skew(offset)
+    x, y, z = offset
+    return Payload(
+        mass,
+        Vec3(*(mass * offset).tolist()),
+        Vec3(*np.diag(about).tolist()),
+        Vec3(mass * y * z, mass * x * z, mass * x * y),
+    )
+
+
+class Model:
+    """The right side for y = (p, v, q, omega, rotor speeds) after Newton and Euler, not after the code."""
+
+    def __init__(self, vehicle, parameters, conditions, parcel=None):
+        self.vehicle, self.conditions = vehicle, conditions
+        self.factor = parameters.effectiveness
+        mass = vehicle.mass + parameters.mass_error
+        inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
+        inertia = inertia + np.diag(parameters.inertia_error)
+        self.mass, self.moment = mass, np.zeros(3)
+        if parcel:
+            inertia = inertia + parcel[2] - parcel[0] * skew(parcel[1]) @ skew(parcel[1])
+            self.mass, self.moment = mass + parcel[0], parcel[0] * parcel[1]
+        self.inertia = inertia
+        self.matrix = np.block([[self.mass * np.eye(3), -skew(self.moment)], [skew(self.moment), inertia]])
+
+    def rate(self, wanted):
+        vehicle, c = self.vehicle, self.conditions
+        places = np.array(list(PLACES[vehicle.layout].values())) * vehicle.arm_length / 0.21
+        wanted = np.array(wanted)
+
+        def f(_t, y):
+            v, q, omega, speeds = y[3:6], y[6:10], y[10:13], y[13:]
+            rotation = Rotation.from_quat(q).as_matrix()
+            accelerating = (wanted - speeds) / vehicle.rotor_time_constant
+            lifts = vehicle.lift_coefficient * speeds**2 * np.array(c.rotor_effectiveness)
+            air = rotation.T @ (v - np.array(c.wind_w))
+            gravity = rotation.T @ [0.0, 0.0, -vehicle.gravity]
+            induced = -vehicle.rotor_drag_coefficient * speeds.sum() * np.array([air[0], air[1], 0.0])
+            force = [0.0, 0.0, self.factor.thrust * lifts.sum()] - vehicle.drag_coefficient * air + induced
+            force = force + rotation.T @ np.array(c.force_w) + self.mass * gravity
+            torque = np.cross(places, np.outer(lifts, [0.0, 0.0, 1.0])).sum(axis=0)
+            torque[2] -= vehicle.torque_coefficient / vehicle.lift_coefficient * (TURNS * lifts).sum()
+            torque = torque * [self.factor.roll, self.factor.pitch, self.factor.yaw]
+            spin = vehicle.rotor_inertia * TURNS
+            torque = torque - np.cross(omega, [0.0, 0.0, (spin * speeds).sum()]) - [0, 0, (spin * accelerating).sum()]
+            torque = torque - vehicle.drag_torque_coefficient * np.abs(omega) * omega + np.array(c.torque_b)
+            right = np.concatenate(
+                [
+                    force - np.cross(omega, np.cross(omega, self.moment)),
+                    torque + np.cross(self.moment, gravity) - np.cross(omega, self.inertia @ omega),
+                ]
+            )
+            a, alpha = np.split(np.linalg.solve(self.matrix, right), 2)
+            p, r, s = omega
+            four = np.array([[0, s, -r, p], [-s, 0, p, r], [r, -p, 0, s], [-p, -r, -s, 0]])
+            return np.concatenate([v, rotation @ a, 0.5 * four @ q, alpha, accelerating])
+
+        return f
+
+
+WEAK = Rotors(1.0, 0.7, 0.0, 0.9)
+CASES = [
+    pytest.param(PlantParameters(), CALM, None, LAYOUT_PLUS, id="rotors alone"),
+    pytest.param(PlantParameters(), CALM, None, LAYOUT_X, id="rotors alone, x"),
+    pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), None, LAYOUT_X, id="wind, every error"),
+    pytest.param(PlantParameters(), CALM, PARCEL, LAYOUT_PLUS, id="payload"),
+    pytest.param(
+        WRONG._replace(effectiveness=Effectiveness(0.95, 0.9, 1.1, 0.8)),
+        Conditions(Vec3(1.0, -2.0, 0.5), Vec3(0.02, 0.03, -0.01), Vec3(-2.0, 5.0, 0.5), rotor_effectiveness=WEAK),
+        PARCEL,
+        LAYOUT_X,
+        id="everything",
+    ),
+]
+
+
+def in_reach(rng, vehicle):
+    while True:
+        wrench = gentle_wrench(rng, vehicle)
+        wanted = allocate(vehicle, wrench)
+        if not any(wanted[4:]):
+            return wrench, wanted.rotor_speed
+
+
+@pytest.mark.parametrize(("parameters", "conditions", "parcel", "layout"), CASES)
+def test_flight_under_a_changing_wrench(parameters, conditions, parcel, layout):
+    dt, rng = 0.002, np.random.default_rng(2)
+    vehicle = LAGGING._replace(layout=layout)
+    parameters = parameters._replace(substeps=4, initial=START)
+    conditions = conditions._replace(payload=payload_of(parcel) if parcel else NO_PAYLOAD)
+    model = Model(vehicle, parameters, conditions, parcel)
+    state = rigid_body.init(parameters, vehicle)
+    expected = flat(state)
+    for _ in range(120):
+        wrench, wanted = in_reach(rng, vehicle)
+        f = model.rate(wanted)
+        expected = solve_ivp(f, (0.0, dt), expected, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        state, actuation = rigid_body.step(parameters, vehicle, state, wrench, conditions, dt)
+        assert actuation.rotor_speed == pytest.approx(expected[13:], rel=1e-10)
+        assert actuation.thrust == pytest.approx(vehicle.lift_coefficient * (expected[13:] ** 2).sum(), rel=1e-10)
+    np.testing.assert_allclose(motion(state), expected[:13], atol=2e-9)
+    assert np.abs(expected - flat(rigid_body.init(parameters, vehicle)))[:3].max() > 0.2
+
+
+@pytest.mark.parametrize(("parameters", "conditions", "parcel", "layout"), CASES)
+def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, conditions, parcel, layout):
+    rng = np.random.default_rng(3)
+    vehicle = LAGGING._replace(layout=layout)
+    parameters = parameters._replace(initial=START)
+    conditions = conditions._replace(payload=payload_of(parcel) if parcel else NO_PAYLOAD)
+    state = rigid_body.init(parameters, vehicle)
+    wrench, wanted = in_reach(rng, vehicle)
+    true = Model(vehicle, parameters, conditions, parcel).rate(wanted)(0.0, flat(state))
+    y = flat(state)
+    axis, omega = Rotation.from_quat(y[6:10]).as_matrix()[:, 2], y[10:13]
+    inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
+    nominal = (axis * wrench.thrust - vehicle.drag_coefficient * y[3:6]) / vehicle.mass - [0, 0, vehicle.gravity]
+    damping = vehicle.drag_torque_coefficient * np.abs(omega) * omega
+    turning = np.linalg.solve(inertia, np.array(wrench.torque_b) - damping - np.cross(omega, inertia @ omega))
+    lumped = rigid_body.lumped(parameters, vehicle, state, wrench, conditions)
+    np.testing.assert_allclose(lumped.lumped_acceleration_w, true[3:6] - nominal, atol=1e-9)
+    np.testing.assert_allclose(lumped.lumped_angular_acceleration_b, true[10:13] - turning, atol=1e-8)
+    assert lumped.wind_w == conditions.wind_w
+    assert lumped.payload_mass == (parcel[0] if parcel else 0.0)
+    assert lumped.rotor_effectiveness == conditions.rotor_effectiveness
+
+
+def test_rotor_speeds_follow_the_exact_exponential_at_any_step():
+    wrench = Wrench(20.0, Vec3(0.05, -0.03, 0.01))
+    wanted = np.array(allocate(LAGGING, wrench).rotor_speed)
+    for dt, substeps in ((0.002, 1), (0.01, 1), (0.01, 5)):
+        parameters = PlantParameters(substeps=substeps)
+        state = rigid_body.init(parameters, LAGGING)
+        start = flat(state)[13:]
+        for k in range(1, 21):
+            state, _ = rigid_body.step(parameters, LAGGING, state, wrench, CALM, dt)
+            exact = wanted + (start - wanted) * np.exp(-k * dt / 0.04)
+            np.testing.assert_allclose(flat(state)[13:], exact, rtol=1e-12)
+
+
+def test_runge_kutta_keeps_order_four_with_everything_on():
+    parameters = WRONG._replace(initial=START)
+    vehicle = LAGGING._replace(drag_torque_coefficient=0.0)
+    conditions = Conditions(wind_w=Vec3(3.0, 1.0, 0.0), payload=payload_of(PARCEL))
+    wrench, wanted = in_reach(np.random.default_rng(5), vehicle)
+    start = rigid_body.init(parameters, vehicle)
+    f = Model(vehicle, parameters, conditions, PARCEL).rate(wanted)
+    exact = solve_ivp(f, (0.0, 0.32), flat(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:13, -1]
+    errors = []
+    for substeps in (8, 16, 32, 64):
+        end, _ = rigid_body.step(parameters._replace(substeps=substeps), vehicle, start, wrench, conditions, 0.32)
+        errors.append(np.abs(motion(end) - exact).max())
+    assert errors[-1] > 1e-12
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / np.array(errors[1:])), 4.0, atol=0.4)
+
+
+def test_a_sagging_battery_limits_thrust_and_says_so():
+    wrench = Wrench(30.0, Vec3(0.0, 0.0, 0.0))
+    state = rigid_body.init(PlantParameters(), ASYMMETRIC)
+    weak = Conditions(thrust_limit=0.5)
+    _, full = rigid_body.step(PlantParameters(), ASYMMETRIC, state, wrench, CALM, 0.002)
+    _, half = rigid_body.step(PlantParameters(), ASYMMETRIC, state, wrench, weak, 0.002)
+    most = ASYMMETRIC.thrust_to_weight * ASYMMETRIC.mass * ASYMMETRIC.gravity
+    assert (full.thrust, full.thrust_high) == (pytest.approx(30.0), False)
+    assert (half.thrust, half.thrust_high) == (pytest.approx(0.5 * most), True)
+
+
+def test_rotors_never_turn_slower_than_their_least_speed():
+    vehicle = LAGGING._replace(rotor_speed_min=120.0)
+    least = vehicle.lift_coefficient * 120.0**2
+    idle = allocate(vehicle, Wrench(0.0, Vec3(0.0, 0.0, 0.0)))
+    assert idle.rotor_speed == pytest.approx([120.0] * 4)
+    assert (idle.thrust, idle.thrust_low) == (pytest.approx(4.0 * least), True)
+    rng = np.random.default_rng(11)
+    for _ in range(300):
+        wrench = Wrench(float(rng.uniform(-5.0, 60.0)), vector(rng, 3.0))
+        made = allocate(vehicle, wrench)
+        assert min(made.rotor_thrust) >= least * (1.0 - 1e-12)
+        if not any(made[4:]):
+            assert made.thrust == pytest.approx(wrench.thrust, rel=1e-9)
+            assert made.torque_b == pytest.approx(wrench.torque_b, abs=1e-9)
+
+
+def test_rotors_start_as_hover_wants_them():
+    speeds = flat(rigid_body.init(PlantParameters(), LAGGING))[13:]
+    lift = LAGGING.lift_coefficient * (speeds**2).sum()
+    assert lift == pytest.approx(LAGGING.mass * LAGGING.gravity, rel=1e-12)

@@ -1,0 +1,140 @@
+"""What the controllers see of the truth: nothing changed by default, stated noise, exact delay, faults."""
+
+import numpy as np
+import pytest
+from plant_cases import flat
+from scipy.signal import welch
+from scipy.spatial.transform import Rotation
+
+from quad_core.compilation import compiled
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState
+from quad_dynamics import sensor
+from quad_dynamics.sensor import Parameters
+
+FINE = SensorFault()
+PERIOD = 2_000_000
+TILTED = Rotation.from_euler("ZYX", [0.7, -0.3, 0.4])
+HERE = VehicleState(Vec3(1.0, -2.0, 3.0), Vec3(0.5, 0.25, -1.0), Quat(*TILTED.as_quat()), Vec3(0.1, -0.2, 0.3))
+NOISY = Parameters(
+    position_noise=0.01, velocity_noise=0.02, attitude_noise=0.0035, rate_noise=0.0087, delay=0.004, dropout=0.1
+)
+
+
+def seen(parameters, truths, seed=1, faults=None, period=PERIOD, step=sensor.step):
+    table = sensor.draw(parameters, seed, len(truths))
+    memory, readings = sensor.init(parameters, period), []
+    for k, truth in enumerate(truths):
+        reading, memory = step(parameters, table, memory, truth, faults[k] if faults else FINE, k)
+        readings.append(reading)
+    return readings
+
+
+def moving(count):
+    return [HERE._replace(p_w=Vec3(float(k), 0.0, 0.0)) for k in range(count)]
+
+
+def test_by_default_the_state_is_the_truth_itself():
+    truths = moving(20)
+    assert all(reading is truth for reading, truth in zip(seen(Parameters(), truths), truths, strict=True))
+
+
+@pytest.mark.parametrize(("period", "every"), [(2_000_000, 1), (1_000_000, 4)])
+def test_noise_has_its_standard_deviation_and_its_density_at_two_step_sizes(period, every):
+    count = 40_000
+    parameters = Parameters(
+        period_steps=every, position_noise=0.01, velocity_noise=0.02, attitude_noise=0.0035, rate_noise=0.0087
+    )
+    readings = seen(parameters, [HERE] * count, seed=4, period=period)
+    p, v, rates = (np.array([getattr(r, name) for r in readings]) for name in ("p_w", "v_w", "omega_b"))
+    turned = (TILTED.inv() * Rotation.from_quat([r.q_wb for r in readings])).as_rotvec()
+    samples = count // every
+    for values, truth, sd in (
+        (p, HERE.p_w, 0.01),
+        (v, HERE.v_w, 0.02),
+        (turned, (0.0, 0.0, 0.0), 0.0035),
+        (rates, HERE.omega_b, 0.0087),
+    ):
+        assert values.std(axis=0) == pytest.approx([sd] * 3, rel=4.0 / np.sqrt(2 * samples))
+        assert values.mean(axis=0) == pytest.approx(truth, abs=4.0 * sd / np.sqrt(samples))
+        assert np.abs(np.corrcoef(values[::every].T) - np.eye(3)).max() < 4.5 / np.sqrt(samples)
+    # far below the rate of sampling a held white sequence has the one-sided density sd^2 2 T
+    spacing = every * period * 1e-9
+    frequencies, density = welch(p[:, 0], fs=1e9 / period, nperseg=2000)
+    low = density[(frequencies > 0.0) & (frequencies < 0.08 / spacing)]
+    assert low.mean() == pytest.approx(0.01**2 * 2.0 * spacing, rel=0.12)
+
+
+def test_a_longer_table_begins_like_a_shorter_one():
+    short, long = (sensor.draw(NOISY, 3, steps) for steps in (100, 1000))
+    assert np.array_equal(short, long[: len(short)])
+    assert not np.array_equal(short, sensor.draw(NOISY, 4, 100))
+
+
+@pytest.mark.parametrize(("delay", "steps"), [(0.01, 5), (0.0109, 5), (0.0111, 6), (1.0, 500)])
+def test_delay_is_that_many_steps_exactly(delay, steps):
+    truths = moving(1200)
+    readings = seen(Parameters(delay=delay), truths)
+    assert [r.p_w.x for r in readings] == [float(max(k - steps, 0)) for k in range(1200)]
+
+
+def test_a_delay_longer_than_the_line_is_refused():
+    with pytest.raises(ValueError, match="delay"):
+        sensor.init(Parameters(delay=1.1), PERIOD)
+
+
+def test_rate_holds_the_last_sample():
+    readings = seen(Parameters(period_steps=3), moving(9))
+    assert [r.p_w.x for r in readings] == [0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0]
+
+
+def test_dropouts_are_as_frequent_as_stated_and_hold_the_last_sample():
+    x = np.array([r.p_w.x for r in seen(Parameters(dropout=0.3), moving(20_000))])
+    lost = np.diff(x) == 0.0
+    assert lost.mean() == pytest.approx(0.3, abs=4.0 * np.sqrt(0.21 / 20_000))
+    assert set(np.unique(x)) <= set(range(20_000))
+
+
+def test_quantisation_rounds_to_the_nearest_step():
+    reading = seen(Parameters(position_quantum=0.4, velocity_quantum=0.3, rate_quantum=0.25), [HERE])[0]
+    assert reading.p_w == pytest.approx((1.2, -2.0, 3.2), abs=1e-12)
+    assert reading.v_w == pytest.approx((0.6, 0.3, -0.9), abs=1e-12)
+    assert reading.omega_b == pytest.approx((0.0, -0.25, 0.25), abs=1e-12)
+    turned = seen(Parameters(attitude_quantum=0.25), [HERE])[0]
+    angles = Rotation.from_quat(turned.q_wb).as_euler("ZYX")
+    assert angles == pytest.approx([0.75, -0.25, 0.5], abs=1e-12)
+
+
+def test_a_bias_stays_for_a_flight_and_differs_between_flights():
+    parameters = Parameters(position_bias=0.5, attitude_bias=0.02, rate_bias=0.1, velocity_bias=0.3)
+    readings = seen(parameters, [HERE] * 5)
+    assert all(reading == readings[0] for reading in readings)
+    biases = [np.subtract(seen(parameters, [HERE], seed)[0].p_w, HERE.p_w) for seed in range(400)]
+    assert np.std(biases, axis=0) == pytest.approx([0.5] * 3, rel=4.0 / np.sqrt(800))
+
+
+def test_frozen_sensors_repeat_the_reading_of_the_first_frozen_step():
+    faults = [SensorFault(frozen=3 <= k < 6) for k in range(9)]
+    readings = seen(Parameters(), moving(9), faults=faults)
+    assert [r.p_w.x for r in readings] == [0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 6.0, 7.0, 8.0]
+
+
+def test_a_jump_shifts_the_position_and_turns_the_heading():
+    jump = SensorFault(offset_w=Vec3(1.0, 2.0, -3.0), yaw_offset=0.4)
+    reading = seen(Parameters(), [HERE], faults=[jump])[0]
+    assert reading.p_w == (2.0, 0.0, 0.0)
+    expected = Rotation.from_euler("Z", 0.4) * TILTED
+    assert (expected.inv() * Rotation.from_quat(reading.q_wb)).magnitude() < 1e-15 * 10
+    assert (reading.v_w, reading.omega_b) == (HERE.v_w, HERE.omega_b)
+
+
+def test_readings_are_bit_equal_when_compiled():
+    parameters = NOISY._replace(period_steps=2, attitude_quantum=0.01, position_bias=0.1, rate_quantum=0.001)
+    rng = np.random.default_rng(8)
+    truths = [
+        VehicleState(*(Vec3(*rng.normal(size=3).tolist()) for _ in range(2)), HERE.q_wb, HERE.omega_b)
+        for _ in range(600)
+    ]
+    faults = [SensorFault(k % 7 == 0, Vec3(0.0, 0.1 * (k % 3), 0.0), 0.2 * (k % 2)) for k in range(600)]
+    plain = seen(parameters, truths, faults=faults)
+    fast = seen(parameters, truths, faults=faults, step=compiled(sensor.step))
+    assert [flat(a).tobytes() for a in plain] == [flat(b).tobytes() for b in fast]
