@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from quad_campaign import loop, packing
 from quad_campaign.stages import Modules
+from quad_core import compilation
 from quad_core.compilation import compiled
 
 
@@ -70,7 +71,7 @@ def source_hash(modules: Modules) -> str:
     seen: set[FunctionType] = set()
     for entry in python_engine(modules):
         _reach(entry, seen, files)
-    files.add(Path(packing.__file__))
+    files.update((Path(packing.__file__), Path(compilation.__file__)))
     for path in sorted(files):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

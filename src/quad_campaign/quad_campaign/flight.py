@@ -82,6 +82,11 @@ def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_f
     shared = overrides.get("/**", {})
     resolved = {role: resolve(role, {**shared, **overrides.get(role, {})}) for role in ROLES}
     check_agreement(resolved)
+    return flight_from_resolved(resolved, score_from)
+
+
+def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0) -> Flight:
+    """Return the flight of nodes that were told ``resolved``; ``score_from`` as in ``flight_from_parameters``."""
     plant, weather, sensing = (resolved["simulator"].plugins[slot] for slot in ("plant", "disturbance", "sensing"))
     path = resolved["trajectory"].plugins["trajectory"]
     position = resolved["position_controller"].plugins["law"]

@@ -40,6 +40,7 @@ from quad_core.types import (
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step
+from quad_dynamics.sensor import is_faulty
 
 FLYING = 0
 ENDED = 1
@@ -174,6 +175,9 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
 
     vehicle = setup.vehicle
     schedule = setup.schedule
+    # arrays outside of tuples, and memories that hold arrays left alone where nothing is to do: Numba counts references
+    weather = drawn.weather
+    noise = drawn.noise
     plant_dt = seconds(1, schedule.plant_period)
     position_dt = seconds(schedule.position_steps, schedule.plant_period)
     attitude_dt = seconds(schedule.attitude_steps, schedule.plant_period)
@@ -197,8 +201,10 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
 
     while outcome == FLYING and k < stop:
         time = seconds(k, schedule.plant_period)
-        conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
-        state, sensing_memory = sensing_step(setup.sensing, drawn.noise, sensing_memory, truth, conditions.sensor, k)
+        conditions = disturbance_sample(setup.disturbance, weather, time)
+        state = truth
+        if sensing_memory.active or sensing_memory.frozen or is_faulty(conditions.sensor):
+            state, sensing_memory = sensing_step(setup.sensing, noise, sensing_memory, truth, conditions.sensor, k)
         if logging:
             truths.append(truth)
             states.append(state)
@@ -235,7 +241,10 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
                 attitude_internals.append(watched)
 
         if outcome == FLYING:
-            applied, link_memory = link_step(link_memory, conditions.link, wrench, applied, k, plant_dt)
+            if conditions.link.delay <= 0.0 and not conditions.link.lost:
+                applied = wrench
+            else:
+                applied, link_memory = link_step(link_memory, conditions.link, wrench, applied, k, plant_dt)
             plant, actuation = plant_step(setup.plant, vehicle, plant, applied, conditions, plant_dt)
             if logging:
                 actuations.append(actuation)

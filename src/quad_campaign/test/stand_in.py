@@ -30,6 +30,13 @@ class Memory(NamedTuple):
     count: float = 0.0
 
 
+class SensorMemory(NamedTuple):
+    """Active, so that every step is asked for."""
+
+    active: bool = True
+    frozen: bool = False
+
+
 class Internals(NamedTuple):
     """What the law saw."""
 
@@ -98,7 +105,7 @@ class sensing:  # noqa: N801
 
     @staticmethod
     def init(parameters, plant_period):
-        return Memory(0.0)
+        return SensorMemory(True, False)
 
     @staticmethod
     def step(parameters, table, memory, truth, fault, k):

@@ -33,7 +33,7 @@ def compiled(function: Callable[..., Any]) -> Any:
         twin.__kwdefaults__ = function.__kwdefaults__
         twin.__module__ = function.__module__
         twin.__qualname__ = function.__qualname__
-        _COMPILED[function] = numba.njit(twin, error_model="numpy", nogil=True)
+        _COMPILED[function] = numba.njit(twin, error_model="numpy", nogil=True, forceinline=True)
     return _COMPILED[function]
 
 

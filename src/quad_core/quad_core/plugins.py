@@ -31,7 +31,9 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
     so many plant steps; as above, a longer table begins like a shorter one),
     ``init(parameters, plant_period) -> Memory`` (``plant_period`` in ns; in Python only, may raise ValueError) and
     ``step(parameters, table, memory, truth, fault, k) -> (state, Memory)``: the ``VehicleState`` that the controllers
-    see at plant step ``k``, called once for every step, in order. ``Memory`` may hold arrays that ``step`` writes to.
+    see at plant step ``k``, called in order for every step at which ``memory.active`` or
+    ``memory.frozen`` is true or ``fault`` says anything; at the others the state is the truth. ``Memory`` has these two
+    bool fields and may hold arrays that ``step`` writes to.
 """
 
 from functools import cache

@@ -1,0 +1,56 @@
+"""Many flights of one campaign, compiled and without logs: a row of figures for each."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from quad_campaign.definition import Definition, base_flight, drawn
+from quad_campaign.flight import Flight, Result, fly
+from quad_campaign.variation import Variation
+from quad_core.parameters import Value
+
+ENDED = "ended"
+FIGURES = ("rmse", "largest_error", "last_error", "torque_variation")
+
+
+class Batch(NamedTuple):
+    """A campaign made ready to fly."""
+
+    definition: Definition
+    base: Flight
+    variation: Variation
+
+
+def prepared(definition: Definition) -> Batch:
+    """Return a campaign ready to fly; raises ParameterError or PluginError if its flight or parameters are unknown."""
+    base = base_flight(definition)
+    batch = Batch(definition, base, Variation(base, definition.vary))
+    batch.variation.apply(drawn(definition, batch.variation, 0))
+    return batch
+
+
+def flight_of(batch: Batch, number: int) -> tuple[Flight, dict[str, Value]]:
+    """Return flight ``number`` and the values that make it."""
+    values = drawn(batch.definition, batch.variation, number)
+    return batch.variation.apply(values), values
+
+
+def fly_numbers(batch: Batch, numbers: Iterable[int], *, compiled: bool = True) -> list[dict[str, Any]]:
+    """Fly the flights of these numbers and return a row for each; see ``row``. Raises EngineError as ``fly``."""
+    rows = []
+    for number in numbers:
+        flight, values = flight_of(batch, number)
+        rows.append(row(batch.definition, number, values, fly(flight, compiled=compiled, logging=False)))
+    return rows
+
+
+def row(definition: Definition, number: int, values: dict[str, Value], result: Result) -> dict[str, Any]:
+    """Return {column: value}: ``flight``, the parameters, ``outcome``, ``steps``, figures in m and N m, ``success``.
+
+    Success: it ended and every figure named by the campaign's ``success`` is at most its limit.
+    """
+    score = result.score
+    figures = dict(
+        zip(FIGURES, (result.rmse, score.largest_error, score.last_error, score.torque_variation), strict=True)
+    )
+    good = result.outcome == ENDED and all(figures[name] <= limit for name, limit in definition.success.items())
+    return {"flight": number, **values, "outcome": result.outcome, "steps": result.steps, **figures, "success": good}

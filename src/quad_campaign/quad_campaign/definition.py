@@ -1,0 +1,165 @@
+"""A campaign as its YAML file tells it: which flight, what varies how, and what counts as success.
+
+Keys: ``flight`` (as ``scripts/fly`` takes it: ``case``, ``preset``, ``vehicle``, ``plant``, ``start``, ``position``,
+``attitude``, ``duration``, ``set``: list of NODE.PARAM=VALUE), ``vary`` ({parameter: distribution}), ``success``
+({``rmse`` or ``largest_error``: largest value in m}), ``seed`` and ``about``. Distributions: ``uniform: [low, high]``,
+``normal: [mean, sd]`` and ``choice: [value, ...]``; ``within: [low, high]`` cuts a normal one.
+The values of flight n come from (seed, n, parameter) alone, so any flight can be flown again by its number.
+"""
+
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from quad_campaign.flight import Flight, flight_from_resolved
+from quad_campaign.variation import SEED, Variation
+from quad_core.parameters import ParameterError, Real, Value
+
+_LARGEST_SEED = 2**31 - 1
+_KEYS = ("about", "flight", "vary", "success", "seed")
+_FLIGHT = ("case", "preset", "vehicle", "plant", "start", "position", "attitude", "duration", "set")
+_SUCCESS = ("rmse", "largest_error")
+_TRIES = 10_000
+
+
+class Distribution(NamedTuple):
+    """How one parameter varies: ``uniform`` and ``normal`` with two numbers, or ``choice`` of values."""
+
+    kind: str
+    values: tuple[Value, ...]
+    within: tuple[float, float] | None
+
+
+class Definition(NamedTuple):
+    """One campaign. ``flight``: what scripts/fly is told; ``success``: {figure: largest value in m}."""
+
+    name: str
+    about: str
+    flight: dict[str, Any]
+    vary: dict[str, Distribution]
+    success: dict[str, float]
+    seed: int
+
+
+def read_definition(path: Path) -> Definition:
+    """Read a campaign file; raises ParameterError naming file and key, what was found and what was expected."""
+    try:
+        content = yaml.safe_load(path.read_text("utf-8"))
+    except OSError as error:
+        raise ParameterError(f"{path}: {error.strerror}") from error
+    except yaml.YAMLError as error:
+        raise ParameterError(f"{path}: {' '.join(str(error).split())}") from error
+    _only(path, "", content, _KEYS)
+    flight = content.get("flight", {})
+    _only(path, "flight", flight, _FLIGHT)
+    if "case" not in flight:
+        raise ParameterError(f"{path}: flight.case: found nothing, expected the case to fly")
+    vary = content.get("vary", {})
+    _only(path, "vary", vary, None)
+    success = content.get("success", {})
+    _only(path, "success", success, _SUCCESS)
+    for key, limit in success.items():
+        if not isinstance(limit, int | float) or not limit > 0.0:
+            raise ParameterError(f"{path}: success.{key}: found {limit!r}, expected a positive number of m")
+    seed = content.get("seed", 1)
+    if not isinstance(seed, int) or seed < 0:
+        raise ParameterError(f"{path}: seed: found {seed!r}, expected an integer of at least 0")
+    told = {name: _distribution(f"{path}: vary.{name}", value) for name, value in vary.items()}
+    told.setdefault(SEED, Distribution("uniform", (0, _LARGEST_SEED), None))
+    return Definition(path.stem, str(content.get("about", "")), flight, told, success, seed)
+
+
+def base_flight(definition: Definition) -> Flight:
+    """Return the flight that varies; raises ParameterError or PluginError as scripts/fly would."""
+    from quad_bringup.flight_setup import resolve_flight
+
+    return flight_from_resolved(resolve_flight(request(definition, {}), {}))
+
+
+def request(definition: Definition, values: Mapping[str, Value]) -> Any:
+    """Return what scripts/fly would be asked for to fly the campaign's flight with ``values``."""
+    from quad_bringup.flight_setup import Request
+
+    told = {key: value for key, value in definition.flight.items() if key != "set"}
+    settings = [*definition.flight.get("set", []), *settings_of(values)]
+    return Request(**{"preset": "tuned", "vehicle": "paper", **told}, settings=settings)
+
+
+def settings_of(values: Mapping[str, Value]) -> list[str]:
+    """Return NODE.PARAM=VALUE of each value, to the last bit."""
+    return [f"{name}={value!r}" if not isinstance(value, str) else f"{name}={value}" for name, value in values.items()]
+
+
+def command(definition: Definition, values: Mapping[str, Value]) -> list[str]:
+    """Return the arguments of scripts/fly that fly the campaign's flight with ``values`` over ROS."""
+    told = definition.flight
+    words = [str(told["case"])]
+    for key in _FLIGHT[1:-1]:
+        if key in told:
+            words += [f"--{key}", str(told[key])]
+    for setting in [*told.get("set", []), *settings_of(values)]:
+        words += ["--set", setting]
+    return words
+
+
+def drawn(definition: Definition, variation: Variation, number: int) -> dict[str, Value]:
+    """Return the values of flight ``number``: from the campaign's seed, the number and the parameter's name alone."""
+    values: dict[str, Value] = {}
+    for name, how in definition.vary.items():
+        key = [definition.seed, number, zlib.crc32(name.encode())]
+        stream = np.random.Generator(np.random.PCG64(np.random.SeedSequence(key)))
+        values[name] = _draw(how, stream, isinstance(variation.field(name).spec, Real))
+    return values
+
+
+def _draw(how: Distribution, stream: np.random.Generator, real: bool) -> Value:
+    if how.kind == "choice":
+        return how.values[int(stream.integers(len(how.values)))]
+    first, second = (float(value) for value in how.values)
+    if how.kind == "uniform":
+        return float(stream.uniform(first, second)) if real else int(stream.integers(int(first), int(second) + 1))
+    low, high = how.within or (-np.inf, np.inf)
+    for _ in range(_TRIES):
+        value = float(stream.normal(first, second))
+        if low <= value <= high:
+            return value
+    raise ParameterError(f"normal: found no value within [{low}, {high}] in {_TRIES} tries, expected a wider range")
+
+
+def _distribution(where: str, told: Any) -> Distribution:
+    _only(where, "", told, ("uniform", "normal", "choice", "within"))
+    kinds = [kind for kind in ("uniform", "normal", "choice") if kind in told]
+    if len(kinds) != 1:
+        raise ParameterError(f"{where}: found {told!r}, expected one of uniform, normal, choice")
+    kind = kinds[0]
+    values = told[kind]
+    if not isinstance(values, list) or not values:
+        raise ParameterError(f"{where}.{kind}: found {values!r}, expected a list")
+    if kind == "choice":
+        return Distribution(kind, tuple(values), None)
+    pair = _pair(f"{where}.{kind}", values)
+    if pair[1] < (pair[0] if kind == "uniform" else 0.0):
+        expected = "low <= high" if kind == "uniform" else "a standard deviation of at least 0"
+        raise ParameterError(f"{where}.{kind}: found {values!r}, expected {expected}")
+    within = _pair(f"{where}.within", told["within"]) if "within" in told else None
+    return Distribution(kind, pair, within)
+
+
+def _pair(where: str, values: Any) -> tuple[float, float]:
+    numbers = isinstance(values, list) and all(isinstance(value, int | float) for value in values)
+    if not numbers or len(values) != 2:
+        raise ParameterError(f"{where}: found {values!r}, expected two numbers")
+    return values[0], values[1]
+
+
+def _only(where: Any, key: str, content: Any, known: tuple[str, ...] | None) -> None:
+    place = f"{where}: {key}" if key else f"{where}"
+    if not isinstance(content, dict):
+        raise ParameterError(f"{place}: found {content!r}, expected keys with values")
+    for name in content:
+        if known is not None and name not in known:
+            raise ParameterError(f"{place}: found the key {name!r}, expected one of {', '.join(known)}")

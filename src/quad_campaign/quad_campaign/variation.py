@@ -1,0 +1,81 @@
+"""The same flight with other numbers: which parameters may vary between the flights of a campaign, and how."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from quad_campaign.flight import Flight
+from quad_core.parameters import Choice, Field, ParameterError, Value, checked, fields
+
+SEED = "flight.seed"
+_PARTS = {
+    ("simulator", "plant"): "plant",
+    ("simulator", "disturbance"): "disturbance",
+    ("simulator", "sensing"): "sensing",
+    ("trajectory", "trajectory"): "trajectory",
+    ("position_controller", "law"): "position",
+    ("attitude_controller", "law"): "attitude",
+}
+
+
+class _Place(NamedTuple):
+    """Where a parameter stands: field of ``Setup`` (empty: the seed), path in it, and what it admits."""
+
+    part: str
+    path: tuple[str, ...]
+    field: Field
+
+
+class Variation:
+    """Puts values of named parameters into a flight without resolving everything again.
+
+    Names are those of ``scripts/fly --set``: ``vehicle.*``, ``flight.seed``, or the node, the plug-in and the
+    parameter (``simulator.rigid_body.mass_error``). What decides which code runs cannot vary.
+    """
+
+    def __init__(self, base: Flight, names: Iterable[str]) -> None:
+        """Look the names up; raises ParameterError naming one that the flight has not, and what it has."""
+        self._base = base
+        known = _places(base)
+        self._places: dict[str, _Place] = {}
+        for name in names:
+            if name not in known:
+                family = name.rpartition(".")[0]
+                near = [other for other in known if other.startswith(family.split(".")[0])] or list(known)
+                raise ParameterError(f"{name}: found no such parameter to vary, expected one of {', '.join(near)}")
+            self._places[name] = known[name]
+
+    def field(self, name: str) -> Field:
+        """Return what parameter ``name`` admits, and its value in the base flight."""
+        return self._places[name].field
+
+    def apply(self, values: Mapping[str, Value]) -> Flight:
+        """Return the base flight with ``values``; raises ParameterError for one that its parameter does not admit."""
+        setup, seed = self._base.setup, self._base.seed
+        for name, value in values.items():
+            part, path, field = self._places[name]
+            good: Any = checked(field._replace(name=name), value)
+            if isinstance(field.spec, Choice):
+                good = field.spec.options.index(good)
+            if part:
+                setup = _replaced(setup, (part, *path), good)
+            else:
+                seed = good
+        return self._base._replace(setup=setup, seed=seed)
+
+
+def _places(base: Flight) -> dict[str, _Place]:
+    told = base.resolved["simulator"]
+    found = {
+        SEED: _Place("", (), next(field for field in fields(told.flight) if field.name == "seed")),
+    }
+    found.update({f"vehicle.{f.name}": _Place("vehicle", tuple(f.name.split(".")), f) for f in fields(told.vehicle)})
+    for (role, slot), part in _PARTS.items():
+        plugin = base.resolved[role].plugins[slot]
+        for field in fields(plugin.parameters):
+            found[f"{role}.{plugin.name}.{field.name}"] = _Place(part, tuple(field.name.split(".")), field)
+    return found
+
+
+def _replaced(whole: Any, path: tuple[str, ...], value: Any) -> Any:
+    name, *rest = path
+    return whole._replace(**{name: _replaced(getattr(whole, name), tuple(rest), value) if rest else value})
