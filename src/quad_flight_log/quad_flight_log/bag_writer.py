@@ -120,8 +120,8 @@ class BagWriter:
 
     @property
     def backlog(self) -> int:
-        """Bytes that wait for the disk."""
-        return self._queued_size - self._taken_size
+        """Bytes that wait for the disk; none after it failed, so that nobody waits for it."""
+        return 0 if self.error else self._queued_size - self._taken_size
 
     def add_topic(self, name: str, type_name: str, qos: Qos | None = None) -> int:
         """Declare a topic (full name) and return its handle; raises SchemaError if the type is not installed."""

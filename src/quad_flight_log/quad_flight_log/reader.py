@@ -51,12 +51,13 @@ class Flight:
         namespace: str = "",
         memory_limit: int = MEMORY_LIMIT,
         progress: Callable[[int, int], None] | None = None,
+        salvage: bool = False,
     ) -> None:
         self.path = found.path
-        self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
         self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
         self.library = found.library
-        self.metadata = _metadata(found)
+        self.metadata = _metadata(found, salvage)
+        self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
         # without it /uav1/state and /uav1/flight/state both end like `state`
         vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
@@ -242,7 +243,9 @@ def open_flight(
     other damage too. ``progress`` is called with (bytes read, bytes in all) in every pass over the file.
     Raises NotAFlightError, CorruptError, LimitError or SchemaError, all FlightLogError.
     """
-    return Flight(scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit, progress)
+    return Flight(
+        scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit, progress, salvage
+    )
 
 
 def find_mcap(path: Path) -> Path:
@@ -260,14 +263,17 @@ def find_mcap(path: Path) -> Path:
     raise NotAFlightError(f"{path}: holds {names}; expected one MCAP file, name the one to read")
 
 
-def _metadata(found: Scan) -> dict[str, str]:
+def _metadata(found: Scan, salvage: bool) -> dict[str, str]:
     merged: dict[str, str] = {}
     for name, values in found.metadata:
         if name in (QUAD, QUAD_END):
             try:
                 merged.update(checked_record(values, strict=found.own))
             except ValueError as error:
-                raise CorruptError(f"{found.path}: metadata record {name!r}: {error}") from error
+                problem = f"metadata record {name!r}: {error}"
+                if not salvage:
+                    raise CorruptError(f"{found.path}: {problem}") from error
+                found.truncated, found.damage = True, "; ".join(filter(None, [found.damage, problem]))
     return merged
 
 

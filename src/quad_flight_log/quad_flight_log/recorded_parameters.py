@@ -38,9 +38,8 @@ def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
             return _published(flight)
         if flight.parameters:
             content = read_parameter_text(flight.parameters_text, str(flight.path))
-            namespace = flight.namespace or flight.metadata.get("namespace", "/")
             told = {pattern.rsplit("/", 1)[-1] for pattern in content} & set(ROLES)
-            return {role: NodeRecord(overrides_for([content], role, namespace), [], ()) for role in told}
+            return {role: NodeRecord(overrides_for([content], role, flight.namespace or "/"), [], ()) for role in told}
     except (ParameterError, yaml.YAMLError) as error:
         raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
     raise TopicError(f"{flight.path}: no topic {TOPIC!r} and no attached parameters: with which parameters is unknown")

@@ -62,6 +62,20 @@ def test_bit_flips_in_metadata_yaml_are_found_by_verify(tmp_path):
     assert [(at, bit) for seen, at, bit in found if not seen] == []
 
 
+def test_a_damaged_note_of_the_recorder_is_left_out_where_the_rest_is_salvaged(unclosed, tmp_path):
+    path = tmp_path / "note.mcap"
+    data = unclosed.read_bytes()
+    at = data.index(b"seed") + len(b"seed") + 4
+    path.write_bytes(data[:at] + b"8" + data[at + 1 :])
+    with pytest.raises(CorruptError, match="'quad': its digest does not fit"):
+        open_flight(path)
+    flight = open_flight(path, salvage=True)
+    assert flight.truncated
+    assert "digest" in flight.damage
+    assert "seed" not in flight.metadata
+    assert flight.payloads(*flight.topics) == open_flight(unclosed).payloads(*flight.topics)
+
+
 def test_zero_filled_tail_is_a_prefix(unclosed, tmp_path):
     path = tmp_path / "zeros.mcap"
     path.write_bytes(unclosed.read_bytes() + bytes(5000))

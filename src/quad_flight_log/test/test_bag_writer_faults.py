@@ -171,6 +171,7 @@ def test_any_error_of_the_thread_ends_the_recording(error, tmp_path, monkeypatch
     for thread in bag._threads[:1]:
         thread.join(timeout=5.0)
     assert not bag.write(topic, bytes(124), 1)
+    assert bag.backlog == 0  # a plant that waits for the disk would wait for ever
     report = bag.close()
     assert (getattr(error, "strerror", None) or str(error)) in report.error
     assert report.dropped == 2

@@ -133,3 +133,20 @@ def test_a_replay_that_differs_with_recorded_parameters_fails(flown, tmp_path, c
     directory = write_flight(tmp_path / "bag", FlownFlight(*flown), replace={at: other})
     assert cli.main(["replay", str(directory), "--only", "position_controller"]) == 1
     assert "attitude_setpoint thrust" in capsys.readouterr().out
+
+
+def test_a_flight_in_a_namespace_is_replayed_alike(flown, tmp_path):
+    def said(sample):
+        other = copy.deepcopy(sample)
+        other.parameters = other.parameters.replace(f"/{sample.role}:", f"/uav1/{sample.role}:")
+        return other
+
+    messages = [
+        (f"/uav1/{topic}", said(sample) if topic == "flight/parameters" else sample)
+        for topic, sample in flown.messages
+        if not topic.startswith("/")
+    ]
+    shadow = [(f"/uav1/shadow/{topic}", sample) for topic, sample in flown.messages if topic == "wrench_setpoint"]
+    path = flight_samples.write_bag(tmp_path / "bag", messages + shadow)
+    assert replay(open_flight(path), "attitude_controller").equal
+    assert replay(open_flight(path, namespace="uav1"), "position_controller").equal
