@@ -55,4 +55,6 @@ def _panel(chosen: Any, titles: Mapping[str, str], metric: str, unit: str) -> Pa
             lines.append(Line(title, title, (where[finite], values[finite]), dots=True))
     numbers = np.concatenate([line.columns[1] for line in lines]) if lines else np.ones(1)
     logarithmic = bool(numbers.min() > 0.0 and numbers.max() > _LOGARITHMIC_FROM * numbers.min())
-    return Panel(f"{metric} [{unit}]", tuple(lines), logarithmic=logarithmic)
+    name, _, rest = metric.partition("_")
+    label = f"{name}\n{rest.replace('_', ' ')}" + (f"\n[{unit}]" if unit else "")
+    return Panel(label, tuple(lines), logarithmic=logarithmic)

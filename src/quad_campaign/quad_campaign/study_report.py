@@ -79,8 +79,8 @@ def study_page(study: Study, command: str) -> Page:
         ("objective", str(facts.get("objective", ""))),
     ]
     sections = [Section("Controllers", tables=(_controllers(study),))]
-    sections += [_results(study, case, plant) for case in facts["cases"] for plant in facts["plants"]]
     for case in facts["cases"]:
+        sections += [_results(study, case, plant) for plant in facts["plants"]]
         runs = [run for run in study.examples if run.trajectory == case]
         note = f"One flight per controller, the first held-out seed ({seeds[0] if seeds else 'none'})."
         if runs:

@@ -107,8 +107,8 @@ def test_every_flight_is_a_dot_over_its_controller(directory):
     np.testing.assert_allclose(numbers(first["y"]), [1.1, 1.2, 1.3, 1.4, 1.5, 1.6], rtol=1e-6)
     np.testing.assert_allclose(numbers(second["y"]), [2.1, 2.2, 2.4, 2.5, 2.6], rtol=1e-6)
     assert np.round(numbers(second["x"])).tolist() == [1.0] * 5
-    shown = {panel["title"]["text"].split(" ")[0] for name, panel in figure["layout"].items() if "yaxis" in name}
-    assert "position_rmse" in shown
+    shown = {panel["title"]["text"] for name, panel in figure["layout"].items() if "yaxis" in name}
+    assert "position<br>rmse<br>[m]" in shown
 
 
 def test_figures_for_a_paper(directory):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 REFERENCE = "reference"
-POINTS = 2500  # of one line; more cannot be told apart on a page
+POINTS = 2000  # of one line; more cannot be told apart on a page
 
 
 class Line(NamedTuple):

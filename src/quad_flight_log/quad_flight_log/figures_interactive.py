@@ -9,8 +9,8 @@ from quad_flight_log.figures import POINTS, REFERENCE, Figure, Floats, Line, Pan
 
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")  # Okabe and Ito's
 REFERENCE_COLOUR = "#222222"
-_PANEL_HEIGHT, _SPATIAL_HEIGHT, _MARGIN = 190, 560, 110
-_GAP = 0.05
+_PANEL_HEIGHT, _DOTS_HEIGHT, _SPATIAL_HEIGHT, _MARGIN = 190, 150, 560, 85
+_GAP = 18  # pixels between two panels
 _GRID = {"gridcolor": "#e3e6ea", "zerolinecolor": "#b9c0c8", "linecolor": "#8a939c", "showline": True}
 
 
@@ -35,7 +35,7 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
         "font": {"family": "system-ui, sans-serif", "size": 12},
         "paper_bgcolor": "#ffffff",
         "plot_bgcolor": "#ffffff",
-        "margin": {"l": 70, "r": 20, "t": 40, "b": 45},
+        "margin": {"l": 85, "r": 20, "t": 40, "b": 45},
         "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom"},
         "hovermode": "x" if figure.over_time else "closest",
         "uirevision": figure.key,
@@ -86,11 +86,17 @@ def _scene() -> dict[str, Any]:
 
 def _axes(figure: Figure) -> dict[str, Any]:
     count = len(figure.panels)
-    share = (1.0 - _GAP * (count - 1)) / count
-    found: dict[str, Any] = {"height": _MARGIN + _PANEL_HEIGHT * count}
+    drawn = (_PANEL_HEIGHT if figure.over_time else _DOTS_HEIGHT) * count
+    gap = _GAP / drawn
+    share = (1.0 - gap * (count - 1)) / count
+    found: dict[str, Any] = {"height": _MARGIN + drawn}
     for index, panel in enumerate(figure.panels):
-        top = 1.0 - index * (share + _GAP)
-        axis: dict[str, Any] = {"title": {"text": panel.y_label}, "domain": [max(0.0, top - share), top], **_GRID}
+        top = 1.0 - index * (share + gap)
+        axis: dict[str, Any] = {
+            "title": {"text": panel.y_label.replace("\n", "<br>"), "standoff": 8},
+            "domain": [max(0.0, top - share), top],
+            **_GRID,
+        }
         if figure.span and (shown := height(panel, figure.span)):
             axis["range"] = list(shown)
         if panel.logarithmic:
@@ -101,5 +107,5 @@ def _axes(figure: Figure) -> dict[str, Any]:
     if figure.span:
         found["xaxis"]["range"] = list(figure.span)
     if figure.ticks:
-        found["xaxis"].update(tickvals=list(range(len(figure.ticks))), ticktext=list(figure.ticks))
+        found["xaxis"].update(tickvals=list(range(len(figure.ticks))), ticktext=list(figure.ticks), zeroline=False)
     return found

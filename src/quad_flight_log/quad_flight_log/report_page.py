@@ -11,7 +11,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.figures import POINTS, REFERENCE, Figure, Table, runs_of
 from quad_flight_log.figures_interactive import colours, specification
 
-LARGEST = 15 << 20  # bytes of a page; a bigger one is slow to open
+LARGEST = 14_500_000  # bytes of a page; a bigger one is slow to open
 
 
 class Section(NamedTuple):
@@ -63,7 +63,7 @@ def _assembled(page: Page, library: str, points: int) -> str:
         if figure.key in data:
             raise ValueError(f"two figures with the key {figure.key!r}")
         data[figure.key] = {**specification(figure, colour, points), "time": figure.over_time}
-    body = "\n".join(_section(section) for section in page.sections)
+    body = "\n".join(_section(index, section) for index, section in enumerate(page.sections))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -78,6 +78,7 @@ def _assembled(page: Page, library: str, points: int) -> str:
 {_facts(page)}</header>
 {_bar(runs, colour)}
 <main>
+{_contents(page)}
 {body}
 </main>
 <script>{library}</script>
@@ -94,6 +95,11 @@ def _facts(page: Page) -> str:
     return f'{table}<p class="note">Made by</p><pre>{html.escape(page.command)}</pre>'
 
 
+def _contents(page: Page) -> str:
+    links = [f'<a href="#part-{index}">{html.escape(part.title)}</a>' for index, part in enumerate(page.sections)]
+    return f'<p class="contents">{" · ".join(links)}</p>'
+
+
 def _bar(runs: list[str], colour: dict[str, str]) -> str:
     boxes = []
     for run in runs:
@@ -105,8 +111,8 @@ def _bar(runs: list[str], colour: dict[str, str]) -> str:
     return f'<nav id="bar"><form autocomplete="off">{"".join(boxes)}</form></nav>'
 
 
-def _section(section: Section) -> str:
-    parts = [f"<section><h2>{html.escape(section.title)}</h2>"]
+def _section(index: int, section: Section) -> str:
+    parts = [f'<section id="part-{index}"><h2>{html.escape(section.title)}</h2>']
     if section.note:
         parts.append(f'<p class="note">{html.escape(section.note)}</p>')
     parts += [_table(table) for table in section.tables]
