@@ -151,7 +151,7 @@ def test_paths(root: Path, function: str) -> list[list[str]]:
     package, *_, module, _ = function.split(".")
     stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
     files = sorted((root / "src" / package / "test").glob("test_*.py"))
-    mirror = [file for file in files if file.stem == f"test_{module}"]
+    mirror = [file for file in files if file.stem.endswith(f"_{module}")]
     rest = [file for file in files if file not in mirror]
     own, others = ([str(file.relative_to(root)) for file in found] for found in (mirror, rest))
     return [stage for stage in (own, *stages, others) if stage]
