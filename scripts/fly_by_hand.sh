@@ -19,8 +19,7 @@ if ! command -v ros2 >/dev/null; then
         local prefix
         for prefix in $(tr : "\n" <<<"${AMENT_PREFIX_PATH:-}"); do
             if [[ -x $prefix/lib/$2/$3 ]]; then
-                "$prefix/lib/$2/$3" "${@:4}"
-                return
+                exec "$prefix/lib/$2/$3" "${@:4}"
             fi
         done
         echo "ros2 run: no $2 $3 in AMENT_PREFIX_PATH; source scripts/env.sh first" >&2
@@ -39,11 +38,23 @@ attitude=$!
 ros2 run quad_flight_log recorder --ros-args "${arguments[@]}" -p directory:="$directory" &
 recorder=$!
 
+nodes=($simulator $trajectory $position $attitude $recorder)
+# `ros2 run` does not pass signals on to its node.
+below() { for node in "${nodes[@]}"; do cat "/proc/$node/task/$node/children"; done; }
+stop() { kill -INT "${nodes[@]}" $(below) 2>/dev/null; }
+trap stop INT TERM HUP
+
 worst=0
-for node in $simulator $trajectory $position $attitude $recorder; do
-    wait "$node"
+while ((${#nodes[@]})); do
+    ended=
+    wait -n -p ended "${nodes[@]}"
     code=$?
-    ((code > worst)) && worst=$code
+    # Empty: a signal cut it short.
+    [[ -n $ended ]] || continue
+    for index in "${!nodes[@]}"; do if ((nodes[index] == ended)); then unset "nodes[index]"; fi; done
+    if ((code > worst)); then worst=$code; fi
+    # What was refused will not join: the others need not wait for it.
+    case $code in 2 | 126 | 127) stop ;; esac
 done
 case $worst in
     0) ros2 run quad_flight_log log check "$directory" --limits "$config/limits/approach.yaml" ;;

@@ -95,9 +95,9 @@ def wait_until(condition, patience: float, what: str) -> None:
 
 
 @contextmanager
-def busy_loops(count: int) -> Iterator[None]:
-    """Load the machine with ``count`` processes that do nothing but compute."""
-    text = "import time\nend = time.monotonic() + 120\nwhile time.monotonic() < end: pass"
+def busy_loops(count: int, longest: float = LONGEST) -> Iterator[None]:
+    """Load the machine with ``count`` processes that do nothing but compute, for ``longest`` s at most."""
+    text = f"import time\nend = time.monotonic() + {longest}\nwhile time.monotonic() < end: pass"
     loops = [subprocess.Popen([sys.executable, "-S", "-c", text]) for _ in range(count)]
     try:
         yield
@@ -132,7 +132,11 @@ def wait_until_flying(process: subprocess.Popen[str], directory: Path) -> dict[s
         sizes = [path.stat().st_size for path in directory.glob("*.mcap*")]
         return bool(sizes) and sizes[0] > _FLYING_BYTES
 
-    wait_until(fills, LONGEST / 2, f"a bag that grows in {directory}")
+    try:
+        wait_until(fills, LONGEST, f"a bag that grows in {directory}")
+    except AssertionError:
+        process.terminate()
+        raise
     return node_pids(process.pid)
 
 

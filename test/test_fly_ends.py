@@ -19,7 +19,7 @@ LARGEST_LOSS = 1.5
 @pytest.mark.parametrize("role", ROLES)
 def test_a_killed_node_ends_the_flight_by_name(tmp_path, role):
     out = tmp_path / "bag"
-    flight = start("hover", "--duration", "600", "--out", out)
+    flight = start("hover", "--duration", "60", "--out", out)
     pids = wait_until_flying(flight, out)
     assert set(pids) == set(ROLES)
     killed = time.time()
@@ -39,7 +39,7 @@ def test_a_killed_node_ends_the_flight_by_name(tmp_path, role):
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag(tmp_path, name):
     out = tmp_path / "bag"
-    flight = start("hover", "--duration", "600", "--out", out)
+    flight = start("hover", "--duration", "60", "--out", out)
     pids = wait_until_flying(flight, out)
     assert set(pids) == set(ROLES)
     flight.send_signal(getattr(signal, name))

@@ -52,6 +52,11 @@ def test_help_says_unit_range_and_default_of_each_parameter(role):
         ("position_controller", "preset:=wild", ["preset", "wild", "minimal"]),
         ("attitude_controller", "period_step:=1", ["period_step", "period_steps"]),
         ("recorder", "ack_steps:=0", ["ack_steps", "0"]),
+        ("recorder", "finish_timeout:=.nan", ["finish_timeout", "nan"]),
+        ("recorder", "finish_timeout:='soon'", ["finish_timeout", "soon", "float"]),
+        ("recorder", "directry:=here", ["directry", "directory"]),
+        ("recorder", "directory:=/", ["directory", "/"]),
+        ("recorder", "parameters_file:=none.yaml", ["parameters_file", "none.yaml"]),
     ],
 )
 def test_a_bad_parameter_is_refused_by_name(role, argument, words):
