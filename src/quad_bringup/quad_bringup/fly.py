@@ -1,7 +1,9 @@
 """``scripts/fly``: fly the cascade as five ROS 2 processes, record it, and judge it by its bag."""
 
 import argparse
+import os
 import secrets
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +18,7 @@ from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight_log.presentation import LimitsError, read_limits
+from quad_flight_log.provenance import COMMAND
 
 PAPER_CASES = ("case1", "case2")
 
@@ -40,6 +43,7 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly what the command line asks for; returns the exit code."""
     options = _parser().parse_args(arguments)
+    os.environ[COMMAND] = shlex.join(["scripts/fly", *(sys.argv[1:] if arguments is None else arguments)])
     cases = [options.case] if options.case else list(PAPER_CASES)
     made: list[Path] = []
     try:

@@ -1,9 +1,12 @@
 """Where a flight came from: noted at the start of its bag."""
 
+import os
 import subprocess
 from collections.abc import Mapping
 from datetime import datetime, timezone
 from pathlib import Path
+
+COMMAND = "QUAD_COMMAND"  # environment variable that holds the command which started the flight
 
 
 def git_commit(directory: Path | None = None) -> str:
@@ -18,9 +21,11 @@ def git_commit(directory: Path | None = None) -> str:
 
 
 def flight_metadata(facts: Mapping[str, object], versions: Mapping[str, str]) -> dict[str, str]:
-    """Return the ``quad`` record: ``facts`` (run id, seed, ...), wall time of the start, commit, versions."""
+    """Return the ``quad`` record: ``facts`` (run id, seed, ...), wall time of the start, command, commit, versions."""
     started = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
     found = {**{key: str(value) for key, value in facts.items()}, "started": started}
+    if os.environ.get(COMMAND):
+        found["command"] = os.environ[COMMAND]
     commit = git_commit()
     if commit:
         found["git_commit"] = commit

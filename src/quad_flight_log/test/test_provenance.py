@@ -1,0 +1,21 @@
+"""What a bag says of where it came from."""
+
+from datetime import datetime
+
+from quad_flight_log.provenance import COMMAND, flight_metadata, git_commit
+
+
+def test_the_command_is_noted_where_it_is_known(monkeypatch):
+    monkeypatch.setenv(COMMAND, "scripts/fly case1 --seed 7")
+    found = flight_metadata({"seed": 7}, {"stack": "1.2"})
+    assert found["command"] == "scripts/fly case1 --seed 7"
+    assert found["seed"] == "7"
+    assert found["version.stack"] == "1.2"
+    assert datetime.fromisoformat(found["started"]).utcoffset().total_seconds() == 0.0
+    monkeypatch.delenv(COMMAND)
+    assert "command" not in flight_metadata({}, {})
+
+
+def test_outside_a_repository_there_is_no_commit(tmp_path):
+    assert git_commit(tmp_path) == ""
+    assert "git_commit" not in flight_metadata({}, {}) or len(flight_metadata({}, {})["git_commit"]) >= 40
