@@ -2,12 +2,15 @@
 
 import csv
 import json
+import tracemalloc
 
+import flight_samples
 import numpy as np
 import pytest
 import scipy.io
 
 from quad_flight_log import cli
+from quad_flight_log.bag_writer import BagWriter
 from quad_flight_log.export import ExportError, export
 from quad_flight_log.reader import open_flight
 
@@ -80,3 +83,25 @@ def test_blocks_make_the_whole(flown_bag):
         assert sum(len(part) for part in parts) == len(whole)
         for name in ("stamp_ns", "step"):
             np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), whole[name])
+
+
+def test_reading_in_blocks_takes_bounded_memory(tmp_path):
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
+    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    payload = flight_samples.encoded(flight_samples.state(1, np.random.default_rng(1)))
+    for index in range(40_000):
+        bag.write(topic, payload, index)
+    path = bag.close().path
+    size = 40_000 * len(payload)
+
+    def peak(read) -> int:
+        flight = open_flight(path)
+        tracemalloc.start()
+        read(flight)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    assert peak(lambda flight: [len(table) for _, table in flight.batches("state", limit=200_000)]) < size / 4
+    assert peak(lambda flight: flight.array("state")) > size
+    assert peak(lambda flight: sum(1 for _ in flight.messages())) < size / 8
