@@ -1,0 +1,59 @@
+"""What a bag says of itself: QoS, sealed records, where the flight came from."""
+
+import subprocess
+
+import pytest
+import yaml
+
+from quad_flight_log.bag_metadata import Qos, checked_record, qos_of, qos_text, sealed_record
+from quad_flight_log.provenance import flight_metadata, git_commit
+
+
+def test_qos_is_written_as_rosbag2_writes_it_and_read_back():
+    profile = Qos(3, "best_effort", "transient_local", "keep_all")
+    (told,) = yaml.safe_load(qos_text(profile))
+    assert told["reliability"] == "best_effort"
+    assert told["deadline"] == {"sec": 9223372036, "nsec": 854775807}
+    assert set(told) == {
+        "history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness",
+        "liveliness_lease_duration", "avoid_ros_namespace_conventions",
+    }  # fmt: skip
+    assert qos_of(qos_text(profile)) == profile
+
+
+@pytest.mark.parametrize("text", ["", "[]", "nonsense", "[1]", "- {depth: many}", "{", "- {history: keep_last}"])
+def test_qos_that_cannot_be_read_is_the_default(text):
+    assert qos_of(text) == Qos()
+
+
+def test_a_sealed_record_notices_every_change():
+    sealed = sealed_record({"seed": "7", "run_id": "a"})
+    assert checked_record(sealed, strict=True) == {"seed": "7", "run_id": "a"}
+    for change in ({"seed": "8"}, {"more": "x"}, {"sha256": "0" * 64}):
+        with pytest.raises(ValueError, match="digest"):
+            checked_record({**sealed, **change}, strict=False)
+    bare = {"seed": "7"}
+    assert checked_record(bare, strict=False) == bare
+    with pytest.raises(ValueError, match="digest"):
+        checked_record(bare, strict=True)
+
+
+def test_a_flight_knows_commit_seed_and_versions(tmp_path):
+    def git(*arguments):
+        about = ("-c", "user.name=x", "-c", "user.email=x@example.org")
+        subprocess.run(["git", "-C", str(tmp_path), *about, *arguments], check=True, capture_output=True)
+
+    assert git_commit(tmp_path) == ""
+    git("init", "-q")
+    (tmp_path / "law.py").write_text("gain = 1\n")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    head = (tmp_path / ".git" / "HEAD").read_text().split()[1]
+    commit = (tmp_path / ".git" / head).read_text().strip()
+    assert git_commit(tmp_path) == commit
+    (tmp_path / "law.py").write_text("gain = 2\n")
+    assert git_commit(tmp_path) == f"{commit}-dirty"
+    told = flight_metadata({"seed": 7}, {"numpy": "2"})
+    assert told["seed"] == "7"
+    assert told["version.numpy"] == "2"
+    assert told["started"].endswith("+00:00")
