@@ -86,6 +86,8 @@ def retold(
             values["preset"] = preset
         values.update(typed(role, values, settings))
         before, after = records[role].values, resolve(role, values)
-        return after, {field.name: field.default for field in after.all_fields()} != before
+        told = {field.name: field.default for field in after.all_fields()}
+        # Parameters that came after the bag have their defaults: nobody changed them.
+        return after, any(told.get(name) != value for name, value in before.items())
     except (ParameterError, PluginError) as error:
         raise RecordedParametersError(f"{role}: {error}") from error
