@@ -1,0 +1,73 @@
+"""The five nodes fly in an environment that holds only rclpy, common_interfaces, numpy, mcap, PyYAML and quad_msgs."""
+
+import json
+import os
+import re
+import subprocess
+
+import pytest
+from flying import CONFIG, ROLES, ROOT, executable
+
+from quad_bringup.domains import reserved_domain
+from quad_flight_log.reader import open_flight
+
+pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
+
+# A sourced ROS brings what it brings: there only the wheels show what is needed.
+if "QUAD_ROS=''" not in (ROOT / "install/env.bash").read_text(encoding="utf-8"):
+    pytest.skip("ROS 2 is sourced", allow_module_level=True)
+
+WHERE = ROOT / ".cache" / "minimal"
+ASKED = {"numpy", "mcap", "pyyaml"}
+BROUGHT = {"lz4", "zstandard", "empy", "lark-parser", "setuptools", "pip"}  # by mcap, by the ROS wheels, by venv
+ROS = re.compile(r"ros-|rosidl_|rclpy$|rcutils$|rmw_|\w+_(msgs|interfaces|srvs)$")
+LIST = """
+import importlib.metadata as m, json
+print(json.dumps([d.metadata["Name"] for d in m.distributions(path=__import__("site").getsitepackages())]))
+"""
+
+
+@pytest.fixture(scope="module")
+def minimal():
+    """Return the variables of the environment, made by scripts/setup."""
+    done = subprocess.run(
+        [ROOT / "scripts/setup", "--minimal", WHERE], capture_output=True, text=True, timeout=550, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return {"HOME": os.environ["HOME"], "PATH": "/usr/bin:/bin", "QUAD_VENV": str(WHERE)}
+
+
+def command(*words):
+    """Return ``words`` as a command of the environment's own Python, after scripts/env.sh."""
+    return ["bash", "-c", 'source "$0" && exec "$VIRTUAL_ENV/bin/python" "$@"', str(ROOT / "scripts/env.sh"), *words]
+
+
+def test_it_holds_nothing_else(minimal):
+    listed = subprocess.run(command("-c", LIST), env=minimal, capture_output=True, text=True, timeout=60, check=True)
+    names = {name.lower() for name in json.loads(listed.stdout)}
+    assert names >= ASKED
+    assert {name for name in names if not ROS.match(name)} <= ASKED | BROUGHT
+    for file in ("extras", "dev"):
+        lines = (ROOT / f"requirements/{file}.txt").read_text(encoding="utf-8").splitlines()
+        assert not names & {line.strip().lower() for line in lines}
+
+
+def test_five_nodes_fly_in_it(minimal, tmp_path):
+    told = ["--ros-args", "--params-file", f"{CONFIG}/scenarios/hover.yaml", "-p", "trajectory:hover.duration:=0.2"]
+    with reserved_domain(None) as domain:
+        environment = {**minimal, "ROS_DOMAIN_ID": str(domain)}
+        nodes = {}
+        for role in ROLES:
+            own = ["-p", f"directory:={tmp_path}/bag"] if role == "recorder" else []
+            nodes[role] = subprocess.Popen(
+                command(executable(role), *told, *own), env=environment, stderr=subprocess.PIPE, text=True
+            )
+        try:
+            errors = {role: node.communicate(timeout=150)[1] for role, node in nodes.items()}
+        finally:
+            for node in nodes.values():
+                node.kill()
+    assert {role: node.returncode for role, node in nodes.items()} == dict.fromkeys(ROLES, 0), errors
+    bag = open_flight(tmp_path / "bag")
+    assert bag.metadata["outcome"] == "ended"
+    assert len(bag.array("truth")) == 1600
