@@ -1,5 +1,7 @@
 """The Rerun recording of a bag holds the flight's numbers, read back by Rerun's own reader."""
 
+import sys
+
 import drawn_flights
 import numpy as np
 import pytest
@@ -75,6 +77,12 @@ def test_a_bag_is_recorded_and_nothing_is_opened(tmp_path, capsys, monkeypatch):
 def test_one_bag_or_live(arguments, capsys):
     assert main(["view", *arguments]) == 2
     assert "one BAG or --live" in capsys.readouterr().err
+
+
+def test_without_ros_there_is_no_live_view(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "quad_flight_log.live.node", None)
+    assert main(["view", "--live"]) == 2
+    assert "--live needs ROS 2" in capsys.readouterr().err
 
 
 def test_the_viewer_listens_to_this_machine_only():

@@ -28,9 +28,13 @@ def run(options: argparse.Namespace) -> int:
 def layout_files(namespace: str = "") -> dict[str, str]:
     """Return {file name: text} of the layouts of this installation's topics."""
     from quad_flight_log.definitions import installed, parse
+    from quad_flight_log.errors import FlightLogError
     from quad_flight_log.layouts import foxglove, plotjuggler, tabs
-    from quad_node.topics import TOPICS
 
+    try:
+        from quad_node.topics import TOPICS
+    except ImportError as error:
+        raise FlightLogError(f"layouts need ROS 2 and the messages of this workspace ({error})") from error
     schemas = {}
     for topic in TOPICS.values():
         if topic.step:

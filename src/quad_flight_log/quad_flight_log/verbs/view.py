@@ -35,8 +35,10 @@ def run(options: argparse.Namespace) -> int:
     if options.live == bool(options.bags) or len(options.bags) > 1:
         raise FlightLogError("expected one BAG or --live")
     if options.live:
-        from quad_flight_log.live.node import view
-
+        try:
+            from quad_flight_log.live.node import view
+        except ImportError as error:
+            raise FlightLogError(f"--live needs ROS 2 and the messages of this workspace ({error})") from error
         return view(options.namespace, save=options.save, web=options.web)
     if options.save:
         print(_recorded(options, options.save))
