@@ -1,4 +1,4 @@
-"""Every relative link and every script that the documents name exists."""
+"""Every relative link exists, and every script that the documents name."""
 
 import re
 from pathlib import Path
@@ -27,7 +27,8 @@ def test_links_lead_somewhere(document):
         assert path.exists(), f"{document.name}: {target}"
         if anchor and path.suffix == ".md":
             assert anchor in anchors(path), f"{document.name}: {target}{anchor}"
-    for name in SCRIPT.findall(text):
+    # a decision record tells of its day: its scripts may be gone
+    for name in SCRIPT.findall(text) if document.parent.name != "decisions" else ():
         assert (ROOT / name).exists(), f"{document.name}: {name}"
 
 
