@@ -1,0 +1,120 @@
+"""``scripts/campaign``: thousands of flights with random parameters, and what came of them."""
+
+import argparse
+import hashlib
+import shlex
+import sys
+import time
+from collections.abc import Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any, NoReturn
+
+from quad_campaign.batch import flight_of, prepared
+from quad_campaign.campaign import run, shipped
+from quad_campaign.campaign_report import text, write_page
+from quad_campaign.definition import Definition, command, read_definition
+from quad_campaign.engine import EngineError, source_hash
+from quad_campaign.parts import Parts
+from quad_core.parameters import ParameterError
+from quad_core.plugins import PluginError
+
+GOOD, FAILED, BAD_SETUP = 0, 1, 2
+_EXAMPLES = """examples:
+  scripts/campaign campaign_case2 --flights 1000 --out campaigns/one
+  scripts/campaign campaign_case2 --flights 1000 --out campaigns/one --resume      after it was killed
+  scripts/campaign my_campaign.yaml --flights 10000 --out campaigns/two --scheduler tcp://host:8786
+  scripts/campaign campaign_case2 --refly 17 --out flights/seventeen                flight 17 over ROS, with a bag
+
+Flight n of a campaign is the same flight however many there are and wherever it is flown. DIR holds flights.parquet
+(a row per flight), report.html and campaign.json. Exit codes: 0 flown, 1 a flight could not be flown, 2 bad usage."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_SETUP, f"campaign: {message} (--help explains)\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fly a campaign or one of its flights; returns the exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = _parser().parse_args(given)
+    try:
+        path = shipped().get(options.file, Path(options.file))
+        definition = read_definition(path)
+        if options.refly is not None:
+            return _refly(definition, options)
+        return _campaign(path, definition, options, shlex.join(["scripts/campaign", *given]))
+    except (ParameterError, PluginError) as error:
+        sys.stderr.write(f"campaign: {error}\n")
+        return BAD_SETUP
+    except (EngineError, ValueError) as error:
+        sys.stderr.write(f"campaign: {error}\n")
+        return FAILED
+    except OSError as error:
+        sys.stderr.write(f"campaign: {error.filename or options.scheduler}: {error.strerror or error}\n")
+        return BAD_SETUP
+
+
+def _parser() -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = _Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser.add_argument("file", metavar="FILE", help=f"{', '.join(shipped())}, or the path of a YAML file")
+    parser.add_argument("--flights", type=_positive, default=1000, metavar="N", help="how many (default: 1000)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")
+    parser.add_argument("--resume", action="store_true", help="go on with what DIR holds")
+    parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler")
+    parser.add_argument("--refly", type=int, metavar="N", help="fly flight N over ROS, with a bag")
+    parser.add_argument("--part", type=_positive, default=50, metavar="N", help="flights per part (default: 50)")
+    parser.add_argument(
+        "--engine", choices=("compiled", "python"), default="compiled", help="python: slow, the same bits"
+    )
+    return parser
+
+
+def _positive(word: str) -> int:
+    number = int(word)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"found {word}, expected at least 1")
+    return number
+
+
+def _refly(definition: Definition, options: argparse.Namespace) -> int:
+    from quad_bringup.fly import main as fly
+
+    _, values = flight_of(prepared(definition), options.refly)
+    words = command(definition, values) + (["--out", str(options.out)] if options.out else [])
+    sys.stdout.write(shlex.join(["scripts/fly", *words]) + "\n")
+    sys.stdout.flush()
+    return fly(words)
+
+
+def _campaign(path: Path, definition: Definition, options: argparse.Namespace, said: str) -> int:
+    out = options.out or Path("campaigns", f"{definition.name}-{datetime.now(timezone.utc):%Y%m%d-%H%M%S}")
+    batch = prepared(definition)
+    about: dict[str, Any] = {
+        "identity": {
+            "file": hashlib.sha256(path.read_bytes()).hexdigest(),
+            "flights": options.flights,
+            "part": options.part,
+            "code": source_hash(batch.base.modules),
+        },
+        "definition": path.read_text("utf-8"),
+        "command": said,
+        "begun": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+    }
+    parts = Parts(out, options.flights, options.part)
+    parts.open(about, options.resume)
+    began = time.monotonic()
+    run(definition, parts, scheduler=options.scheduler, compiled=options.engine == "compiled")
+    frame = parts.joined()
+    took = time.monotonic() - began
+    facts = {"command": said, "flights": len(frame), "steps": int(frame["steps"].sum()), "wall time, s": f"{took:.1f}"}
+    write_page(out / "report.html", definition, frame, {**facts, **about["identity"], "file text": about["definition"]})
+    sys.stdout.write(text(definition, frame, f"scripts/campaign {options.file} --refly") + "\n")
+    sys.stdout.write(f"{len(frame)} flights, {facts['steps']} steps in {took:.1f} s; {out / 'report.html'}\n")
+    return GOOD
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,216 @@
+"""Campaigns: any flight by its number, the same wherever it is flown, and all of them once, whoever is killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from quad_bringup.flight_setup import resolve_flight
+from quad_campaign.batch import flight_of, fly_numbers, prepared
+from quad_campaign.campaign import run
+from quad_campaign.campaign_cli import main
+from quad_campaign.campaign_report import page, quantiles, success, worst
+from quad_campaign.definition import command, read_definition, request
+from quad_campaign.flight import flight_from_resolved, fly
+from quad_campaign.parts import Parts
+from quad_core.parameters import ParameterError
+
+FILE = """
+flight: {case: hover, duration: 0.1, set: [simulator.held_gaussian.acceleration_sd=0.4]}
+success: {rmse: 0.5}
+seed: 5
+vary:
+  vehicle.mass: {uniform: [0.5, 0.6]}
+  simulator.rigid_body.mass_error: {normal: [0.0, 0.05], within: [-0.05, 0.05]}
+  simulator.rigid_body.substeps: {uniform: [1, 3]}
+  position_controller.aibs.thrust_form: {choice: [norm, projected]}
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "small.yaml"
+    path.write_text(FILE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def definition(file):
+    return read_definition(file)
+
+
+def test_a_flight_is_decided_by_seed_and_number_alone(definition):
+    batch = prepared(definition)
+    values = [flight_of(batch, number)[1] for number in range(40)]
+    assert [flight_of(batch, number)[1] for number in (7, 3)] == [values[7], values[3]]
+    masses = [value["vehicle.mass"] for value in values]
+    assert len(set(masses)) == 40
+    assert 0.5 <= min(masses) < max(masses) <= 0.6
+    assert {value["simulator.rigid_body.substeps"] for value in values} == {1, 2, 3}
+    assert {value["position_controller.aibs.thrust_form"] for value in values} == {"norm", "projected"}
+    assert max(abs(value["simulator.rigid_body.mass_error"]) for value in values) <= 0.05
+    assert len({value["flight.seed"] for value in values}) == 40
+    fewer = definition._replace(vary={"vehicle.mass": definition.vary["vehicle.mass"]})
+    assert flight_of(prepared(fewer), 7)[1] == {"vehicle.mass": masses[7]}
+    other = definition._replace(seed=6)
+    assert flight_of(prepared(other), 7)[1]["vehicle.mass"] != masses[7]
+
+
+def test_the_command_of_a_flight_flies_the_very_same_flight(definition):
+    batch = prepared(definition)
+    for number in (0, 11):
+        flight, values = flight_of(batch, number)
+        again = flight_from_resolved(resolve_flight(request(definition, values), {}))
+        assert again.seed == flight.seed
+        assert again.setup == flight.setup
+        mine, theirs = fly(flight), fly(again)
+        assert mine.topics["truth"].tobytes() == theirs.topics["truth"].tobytes()
+        words = command(definition, values)
+        assert words[:3] == ["hover", "--duration", "0.1"]
+        assert f"vehicle.mass={values['vehicle.mass']!r}" in words
+
+
+def test_a_row_tells_the_flight(definition):
+    batch = prepared(definition)
+    (row,) = fly_numbers(batch, [4], compiled=False)
+    result = fly(flight_of(batch, 4)[0])
+    errors = result.topics["truth"]["p_w"][::5] - result.topics["reference"]["p_w"]
+    counted = result.topics["reference"]["trajectory_time"] >= 0.0
+    assert row["rmse"] == pytest.approx(np.sqrt(np.mean(np.sum(errors[counted] ** 2, axis=1))), rel=1e-12)
+    assert (row["flight"], row["outcome"], row["steps"], row["success"]) == (4, "ended", result.steps, True)
+    (strict,) = fly_numbers(batch._replace(definition=definition._replace(success={"rmse": 1e-9})), [4], compiled=False)
+    assert not strict["success"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("seed: 5", "sead: 5", ["sead", "seed"]),
+        ("rmse: 0.5", "rmse: -1", ["success.rmse", "-1"]),
+        ("case: hover", "preset: tuned", ["flight.case"]),
+        ("case: hover", "case: loop", ["loop", "hover"]),
+        ("{uniform: [0.5, 0.6]}", "{uniform: [0.6, 0.5]}", ["vehicle.mass", "low <= high"]),
+        ("{uniform: [0.5, 0.6]}", "{uniform: [-2.0, -1.0]}", ["vehicle.mass", "0.001"]),
+        ("{uniform: [0.5, 0.6]}", "{triangle: [0.5, 0.6]}", ["triangle", "normal"]),
+        ("vehicle.mass", "vehicle.mas", ["vehicle.mas", "vehicle.mass"]),
+        ("aibs.thrust_form", "lqr.thrust_form", ["lqr", "aibs"]),
+        ("vary:", "vary: [", ["line"]),
+    ],
+)
+def test_a_wrong_file_is_refused_by_key(file, capsys, tmp_path, old, new, words):
+    file.write_text(FILE.replace(old, new), encoding="utf-8")
+    assert main([str(file), "--flights", "2", "--out", str(tmp_path / "out"), "--engine", "python"]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert not (tmp_path / "out").exists()
+
+
+def arguments(file, out, *more):
+    words = [str(file), "--flights", "30", "--part", "3", "--out", str(out), "--engine", "python", *more]
+    return [sys.executable, "-m", "quad_campaign.campaign_cli", *words]
+
+
+def test_a_campaign_that_was_killed_goes_on_and_ends_as_if_it_had_not(file, tmp_path):
+    out = tmp_path / "out"
+    killed = subprocess.Popen(arguments(file, out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while len(list(out.glob("parts/*.parquet"))) < 2 and killed.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    before = {path.name: path.read_bytes() for path in out.glob("parts/*.parquet")}
+    assert 2 <= len(before) < 10
+    refused = subprocess.run(arguments(file, out), capture_output=True, text=True, check=False)
+    assert refused.returncode == 2
+    assert "--resume" in refused.stderr
+    other = subprocess.run(
+        arguments(file, out, "--resume", "--flights", "31"), capture_output=True, text=True, check=False
+    )
+    assert other.returncode == 2
+    assert "flights 31" in other.stderr
+    done = subprocess.run(arguments(file, out, "--resume"), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    after = {path.name: path.read_bytes() for path in out.glob("parts/*.parquet")}
+    assert {name: after[name] for name in before} == before
+    frame = pd.read_parquet(out / "flights.parquet")
+    alone = pd.DataFrame(fly_numbers(prepared(read_definition(file)), range(30), compiled=False))
+    pd.testing.assert_frame_equal(frame, alone, check_exact=True)
+    assert "30 of 30 flights succeeded" in done.stdout
+    assert (out / "report.html").stat().st_size > 1_000_000
+
+
+def test_a_part_holds_its_flights_or_is_not_stored(tmp_path):
+    parts = Parts(tmp_path / "out", 5, 2)
+    parts.open({"identity": {}}, resume=False)
+    with pytest.raises(ValueError, match=r"found the flights \[0\], expected \[0, 1\]"):
+        parts.write(0, [{"flight": 0}])
+    parts.write(2, [{"flight": 4}])
+    assert parts.missing() == [0, 1]
+    with pytest.raises(ParameterError, match="--resume"):
+        parts.open({"identity": {}}, resume=False)
+
+
+def test_a_killed_worker_costs_no_flight_and_none_is_counted_twice(definition, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    parts = Parts(tmp_path / "out", 40, 2)
+    parts.open({"identity": {}}, resume=False)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", host="127.0.0.1"
+    ) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        written = parts.write
+
+        def write_and_kill(part, rows):
+            written(part, rows)
+            if victim_is_alive(victim) and len(parts.missing()) == 15:
+                os.kill(victim, signal.SIGKILL)
+
+        parts.write = write_and_kill
+        run(definition, parts, scheduler=cluster.scheduler_address, compiled=False, progress=False)
+    assert not victim_is_alive(victim)
+    frame = parts.joined()
+    alone = pd.DataFrame(fly_numbers(prepared(definition), range(40), compiled=False))
+    pd.testing.assert_frame_equal(frame, alone, check_exact=True)
+
+
+def victim_is_alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_rates_have_exact_bounds_and_the_worst_come_first(definition):
+    frame = pd.DataFrame(
+        {
+            "flight": range(10),
+            "vehicle.mass": np.linspace(0.5, 0.6, 10),
+            "simulator.rigid_body.mass_error": np.linspace(-0.1, 0.1, 10),
+            "simulator.rigid_body.substeps": [1] * 10,
+            "position_controller.aibs.thrust_form": ["norm"] * 10,
+            "flight.seed": range(10),
+            "outcome": ["ended"] * 8 + ["diverged", "refused"],
+            "steps": [50] * 8 + [20, 10],
+            "rmse": [0.1 * n for n in range(8)] + [np.nan, 9.0],
+            "largest_error": 1.0,
+            "last_error": 1.0,
+            "torque_variation": 1.0,
+            "success": [True] * 7 + [False] * 3,
+        }
+    )
+    found = success(frame)
+    # the exact bounds of 7 in 10 at 95 %, as printed in tables of the binomial distribution
+    assert (found.good, found.flights) == (7, 10)
+    assert (round(found.low, 4), round(found.high, 4)) == (0.3475, 0.9333)
+    assert quantiles(frame).loc[0.5, "rmse"] == pytest.approx(0.35)
+    assert list(worst(frame, 4)["flight"]) == [9, 8, 7, 6]
+    text = page(definition, frame, {"command": "<it>"})
+    assert "7 of 10" in text
+    assert "&lt;it&gt;" in text
+    assert "http" not in text.split("<body>")[0].split("</style>")[1]
