@@ -46,7 +46,8 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
 
 def packed(column: Floats) -> dict[str, str]:
     """Return a column as the base64 array that plotly.js decodes; single precision is finer than any screen."""
-    values = np.ascontiguousarray(column, dtype="<f4")
+    largest = np.finfo(np.float32).max
+    values = np.clip(column, -largest, largest).astype("<f4")
     return {"dtype": "f4", "bdata": base64.b64encode(values.tobytes()).decode("ascii")}
 
 

@@ -55,6 +55,12 @@ def test_numbers_come_back():
     assert decoded(trace["y"]).tolist() == [0.5, -1.25, 3.0, 8.0]
 
 
+def test_a_flight_that_blew_up_is_drawn_at_the_edge_of_single_precision():
+    line = Line("a", "a", (np.arange(3.0), np.array([0.0, 1e300, -1e300])))
+    trace = specification(Figure("k", "T", "", (Panel("y", (line,)),)), colours(["a"]))["data"][0]
+    np.testing.assert_allclose(decoded(trace["y"]), [0.0, 3.4028235e38, -3.4028235e38], rtol=1e-6)
+
+
 def test_flight_page_tells_what_the_bag_holds(text):
     data = data_of(text)
     assert next(iter(data)) == "figure-05-case1-path"
