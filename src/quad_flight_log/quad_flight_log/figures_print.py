@@ -79,6 +79,7 @@ def drawn(figure: Figure, colour: dict[str, str]) -> Any:
                     ax.set_ylim(height(panel, figure.span))
             if figure.ticks:
                 axes[-1].set_xticks(range(len(figure.ticks)), figure.ticks)
+            canvas.align_ylabels(list(axes))
             _legend(canvas, axes)
         canvas.suptitle(figure.title, fontsize=9)
     return canvas
@@ -128,5 +129,5 @@ def _legend(canvas: Any, axes: Any) -> None:
         handles, labels = ax.get_legend_handles_labels()
         found.update(zip(labels, handles, strict=True))
     canvas.legend(
-        found.values(), found.keys(), loc="outside lower center", ncols=min(4, max(1, len(found))), fontsize=7
+        found.values(), found.keys(), loc="outside lower center", ncols=min(5, max(1, len(found))), fontsize=7
     )
