@@ -44,7 +44,7 @@ FLYING = (
     Addition("anti-windup, attitude", {}, {"anti_windup": False}),
     Addition("slow yaw command", {}, {"yaw.filter.bandwidth": 40.0, "yaw.filter.max_rate": 1e6}),
 )
-"""What ``minimal`` has and ``printed`` has not."""
+"""What makes flying possible; ``printed`` has none of it, ``tuned`` all."""
 
 TUNING = (
     Addition("disturbance estimate (30)", {"observer.bandwidth": 0.0}, {}),
@@ -56,7 +56,7 @@ TUNING = (
     Addition("rho_1 = 20, not 3 (53)", {}, _each(RPY, "linear_gain", 3.0)),
     Addition("layer 0.05, not 1 (45)", {}, _each(RPY, "surface_width", 1.0)),
 )
-"""What ``tuned`` has and ``minimal`` has not."""
+"""What makes ``tuned`` more accurate."""
 
 FILTER = Addition("command filter (41)", {}, {"command": "raw"})
 """In all presets: the paper uses x_1d' and x_1d'' and defines neither."""
@@ -69,15 +69,22 @@ def without(told: Told, addition: Addition) -> Told:
     )
 
 
+def held_by(preset: str) -> list[Addition]:
+    """Return the additions that ``preset`` has."""
+    position, attitude = (flatten(build(law.Parameters, law.PRESETS[preset])) for law in (aibs, abfnitsm))
+    return [
+        addition
+        for addition in (FILTER, *FLYING, *TUNING)
+        if any(position[name] != value for name, value in addition.position.items())
+        or any(attitude[name] != value for name, value in addition.attitude.items())
+    ]
+
+
 def printed_with(told: Told, chosen: tuple[Addition, ...]) -> Told:
-    """Return the preset ``printed`` with the values that ``minimal`` has for the ``chosen`` additions."""
-    position, attitude = flatten(_minimal(aibs)), flatten(_minimal(abfnitsm))
+    """Return the preset ``printed`` with the values that ``tuned`` has for the ``chosen`` additions."""
+    position, attitude = flatten(aibs.Parameters()), flatten(abfnitsm.Parameters())
     return told._replace(
         preset="printed",
         position={name: position[name] for addition in chosen for name in addition.position},
         attitude={name: attitude[name] for addition in chosen for name in addition.attitude},
     )
-
-
-def _minimal(law: object) -> object:
-    return build(law.Parameters, law.PRESETS["minimal"])

@@ -221,23 +221,20 @@ def _internals(
 
 
 _AXES = ("roll", "pitch", "yaw")
-_TABLE_2: dict[str, Value] = {
+_MINIMAL: dict[str, Value] = {
     "mapping": "printed",
+    "anti_windup": False,
     **{f"{axis}.linear_gain": 3.0 for axis in _AXES},
     **{f"{axis}.surface_width": 1.0 for axis in _AXES},
+    **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
+    **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
+    **{f"{axis}.max_torque": 1e6 for axis in _AXES},
+    "yaw.filter.bandwidth": 40.0,
+    "yaw.filter.max_rate": 1e6,
 }
 
 PRESETS: dict[str, dict[str, Value]] = {
     "tuned": {},
-    "minimal": _TABLE_2,
-    "printed": {
-        **_TABLE_2,
-        "drag_sign": "printed",
-        "anti_windup": False,
-        **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
-        **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
-        **{f"{axis}.max_torque": 1e6 for axis in _AXES},
-        "yaw.filter.bandwidth": 40.0,
-        "yaw.filter.max_rate": 1e6,
-    },
+    "minimal": _MINIMAL,
+    "printed": {**_MINIMAL, "drag_sign": "printed"},
 }

@@ -20,6 +20,11 @@ DT = 0.002
 VEHICLE = Vehicle(inertia_xx=0.011, inertia_yy=0.017, inertia_zz=0.026, arm_length=0.21, drag_torque_coefficient=2.9e-3)
 PRESETS = {name: build(abfnitsm.Parameters, values) for name, values in abfnitsm.PRESETS.items()}
 AXES = ("roll", "pitch", "yaw")
+LIMITED = build(
+    PRESETS["minimal"],
+    {"command": "raw", "anti_windup": True} | {f"{axis}.max_torque": 0.5 for axis in ("roll", "pitch", "yaw")},
+)
+"""Table 2 with limited torque and commands as they come, for numbers by hand."""
 
 
 def numbers(value: Any) -> Iterator[float]:

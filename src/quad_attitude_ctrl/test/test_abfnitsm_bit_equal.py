@@ -32,10 +32,11 @@ def test_ten_thousand_random_steps_are_bit_equal(preset):
         if k % 250 == 249:
             here = there = start
     assert frozen > STEPS / 100
-    if preset == "printed":
-        assert limited < STEPS / 100
-    else:
+    if preset == "tuned":
         assert STEPS / 10 < limited <= frozen < STEPS
+    else:
+        # their torque limit of 1e6 N m is out of reach but for the wildest tumbling
+        assert limited < STEPS / 100
 
 
 def test_other_forms_are_bit_equal():

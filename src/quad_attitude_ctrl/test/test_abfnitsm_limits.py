@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from attitude_cases import AXES, DT, PRESETS, VEHICLE, any_inputs, any_memory, numbers
+from attitude_cases import AXES, DT, LIMITED, PRESETS, VEHICLE, any_inputs, any_memory, numbers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,22 +34,20 @@ def test_every_number_is_finite(preset, data):
     assert all(math.isfinite(number) for number in numbers((wrench, memory, internals)))
 
 
-@pytest.mark.parametrize("preset", ["tuned", "minimal"])
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
-def test_torque_stays_within_its_limit_and_thrust_passes(preset, data):
-    _, _, inputs, wrench, _, internals = stepped(preset, data)
+def test_torque_stays_within_its_limit_and_thrust_passes(data):
+    _, _, inputs, wrench, _, internals = stepped("tuned", data)
     assert wrench.thrust == inputs.setpoint.thrust
     for torque, limited in zip(wrench.torque_b, internals.torque_limited, strict=True):
         assert abs(torque) <= 0.5
         assert abs(torque) == 0.5 or not limited
 
 
-@pytest.mark.parametrize("preset", ["tuned", "minimal"])
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
-def test_surface_integral_and_estimates_stay_within_their_bounds(preset, data):
-    *_, memory, _ = stepped(preset, data)
+def test_surface_integral_and_estimates_stay_within_their_bounds(data):
+    *_, memory, _ = stepped("tuned", data)
     for axis in (memory.roll, memory.pitch, memory.yaw):
         assert abs(axis.surface_integral) <= 10.0
         assert all(0.0 <= estimate <= 10.0 for estimate in axis.estimates)
@@ -66,11 +64,10 @@ def test_dead_zone_freezes_the_estimates_exactly(preset, data):
             assert seen.adaptation_frozen[i]
 
 
-@pytest.mark.parametrize("preset", ["tuned", "minimal"])
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
-def test_an_axis_rests_exactly_while_its_torque_is_limited(preset, data):
-    _, before, inputs, _, after, internals = stepped(preset, data)
+def test_an_axis_rests_exactly_while_its_torque_is_limited(data):
+    _, before, inputs, _, after, internals = stepped("tuned", data)
     for old, new, seen, i, reported in per_axis(before, after, internals, inputs):
         if seen.torque_limited[i] or reported:
             assert (new.surface_integral, new.estimates) == (old.surface_integral, old.estimates)
@@ -89,7 +86,7 @@ def test_estimates_never_shrink(data):
 @pytest.mark.parametrize("axis", range(3))
 def test_one_limited_axis_does_not_freeze_the_others(axis):
     """Every axis 0.2 rad off at 1 rad/s: outside the dead zone, far from the torque limit."""
-    parameters = PRESETS["minimal"]._replace(command=2)
+    parameters = LIMITED
     flags = dict.fromkeys((f"{AXES[axis]}_limited",), True)
     state = VehicleState(omega_b=Vec3(1.0, 1.0, 1.0))
     inputs = AttitudeInputs(state, AttitudeThrust(angles=Vec3(-0.2, -0.2, -0.2)), Actuation(**flags))
@@ -105,7 +102,7 @@ def test_one_limited_axis_does_not_freeze_the_others(axis):
 
 
 def test_without_anti_windup_only_the_dead_zone_freezes():
-    parameters = PRESETS["minimal"]._replace(command=2, anti_windup=False)
+    parameters = LIMITED._replace(anti_windup=False)
     state = VehicleState(omega_b=Vec3(900.0, 900.0, 900.0))
     inputs = AttitudeInputs(state, AttitudeThrust(), Actuation(roll_limited=True, pitch_limited=True, yaw_limited=True))
     _, after, internals = abfnitsm.step(parameters, VEHICLE, abfnitsm.init(parameters, VEHICLE), inputs, DT)
