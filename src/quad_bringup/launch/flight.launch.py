@@ -10,6 +10,7 @@ from launch_ros.actions import Node
 
 from quad_bringup import configuration
 from quad_bringup.processes import PACKAGES
+from quad_core.node_parameters import ROLES
 
 ARGUMENTS = {
     "case": ("case1", "scenario: case1, case2, hover, or a parameter file"),
@@ -33,7 +34,7 @@ def nodes(context: LaunchContext) -> list[Node]:
         *([told["params_file"]] if told["params_file"] else []),
         {"use_sim_time": told["use_sim_time"].lower() == "true"},
     ]
-    roles = [role for role in PACKAGES if role != "simulator" or told["simulate"].lower() == "true"]
+    roles = [role for role in ROLES if role != "simulator" or told["simulate"].lower() == "true"]
     return [
         Node(
             package=PACKAGES[role],

@@ -1,0 +1,88 @@
+"""Node processes: started, watched, and stopped whatever they do about it."""
+
+import sys
+import time
+
+import pytest
+
+from quad_bringup import processes
+from quad_bringup.processes import Processes, describe_exit
+
+DEAF = """
+import signal, time
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, signal.SIG_IGN)
+print("deaf", flush=True)
+time.sleep(60)
+"""
+POLITE = """
+import signal, sys, time
+signal.signal(signal.SIGINT, lambda *_: (print("asked", flush=True), sys.exit(1)))
+print("ready", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture
+def started(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "_STOPS", tuple((number, 1.0) for number, _ in processes._STOPS))
+    found = Processes(tmp_path, {"PATH": ""})
+    yield found
+    found.stop()
+
+
+def start(started, role, text):
+    """Start ``text`` as Python and wait for its first line."""
+    started.start(role, [sys.executable, "-S", "-c", text])
+    deadline = time.monotonic() + 30.0
+    while not started.last_lines(role) and time.monotonic() < deadline:
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        (0, "ended with exit code 0"),
+        (2, "ended with exit code 2"),
+        (-9, "was killed by SIGKILL"),
+        (-99, "by signal 99"),
+    ],
+)
+def test_exits_are_named(code, text):
+    assert text in describe_exit(code)
+
+
+def test_exit_codes_are_told_once(started):
+    start(started, "trajectory", "print('x', flush=True); import sys; sys.exit(3)")
+    deadline = time.monotonic() + 30.0
+    ended = {}
+    while not ended and time.monotonic() < deadline:
+        ended = started.reap()
+    assert ended == {"trajectory": 3}
+    assert started.reap() == {}
+    assert started.codes == {"trajectory": 3}
+    assert not started.running()
+
+
+def test_stop_asks_first_and_kills_at_last(started):
+    start(started, "simulator", POLITE)
+    start(started, "recorder", DEAF)
+    assert set(started.pids()) == {"simulator", "recorder"}
+    started.stop()
+    assert not started.running()
+    assert started.codes == {"simulator": 1, "recorder": -9}
+    assert started.last_lines("simulator") == ["ready", "asked"]
+
+
+def test_logs_move_with_all_that_lies_beside_them(tmp_path):
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    (logs / "parameters.yaml").write_text("a: 1\n", encoding="utf-8")
+    found = Processes(logs, {})
+    (logs / "recorder.log").write_text("one\n\ntwo\nthree\nfour\n", encoding="utf-8")
+    found.move_logs(tmp_path / "bag")
+    assert not logs.exists()
+    assert found.log("recorder") == tmp_path / "bag" / "recorder.log"
+    assert found.last_lines("recorder") == ["two", "three", "four"]
+    assert found.last_lines("simulator") == []
+    assert (tmp_path / "bag" / "parameters.yaml").exists()

@@ -1,0 +1,120 @@
+"""The supervisor against processes and a flight state that a test makes up: the first cause is named."""
+
+import os
+import signal
+
+import pytest
+
+from quad_bringup import supervisor
+from quad_bringup.supervisor import Interrupts, Patience, interrupts, supervise
+from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
+
+PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
+
+
+def state(phase, step=0, reason=""):
+    return Sighting(phase, reason, step, 1000, step * 0.002, step * 0.001)
+
+
+class Flight:
+    """A script of (seconds, state or None, {role: exit code}) that plays on a made-up clock."""
+
+    def __init__(self, script, monkeypatch, roles=("simulator", "trajectory", "recorder")):
+        self.now, self.stopped = 0.0, 0
+        self.script = list(script)
+        self.newest, self.alive = None, set(roles)
+        self.ended = {}
+        monkeypatch.setattr(supervisor.time, "monotonic", lambda: self.now)
+
+    def poll(self, patience):
+        self.now += patience
+        while self.script and self.script[0][0] <= self.now:
+            _, said, codes = self.script.pop(0)
+            self.newest = said or self.newest
+            self.ended.update({role: code for role, code in codes.items() if role in self.alive})
+        return self.newest
+
+    def running(self):
+        return bool(self.alive)
+
+    def reap(self):
+        gone, self.ended = self.ended, {}
+        self.alive -= set(gone)
+        return gone
+
+    def stop(self):
+        self.stopped += 1
+        self.alive.clear()
+
+    def supervise(self, interrupted=None):
+        return supervise(self, self, PATIENCE, interrupted or Interrupts(), lambda _: None)
+
+
+ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
+
+
+def test_a_flight_that_ends_by_itself_has_no_cause(monkeypatch):
+    flight = Flight(
+        [(1, state(FLYING, 1), {}), (4, state(FLYING, 900), {}), (6, state(ENDED, 1000), ALL_LEFT)], monkeypatch
+    )
+    assert flight.supervise() == ""
+    assert flight.stopped == 0
+
+
+def test_a_flight_that_fails_by_itself_is_told_by_its_bag(monkeypatch):
+    left = dict.fromkeys(ALL_LEFT, 1)
+    flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), left)], monkeypatch)
+    assert flight.supervise() == ""
+
+
+def test_a_killed_node_is_the_cause_even_if_others_follow(monkeypatch):
+    script = [
+        (1, state(FLYING, 1), {}),
+        (2, None, {"trajectory": -9}),
+        (3.5, state(FAILED, 200, "trajectory does not answer"), {"simulator": 1, "recorder": 1}),
+    ]
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise() == "trajectory was killed by SIGKILL"
+    assert flight.stopped == 0, "the others noticed by themselves"
+
+
+def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
+    flight = Flight([(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})], monkeypatch)
+    assert flight.supervise() == "simulator was killed by SIGSEGV"
+    assert flight.stopped == 1
+    assert flight.now < 4.0
+
+
+def test_a_flight_that_does_not_start_is_stopped(monkeypatch):
+    flight = Flight([(1, state(WAITING, 0, "waiting for recorder"), {})], monkeypatch)
+    assert flight.supervise() == "the flight did not start: waiting for recorder"
+    assert flight.stopped == 1
+    assert flight.now == pytest.approx(1.0 + PATIENCE.start, abs=0.5)
+
+
+def test_a_silent_flight_is_stopped(monkeypatch):
+    flight = Flight([(1, state(FLYING, 42), {})], monkeypatch)
+    assert flight.supervise() == "flight/state: nothing from the simulator after step 42"
+    assert flight.now == pytest.approx(1.0 + PATIENCE.silence, abs=0.5)
+
+
+def test_nodes_that_do_not_leave_are_stopped(monkeypatch):
+    flight = Flight([(1, state(FLYING, 1), {}), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
+    assert flight.supervise() == "the nodes did not leave after the flight"
+    assert flight.stopped == 1
+
+
+def test_an_interrupt_stops_at_once(monkeypatch):
+    asked = Interrupts()
+    asked.name = "SIGINT"
+    flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
+    assert flight.supervise(asked) == "interrupted by SIGINT"
+    assert (flight.stopped, flight.now) == (1, pytest.approx(0.1))
+
+
+def test_signals_are_noted_and_the_handlers_come_back():
+    before = signal.getsignal(signal.SIGTERM)
+    with interrupts() as noted:
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert noted.name == "SIGTERM"
+    assert signal.getsignal(signal.SIGTERM) is before
