@@ -76,9 +76,14 @@ PLANTS = {
         ("16", "Vec3(state.x7, state.x9, state.x11)", "Vec3(state.x7, state.x11, state.x9)"),
     ],
     "quad_dynamics.rigid_body.derivative": [
-        ("1", "(vx, vy, vz), force_w", "(vx, vz, vy), force_w"),
-        ("1", "return (vx, vy, vz, ax", "return (vx, vx, vz, ax"),
-        ("1", "dqw, dwx, dwy", "dqw, dwy, dwx"),
+        ("1", "y * z - w * x", "y * z + w * x"),
+        ("5", "k * vy", "k * vx"),
+        ("9", "-k_t * abs(q) * q", "k_t * abs(q) * q"),
+        ("9", "k_t * r * r", "k_t * r"),
+        ("1", "(zz - xx) * p * r", "(xx - zz) * p * r"),
+        ("1", "+ fz) / mass - gravity", "+ fz) / mass + gravity"),
+        ("13", "w * hq + z * hp - x * hr", "w * hq - z * hp + x * hr"),
+        ("1", "(xx - yy) * p * q + tz", "(xx - yy) * p * q - tz"),
     ],
     "quad_dynamics.rigid_body.step": [("1", "moved(s, k1, 0.5 * h)", "moved(s, k1, h)")],
     "quad_dynamics.rigid_body.joined": [("1", "2.0 * (k2[12] + k3[12])", "(k2[12] + k3[12])")],
@@ -93,22 +98,24 @@ PLANTS = {
         ("11", "clamp(wrench.torque_b.y", "clamp(wrench.torque_b.x"),
     ],
     "quad_dynamics.rotor_dynamics.true_push": [
-        ("10", "factor.pitch * torque.y", "factor.roll * torque.y"),
-        ("10", "working.r3 * thrusts.r3", "working.r2 * thrusts.r3"),
-        ("1", "vehicle.rotor_inertia * (speeds.r2 - speeds.r1", "vehicle.rotor_inertia * (speeds.r1 - speeds.r2"),
+        ("10", "factor.pitch * (arm * rear)", "factor.roll * (arm * rear)"),
+        ("10", "working.r3 * f3", "working.r2 * f3"),
+        ("8", "left - rear, left + rear", "left + rear, left - rear"),
+        ("8", "f1 - f2 + f3 - f4", "f1 - f2 - f3 + f4"),
+        ("1", "vehicle.rotor_inertia * (speeds[1] - speeds[0]", "vehicle.rotor_inertia * (speeds[0] - speeds[1]"),
         ("1", "yaw -= (goal - spin)", "yaw += (goal - spin)"),
-        ("beyond the paper", "speeds.r3 + speeds.r4)", "speeds.r3 - speeds.r4)"),
+        ("beyond the paper", "speeds[2] + speeds[3])", "speeds[2] - speeds[3])"),
     ],
-    "quad_dynamics.rotor_dynamics.follow": [
-        ("beyond the paper", "math.exp(-ratio)", "1.0 - ratio"),
-        ("beyond the paper", "speeds.r2 - wanted.r2", "speeds.r1 - wanted.r2"),
-    ],
+    "quad_dynamics.rotor_dynamics.share_left": [("beyond the paper", "math.exp(-", "(1.0 - ")],
+    "quad_dynamics.rotor_dynamics.follow": [("beyond the paper", "f - b", "e - b")],
     "quad_dynamics.rotor_dynamics.reported": [
-        ("beyond the paper", "thrusts_of(vehicle, speeds)", "allocated.rotor_thrust")
+        (
+            "beyond the paper",
+            "wrench_from_rotors(vehicle, lifts)",
+            "wrench_from_rotors(vehicle, allocated.rotor_thrust)",
+        )
     ],
     "quad_dynamics.rotor_dynamics.most_thrust": [("beyond the paper", "conditions.thrust_limit * ", "")],
-    "quad_dynamics.newton_euler.gyroscopic_torque": [("1", "-omega_b[1] * spin", "omega_b[1] * spin")],
-    "quad_dynamics.newton_euler.rotor_drag_force": [("beyond the paper", "air_w[1] - along * axis_w[1]", "air_w[1]")],
     "quad_dynamics.newton_euler.wind_force": [("5", "k * wind_w[2]", "k * wind_w[1]")],
     "quad_dynamics.load.loaded": [
         ("beyond the paper", "mass * (x * x + z * z)", "mass * (y * y + z * z)"),
@@ -132,8 +139,10 @@ PLANTS = {
         ("beyond the paper", "foot.z * push.x - foot.x * push.z", "foot.z * push.x + foot.x * push.z")
     ],
     "quad_dynamics.rigid_body.rate": [
-        ("10", "torque[2] + outer[2]", "torque[2] - outer[2]"),
-        ("beyond the paper", "vy - air[1]", "vy + air[1]"),
+        ("10", "tz + oz", "tz - oz"),
+        ("1", "tx - q * spin", "tx + q * spin"),
+        ("beyond the paper", "vy - wind[1]", "vy + wind[1]"),
+        ("beyond the paper", "fy - drag * (uy - along * ay)", "fy - drag * uy"),
     ],
     "quad_dynamics.rigid_body.lumped": [("11", "true[4] - ay", "true[4] + ay"), ("11", "true[12] - bz", "true[12]")],
     "quad_dynamics.paper.acting": [
@@ -161,10 +170,14 @@ PLANTS = {
         ("8", "larger(2.0 * width_13 - yaw_down", "smaller(2.0 * width_13 - yaw_down"),
         ("8", "smaller(top_13 - total", "larger(top_13 - total"),
     ],
+    "quad_dynamics.allocation.nearest": [
+        ("8", "0.5 * (s24 - d42)", "0.5 * (s24 + d42)"),
+        ("8", "if widest > limit", "if widest < limit"),
+    ],
     "quad_dynamics.allocation.allocate_within": [
         ("beyond the paper", "wrench.thrust - 4.0 * least", "wrench.thrust"),
         ("8", "0.5 * (s24 - d42)", "0.5 * (s24 + d42)"),
-        ("8", "if widest > limit", "if widest < limit"),
+        ("8", "0.5 * (thrust - yaw_force)", "0.5 * (thrust + yaw_force)"),
         ("8", "abs(achieved.torque_b.x - asked.x)", "(achieved.torque_b.x - asked.x)"),
         ("3", "achieved.thrust < wrench.thrust", "achieved.thrust > wrench.thrust"),
     ],

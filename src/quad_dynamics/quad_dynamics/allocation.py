@@ -9,10 +9,12 @@ thrust (to the nearest at which the roll and pitch torque can be held), last rol
 the axis of the torque stays). So the direction of thrust is steered as long as any rotor can do it.
 """
 
+import math
+
 from quad_core.bounds import clamp
-from quad_core.types import Actuation, Rotors, Wrench
+from quad_core.types import Actuation, Rotors, Vec3, Wrench
 from quad_core.vehicle import LAYOUT_X, Vehicle
-from quad_dynamics.rotors import DIAGONAL, rotor_limit, rotor_speed, rotor_thrust, wrench_from_rotors, yaw_arm
+from quad_dynamics.rotors import DIAGONAL, rotor_limit, rotor_thrust, wrench_from_rotors, yaw_arm
 
 LARGEST_TORQUE = 1e12
 FLAG_TOLERANCE = 1e-9
@@ -57,6 +59,24 @@ def smaller(a: float, b: float) -> float:
     return a if a < b else b
 
 
+def nearest(vehicle: Vehicle, thrust: float, torque: Vec3, limit: float) -> tuple[float, float, float, float]:
+    """Return the four thrusts in N within 0..``limit`` for a ``thrust`` N and ``torque`` N m that are out of reach."""
+    roll = clamp(torque.x, -LARGEST_TORQUE, LARGEST_TORQUE)
+    pitch = clamp(torque.y, -LARGEST_TORQUE, LARGEST_TORQUE)
+    d42, d13 = pair_differences(vehicle, roll, pitch)
+    widest = larger(abs(d42), abs(d13))
+    if widest > limit:
+        d42, d13 = d42 * (limit / widest), d13 * (limit / widest)
+    s13, s24 = pair_sums(thrust, torque.z / yaw_arm(vehicle), abs(d13), abs(d42), limit)
+    # rounding alone can step over a limit by an ulp
+    return (
+        clamp(0.5 * (s13 + d13), 0.0, limit),
+        clamp(0.5 * (s24 - d42), 0.0, limit),
+        clamp(0.5 * (s13 - d13), 0.0, limit),
+        clamp(0.5 * (s24 + d42), 0.0, limit),
+    )
+
+
 def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
     """Return what four ideal rotors with a full battery make of ``wrench``; see ``allocate_within``."""
     return allocate_within(vehicle, wrench, rotor_limit(vehicle))
@@ -73,25 +93,17 @@ def allocate_within(vehicle: Vehicle, wrench: Wrench, most: float) -> Actuation:
     least = smaller(rotor_thrust(vehicle, vehicle.rotor_speed_min), most)
     limit = most - least
     asked = wrench.torque_b
-    roll = clamp(asked.x, -LARGEST_TORQUE, LARGEST_TORQUE)
-    pitch = clamp(asked.y, -LARGEST_TORQUE, LARGEST_TORQUE)
-    d42, d13 = pair_differences(vehicle, roll, pitch)
-    widest = larger(abs(d42), abs(d13))
-    if widest > limit:
-        d42, d13 = d42 * (limit / widest), d13 * (limit / widest)
-    s13, s24 = pair_sums(wrench.thrust - 4.0 * least, asked.z / yaw_arm(vehicle), abs(d13), abs(d42), limit)
-    # rounding alone can step over a limit by an ulp
-    thrusts = Rotors(
-        least + clamp(0.5 * (s13 + d13), 0.0, limit),
-        least + clamp(0.5 * (s24 - d42), 0.0, limit),
-        least + clamp(0.5 * (s13 - d13), 0.0, limit),
-        least + clamp(0.5 * (s24 + d42), 0.0, limit),
-    )
+    yaw_lever = yaw_arm(vehicle)
+    thrust, yaw_force = wrench.thrust - 4.0 * least, asked.z / yaw_lever
+    d42, d13 = pair_differences(vehicle, asked.x, asked.y)
+    s13, s24 = 0.5 * (thrust + yaw_force), 0.5 * (thrust - yaw_force)
+    f1, f2, f3, f4 = 0.5 * (s13 + d13), 0.5 * (s24 - d42), 0.5 * (s13 - d13), 0.5 * (s24 + d42)
+    if not (0.0 <= f1 <= limit and 0.0 <= f2 <= limit and 0.0 <= f3 <= limit and 0.0 <= f4 <= limit):
+        f1, f2, f3, f4 = nearest(vehicle, thrust, asked, limit)
+    thrusts = Rotors(least + f1, least + f2, least + f3, least + f4)
+    k = vehicle.lift_coefficient
     speeds = Rotors(
-        rotor_speed(vehicle, thrusts.r1),
-        rotor_speed(vehicle, thrusts.r2),
-        rotor_speed(vehicle, thrusts.r3),
-        rotor_speed(vehicle, thrusts.r4),
+        math.sqrt(thrusts.r1 / k), math.sqrt(thrusts.r2 / k), math.sqrt(thrusts.r3 / k), math.sqrt(thrusts.r4 / k)
     )
     achieved = wrench_from_rotors(vehicle, thrusts)
     slack = FLAG_TOLERANCE * most
@@ -105,5 +117,5 @@ def allocate_within(vehicle: Vehicle, wrench: Wrench, most: float) -> Actuation:
         achieved.thrust > wrench.thrust + slack,
         abs(achieved.torque_b.x - asked.x) > tilt_slack,
         abs(achieved.torque_b.y - asked.y) > tilt_slack,
-        abs(achieved.torque_b.z - asked.z) > slack * yaw_arm(vehicle),
+        abs(achieved.torque_b.z - asked.z) > slack * yaw_lever,
     )

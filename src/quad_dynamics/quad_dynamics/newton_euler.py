@@ -59,24 +59,6 @@ def wind_force(body: Body, wind_w: Triple) -> Triple:
     return k * wind_w[0], k * wind_w[1], k * wind_w[2]
 
 
-def rotor_drag_force(axis_w: Triple, air_w: Triple, coefficient: float) -> Triple:
-    """Return the drag in N, world frame, that the rotors induce across their axis ``axis_w``.
-
-    ``air_w`` velocity through the air in m/s, ``coefficient`` in N s/m: that of one rotor times the sum of the speeds.
-    """
-    along = air_w[0] * axis_w[0] + air_w[1] * axis_w[1] + air_w[2] * axis_w[2]
-    return (
-        -coefficient * (air_w[0] - along * axis_w[0]),
-        -coefficient * (air_w[1] - along * axis_w[1]),
-        -coefficient * (air_w[2] - along * axis_w[2]),
-    )
-
-
-def gyroscopic_torque(spin: float, omega_b: Triple) -> Triple:
-    """Return tau_G = -Omega x (0, 0, spin) in N m, body frame (Eq. 1); ``spin`` is the rotors' momentum in N m s."""
-    return -omega_b[1] * spin, omega_b[0] * spin, 0.0
-
-
 def linear_acceleration(body: Body, axis_w: Triple, thrust: float, v_w: Triple, force_w: Triple) -> Triple:
     """Return the acceleration in m/s^2, world frame: Eq. 1, first row, with the outer ``force_w`` in N."""
     lift = thrust_force(axis_w, thrust)

@@ -16,7 +16,7 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate_within
 from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration, wind_force
 from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.rotor_dynamics import Push, most_thrust, true_push
+from quad_dynamics.rotor_dynamics import Push, each, most_thrust, true_push
 from quad_dynamics.uncertainty import check_true_body, nominal_acceleration, true_body
 
 Parameters = PlantParameters
@@ -134,12 +134,12 @@ def acting(
     parameters: PlantParameters, vehicle: Vehicle, actuation: Actuation, body: Body, conditions: Conditions
 ) -> tuple[float, Triple, Triple]:
     """Return thrust N, outer force N (world) and all torque N m (body) that act over a step."""
-    speeds = actuation.rotor_speed
+    speeds = each(actuation.rotor_speed)
     push: Push = true_push(
         vehicle,
         parameters.effectiveness,
         conditions.rotor_effectiveness,
-        actuation.rotor_thrust,
+        each(actuation.rotor_thrust),
         speeds,
         speeds,
     )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quad_core.conditions import as_disturbance
 from quad_core.rotations import body_z, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.allocation import allocate_within
 from quad_dynamics.ground import contact, reach
@@ -18,18 +18,24 @@ from quad_dynamics.load import NO_LOAD, Load, accelerations, is_loaded, loaded
 from quad_dynamics.newton_euler import (
     Body,
     Triple,
-    angular_acceleration,
     drag_force,
     drag_torque,
-    gyroscopic_torque,
-    linear_acceleration,
     quaternion_rate,
-    rotor_drag_force,
     thrust_force,
     wind_force,
 )
 from quad_dynamics.parameters import Ground, PlantParameters
-from quad_dynamics.rotor_dynamics import Push, follow, is_lagging, most_thrust, reported, thrusts_of, true_push
+from quad_dynamics.rotor_dynamics import (
+    Push,
+    each,
+    follow,
+    is_lagging,
+    most_thrust,
+    reported,
+    share_left,
+    thrusts_of,
+    true_push,
+)
 from quad_dynamics.rotors import rotor_speed
 from quad_dynamics.uncertainty import check_true_body, nominal_acceleration, true_body
 
@@ -108,48 +114,72 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
 
 
 def derivative(body: Body, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
-    """Return the derivative of state ``s`` (Eq. 1) under thrust N, outer force N (world), all torque N m (body)."""
-    _, _, _, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
-    omega = (wx, wy, wz)
-    ax, ay, az = linear_acceleration(body, body_z(Quat(qx, qy, qz, qw)), thrust, (vx, vy, vz), force_w)
-    dqx, dqy, dqz, dqw = quaternion_rate((qx, qy, qz, qw), omega)
-    dwx, dwy, dwz = angular_acceleration(body, omega, torque_b)
-    return vx, vy, vz, ax, ay, az, dqx, dqy, dqz, dqw, dwx, dwy, dwz
+    """Return the derivative of state ``s`` (Eq. 1) under thrust N, outer force N (world), all torque N m (body).
+
+    The terms of ``newton_euler`` and Eq. 4 written out: calls would be two thirds of a step. A test holds both to the
+    same bits.
+    """
+    _, _, _, vx, vy, vz, x, y, z, w, p, q, r = s
+    mass, gravity, xx, yy, zz, k, k_t, printed = body
+    fx, fy, fz = force_w
+    tx, ty, tz = torque_b
+    if printed:
+        dx, dy, dz = k_t * p * p, k_t * q * q, k_t * r * r
+    else:
+        k = -k
+        dx, dy, dz = -k_t * abs(p) * p, -k_t * abs(q) * q, -k_t * abs(r) * r
+    hp, hq, hr = 0.5 * p, 0.5 * q, 0.5 * r
+    return (
+        vx,
+        vy,
+        vz,
+        (2.0 * (x * z + w * y) * thrust + k * vx + fx) / mass,
+        (2.0 * (y * z - w * x) * thrust + k * vy + fy) / mass,
+        ((1.0 - 2.0 * (x * x + y * y)) * thrust + k * vz + fz) / mass - gravity,
+        w * hp + y * hr - z * hq,
+        w * hq + z * hp - x * hr,
+        w * hr + x * hq - y * hp,
+        -x * hp - y * hq - z * hr,
+        ((yy - zz) * q * r + tx + dx) / xx,
+        ((zz - xx) * p * r + ty + dy) / yy,
+        ((xx - yy) * p * q + tz + dz) / zz,
+    )
 
 
 def rate(ground: Ground, vehicle: Vehicle, around: Surroundings, push: Push, s: Flat) -> Flat:
     """Return the derivative of state ``s`` under what the rotors do and all that is ``around``."""
-    torque, outer = push.torque_b, around.torque_b
-    tx, ty, tz = torque[0] + outer[0], torque[1] + outer[1], torque[2] + outer[2]
-    if not around.extended:
-        return derivative(around.body, push.thrust, around.force_w, (tx, ty, tz), s)
-    _, _, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
-    omega, q_wb = (wx, wy, wz), Quat(qx, qy, qz, qw)
-    gyroscopic = gyroscopic_torque(push.spin, omega)
-    tx, ty = tx + gyroscopic[0], ty + gyroscopic[1]
-    air = around.wind_w
-    axis = body_z(q_wb)
-    induced = rotor_drag_force(axis, (vx - air[0], vy - air[1], vz - air[2]), push.drag)
-    force = around.force_w
-    fx, fy, fz = force[0] + induced[0], force[1] + induced[1], force[2] + induced[2]
-    if ground.enabled and pz < reach(ground, vehicle):
-        held, turned = contact(ground, vehicle, around.body, pz, (vx, vy, vz), q_wb, omega)
+    body, (fx, fy, fz), (ox, oy, oz), wind, carries, load, extended = around
+    thrust, (tx, ty, tz), spin, drag = push
+    tx, ty, tz = tx + ox, ty + oy, tz + oz
+    if not extended:
+        return derivative(body, thrust, (fx, fy, fz), (tx, ty, tz), s)
+    _, _, height, vx, vy, vz, x, y, z, w, p, q, r = s
+    # tau_G = -Omega x (0, 0, spin), and the rotors' drag across their axis
+    tx, ty = tx - q * spin, ty + p * spin
+    ax, ay, az = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
+    ux, uy, uz = vx - wind[0], vy - wind[1], vz - wind[2]
+    along = ux * ax + uy * ay + uz * az
+    fx, fy, fz = fx - drag * (ux - along * ax), fy - drag * (uy - along * ay), fz - drag * (uz - along * az)
+    if ground.enabled and height < reach(ground, vehicle):
+        held, turned = contact(ground, vehicle, body, height, (vx, vy, vz), Quat(x, y, z, w), (p, q, r))
         fx, fy, fz = fx + held[0], fy + held[1], fz + held[2]
         tx, ty, tz = tx + turned[0], ty + turned[1], tz + turned[2]
-    if not around.carries:
-        return derivative(around.body, push.thrust, (fx, fy, fz), (tx, ty, tz), s)
-    body = around.body
-    lift, drag, damping = thrust_force(axis, push.thrust), drag_force(body, (vx, vy, vz)), drag_torque(body, omega)
-    a, alpha = accelerations(
-        around.load,
-        body.gravity,
-        q_wb,
-        omega,
-        (lift[0] + drag[0] + fx, lift[1] + drag[1] + fy, lift[2] + drag[2] + fz),
-        (tx + damping[0], ty + damping[1], tz + damping[2]),
-    )
-    dqx, dqy, dqz, dqw = quaternion_rate((qx, qy, qz, qw), omega)
-    return vx, vy, vz, a[0], a[1], a[2], dqx, dqy, dqz, dqw, alpha[0], alpha[1], alpha[2]
+    if carries:
+        return loaded_rate(body, load, thrust, (fx, fy, fz), (tx, ty, tz), s)
+    return derivative(body, thrust, (fx, fy, fz), (tx, ty, tz), s)
+
+
+def loaded_rate(body: Body, load: Load, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
+    """Return the derivative of state ``s`` of a body whose payload shifts its centre of gravity (``load``)."""
+    _, _, _, vx, vy, vz, x, y, z, w, p, q, r = s
+    omega, q_wb = (p, q, r), Quat(x, y, z, w)
+    lift = thrust_force(body_z(q_wb), thrust)
+    drag, damping = drag_force(body, (vx, vy, vz)), drag_torque(body, omega)
+    force = (lift[0] + drag[0] + force_w[0], lift[1] + drag[1] + force_w[1], lift[2] + drag[2] + force_w[2])
+    torque = (torque_b[0] + damping[0], torque_b[1] + damping[1], torque_b[2] + damping[2])
+    a, alpha = accelerations(load, body.gravity, q_wb, omega, force, torque)
+    dx, dy, dz, dw = quaternion_rate((x, y, z, w), omega)
+    return vx, vy, vz, a[0], a[1], a[2], dx, dy, dz, dw, alpha[0], alpha[1], alpha[2]
 
 
 def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Conditions) -> Surroundings:
@@ -255,18 +285,20 @@ def step(
     actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
     around = surroundings(parameters, vehicle, conditions)
     factor, working, ground = parameters.effectiveness, conditions.rotor_effectiveness, parameters.ground
-    wanted = actuation.rotor_speed
+    wanted = each(actuation.rotor_speed)
     lagging = is_lagging(vehicle)
-    speeds = Rotors(state.r1, state.r2, state.r3, state.r4) if lagging else wanted
-    thrusts = thrusts_of(vehicle, speeds) if lagging else actuation.rotor_thrust
+    speeds = (state.r1, state.r2, state.r3, state.r4) if lagging else wanted
+    thrusts = thrusts_of(vehicle, speeds) if lagging else each(actuation.rotor_thrust)
     first = middle = last = true_push(vehicle, factor, working, thrusts, speeds, wanted)
     h = dt / parameters.substeps
     s = flat(state)
+    left = share_left(vehicle, 0.5 * h) if lagging else 0.0
     for _ in range(parameters.substeps):
         if lagging:
-            half, speeds = follow(vehicle, speeds, wanted, 0.5 * h), follow(vehicle, speeds, wanted, h)
+            half, speeds = follow(speeds, wanted, left), follow(speeds, wanted, left * left)
             middle = true_push(vehicle, factor, working, thrusts_of(vehicle, half), half, wanted)
-            last = true_push(vehicle, factor, working, thrusts_of(vehicle, speeds), speeds, wanted)
+            thrusts = thrusts_of(vehicle, speeds)
+            last = true_push(vehicle, factor, working, thrusts, speeds, wanted)
         k1 = rate(ground, vehicle, around, first, s)
         k2 = rate(ground, vehicle, around, middle, moved(s, k1, 0.5 * h))
         k3 = rate(ground, vehicle, around, middle, moved(s, k2, 0.5 * h))
@@ -274,9 +306,9 @@ def step(
         s = with_unit_quaternion(joined(s, k1, k2, k3, k4, h))
         first = last
     if lagging:
-        actuation = reported(vehicle, actuation, speeds)
+        actuation = reported(vehicle, actuation, speeds, thrusts)
     px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
-    after = State(px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz, speeds.r1, speeds.r2, speeds.r3, speeds.r4)
+    after = State(px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz, speeds[0], speeds[1], speeds[2], speeds[3])
     return after, actuation
 
 
@@ -298,10 +330,10 @@ def lumped(
     All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind, ground and load too.
     """
     allocated = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
-    wanted = allocated.rotor_speed
+    wanted = each(allocated.rotor_speed)
     lagging = is_lagging(vehicle)
-    speeds = Rotors(state.r1, state.r2, state.r3, state.r4) if lagging else wanted
-    thrusts = thrusts_of(vehicle, speeds) if lagging else allocated.rotor_thrust
+    speeds = (state.r1, state.r2, state.r3, state.r4) if lagging else wanted
+    thrusts = thrusts_of(vehicle, speeds) if lagging else each(allocated.rotor_thrust)
     push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, speeds, wanted)
     s = flat(state)
     true = rate(parameters.ground, vehicle, surroundings(parameters, vehicle, conditions), push, s)

@@ -3,12 +3,12 @@
 import math
 from typing import NamedTuple
 
-from quad_core.types import Actuation, Conditions, Rotors
-from quad_core.vehicle import Vehicle
+from quad_core.types import ALL_ROTORS, Actuation, Conditions, Rotors
+from quad_core.vehicle import LAYOUT_X, Vehicle
 from quad_dynamics.allocation import smaller
-from quad_dynamics.newton_euler import Triple
+from quad_dynamics.newton_euler import Quadruple, Triple
 from quad_dynamics.parameters import Effectiveness
-from quad_dynamics.rotors import rotor_limit, rotor_thrust, wrench_from_rotors
+from quad_dynamics.rotors import DIAGONAL, rotor_limit, wrench_from_rotors
 
 LONGEST_RATIO = 700.0
 """exp(-700) is the least that cannot underflow."""
@@ -36,63 +36,70 @@ def is_lagging(vehicle: Vehicle) -> bool:
     return vehicle.rotor_time_constant > 0.0
 
 
-def follow(vehicle: Vehicle, speeds: Rotors, wanted: Rotors, time: float) -> Rotors:
-    """Return rotor speeds in rad/s ``time`` s after ``speeds``: the exact solution of R' = (wanted - R) / constant."""
-    if not is_lagging(vehicle):
-        return wanted
-    ratio = smaller(time / vehicle.rotor_time_constant, LONGEST_RATIO)
-    left = math.exp(-ratio)
-    return Rotors(
-        wanted.r1 + (speeds.r1 - wanted.r1) * left,
-        wanted.r2 + (speeds.r2 - wanted.r2) * left,
-        wanted.r3 + (speeds.r3 - wanted.r3) * left,
-        wanted.r4 + (speeds.r4 - wanted.r4) * left,
-    )
+def share_left(vehicle: Vehicle, time: float) -> float:
+    """Return exp(-time / constant), the share of a difference between speed and command left after ``time`` s."""
+    return math.exp(-smaller(time / vehicle.rotor_time_constant, LONGEST_RATIO))
 
 
-def thrusts_of(vehicle: Vehicle, speeds: Rotors) -> Rotors:
+def follow(speeds: Quadruple, wanted: Quadruple, left: float) -> Quadruple:
+    """Return rotor speeds in rad/s when the share ``left`` of the way is left: exactly R' = (wanted - R) / constant."""
+    a, b, c, d = wanted
+    e, f, g, h = speeds
+    return a + (e - a) * left, b + (f - b) * left, c + (g - c) * left, d + (h - d) * left
+
+
+def thrusts_of(vehicle: Vehicle, speeds: Quadruple) -> Quadruple:
     """Return the thrust in N of each rotor at ``speeds`` rad/s (Eq. 3)."""
-    return Rotors(
-        rotor_thrust(vehicle, speeds.r1),
-        rotor_thrust(vehicle, speeds.r2),
-        rotor_thrust(vehicle, speeds.r3),
-        rotor_thrust(vehicle, speeds.r4),
-    )
+    k = vehicle.lift_coefficient
+    a, b, c, d = speeds
+    return k * a * a, k * b * b, k * c * c, k * d * d
+
+
+def each(rotors: Rotors) -> Quadruple:
+    """Return the four numbers as a plain tuple: inside a step NamedTuples would cost CPython a tenth of it."""
+    return rotors.r1, rotors.r2, rotors.r3, rotors.r4
 
 
 def true_push(
-    vehicle: Vehicle, factor: Effectiveness, working: Rotors, thrusts: Rotors, speeds: Rotors, wanted: Rotors
+    vehicle: Vehicle, factor: Effectiveness, working: Rotors, thrusts: Quadruple, speeds: Quadruple, wanted: Quadruple
 ) -> Push:
     """Return what rotors with nominal ``thrusts`` N at ``speeds`` rad/s truly do (F_A + dF_A, tau_A + dtau_A, Eq. 10).
 
-    ``working`` is true over nominal thrust of each rotor, ``wanted`` the speeds they are on the way to.
+    ``working`` is true over nominal thrust of each rotor, ``wanted`` the speeds they are on the way to. Eqs. 3 and 8
+    are those of ``rotors.wrench_from_rotors`` written out; a test holds both to the same bits.
     """
-    true = Rotors(working.r1 * thrusts.r1, working.r2 * thrusts.r2, working.r3 * thrusts.r3, working.r4 * thrusts.r4)
-    wrench = wrench_from_rotors(vehicle, true)
-    torque = wrench.torque_b
-    yaw = factor.yaw * torque.z
+    f1, f2, f3, f4 = thrusts
+    if working != ALL_ROTORS:
+        f1, f2, f3, f4 = working.r1 * f1, working.r2 * f2, working.r3 * f3, working.r4 * f4
+    left, rear, arm = f4 - f2, f1 - f3, vehicle.arm_length
+    if vehicle.layout == LAYOUT_X:
+        arm = DIAGONAL * arm
+        left, rear = left - rear, left + rear
+    yaw = factor.yaw * (vehicle.torque_coefficient / vehicle.lift_coefficient * (f1 - f2 + f3 - f4))
     spin, drag = 0.0, 0.0
     if vehicle.rotor_inertia > 0.0:
         # rotors 1 and 3 turn clockwise seen from above: momentum along -z
-        spin = vehicle.rotor_inertia * (speeds.r2 - speeds.r1 + speeds.r4 - speeds.r3)
+        spin = vehicle.rotor_inertia * (speeds[1] - speeds[0] + speeds[3] - speeds[2])
         if is_lagging(vehicle):
-            goal = vehicle.rotor_inertia * (wanted.r2 - wanted.r1 + wanted.r4 - wanted.r3)
+            goal = vehicle.rotor_inertia * (wanted[1] - wanted[0] + wanted[3] - wanted[2])
             yaw -= (goal - spin) / vehicle.rotor_time_constant
     if vehicle.rotor_drag_coefficient > 0.0:
-        drag = vehicle.rotor_drag_coefficient * (speeds.r1 + speeds.r2 + speeds.r3 + speeds.r4)
-    return Push(factor.thrust * wrench.thrust, (factor.roll * torque.x, factor.pitch * torque.y, yaw), spin, drag)
+        drag = vehicle.rotor_drag_coefficient * (speeds[0] + speeds[1] + speeds[2] + speeds[3])
+    return Push(
+        factor.thrust * (f1 + f2 + f3 + f4), (factor.roll * (arm * left), factor.pitch * (arm * rear), yaw), spin, drag
+    )
 
 
-def reported(vehicle: Vehicle, allocated: Actuation, speeds: Rotors) -> Actuation:
-    """Return ``allocated`` with what lagging rotors have reached: speeds, thrusts and wrench; flags stay.
+def reported(vehicle: Vehicle, allocated: Actuation, speeds: Quadruple, thrusts: Quadruple) -> Actuation:
+    """Return ``allocated`` with what lagging rotors have reached: speeds rad/s, thrusts N and wrench; flags stay.
 
     A flag says that the command is out of reach, not that the rotors are still on their way to it.
     """
-    thrusts = thrusts_of(vehicle, speeds)
-    made = wrench_from_rotors(vehicle, thrusts)
+    lifts = Rotors(thrusts[0], thrusts[1], thrusts[2], thrusts[3])
+    made = wrench_from_rotors(vehicle, lifts)
     return Actuation(
-        speeds,
-        thrusts,
+        Rotors(speeds[0], speeds[1], speeds[2], speeds[3]),
+        lifts,
         made.thrust,
         made.torque_b,
         allocated.thrust_high,

@@ -7,11 +7,15 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
 
-from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
+from quad_core.rotations import body_z
+from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Quat, Rotors, Vec3, Wrench
 from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X
 from quad_dynamics import rigid_body
 from quad_dynamics.allocation import allocate
+from quad_dynamics.newton_euler import angular_acceleration, linear_acceleration, quaternion_rate
 from quad_dynamics.parameters import (
+    DRAG_CORRECTED,
+    DRAG_PRINTED,
     Effectiveness,
     Initial,
     InitialAngles,
@@ -19,6 +23,9 @@ from quad_dynamics.parameters import (
     InitialVelocity,
     PlantParameters,
 )
+from quad_dynamics.rotor_dynamics import true_push
+from quad_dynamics.rotors import wrench_from_rotors
+from quad_dynamics.uncertainty import true_body
 
 LAGGING = ASYMMETRIC._replace(
     rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0
@@ -225,3 +232,33 @@ def test_rotors_start_as_hover_wants_them():
     speeds = flat(rigid_body.init(PlantParameters(), LAGGING))[13:]
     lift = LAGGING.lift_coefficient * (speeds**2).sum()
     assert lift == pytest.approx(LAGGING.mass * LAGGING.gravity, rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [DRAG_CORRECTED, DRAG_PRINTED])
+def test_the_derivative_written_out_has_the_bits_of_its_terms(sign):
+    rng = np.random.default_rng(8)
+    body = true_body(WRONG._replace(drag_sign=sign), ASYMMETRIC, NO_PAYLOAD)
+    for _ in range(300):
+        numbers = rng.normal(size=13).tolist()
+        force, torque, thrust = vector(rng, 5.0), vector(rng, 0.5), float(rng.uniform(0.0, 30.0))
+        v, q, omega = numbers[3:6], Quat(*numbers[6:10]), tuple(numbers[10:13])
+        expected = (
+            *v,
+            *linear_acceleration(body, body_z(q), thrust, v, force),
+            *quaternion_rate(q, omega),
+            *angular_acceleration(body, omega, torque),
+        )
+        assert rigid_body.derivative(body, thrust, force, torque, tuple(numbers)) == expected
+
+
+@pytest.mark.parametrize("layout", [LAYOUT_PLUS, LAYOUT_X])
+def test_the_push_written_out_has_the_bits_of_the_rotors(layout):
+    rng, vehicle = np.random.default_rng(9), ASYMMETRIC._replace(layout=layout)
+    neutral = Effectiveness()
+    for _ in range(300):
+        thrusts, working = (tuple(rng.uniform(0.0, 5.0, 4).tolist()) for _ in range(2))
+        speeds = (1.0, 2.0, 3.0, 4.0)
+        push = true_push(vehicle, neutral, Rotors(*working), thrusts, speeds, speeds)
+        made = wrench_from_rotors(vehicle, Rotors(*(a * b for a, b in zip(working, thrusts, strict=True))))
+        assert (push.thrust, push.torque_b) == (made.thrust, tuple(made.torque_b))
+        assert (push.spin, push.drag) == (0.0, 0.0)

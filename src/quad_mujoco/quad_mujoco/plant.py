@@ -6,13 +6,22 @@ of a payload, no rotor-induced drag, no tau_G and no ground: those belong to ``r
 over a step. It is not made for Numba: it flies over ROS and in the Python loop.
 """
 
-from quad_core.types import NO_PAYLOAD, Actuation, Conditions, Rotors, Wrench
+from quad_core.types import NO_PAYLOAD, Actuation, Conditions, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.allocation import allocate_within
 from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
 from quad_dynamics.rigid_body import State, lumped, observe
-from quad_dynamics.rotor_dynamics import follow, is_lagging, most_thrust, reported, thrusts_of, true_push
+from quad_dynamics.rotor_dynamics import (
+    each,
+    follow,
+    is_lagging,
+    most_thrust,
+    reported,
+    share_left,
+    thrusts_of,
+    true_push,
+)
 from quad_dynamics.uncertainty import true_body
 from quad_mujoco.model import Motion, free_body
 
@@ -45,11 +54,12 @@ def step(
     """
     actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
     body = true_body(parameters, vehicle, conditions.payload)
-    wanted = actuation.rotor_speed
+    wanted = each(actuation.rotor_speed)
     lagging = is_lagging(vehicle)
-    speeds = follow(vehicle, Rotors(state.r1, state.r2, state.r3, state.r4), wanted, dt)
-    middle = follow(vehicle, Rotors(state.r1, state.r2, state.r3, state.r4), wanted, 0.5 * dt)
-    thrusts = thrusts_of(vehicle, middle) if lagging else actuation.rotor_thrust
+    turning = (state.r1, state.r2, state.r3, state.r4)
+    left = share_left(vehicle, 0.5 * dt) if lagging else 0.0
+    speeds, middle = follow(turning, wanted, left * left), follow(turning, wanted, left)
+    thrusts = thrusts_of(vehicle, middle) if lagging else each(actuation.rotor_thrust)
     push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, middle, wanted)
     torque = conditions.torque_b
     outer, wind, drag = conditions.force_w, conditions.wind_w, body.drag_coefficient
@@ -68,5 +78,5 @@ def step(
         parameters.substeps,
     )
     if lagging:
-        actuation = reported(vehicle, actuation, speeds)
+        actuation = reported(vehicle, actuation, speeds, thrusts_of(vehicle, speeds))
     return State(*moved.p, *moved.v, *moved.q, *moved.omega, *speeds), actuation
