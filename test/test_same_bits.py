@@ -1,5 +1,8 @@
 """A flight is decided by its parameters and its seed: not by ROS, the engine, the load, or what flies beside it."""
 
+import signal
+import time
+
 import numpy as np
 import pytest
 from flying import CONFIG, busy_loops, finish, flown, hash_of, start
@@ -102,6 +105,32 @@ def test_two_busy_loops_change_nothing(tmp_path, lone_hash):
     with busy_loops(2):
         bag = flown(*HOVER, "--out", tmp_path / "bag")
     assert payload_hash(bag) == lone_hash
+
+
+def test_one_process_for_all_nodes_changes_nothing(tmp_path, lone_hash):
+    bag = flown(*HOVER, "--one-process", "--out", tmp_path / "bag")
+    assert payload_hash(bag) == lone_hash
+
+
+def test_one_process_that_is_told_wrong_or_interrupted_says_so(tmp_path):
+    refused = finish(start("hover", "--one-process", "--set", "simulator.window=0", "--out", tmp_path / "refused"))
+    assert (refused.returncode, "window: found 0" in refused.stderr) == (2, True)
+    flying = start("case2", "--one-process", "--out", tmp_path / "halted")
+    deadline = time.monotonic() + 60.0
+    while not flew(tmp_path / "halted") and flying.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.1)
+    flying.send_signal(signal.SIGINT)
+    halted = finish(flying)
+    assert halted.returncode == 1, halted.stdout + halted.stderr
+    assert "SIGINT" in halted.stderr
+    bag = open_flight(tmp_path / "halted")
+    assert not bag.truncated
+    assert len(bag.array("truth")) > 100
+
+
+def flew(directory):
+    """Tell whether the bag in ``directory`` has begun to grow."""
+    return any(path.stat().st_size > 200_000 for path in directory.glob("*.mcap*"))
 
 
 def test_two_flights_at_once_are_two_lone_flights(tmp_path, lone_hash):

@@ -22,6 +22,6 @@ setup(
     ],
     zip_safe=False,
     entry_points={
-        "console_scripts": ["fly = quad_bringup.fly:main"],
+        "console_scripts": ["fly = quad_bringup.fly:main", "one_process = quad_bringup.one_process:main"],
     },
 )

@@ -6,12 +6,12 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_bringup import results
+from quad_bringup import one_process, results
 from quad_bringup.flight_setup import parameter_file, summary
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Patience, supervise
-from quad_core.node_parameters import SHADOWS, Resolved
+from quad_core.node_parameters import ROLES, SHADOWS, Resolved
 from quad_node.watch import FlightWatch
 
 GOOD = 0
@@ -28,6 +28,7 @@ class Planned(NamedTuple):
     namespace: str
     nodes: dict[str, Resolved]
     limits: dict[str, float]
+    one_process: bool = False
 
 
 def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
@@ -61,7 +62,12 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
     arguments = ["--ros-args", "--params-file", str(parameters)]
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]
+    composed = set(ROLES) if flight.one_process else set()
+    if composed:
+        processes.start(one_process.NAME, [sys.executable, "-m", one_process.__name__, *arguments])
     for role in flight.nodes:
+        if role in composed:
+            continue
         name = ["-r", f"__node:={role}"] if role in SHADOWS else []
         processes.start(role, [executable(role), *arguments, *name])
 

@@ -1,9 +1,9 @@
 """A campaign as its YAML file tells it: which flight, what varies how, and what counts as success.
 
 Keys: ``flight`` (as ``scripts/fly`` takes it: ``case``, ``preset``, ``vehicle``, ``plant``, ``start``, ``position``,
-``attitude``, ``duration``, ``set``: list of NODE.PARAM=VALUE), ``vary`` ({parameter: distribution}), ``success``
-({``rmse`` or ``largest_error``: largest value in m}), ``seed`` and ``about``. Distributions: ``uniform: [low, high]``,
-``normal: [mean, sd]`` and ``choice: [value, ...]``; ``within: [low, high]`` cuts a normal one.
+``attitude``, ``scenario``, ``duration``, ``set``: list of NODE.PARAM=VALUE), ``vary`` ({parameter: distribution}),
+``success`` ({``rmse`` or ``largest_error``: largest value in m}), ``seed`` and ``about``. Distributions:
+``uniform: [low, high]``, ``normal: [mean, sd]``, ``choice: [value, ...]``; ``within: [low, high]`` cuts a normal one.
 The values of flight n come from (seed, n, parameter) alone, so any flight can be flown again by its number.
 """
 
@@ -21,7 +21,7 @@ from quad_core.parameters import ParameterError, Real, Value
 
 _LARGEST_SEED = 2**31 - 1
 _KEYS = ("about", "flight", "vary", "success", "seed")
-_FLIGHT = ("case", "preset", "vehicle", "plant", "start", "position", "attitude", "duration", "set")
+_FLIGHT = ("case", "preset", "vehicle", "plant", "start", "position", "attitude", "scenario", "duration", "set")
 _SUCCESS = ("rmse", "largest_error")
 _TRIES = 10_000
 
