@@ -16,7 +16,8 @@ import damage
 import foreign_readers
 
 from quad_flight_log.reader import open_flight
-from quad_flight_log.replay import CONTROLLERS, replay
+from quad_flight_log.replay import replay
+from quad_flight_log.replay_inputs import CONTROLLERS
 
 KILLS = 20
 FLIPS = 10_000
@@ -72,6 +73,11 @@ def whole_flight(figures, folder):
         found = replay(flight, role)
         text = f"replay of {role}: {len(found.steps)} steps, {len(found.recorded)} numbers each, bit-equal"
         figures.check(found.equal and len(found.steps) * found.steps[1] >= 40_000, text)
+    done = flying.fly("case2", "--duration", "5", "--realtime", "--limits", "position_max=5", "--out", folder / "rt")
+    figures.check(done.returncode == 0, f"Case 2 in real time: exit code {done.returncode}")
+    for role in CONTROLLERS:
+        found = replay(open_flight(folder / "rt"), role)
+        figures.check(found.equal, f"replay of {role} in real time: {len(found.steps)} steps, bit-equal {found.notes}")
     other = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})
     gap = max(item.largest for item in other.differences() if item.name == "attitude_setpoint angles.y")
     figures.check(gap > 0.0, f"replay with another gain: pitch setpoint differs by up to {gap:.3g} rad")

@@ -1,7 +1,7 @@
 """Recorded inputs fed to a control law again, its outputs held against what was recorded.
 
 The law runs as its node runs it (same inputs per step, same memory from the first step on), so with the recorded
-parameters of a lockstep flight every bit is the same: that is the log's own proof. With other gains or another law the
+parameters every bit is the same: that is the log's own proof. With other gains or another law the
 answers to the very same inputs differ, and the difference is told; the vehicle does not follow the new answers.
 """
 
@@ -11,43 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.bounds import is_flyable
 from quad_core.node_parameters import Resolved
-from quad_core.timing import seconds
-from quad_core.types import (
-    Actuation,
-    AttitudeInputs,
-    AttitudeThrust,
-    PositionInputs,
-    TrajectoryPoint,
-    VehicleState,
-    Wrench,
-)
+from quad_core.types import Wrench
 from quad_flight_log.arrays import by_stamp
 from quad_flight_log.cdr import Table
 from quad_flight_log.errors import TopicError
 from quad_flight_log.metrics import thrust_and_torque
 from quad_flight_log.reader import Flight
 from quad_flight_log.recorded_parameters import recorded_parameters, retold
-from quad_flight_log.tuples import Columns, columns_of, recorded_columns, tuples_of
-
-
-class Controller(NamedTuple):
-    """One controller: which topic it takes beside state and actuation, which it answers with."""
-
-    inputs: type[Any]
-    setpoint_topic: str
-    setpoint: type[Any]
-    output_topic: str
-    output: type[Any]
-
-
-CONTROLLERS = {
-    "position_controller": Controller(
-        PositionInputs, "reference", TrajectoryPoint, "attitude_setpoint", AttitudeThrust
-    ),
-    "attitude_controller": Controller(AttitudeInputs, "attitude_setpoint", AttitudeThrust, "wrench_setpoint", Wrench),
-}
+from quad_flight_log.replay_inputs import CONTROLLERS, seen
+from quad_flight_log.tuples import Columns, columns_of, recorded_columns
 
 
 class Difference(NamedTuple):
@@ -116,56 +89,25 @@ def replay(
     empty = [topic for topic, table in tables.items() if len(table) == 0]
     if empty:
         raise TopicError(f"{flight.path}: no message on {', '.join(empty)}: there is nothing to replay {role} with")
-    steps, outputs, internals = _run(flight, role, told, tables, progress)
+    record = recorded_parameters(flight)[role]
+    then = told if not changed else retold(flight, role)[0]
+    plugin = told.plugins["law"]
+    memory = plugin.module.init(plugin.parameters, told.vehicle)
+    steps, outputs, internals, unknown = [], [], [], 0
+    for step, dt, inputs, known in seen(role, then, tables, str(flight.path), record.internals_names, progress):
+        output, memory, inside = plugin.module.step(plugin.parameters, told.vehicle, memory, inputs, dt)
+        steps.append(step)
+        outputs.append(output)
+        internals.append(inside)
+        unknown += not known
     recorded = {controller.output_topic: _output_columns(controller.output, tables[controller.output_topic])}
     replayed = {controller.output_topic: columns_of(controller.output, outputs)}
-    record = recorded_parameters(flight)[role]
     if internals_topic in tables and not _other_law(record.values, told):
         kind = told.plugins["law"].module.Internals
         recorded[internals_topic] = recorded_columns(kind, tables[internals_topic], record.internals_names)
         replayed[internals_topic] = columns_of(kind, internals)
     stamps = np.array(steps, dtype=np.int64) * told.flight.plant_period
-    return _compared(role, told, changed, tables, stamps, recorded, replayed, _notes(told, record.changed))
-
-
-def _run(
-    flight: Flight,
-    role: str,
-    told: Resolved,
-    tables: Mapping[str, Table],
-    progress: Callable[[int, int], None] | None,
-) -> tuple[list[int], list[Any], list[Any]]:
-    controller, plugin = CONTROLLERS[role], told.plugins["law"]
-    where = f"{flight.path}: "
-    states = tuples_of(VehicleState, tables["state"], where + "state")
-    actuations = tuples_of(Actuation, tables["actuation"], where + "actuation")
-    setpoints = tuples_of(controller.setpoint, tables[controller.setpoint_topic], where + controller.setpoint_topic)
-    period = told.flight.plant_period
-    state_steps = (tables["state"]["stamp_ns"] // period).tolist()
-    actuation_at = dict(zip((tables["actuation"]["stamp_ns"] // period).tolist(), actuations, strict=True))
-    setpoint_steps = tables[controller.setpoint_topic]["stamp_ns"] // period
-    until = tables[controller.setpoint_topic]["next_step"].tolist()
-    newest = (np.searchsorted(setpoint_steps, state_steps, side="right") - 1).tolist()
-    step_law, parameters = plugin.module.step, plugin.parameters
-    memory = plugin.module.init(parameters, told.vehicle)
-    dt = seconds(told.node.period_steps, period)
-    due, steps, outputs, internals = 0, [], [], []
-    total = len(states)
-    for index, step in enumerate(state_steps):
-        at = newest[index]
-        if step < due or at < 0 or step >= until[at] or not is_flyable(states[index]):
-            continue
-        due = step + told.node.period_steps
-        inputs = controller.inputs(states[index], setpoints[at], actuation_at.get(step - 1) or Actuation())
-        output, memory, seen = step_law(parameters, told.vehicle, memory, inputs, dt)
-        steps.append(step)
-        outputs.append(output)
-        internals.append(seen)
-        if progress and index % 256 == 0:
-            progress(index, total)
-    if progress:
-        progress(total, total)
-    return steps, outputs, internals
+    return _compared(role, told, changed, tables, stamps, recorded, replayed, _notes(unknown, record.changed))
 
 
 def _compared(
@@ -203,10 +145,10 @@ def _other_law(values: Mapping[str, Any], told: Resolved) -> bool:
     return bool(values.get("law") != told.plugins["law"].name)
 
 
-def _notes(told: Resolved, changed_at: tuple[float, ...]) -> list[str]:
+def _notes(unknown: int, changed_at: tuple[float, ...]) -> list[str]:
     notes = []
-    if told.flight.mode:
-        notes.append("flown in real time: which setpoint a step saw is known by stamp only, so bits may differ")
+    if unknown:
+        notes.append(f"flown in real time: at {unknown} steps no recorded input explains the answer")
     if changed_at:
         times = ", ".join(f"{time:.2f} s" for time in changed_at)
         notes.append(f"parameters were changed in flight at {times}; the replay keeps those of the start")

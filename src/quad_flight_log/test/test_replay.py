@@ -12,7 +12,8 @@ from quad_flight_log import cli
 from quad_flight_log.errors import TopicError
 from quad_flight_log.reader import open_flight
 from quad_flight_log.recorded_parameters import RecordedParametersError, recorded_parameters
-from quad_flight_log.replay import CONTROLLERS, replay
+from quad_flight_log.replay import replay
+from quad_flight_log.replay_inputs import CONTROLLERS
 
 
 @pytest.mark.parametrize("role", CONTROLLERS)

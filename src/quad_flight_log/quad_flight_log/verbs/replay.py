@@ -12,7 +12,8 @@ from quad_core.settings import parse_settings
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.export import write_csv
 from quad_flight_log.presentation import text_table
-from quad_flight_log.replay import CONTROLLERS, Replay, replay
+from quad_flight_log.replay import Replay, replay
+from quad_flight_log.replay_inputs import CONTROLLERS
 from quad_flight_log.verbs.common import add_bags, opened, progress
 
 OWN_OUT = True

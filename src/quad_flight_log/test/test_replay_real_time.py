@@ -1,0 +1,119 @@
+"""In real time a node takes what came last: the recorded answers prove what that was, late or replaced."""
+
+import flight_samples
+import numpy as np
+import pytest
+from loop_flight import TYPES
+
+from quad_core.safe import hold_position
+from quad_core.types import Actuation, PositionInputs, Quat, Rotors, TrajectoryPoint, Vec3, VehicleState
+from quad_flight_log.reader import open_flight
+from quad_flight_log.replay import replay
+from quad_position_ctrl import aibs
+
+ROLE = "position_controller"
+STALE = 40  # which of the answers is made from a held position
+
+
+def state(row):
+    return VehicleState(
+        Vec3(*row.p_w.tolist()), Vec3(*row.v_w.tolist()), Quat(*row.q_wb.tolist()), Vec3(*row.omega_b.tolist())
+    )
+
+
+def reference(row):
+    vectors = (Vec3(*getattr(row, name).tolist()) for name in ("p_w", "v_w", "a_w", "jerk_w", "snap_w"))
+    return TrajectoryPoint(row.trajectory_time, *vectors, row.yaw, row.yaw_rate, row.yaw_acceleration)
+
+
+def actuation(row):
+    flags = (row.thrust_high, row.thrust_low, row.roll_limited, row.pitch_limited, row.yaw_limited)
+    return Actuation(
+        Rotors(*row.rotor_speed.tolist()),
+        Rotors(*row.rotor_thrust.tolist()),
+        row.thrust,
+        Vec3(*row.torque_b.tolist()),
+        *map(bool, flags),
+    )
+
+
+def answered(flown, seed):
+    """Run the law as a busy machine would: steps are missed, setpoints and actuations come late."""
+    rng = np.random.default_rng(seed)
+    by_topic = {topic: [sample for name, sample in flown.messages if name == topic] for topic in TYPES}
+    law = flown.flight.resolved[ROLE].plugins["law"].parameters
+    vehicle = flown.flight.resolved[ROLE].vehicle
+    memory, before, found = aibs.init(law, vehicle), None, []
+    step = 5
+    while step < len(by_topic["state"]):
+        late, later = int(rng.integers(0, 4)), int(rng.integers(1, 6))
+        seen = reference(by_topic["reference"][max(step // 5 - late, 0)])
+        if len(found) == STALE:
+            seen = hold_position(seen)
+        inputs = PositionInputs(state(by_topic["state"][step]), seen, actuation(by_topic["actuation"][step - later]))
+        dt = 0.01 if before is None else min(max((step - before) * 2_000_000, 5_000_000), 20_000_000) / 1e9
+        output, memory, inside = aibs.step(law, vehicle, memory, inputs, dt)
+        found.append((step, output, inside))
+        before, step = step, step + 5 + int(rng.choice([0, 0, 0, 1, 7, 20]))
+    return found
+
+
+def internals(step, inside):
+    fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[f"{ROLE}/internals"]][1]}
+    values = {name: value for name, value in inside._asdict().items() if name in fields}
+    values = {name: np.array(value) if isinstance(value, tuple) else value for name, value in values.items()}
+    return flight_samples.message(TYPES[f"{ROLE}/internals"], stamp=flight_samples.stamp(step), step=step, **values)
+
+
+def setpoint(step, output):
+    arrays = {name: np.array(getattr(output, name)) for name in ("angles", "rates", "accelerations", "q_wb")}
+    scalars = {"thrust": output.thrust, "thrust_fraction": output.thrust_fraction}
+    stamp = flight_samples.stamp(step)
+    return flight_samples.message(
+        TYPES["attitude_setpoint"], stamp=stamp, step=step, next_step=step + 5, **arrays, **scalars
+    )
+
+
+@pytest.fixture(scope="module")
+def answers(flown):
+    return answered(flown, seed=3)
+
+
+def bag(flown, answers, directory):
+    others = []
+    for topic, sample in flown.messages:
+        if topic == "flight/parameters":
+            text = sample.parameters.replace("flight.mode: lockstep", "flight.mode: realtime")
+            said = flight_samples.message("quad_msgs/msg/NodeParameters", role=sample.role, parameters=text)
+            others.append((f"/{topic}", said))
+        elif topic in ("state", "reference", "actuation"):
+            others.append((f"/{topic}", sample))
+    for step, output, inside in answers:
+        others.append(("/attitude_setpoint", setpoint(step, output)))
+        others.append((f"/{ROLE}/internals", internals(step, inside)))
+    return open_flight(flight_samples.write_bag(directory, others, log_ns=lambda *_: 0))
+
+
+def test_late_and_held_inputs_are_found(flown, answers, tmp_path):
+    assert len(answers) > STALE + 5
+    found = replay(bag(flown, answers, tmp_path / "bag"), ROLE)
+    assert found.notes == []
+    assert found.equal
+    assert found.steps.tolist() == [step for step, *_ in answers]
+
+
+def test_another_gain_is_compared_on_the_inputs_that_were_found(flown, answers, tmp_path):
+    found = replay(bag(flown, answers, tmp_path / "bag"), ROLE, settings={"aibs.x.position_gain": "3.5"})
+    assert found.changed
+    assert found.notes == []
+    differing = {item.name for item in found.differences() if item.differing}
+    assert "attitude_setpoint angles.y" in differing
+
+
+def test_an_answer_that_no_input_explains_is_told(flown, answers, tmp_path):
+    step, output, inside = answers[20]
+    wrong = [*answers[:20], (step, output._replace(thrust=output.thrust + 0.125), inside), *answers[21:]]
+    found = replay(bag(flown, wrong, tmp_path / "bag"), ROLE)
+    assert not found.equal
+    assert found.notes == [f"flown in real time: at {len(answers) - 20} steps no recorded input explains the answer"]
+    assert min(item.first_step for item in found.differences() if item.differing) == step
