@@ -89,3 +89,21 @@ def test_a_plan_that_is_not_there_is_refused(tmp_path):
     plan = read(tmp_path, content())
     with pytest.raises(ParameterError, match="no tuned gains"):
         study_plan.tuned_overrides(plan, plan.controllers[0])
+
+
+def test_the_shipped_plan_and_gains_fly_what_they_say():
+    plan = study_plan.read_plan(study_plan.find_plan("paper"))
+    assert plan.controllers[0].name == "proposed"
+    assert len(plan.study.seeds(50)) == 50
+    assert not set(plan.study.seeds(50)) & set(plan.tuning.seeds)
+    limits = set()
+    for controller in plan.controllers:
+        gains = study_plan.tuned_overrides(plan, controller)
+        flight = study_plan.flight_of(gains, "case1", "rigid_body")
+        assert flight.resolved["position_controller"].node.law == controller.position
+        assert flight.resolved["attitude_controller"].node.law == controller.attitude
+        limits.add((flight.setup.position.limits, flight.setup.position.speed))
+        values = {**gains["position_controller"], **gains["attitude_controller"]}
+        for knob in controller.knobs:
+            assert {knob.low <= values[name] <= knob.high for name in knob.parameters} == {True}
+    assert len(limits) == 1
