@@ -14,8 +14,8 @@ from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
 
 NAME = "one_process"
-_INTERRUPTED = 4.0  # s in which the nodes still end the flight among themselves
-_LAST_WORDS = 5.0  # s
+_INTERRUPTED = 1.5  # s in which the nodes still end the flight among themselves
+_LAST_WORDS, _FEW_WORDS = 5.0, 0.2  # s, of a flight that ended and of one that was interrupted
 
 
 def makers() -> list[Callable[[], FlightNode]]:
@@ -74,15 +74,15 @@ def _spin(nodes: list[FlightNode]) -> int:
             nodes[0].on_interrupt(stop[0])
         for node in [node for node in nodes if node.done.done()]:
             spinner.remove_node(node)
-            worst = max(worst, _left(node))
+            worst = max(worst, _left(node, _FEW_WORDS if stop else _LAST_WORDS))
             nodes.remove(node)
     for node in nodes:
-        worst = max(worst, 1, _left(node))
+        worst = max(worst, 1, _left(node, _FEW_WORDS))
     return worst
 
 
-def _left(node: FlightNode) -> int:
-    node.drain(_LAST_WORDS)
+def _left(node: FlightNode, patience: float) -> int:
+    node.drain(patience)
     node.close()
     code = node.exit_code
     node.destroy_node()
