@@ -25,6 +25,7 @@ CURVES = {
     "thrust": ("achieved", "commanded"),
     "sliding": ("roll", "pitch", "yaw"),
 }
+LIVE_PLOTS = ("error", "thrust")  # what a visitor hears of
 TIMELINE = "flight"
 APPLICATION = "quad_flight"
 POSE_PERIOD = 0.02  # s between two poses in the view
@@ -100,6 +101,7 @@ def blueprint(points: Floats | None = None) -> Any:
     plots = [
         rrb.TimeSeriesView(origin=origin, name=name, axis_x=shown, plot_legend=rrb.Corner2D.LeftTop)
         for origin, name in PLOTS.items()
+        if origin in LIVE_PLOTS or not live
     ]
     eye = None if points is None else rrb.EyeControls3D(**_eye(points))
     space = rrb.Spatial3DView(origin="world", name="world (ENU, m)", eye_controls=eye)

@@ -257,10 +257,18 @@ def view(namespace: str = "", *, save: Path | None = None, web: bool = False) ->
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-        scene.flush()
-        if viewer and viewer.poll() is None:
-            viewer.terminate()
-            viewer.wait()
+        code = _closed(scene, viewer)
+    return code
+
+
+def _closed(scene: LiveScene, viewer: "subprocess.Popen[bytes] | None") -> int:
+    """Hand over the last of the flight and end the viewer; returns its exit code if it had left by itself."""
+    if viewer and viewer.poll() is not None:
+        return int(bool(viewer.returncode))
+    scene.flush()
+    if viewer:
+        viewer.terminate()
+        viewer.wait()
     return 0
 
 

@@ -22,6 +22,7 @@ class LiveScene:
         self._rr = rerun()
         self._out = self._rr.RecordingStream(APPLICATION)
         self._count = 0
+        self._path: Path | None = None
         self._flown, self._planned = Trail(_PATH_POINTS), Trail(_PATH_POINTS)
 
     def save(self, path: Path) -> None:
@@ -29,6 +30,7 @@ class LiveScene:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._out.save(path, default_blueprint=blueprint())
+            self._path = path
         except OSError as error:
             raise FlightLogError(f"{path}: {error.strerror or error}") from error
         log_scene(self._out)
@@ -66,9 +68,16 @@ class LiveScene:
         self._count += 1
 
     def flush(self) -> None:
-        """Draw the paths to their ends and hand over what is still on the way."""
+        """Draw the paths to their ends and hand over what is still on the way, unless the viewer was closed.
+
+        Raises FlightLogError if a file cannot be written.
+        """
         self._paths()
-        self._out.flush()
+        try:
+            self._out.flush()
+        except RuntimeError as error:
+            if self._path:
+                raise FlightLogError(f"{self._path}: {' '.join(str(error).split())}") from error
 
     def _arrow(self, entity: str, vector: Vec3, origin: Vec3, colour: str) -> None:
         self._out.log(entity, self._rr.Arrows3D(vectors=[vector], origins=[origin], colors=rgb(colour), radii=0.04))
