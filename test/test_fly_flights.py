@@ -86,10 +86,11 @@ def test_without_a_case_both_of_the_paper_are_flown(tmp_path):
         assert re.search(rf"^metric +{case} ", done.stdout, re.MULTILINE)
 
 
-def test_default_directories_are_numbered(tmp_path):
-    for number in (1, 2):
-        done = finish(start("hover", "--duration", "0.1", "--seed", "3", cwd=tmp_path))
+def test_default_directories_are_numbered_also_at_the_same_time(tmp_path):
+    flights = [start("hover", "--duration", "0.1", "--seed", "3", cwd=tmp_path) for _ in range(2)]
+    for done in [finish(flight) for flight in flights]:
         assert done.returncode == 0, done.stdout + done.stderr
+    for number in (1, 2):
         assert open_flight(tmp_path / "flights" / f"hover-3-{number}").metadata["outcome"] == "ended"
 
 

@@ -1,17 +1,18 @@
 """`scripts/fly` before anything flies: its help, and every refusal by name with exit code 2."""
 
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from flying import ROOT
 
-from quad_bringup.fly import main
+from quad_bringup import fly
 
 
 def refused(capsys, *arguments):
     """Return the one line that says why ``arguments`` are refused."""
     try:
-        code = main(arguments)
+        code = fly.main(arguments)
     except SystemExit as leave:
         code = leave.code
     captured = capsys.readouterr()
@@ -36,8 +37,8 @@ def test_help_shows_every_option_with_examples():
     [
         (["orbit"], ["orbit", "case1", "hover"]),
         (["hover", "--plant", "balloon"], ["balloon", "rigid_body"]),
-        (["hover", "--position", "lqr"], ["lqr", "aibs"]),
-        (["hover", "--attitude", "pid"], ["pid", "abfnitsm"]),
+        (["hover", "--position", "magic"], ["magic", "aibs"]),
+        (["hover", "--attitude", "magic"], ["magic", "abfnitsm"]),
         (["case1", "--start", "jump"], ["case1.start", "jump", "approach"]),
         (["hover", "--preset", "wild"], ["wild", "minimal"]),
         (["hover", "--vehicle", "zeppelin"], ["zeppelin", "paper"]),
@@ -86,3 +87,10 @@ def test_an_existing_directory_is_never_overwritten(capsys, tmp_path):
     (tmp_path / "both" / "case2" / "old.mcap").write_bytes(b"old")
     assert "case2" in refused(capsys, "--out", str(tmp_path / "both"))
     assert [path.name for path in (tmp_path / "both").iterdir()] == ["case2"]
+
+
+def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: fly._numbered("case1-1", []), range(40)))
+    assert {path.name for path in found} == {f"case1-1-{number}" for number in range(1, 41)}

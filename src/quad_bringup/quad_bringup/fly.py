@@ -131,21 +131,33 @@ def _directories(options: argparse.Namespace, cases: list[str], made: list[Path]
     """Make and return the bag directory of each case; what was made is noted in ``made``."""
     top = options.out
     if top is None:
-        stem = f"{options.case or 'paper'}-{1 if options.seed is None else options.seed}"
-        number = 1
-        while Path("flights", f"{stem}-{number}").exists():
-            number += 1
-        top = Path("flights", f"{stem}-{number}")
+        top = _numbered(f"{options.case or 'paper'}-{1 if options.seed is None else options.seed}", made)
     directories = [top] if options.case else [top / case for case in cases]
     for directory in directories:
         if directory.is_dir() and not any(directory.iterdir()):
             continue
         if directory.exists():
             raise ParameterError(f"--out: {directory} exists; a flight is never overwritten")
-        missing = [parent for parent in directory.parents if not parent.exists()]
-        directory.mkdir(parents=True)
-        made += [*reversed(missing), directory]
+        _make(directory, made)
     return directories
+
+
+def _numbered(stem: str, made: list[Path]) -> Path:
+    """Make and return flights/STEM-N with the first free N, also when others do the same at the same time."""
+    number = 1
+    while True:
+        directory = Path("flights", f"{stem}-{number}")
+        try:
+            _make(directory, made)
+            return directory
+        except FileExistsError:
+            number += 1
+
+
+def _make(directory: Path, made: list[Path]) -> None:
+    missing = [parent for parent in directory.parents if not parent.exists()]
+    directory.mkdir(parents=True)
+    made += [*reversed(missing), directory]
 
 
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
