@@ -25,6 +25,8 @@ PAPER_TESTS = {
 # CPU time, so that a busy machine is not taken for an endless loop.
 SECONDS_PER_MUTANT = 120
 TIME_UP = -signal.SIGXCPU
+# A test failed; a module of tests could not be collected; and the same where single tests were named.
+NOTICED = (1, 2, 4)
 COMPILED_TESTS = "not numba and not compiled and not bit_equal and not same_bits"
 
 
@@ -171,7 +173,7 @@ def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Out
             code = run_tests(tree, paths, output)
             if code == TIME_UP:
                 killed_by = f"no end within {SECONDS_PER_MUTANT} s of CPU time"
-            elif code in (1, 2):
+            elif code in NOTICED:
                 killed_by = first_failure(output)
             elif code not in (0, 5):
                 raise MutationError(f"{mutation}: pytest ended with {code}; see its end:\n{end_of(output)}")
