@@ -1,0 +1,56 @@
+"""Every vehicle that comes with the stack flies hover and Case 1 with the same tuned laws, and from the ground."""
+
+import numpy as np
+import pytest
+import yaml
+from flying import CONFIG
+
+from quad_campaign.flight import flight_from_files, fly
+
+VEHICLES = sorted(path.stem for path in (CONFIG / "vehicles").glob("*.yaml"))
+LIMITS = {"hover": 0.03, "case1": 0.03}
+
+
+def flight(vehicle, case, **changes):
+    files = [CONFIG / f"{name}.yaml" for name in (f"vehicles/{vehicle}", "controllers/tuned", f"scenarios/{case}")]
+    told = {"trajectory": {f"{case}.duration": 6.0}, **changes}
+    if case == "case1":
+        told["trajectory"]["case1.position_scale"] = 0.3
+    return fly(flight_from_files(files, told))
+
+
+def test_the_paper_s_vehicle_and_two_real_ones_are_there():
+    assert {"paper", "crazyflie21", "x500"} <= set(VEHICLES)
+
+
+@pytest.mark.parametrize("case", LIMITS)
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_it_flies(vehicle, case):
+    result = flight(vehicle, case)
+    assert result.outcome == "ended"
+    assert result.rmse < LIMITS[case]
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+def test_every_number_has_its_source(vehicle):
+    text = (CONFIG / "vehicles" / f"{vehicle}.yaml").read_text(encoding="utf-8")
+    numbers = yaml.safe_load(text)["/**"]["ros__parameters"]["vehicle"]
+    for name in numbers:
+        line = next(line for line in text.splitlines() if line.strip().startswith(f"{name}:"))
+        assert len(line.partition("#")[2].strip()) > 3, f"{vehicle}: {name} has no source"
+
+
+def test_a_flight_starts_on_the_ground():
+    on_ground = {
+        "rigid_body.ground.enabled": True,
+        "rigid_body.ground.foot_depth": 0.15,
+        "rigid_body.initial.p.z": 0.149,
+    }
+    result = flight("x500", "hover", simulator=on_ground)
+    assert result.outcome == "ended"
+    height = result.topics["truth"]["p_w"][:, 2]
+    assert height.min() > 0.14
+    assert height[-1] == pytest.approx(2.0, abs=0.05)
+    # idling rotors carry no more than a few percent, so the feet carried the rest
+    assert result.topics["actuation"]["rotor_speed"][0].max() < 400.0
+    assert np.abs(result.topics["truth"]["v_w"][:3]).max() < 0.05
