@@ -7,10 +7,10 @@ verified. Anything else that is wrong is an error, unless the caller asks to sal
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 from mcap import records
 from mcap.data_stream import ReadDataStream
@@ -40,15 +40,6 @@ _INDEXES: dict[int, Callable[[ReadDataStream], Any]] = {
     Opcode.METADATA_INDEX: records.MetadataIndex.read,
     Opcode.SUMMARY_OFFSET: records.SummaryOffset.read,
 }
-
-
-class Loose(NamedTuple):
-    """One message as it stands in the file."""
-
-    channel: int
-    log_time: int
-    publish_time: int
-    data: bytes
 
 
 @dataclass
@@ -277,40 +268,3 @@ def _definer(found: Scan) -> Callable[[int, bytes], None]:
             raise BadRecordError(f"channel {item.topic!r} names schema {item.schema_id}, which is not declared")
 
     return define
-
-
-def messages(
-    found: Scan, channels: frozenset[int], progress: Callable[[int, int], None] | None = None
-) -> Iterator[Loose]:
-    """Yield the messages of ``channels`` in file order, from the verified prefix of ``found``.
-
-    ``progress`` is called with (bytes gone over, bytes in all), last with both equal.
-    Raises CorruptError if the file changed since it was scanned.
-    """
-    at = len(MAGIC)
-    with found.path.open("rb") as stream:
-        while at < found.end:
-            stream.seek(at)
-            head = stream.read(RECORD.size)
-            if len(head) < RECORD.size:
-                return
-            opcode, length = RECORD.unpack(head)
-            if opcode == Opcode.DATA_END:
-                at = found.end
-                break
-            if progress:
-                progress(at, found.end)
-            if opcode == Opcode.MESSAGE or (
-                opcode == Opcode.CHUNK and not channels.isdisjoint(found.chunk_channels[at])
-            ):
-                body = stream.read(length)
-                try:
-                    data = unpacked_chunk(body, found.own)[0] if opcode == Opcode.CHUNK else head + body
-                    for channel, log_time, publish_time, start, end in walk(data, None):
-                        if channel in channels:
-                            yield Loose(channel, log_time, publish_time, data[start:end])
-                except (BadRecordError, KeyError) as error:
-                    raise CorruptError(f"{found.path}: changed while it was read ({error})") from error
-            at += RECORD.size + length
-    if progress:
-        progress(found.end, found.end)

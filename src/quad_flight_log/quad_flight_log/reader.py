@@ -15,7 +15,8 @@ from quad_flight_log import cdr, definitions
 from quad_flight_log.bag_metadata import PARAMETERS, QUAD, QUAD_END, checked_record
 from quad_flight_log.cdr import Table
 from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError, TopicError
-from quad_flight_log.mcap_scan import Loose, Scan, messages, scan
+from quad_flight_log.mcap_messages import Loose, messages
+from quad_flight_log.mcap_scan import Scan, scan
 from quad_flight_log.stamps import with_times
 
 SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer
