@@ -11,6 +11,7 @@ PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8
 REFERENCE_COLOUR = "#222222"
 _PANEL_HEIGHT, _DOTS_HEIGHT, _SPATIAL_HEIGHT, _MARGIN = 190, 150, 560, 85
 _GAP = 18  # pixels between two panels
+_CAMERA = {"eye": {"x": 1.8, "y": -1.8, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
 _GRID = {"gridcolor": "#e3e6ea", "zerolinecolor": "#b9c0c8", "linecolor": "#8a939c", "showline": True}
 
 
@@ -81,7 +82,7 @@ def _scene() -> dict[str, Any]:
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [m]"}} for axis in "xyz"}
     return {
         "height": _SPATIAL_HEIGHT,
-        "scene": {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.75, "y": -1.75, "z": 0.8}}},
+        "scene": {**axes, "aspectmode": "data", "camera": _CAMERA},
     }
 
 
