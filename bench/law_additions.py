@@ -70,7 +70,9 @@ def without(told: Told, addition: Addition) -> Told:
 
 
 def held_by(preset: str) -> list[Addition]:
-    """Return the additions that ``preset`` has."""
+    """Return the additions that ``preset`` has; ``flying`` is Table 2 with all that makes flying possible."""
+    if preset == "flying":
+        return [FILTER, *FLYING]
     position, attitude = (flatten(build(law.Parameters, law.PRESETS[preset])) for law in (aibs, abfnitsm))
     return [
         addition
