@@ -3,6 +3,7 @@
 import json
 import os
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
@@ -10,6 +11,10 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from mcap.reader import make_reader
+from rclpy.serialization import deserialize_message
 
 from quad_bringup.domains import reserved_domain
 from quad_bringup.flight_setup import Request, parameter_file, resolve_flight
@@ -22,11 +27,16 @@ TICK = os.sysconf("SC_CLK_TCK")
 
 
 class Run(NamedTuple):
-    """Steps done, wall time of them in s, CPU time of them in s per process."""
+    """Steps done, wall time of them in s, CPU time of them in s per process.
+
+    Real time: ``latencies`` in s from a state to its wrench as the recorder received them, ``missed`` commands.
+    """
 
     steps: int
     wall: float
     cpu: dict[str, float]
+    latencies: tuple[float, ...] = ()
+    missed: int = 0
 
     @property
     def rate(self) -> float:
@@ -95,12 +105,59 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
         watch = FlightWatch(run_id, domain)
         arguments = ["--ros-args", "--params-file", str(parameters)]
         try:
-            for role in ("all",) if one_process else ROLES:
-                processes.start(role, [executable(role), *arguments])
-            return _watched(processes, watch, timeout)
+            if one_process:
+                processes.start("all", [sys.executable, "-m", "quad_bringup.one_process", *arguments])
+            else:
+                for role in ROLES:
+                    processes.start(role, [executable(role), *arguments])
+            run = _watched(processes, watch, timeout)
+            deadline = time.monotonic() + 20.0
+            while processes.running() and time.monotonic() < deadline:
+                processes.reap()
+                time.sleep(0.05)
         finally:
             watch.close()
             processes.stop()
+        if not request.realtime:
+            return run
+        latencies, missed = _real_time(next(Path(scratch, "bag").glob("*.mcap")))
+        return run._replace(latencies=latencies, missed=missed)
+
+
+def idle(seconds: float) -> dict[str, float]:
+    """Return the share of a core that each node takes while it waits for a flight: all but the simulator run."""
+    with tempfile.TemporaryDirectory(prefix="quad-bench-") as scratch, reserved_domain(None) as domain:
+        logs = Path(scratch, "logs")
+        logs.mkdir()
+        processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
+        try:
+            for role in ROLES[1:]:
+                more = ["-p", f"directory:={scratch}/bag"] if role == topics.RECORDER else []
+                processes.start(role, [executable(role), *(["--ros-args", *more] if more else [])])
+            time.sleep(8.0)
+            before = cpu_time(processes.pids())
+            time.sleep(seconds)
+            used = spent(before, cpu_time(processes.pids()))
+        finally:
+            processes.stop()
+    return {role: value / seconds for role, value in used.items()}
+
+
+def _real_time(bag: Path) -> tuple[tuple[float, ...], int]:
+    asked: dict[tuple[int, int], int] = {}
+    taken, missed = [], 0
+    with bag.open("rb") as stream:
+        for _, channel, message in make_reader(stream).iter_messages(["/state", "/wrench_setpoint", "/diagnostics"]):
+            stamp = struct.unpack_from("<iI", message.data, 4)
+            if channel.topic == "/state":
+                asked[stamp] = message.publish_time
+            elif channel.topic == "/wrench_setpoint" and stamp in asked:
+                taken.append((message.publish_time - asked.pop(stamp)) * 1e-9)
+            elif channel.topic == "/diagnostics":
+                for status in deserialize_message(message.data, DiagnosticArray).status:
+                    values = {pair.key: pair.value for pair in status.values}
+                    missed = max(missed, int(values.get("missed_commands", 0)))
+    return tuple(taken), missed
 
 
 def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:

@@ -1,0 +1,71 @@
+"""The ROS loop beside a bare relay of the same topics, in lockstep and in real time; idle CPU of the nodes."""
+
+from collections.abc import Callable
+
+import numpy as np
+from ros_runs import Run, idle, relay, stack
+from table import Row, alternated, ratios
+
+from quad_bringup.flight_setup import Request
+
+BENCH = "ros_loop"
+_SECONDS = 6.0
+_STEPS = 4000
+_IDLE = 10.0
+
+
+def measure(rounds: int) -> list[Row]:
+    """Return all rows; paired rounds of relay and stack."""
+    rows = []
+    for one_process, name, target in ((False, "five processes", ">= 0.8"), (True, "one process", ">= 0.6")):
+        rows += _lockstep(rounds, one_process, name, target)
+    for rate in (500, 1000):
+        rows += _real_time(rounds, rate)
+    used = idle(_IDLE)
+    rows += [Row(BENCH, f"idle {role}", (100.0 * share,), "% of a core", "< 1") for role, share in used.items()]
+    return rows
+
+
+def _lockstep(rounds: int, one_process: bool, name: str, target: str) -> list[Row]:
+    runs: dict[str, list[Run]] = {"relay": [], "stack": []}
+
+    def noted(key: str, fly: Callable[[], Run]) -> Callable[[], float]:
+        def measure_one() -> float:
+            runs[key].append(fly())
+            return runs[key][-1].rate
+
+        return measure_one
+
+    request = Request("hover", duration=_SECONDS)
+    floor, ours = alternated(
+        rounds,
+        [
+            noted("relay", lambda: relay(_STEPS, one_process)),
+            noted("stack", lambda: stack(request, one_process)),
+        ],
+    )
+    cpu = {key: [run.cpu_per_cycle for run in found] for key, found in runs.items()}
+    return [
+        Row(BENCH, f"{name}: bare relay", tuple(floor), "cycles/s"),
+        Row(BENCH, f"{name}: stack", tuple(ours), "cycles/s"),
+        Row(BENCH, f"{name}: stack over relay", ratios(ours, floor), "", target),
+        Row(BENCH, f"{name}: real-time factor at 500 Hz", tuple(rate / 500.0 for rate in ours), ""),
+        Row(BENCH, f"{name}: relay, CPU of a cycle", tuple(cpu["relay"]), "us"),
+        Row(BENCH, f"{name}: stack, CPU of a cycle", tuple(cpu["stack"]), "us", "", "laws, plant and bag included"),
+    ]
+
+
+def _real_time(rounds: int, rate: int) -> list[Row]:
+    period = round(1e9 / rate)
+    request = Request("hover", duration=_SECONDS, realtime=True, settings=(f"flight.plant_period={period}",))
+    runs = [stack(request) for _ in range(rounds)]
+    name = f"real time {rate} Hz"
+    rows = [
+        Row(BENCH, f"{name}: latency p50", tuple(1e3 * float(np.median(run.latencies)) for run in runs), "ms", "< 0.5"),
+        Row(BENCH, f"{name}: latency p99", tuple(1e3 * float(np.quantile(run.latencies, 0.99)) for run in runs), "ms"),
+        Row(BENCH, f"{name}: missed commands", tuple(100.0 * run.missed / run.steps for run in runs), "%", "< 0.5"),
+    ]
+    for role in runs[0].cpu:
+        share = tuple(100.0 * run.cpu[role] / run.wall for run in runs)
+        rows.append(Row(BENCH, f"{name}: CPU {role}", share, "% of a core"))
+    return rows
