@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 REFERENCE = "reference"
+_NARROWEST = 1.0 / 3.0
 POINTS = 2000  # of one line; more cannot be told apart on a page
 
 
@@ -99,6 +100,26 @@ def height(panel: Panel, span: tuple[float, float]) -> tuple[float, float] | Non
     low, high = min(float(values.min()) for values in shown), max(float(values.max()) for values in shown)
     room = 0.06 * (high - low) or 0.1
     return low - room, high + room
+
+
+def bounds(panel: Panel) -> list[tuple[float, float]]:
+    """Return the ranges of x, y and z that hold all paths of a panel, none narrower than a third of the widest."""
+    lines = [line for line in panel.lines if len(line.columns[0])]
+    if not lines:
+        return [(0.0, 1.0)] * 3
+    ends = [
+        (
+            min(float(np.nanmin(line.columns[axis])) for line in lines),
+            max(float(np.nanmax(line.columns[axis])) for line in lines),
+        )
+        for axis in range(3)
+    ]
+    widest = max(*(high - low for low, high in ends), 1e-3)
+    found = []
+    for low, high in ends:
+        half, middle = 0.5 * max(1.06 * (high - low), _NARROWEST * widest), 0.5 * (low + high)
+        found.append((middle - half, middle + half))
+    return found
 
 
 def runs_of(figures: list[Figure]) -> list[str]:

@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from quad_flight_log.figures import POINTS, REFERENCE, Figure, Floats, Line, Panel, height, thin
+from quad_flight_log.figures import POINTS, REFERENCE, Figure, Floats, Line, Panel, bounds, height, thin
 
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")  # Okabe and Ito's
 REFERENCE_COLOUR = "#222222"
 _PANEL_HEIGHT, _DOTS_HEIGHT, _SPATIAL_HEIGHT, _MARGIN = 190, 150, 560, 85
 _GAP = 18  # pixels between two panels
-_CAMERA = {"eye": {"x": 1.8, "y": -1.8, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}}
 _GRID = {"gridcolor": "#e3e6ea", "zerolinecolor": "#b9c0c8", "linecolor": "#8a939c", "showline": True}
 
 
@@ -41,7 +40,7 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
         "hovermode": "x" if figure.over_time else "closest",
         "uirevision": figure.key,
     }
-    layout.update(_scene() if figure.spatial else _axes(figure))
+    layout.update(_scene(figure.panels[0]) if figure.spatial else _axes(figure))
     return {"data": data, "layout": layout}
 
 
@@ -78,11 +77,23 @@ def _trace(line: Line, panel: Panel, index: int, colour: str, spatial: bool) -> 
     return trace
 
 
-def _scene() -> dict[str, Any]:
-    axes = {f"{axis}axis": {"title": {"text": f"{axis} [m]"}} for axis in "xyz"}
+def _scene(panel: Panel) -> dict[str, Any]:
+    spans = bounds(panel)
+    widths = np.array([high - low for low, high in spans])
+    ratio = widths / np.cbrt(widths.prod())
+    away = max(1.5, float(ratio.max()))
+    axes = {
+        f"{axis}axis": {"title": {"text": f"{axis} [m]"}, "range": list(span)}
+        for axis, span in zip("xyz", spans, strict=True)
+    }
     return {
         "height": _SPATIAL_HEIGHT,
-        "scene": {**axes, "aspectmode": "data", "camera": _CAMERA},
+        "scene": {
+            **axes,
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True)),
+            "camera": {"eye": {"x": away, "y": -away, "z": 0.45 * away}, "center": {"x": 0.0, "y": 0.0, "z": -0.12}},
+        },
     }
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.figures import Figure, Panel, height, runs_of, thin
+from quad_flight_log.figures import Figure, Panel, bounds, height, runs_of, thin
 from quad_flight_log.figures_interactive import colours
 
 FORMATS = ("png", "pdf", "svg")
@@ -108,9 +108,8 @@ def draw_path(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
     for line in panel.lines:
         style = "--" if line.dashed else "-"
         ax.plot(*thin(line).columns, color=colour[line.run], linestyle=style, linewidth=0.9, label=line.label)
-    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    ax.set_aspect("equal")
-    spans = [axis.get_view_interval() for axis in (ax.xaxis, ax.yaxis, ax.zaxis)]
+    spans = bounds(panel)
+    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", xlim=spans[0], ylim=spans[1], zlim=spans[2])
     widest = max(high - low for low, high in spans)
     for axis, (low, high) in zip((ax.xaxis, ax.yaxis, ax.zaxis), spans, strict=True):
         axis.set_major_locator(_ticks(max(2, round(_MOST_TICKS * (high - low) / widest))))

@@ -93,7 +93,8 @@ def _metrics_table(runs: Sequence[Run]) -> Table:
 
 
 def _flown_with(flights: Sequence[Flight], names: Sequence[str]) -> Section:
-    folded = []
+    meanings = "\n".join(f"{name}: {about.meaning}" for name, about in METRICS.items())
+    folded = [("What the metrics mean", meanings)]
     tables = []
     for flight, name in zip(flights, names, strict=True):
         if flight.parameters_text:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.figures import Line, Panel, height, thin, thinned
+from quad_flight_log.figures import Line, Panel, bounds, height, thin, thinned
 
 COUNT = 45_000
 
@@ -70,3 +70,13 @@ def test_height_sees_only_the_span():
     low, high = height(Panel("", (line,)), (0.0, 1.0))
     assert (low, high) == (pytest.approx(0.88), pytest.approx(3.12))
     assert height(Panel("", (line,)), (5.0, 6.0)) is None
+
+
+def test_bounds_hold_all_paths_and_are_never_thin():
+    rising = Line("a", "a", (np.zeros(5), np.full(5, 2.0), np.arange(5.0)))
+    aside = Line("b", "b", (np.array([0.0, 0.6]), np.array([2.0, 2.0]), np.array([-2.0, 0.0])))
+    spans = bounds(Panel("m", (rising, aside)))
+    assert spans[2] == (pytest.approx(1.0 - 3.18), pytest.approx(1.0 + 3.18))
+    assert spans[0] == (pytest.approx(0.3 - 1.0), pytest.approx(0.3 + 1.0))
+    assert spans[1] == (pytest.approx(1.0), pytest.approx(3.0))
+    assert bounds(Panel("m", ())) == [(0.0, 1.0)] * 3
