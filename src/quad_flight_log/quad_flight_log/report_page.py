@@ -11,6 +11,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.figures import POINTS, REFERENCE, Figure, Table, runs_of
 from quad_flight_log.figures_interactive import colours, specification
 
+_FEWEST = 100  # points of a line, however large the page
 LARGEST = 14_500_000  # bytes of a page; a bigger one is slow to open
 
 
@@ -48,8 +49,9 @@ def page_text(page: Page) -> str:
     library = _library()
     points = POINTS
     text = _assembled(page, library, points)
-    while len(text) > LARGEST and points > 100:
-        points //= 2
+    while len(text) > LARGEST and points > _FEWEST:
+        room = (LARGEST - len(library)) / (len(text) - len(library))
+        points = max(_FEWEST, int(0.9 * room * points))
         text = _assembled(page, library, points)
     return text
 
