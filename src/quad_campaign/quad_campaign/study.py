@@ -67,6 +67,7 @@ VERSIONS = ("numpy", "numba", "scipy", "pandas", "pyarrow", "optuna")
 EXAMPLES = """examples:
   scripts/study paper --seeds 50 --out studies/paper       fly, compare, write studies/paper/report.html
   scripts/study paper --seeds 50 --out studies/paper       again: goes on where it was stopped
+  scripts/study paper --seeds 50 --plant rigid_body --out studies/paper      a part of it
   python -m quad_campaign.study_report studies/paper       the report alone, from the stored flights
   python -m quad_campaign.tune paper                       tune the controllers first (gains are committed)
 """
@@ -88,6 +89,14 @@ def blocks(plan: StudyPlan) -> Iterator[Block]:
         for case in plan.study.cases:
             for name, overrides in gains.items():
                 yield Block(name, case, plant, flight_of(overrides, case, plant, plan.study.start))
+
+
+def restricted(plan: StudyPlan, plants: Sequence[str]) -> StudyPlan:
+    """Return ``plan`` with only these of its plants, all if none is named. Raises ParameterError for another one."""
+    for name in plants:
+        if name not in plan.study.plants:
+            raise ParameterError(f"--plant: found {name!r}, expected one of {', '.join(plan.study.plants)}")
+    return plan._replace(study=plan.study._replace(plants=tuple(plants) or plan.study.plants))
 
 
 def identity(plan: StudyPlan) -> str:
@@ -252,13 +261,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("plan", help="paper, or the path of a plan (as src/quad_campaign/config/study.yaml)")
     parser.add_argument("--seeds", type=int, default=50, metavar="N", help="held-out seeds (default: 50)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where all files of the study go")
+    parser.add_argument("--plant", action="append", metavar="NAME", help="only this of the plan's; may be repeated")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="flights at once (default: 2)")
     options = parser.parse_args(arguments)
     if options.seeds < 1 or options.threads < 1:
         parser.error("--seeds and --threads: expected at least 1")
-    command = f"scripts/study {options.plan} --seeds {options.seeds} --out {options.out}"
+    only = "".join(f" --plant {name}" for name in options.plant or ())
+    command = f"scripts/study {options.plan} --seeds {options.seeds}{only} --out {options.out}"
     try:
-        run(read_plan(find_plan(options.plan)), options.seeds, options.out, command, options.threads, progress=True)
+        plan = restricted(read_plan(find_plan(options.plan)), options.plant or ())
+        run(plan, options.seeds, options.out, command, options.threads, progress=True)
     except (ParameterError, PluginError, EngineError) as error:
         sys.stderr.write(f"study: {error}\n")
         return 2

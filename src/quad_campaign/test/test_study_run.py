@@ -118,6 +118,14 @@ def test_usage_errors_are_exit_2(plan, tmp_path, capsys):
     assert stop.value.code == 2
 
 
+def test_a_study_of_some_plants(plan):
+    wide = plan._replace(study=plan.study._replace(plants=("rigid_body", "paper")))
+    assert study.restricted(wide, ["paper"]).study.plants == ("paper",)
+    assert study.restricted(wide, []) == wide
+    with pytest.raises(ParameterError, match="--plant: found 'kite', expected one of rigid_body, paper"):
+        study.restricted(wide, ["kite"])
+
+
 def test_spread_and_paired_by_hand():
     values = np.array([np.nan, *np.arange(21.0)])
     assert spread(values) == {"median": 10.0, "low": 1.0, "high": 19.0}
