@@ -75,6 +75,6 @@ def _scenario() -> Batch | None:
     from quad_core.parameters import ParameterError
 
     try:
-        return campaign(vehicle="x500", scenario="flight")
+        return campaign(case="flight", vehicle="x500", preset="x500")
     except (ParameterError, ValueError):
         return None
