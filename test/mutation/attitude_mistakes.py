@@ -61,7 +61,10 @@ ATTITUDE = {
         ("54", "estimate + dt", "estimate - dt"),
         ("54", "moved > max_estimate", "moved < max_estimate"),
     ],
-    "quad_attitude_ctrl.sliding_control.lyapunov": [("57", "+ sliding * sliding", "- sliding * sliding")],
+    "quad_attitude_ctrl.sliding_control.lyapunov": [
+        ("42", "error * error", "error"),
+        ("57", "+ sliding * sliding", "- sliding * sliding"),
+    ],
     "quad_attitude_ctrl.sliding_control.lyapunov_rate": [
         ("58", "-error * integral", "error * integral"),
         ("58", "- bound * pull", "+ bound * pull"),
