@@ -30,6 +30,8 @@ _EXAMPLES = """examples:
   scripts/fly case2 --one-process
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
   scripts/fly case2 --set position_controller.aibs.x.position_gain=3.5 --set simulator.held_gaussian.acceleration_sd=1.5
+  scripts/fly flight --vehicle x500 --preset x500
+  scripts/fly case1 --scenario my_weather.yaml
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
 
 NODE is simulator, trajectory, position_controller, attitude_controller or recorder; flight and vehicle go to all nodes.
