@@ -51,6 +51,11 @@ def test_a_scenario_of_one_s_own_acts_and_is_reported(tmp_path):
     assert (acting["force_w"][:, 0] == 1.0).sum() == 50
     assert acting["sensor_frozen"].sum() == 10
     assert acting["link_lost"].any()
+    told = bag.array("flight/events")
+    when = dict(zip(told["text"].tolist(), told["stamp_ns"] // 2_000_000, strict=True))
+    assert when["begins: push start=0.4 end=0.5 force=1,0,0"] == 200
+    assert when["ends: push start=0.4 end=0.5 force=1,0,0"] == 250
+    assert when["begins: payload start=0.6 mass=0.05 offset=0.02,0,-0.05"] == 300
     state = bag.array("state")["p_w"]
     assert (state[500:510] == state[500]).all()
 

@@ -160,7 +160,7 @@ class Simulator(FlightNode):
         time_now = seconds(self.step, self.flight.plant_period)
         while self._announcements and self._announcements[0][0] <= time_now:
             _, kind, text = self._announcements.popleft()
-            self.event(FlightEvent.INFO, kind, text, self.step * self.flight.plant_period)
+            self.event(FlightEvent.INFO, kind, text, self.step * self.flight.plant_period, always=True)
 
     def _publish_step(self) -> None:
         stamp = self.step * self.flight.plant_period

@@ -123,11 +123,11 @@ class FlightNode(Node):
             )
         )
 
-    def event(self, severity: int, kind: str, text: str, stamp_ns: int = 0) -> None:
-        """Count ``kind``; publish and log it, at most once a second for the same kind."""
+    def event(self, severity: int, kind: str, text: str, stamp_ns: int = 0, always: bool = False) -> None:
+        """Count ``kind``; publish and log it, at most once a second for the same kind unless ``always`` or an error."""
         self.counters[kind] += 1
         now = time.monotonic()
-        if severity < FlightEvent.ERROR and now - self._said.get(kind, -1.0) < 1.0:
+        if not always and severity < FlightEvent.ERROR and now - self._said.get(kind, -1.0) < 1.0:
             return
         self._said[kind] = now
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
