@@ -8,31 +8,46 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from quad_campaign.study_statistics import summary as compared
+
+RESAMPLES = 9999
 EXAMPLES = """examples:
   python -m quad_campaign.study_table studies/paper
+  python -m quad_campaign.study_table studies/paper --against paper-law --metric position_rmse
   python -m quad_campaign.study_table studies/paper --plant rigid_body --metric position_rmse --metric attitude_rmse
 """
 
 
-def tables(directory: Path, plants: Sequence[str] = (), metrics: Sequence[str] = ()) -> str:
+def tables(directory: Path, plants: Sequence[str] = (), metrics: Sequence[str] = (), against: str = "") -> str:
     """Return all tables of the study in ``directory``; empty ``plants`` or ``metrics``: all.
 
-    Raises FileNotFoundError if it holds no finished study, KeyError for a plant or metric that it has not.
+    ``against``: the controller that the others are compared with (default: the study's first). Raises
+    FileNotFoundError if there is no finished study, KeyError for a plant, metric or controller that it has not.
     """
     import pandas
 
     facts = json.loads((directory / "study.json").read_text(encoding="utf-8"))
     summary = pandas.read_parquet(directory / "summary.parquet")
-    for chosen, known in ((plants, facts["plants"]), (metrics, facts["metrics"])):
+    about = facts["controllers"]
+    for chosen, known in (
+        (plants, facts["plants"]),
+        (metrics, facts["metrics"]),
+        ([against or next(iter(about))], about),
+    ):
         strange = [name for name in chosen if name not in known]
         if strange:
             raise KeyError(f"found {strange[0]!r}, expected one of {', '.join(known)}")
+    shown = list(metrics or facts["metrics"])
+    if against:
+        facts["controllers"] = {against: about[against], **about}
+        flights = pandas.read_parquet(directory / "flights.parquet")
+        summary = compared(flights, list(facts["controllers"]), shown, RESAMPLES, 1)
     parts = []
     for plant in plants or facts["plants"]:
         for case in facts["cases"]:
             rows = summary[(summary["case"] == case) & (summary["plant"] == plant)].to_dict("records")
             found = {(row["controller"], row["metric"]): row for row in rows}
-            parts.append(f"### {case}, plant `{plant}`\n\n" + table(facts, found, list(metrics or facts["metrics"])))
+            parts.append(f"### {case}, plant `{plant}`\n\n" + table(facts, found, shown))
     return "\n".join(parts)
 
 
@@ -72,9 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("directory", type=Path, metavar="DIR", help="what scripts/study wrote")
     parser.add_argument("--plant", action="append", default=[], help="may be repeated (default: all)")
     parser.add_argument("--metric", action="append", default=[], help="may be repeated (default: all)")
+    parser.add_argument("--against", default="", metavar="CONTROLLER", help="what to compare with (default: the first)")
     options = parser.parse_args(arguments)
     try:
-        sys.stdout.write(tables(options.directory, options.plant, options.metric))
+        sys.stdout.write(tables(options.directory, options.plant, options.metric, options.against))
     except (OSError, KeyError) as error:
         sys.stderr.write(f"study_table: {options.directory}: {error}\n")
         return 2

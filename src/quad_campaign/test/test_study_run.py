@@ -165,6 +165,10 @@ def test_tables_show_medians_and_differences(plan, flown, tmp_path, capsys):
     assert "| position_rmse [m] | 0.101 (0.1 .. 0.102) | 0.601 (0.6 .. 0.602)<br>+0.5 [+0.5, +0.5] |" in text
     assert "corner_overshoot" not in text  # nobody has one
     assert "| flown to the end | 3 of 3 | 2 of 3 |" in text
+    turned = study_table.tables(out, metrics=["position_rmse"], against="other")
+    assert "| metric | Other | Mine |" in turned
+    assert "| position_rmse [m] | 0.601 (0.6 .. 0.602) | 0.101 (0.1 .. 0.102)<br>-0.5 [-0.5, -0.5] |" in turned
+    assert study_table.main([str(out), "--against", "kite"]) == 2
     assert study_table.main([str(out), "--metric", "speed"]) == 2
     assert study_table.main([str(tmp_path / "none")]) == 2
     assert "expected one of duration" in capsys.readouterr().err
