@@ -16,7 +16,7 @@ CONTROL_STEPS = 5
 def main(steps: int) -> None:
     """Fly at least ``steps`` steps in all worlds together."""
     sim = Sim(n_worlds=WORLDS, n_drones=1, control="state", freq=500, state_freq=100, attitude_freq=500, device="cpu")
-    command = np.zeros((WORLDS, 1, 13), dtype=np.float32)
+    command = np.zeros((WORLDS, 1, 16), dtype=np.float32)
     command[..., 2] = 1.0
     sim.reset()
     calls = max(1, steps // (WORLDS * CONTROL_STEPS))
