@@ -168,3 +168,17 @@ def test_negative_thrust_becomes_none(thrust):
     actuation = allocate(ASYMMETRIC, Wrench(thrust, Vec3(0.0, 0.0, 0.0)))
     assert actuation.thrust == 0.0
     assert flags(actuation) == (False, True, False, False, False)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_rotors_that_never_stop_make_the_same_wrench(layout):
+    """Least thrust 2e-3 * 15^2 = 0.45 N of each rotor: what is asked above four times that is made exactly."""
+    vehicle = ASYMMETRIC._replace(layout=layout, lift_coefficient=2e-3, rotor_speed_min=15.0)
+    wrench = Wrench(14.0, Vec3(0.05, -0.03, 0.01))
+    achieved = allocate(vehicle, wrench)
+    assert achieved.thrust == pytest.approx(14.0, rel=1e-12)
+    assert achieved.torque_b == pytest.approx(wrench.torque_b, rel=1e-9)
+    assert min(achieved.rotor_speed) >= 15.0
+    idle = allocate(vehicle, Wrench(0.0, Vec3(0.0, 0.0, 0.0)))
+    assert tuple(idle.rotor_thrust) == pytest.approx((0.45,) * 4, rel=1e-12)
+    assert idle.thrust_low
