@@ -22,7 +22,7 @@ PACKAGES = {
 }
 
 # What is asked of a process in turn, and how long (s) it then has.
-_STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
+_STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGKILL, 2.0))
 
 
 def executable(role: str) -> Path:

@@ -98,8 +98,11 @@ def _limit(state: Sighting | None, patience: Patience) -> float:
 
 
 def _may_leave(state: Sighting | None, code: int) -> bool:
-    """Return whether a process may end now: the flight is over, or ended so lately that its end is not known here."""
-    return code >= 0 and state is not None and (state.over or (state.phase == FLYING and code == 0))
+    """Return whether a process may end now: its exit code says that the flight ended, or we know that it is over.
+
+    A short flight may be over before anything of it is known here.
+    """
+    return code == 0 or (code > 0 and state is not None and state.over)
 
 
 def _others_will_notice(role: str, state: Sighting | None) -> bool:

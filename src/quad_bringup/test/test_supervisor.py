@@ -61,6 +61,17 @@ def test_a_flight_that_ends_by_itself_has_no_cause(monkeypatch):
     assert flight.stopped == 0
 
 
+def test_a_flight_may_be_over_before_anything_of_it_is_known(monkeypatch):
+    flight = Flight([(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})], monkeypatch)
+    assert flight.supervise() == ""
+    assert flight.stopped == 0
+
+
+def test_a_node_that_fails_before_anything_is_known_is_the_cause(monkeypatch):
+    flight = Flight([(1, None, {"recorder": 1})], monkeypatch)
+    assert flight.supervise() == "recorder ended with exit code 1"
+
+
 def test_a_flight_that_fails_by_itself_is_told_by_its_bag(monkeypatch):
     left = dict.fromkeys(ALL_LEFT, 1)
     flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), left)], monkeypatch)
