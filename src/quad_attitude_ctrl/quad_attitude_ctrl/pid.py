@@ -9,12 +9,10 @@ angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flow
 import math
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
+from quad_attitude_ctrl.abfnitsm import Internals
 from quad_attitude_ctrl.body_torque import body_acceleration
 from quad_attitude_ctrl.shaping import (
     Commands,
-    Desired,
-    HeldTorque,
     Shaping,
     TorqueLimits,
     commands_at,
@@ -23,6 +21,7 @@ from quad_attitude_ctrl.shaping import (
     held_torque,
     next_commands,
     resting,
+    surfaceless_internals,
 )
 from quad_core.parameters import Flag, Real
 from quad_core.rotations import body_rates, euler_from_quaternion, wrap_angle
@@ -120,7 +119,7 @@ def step(
         _integrated(yaw, old.z, error_rate.z, rest.z, dt),
     )
     kept = Memory(next_commands(parameters.shaping, commands, inputs.setpoint, dt), integral, measured, omega_b, 1.0)
-    internals = _internals(goal, error, error_rate, ahead, pid, bounded, rest)
+    internals = surfaceless_internals(goal, error, error_rate, ahead, pid, bounded, rest)
     return Wrench(inputs.setpoint.thrust, bounded.torque), kept, internals
 
 
@@ -142,28 +141,3 @@ def _integrated(gains: Gains, part: float, error_rate: float, rests: bool, dt: f
     if rests:
         return part
     return held(part - gains.integral * error_rate * dt, gains.max_integral)
-
-
-def _internals(
-    goal: Desired, error: Vec3, error_rate: Vec3, ahead: Vec3, pid: Vec3, bounded: HeldTorque, rest: AxisFlags
-) -> Internals:
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Internals(
-        desired_angles=goal.angles,
-        desired_rates=goal.rates,
-        desired_accelerations=goal.accelerations,
-        angle_error=error,
-        rate_error=error_rate,
-        sliding_variable=zero,
-        surface_integral=zero,
-        surface_exponent=zero,
-        adaptive_constant=zero,
-        adaptive_angle=zero,
-        adaptive_rate=zero,
-        equivalent_control=ahead,
-        reaching_control=pid,
-        lyapunov=zero,
-        lyapunov_rate=zero,
-        torque_limited=bounded.limited,
-        adaptation_frozen=rest,
-    )

@@ -13,14 +13,13 @@ from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
 from quad_attitude_ctrl.body_torque import body_acceleration
 from quad_attitude_ctrl.shaping import (
     Commands,
-    Desired,
-    HeldTorque,
     Shaping,
     TorqueLimits,
     commands_at,
     desired,
     held_torque,
     next_commands,
+    surfaceless_internals,
 )
 from quad_core.parameters import Real
 from quad_core.rotations import body_rates, euler_from_quaternion, quaternion_from_euler, rotate_inverse
@@ -102,7 +101,7 @@ def step(
     return (
         Wrench(inputs.setpoint.thrust, bounded.torque),
         kept,
-        _internals(goal, error, error_rate, rest, feedback, bounded),
+        surfaceless_internals(goal, error, error_rate, rest, feedback, bounded, AxisFlags(False, False, False)),
     )
 
 
@@ -125,28 +124,3 @@ def rotation_error(relative: Quat) -> Vec3:
 def cross(a: Vec3, b: Vec3) -> Vec3:
     """Return a x b."""
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
-
-
-def _internals(
-    goal: Desired, error: Vec3, error_rate: Vec3, rest: Vec3, feedback: Vec3, bounded: HeldTorque
-) -> Internals:
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Internals(
-        desired_angles=goal.angles,
-        desired_rates=goal.rates,
-        desired_accelerations=goal.accelerations,
-        angle_error=error,
-        rate_error=error_rate,
-        sliding_variable=zero,
-        surface_integral=zero,
-        surface_exponent=zero,
-        adaptive_constant=zero,
-        adaptive_angle=zero,
-        adaptive_rate=zero,
-        equivalent_control=rest,
-        reaching_control=feedback,
-        lyapunov=zero,
-        lyapunov_rate=zero,
-        torque_limited=bounded.limited,
-        adaptation_frozen=AxisFlags(False, False, False),
-    )

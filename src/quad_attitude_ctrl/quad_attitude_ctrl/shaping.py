@@ -5,7 +5,7 @@ Commands are shaped as ABFNITSM shapes them (``command_filter``), so that laws a
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.abfnitsm import AxisFlags
+from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
 from quad_attitude_ctrl.axis import COMMAND_FEED_FORWARD, COMMAND_FILTER, Filter
 from quad_attitude_ctrl.command_filter import Command, next_command
 from quad_core.parameters import Choice, Real
@@ -114,4 +114,33 @@ def resting(anti_windup: bool, limited: AxisFlags, actuation: Actuation) -> Axis
         anti_windup and (limited.x or actuation.roll_limited),
         anti_windup and (limited.y or actuation.pitch_limited),
         anti_windup and (limited.z or actuation.yaw_limited),
+    )
+
+
+def surfaceless_internals(
+    goal: Desired, error: Vec3, error_rate: Vec3, ahead: Vec3, feedback: Vec3, bounded: HeldTorque, rest: AxisFlags
+) -> Internals:
+    """Return the internals of a law without sliding surface and adaptation: what it has of them, zero for the rest.
+
+    ``error`` rad, ``error_rate`` rad/s, ``ahead`` and ``feedback`` the two parts of the command.
+    """
+    zero = Vec3(0.0, 0.0, 0.0)
+    return Internals(
+        desired_angles=goal.angles,
+        desired_rates=goal.rates,
+        desired_accelerations=goal.accelerations,
+        angle_error=error,
+        rate_error=error_rate,
+        sliding_variable=zero,
+        surface_integral=zero,
+        surface_exponent=zero,
+        adaptive_constant=zero,
+        adaptive_angle=zero,
+        adaptive_rate=zero,
+        equivalent_control=ahead,
+        reaching_control=feedback,
+        lyapunov=zero,
+        lyapunov_rate=zero,
+        torque_limited=bounded.limited,
+        adaptation_frozen=rest,
     )

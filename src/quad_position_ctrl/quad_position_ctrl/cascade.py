@@ -8,6 +8,7 @@ from typing import NamedTuple
 from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Actuation, AttitudeThrust, TrajectoryPoint, Vec3
 from quad_core.vehicle import Vehicle, max_thrust
+from quad_position_ctrl.aibs import Internals
 from quad_position_ctrl.speed_limit import SpeedLimits, bounded_pair
 from quad_position_ctrl.thrust_vector import LimitedLift, Limits, limited_lift, limited_thrust, thrust_projected
 
@@ -79,3 +80,37 @@ def setpoint(vehicle: Vehicle, reference: TrajectoryPoint, angles: Vec3, thrust:
 def difference(actual: Vec3, desired: Vec3) -> Vec3:
     """Return actual - desired."""
     return Vec3(actual.x - desired.x, actual.y - desired.y, actual.z - desired.z)
+
+
+def plain_internals(
+    error: Vec3,
+    error_v: Vec3,
+    v_d: Vec3,
+    command: Vec3,
+    estimate: Vec3,
+    wanted: Approach,
+    reached: Reach,
+    frozen: bool,
+) -> Internals:
+    """Return the internals of a law without integral backstepping: what it has of them, zero for the rest.
+
+    ``error`` m, ``error_v`` and ``v_d`` m/s, ``command`` and ``estimate`` (of the disturbance) m/s^2, world frame.
+    """
+    zero = Vec3(0.0, 0.0, 0.0)
+    return Internals(
+        position_error=error,
+        velocity_error=error_v,
+        error_integral=zero,
+        adaptive_gain=zero,
+        virtual_velocity=v_d,
+        acceleration_command=command,
+        disturbance_estimate=estimate,
+        lyapunov=0.0,
+        lyapunov_rate=0.0,
+        velocity_limited=wanted.limited,
+        acceleration_limited=reached.limits.acceleration_limited,
+        tilt_limited=reached.limits.tilt_limited,
+        thrust_limited=reached.thrust_limited,
+        descent_limited=reached.limits.descent_limited,
+        adaptation_frozen=frozen,
+    )

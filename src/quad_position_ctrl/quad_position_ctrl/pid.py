@@ -14,7 +14,7 @@ from quad_core.rotations import body_z, euler_from_quaternion
 from quad_core.types import AttitudeThrust, PositionInputs, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.aibs import Internals
-from quad_position_ctrl.cascade import Approach, Reach, approach, difference, is_limited, reach, setpoint
+from quad_position_ctrl.cascade import approach, difference, is_limited, plain_internals, reach, setpoint
 from quad_position_ctrl.speed_limit import SpeedLimits
 from quad_position_ctrl.thrust_vector import Limits, clamped, desired_angles
 
@@ -93,7 +93,8 @@ def step(
             _integrated(z, part.z, error_v.z, dt),
         )
     kept = Memory(integral, acceleration, state.v_w, 1.0)
-    return answer, kept, _internals(error, error_v, v_d, command, part, wanted, reached, frozen)
+    estimate = Vec3(-part.x, -part.y, -part.z)
+    return answer, kept, plain_internals(error, error_v, v_d, command, estimate, wanted, reached, frozen)
 
 
 def _acceleration(bandwidth: float, memory: Memory, velocity: Vec3, dt: float) -> Vec3:
@@ -112,33 +113,3 @@ def _acceleration(bandwidth: float, memory: Memory, velocity: Vec3, dt: float) -
 def _integrated(gains: Gains, part: float, velocity_error: float, dt: float) -> float:
     """Return the I part in m/s^2 after a step of ``dt`` s."""
     return clamped(part - gains.integral * velocity_error * dt, -gains.max_integral, gains.max_integral)
-
-
-def _internals(
-    error: Vec3,
-    error_v: Vec3,
-    v_d: Vec3,
-    command: Vec3,
-    part: Vec3,
-    wanted: Approach,
-    reached: Reach,
-    frozen: bool,
-) -> Internals:
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Internals(
-        position_error=error,
-        velocity_error=error_v,
-        error_integral=zero,
-        adaptive_gain=zero,
-        virtual_velocity=v_d,
-        acceleration_command=command,
-        disturbance_estimate=Vec3(-part.x, -part.y, -part.z),
-        lyapunov=0.0,
-        lyapunov_rate=0.0,
-        velocity_limited=wanted.limited,
-        acceleration_limited=reached.limits.acceleration_limited,
-        tilt_limited=reached.limits.tilt_limited,
-        thrust_limited=reached.thrust_limited,
-        descent_limited=reached.limits.descent_limited,
-        adaptation_frozen=frozen,
-    )

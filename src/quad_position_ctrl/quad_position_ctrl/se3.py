@@ -15,7 +15,7 @@ from quad_core.rotations import body_z
 from quad_core.types import AttitudeThrust, PositionInputs, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.aibs import Internals
-from quad_position_ctrl.cascade import Approach, Reach, approach, difference, reach, setpoint
+from quad_position_ctrl.cascade import approach, difference, plain_internals, reach, setpoint
 from quad_position_ctrl.speed_limit import SpeedLimits
 from quad_position_ctrl.thrust_vector import Limits, clamped
 
@@ -72,7 +72,9 @@ def step(
     v_d = Vec3(
         reference.v_w.x + wanted.velocity.x, reference.v_w.y + wanted.velocity.y, reference.v_w.z + wanted.velocity.z
     )
-    return answer, Memory(memory.steps + 1.0), _internals(error, error_v, v_d, command, wanted, reached)
+    none = Vec3(0.0, 0.0, 0.0)
+    internals = plain_internals(error, error_v, v_d, command, none, wanted, reached, False)
+    return answer, Memory(memory.steps + 1.0), internals
 
 
 def desired_attitude(lift: Vec3, yaw: float) -> Vec3:
@@ -93,24 +95,3 @@ def desired_attitude(lift: Vec3, yaw: float) -> Vec3:
     x2, y2, z2 = x2 / across, y2 / across, z2 / across
     x1, y1, z1 = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
     return Vec3(math.atan2(z2, z3), -math.asin(clamped(z1, -1.0, 1.0)), math.atan2(y1, x1))
-
-
-def _internals(error: Vec3, error_v: Vec3, v_d: Vec3, command: Vec3, wanted: Approach, reached: Reach) -> Internals:
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Internals(
-        position_error=error,
-        velocity_error=error_v,
-        error_integral=zero,
-        adaptive_gain=zero,
-        virtual_velocity=v_d,
-        acceleration_command=command,
-        disturbance_estimate=zero,
-        lyapunov=0.0,
-        lyapunov_rate=0.0,
-        velocity_limited=wanted.limited,
-        acceleration_limited=reached.limits.acceleration_limited,
-        tilt_limited=reached.limits.tilt_limited,
-        thrust_limited=reached.thrust_limited,
-        descent_limited=reached.limits.descent_limited,
-        adaptation_frozen=False,
-    )
