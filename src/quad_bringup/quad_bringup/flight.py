@@ -10,7 +10,7 @@ from quad_bringup import one_process, results
 from quad_bringup.flight_setup import parameter_file, summary
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
-from quad_bringup.supervisor import Interrupts, Patience, supervise
+from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
 from quad_core.node_parameters import ROLES, SHADOWS, Resolved
 from quad_node.watch import FlightWatch
 
@@ -40,19 +40,20 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     )
     _say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
     logs = Path(tempfile.mkdtemp(prefix="quad-fly-"))
-    processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
+    # A process that crashes, or hangs and is aborted, leaves in its log where it was.
+    processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1"})
     watch = FlightWatch(flight.run_id, domain, flight.namespace)
     progress = Progress(flight.name, sys.stderr)
     try:
         _start(processes, flight, logs / "parameters.yaml")
-        cause = supervise(processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show)
+        outcome = supervise(processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show)
     finally:
         progress.close()
         watch.close()
         processes.stop()
     if flight.directory.is_dir():
         processes.move_logs(flight.directory / "logs")
-    return _judge(flight, processes, cause)
+    return _judge(flight, processes, outcome)
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
@@ -72,7 +73,7 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
         processes.start(role, [executable(role), *arguments, *name])
 
 
-def _judge(flight: Planned, processes: Processes, cause: str) -> int:
+def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
     """Print the table and what went wrong; returns the exit code."""
     for role, code in processes.codes.items():
         if code == BAD_SETUP:
@@ -80,15 +81,17 @@ def _judge(flight: Planned, processes: Processes, cause: str) -> int:
             return BAD_SETUP
     found = results.report(flight.directory, flight.limits, flight.namespace)
     _say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
-    problems = ([cause] if cause else []) + found.problems
+    problems = ([outcome.cause] if outcome.cause else []) + found.problems
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
-    problems = problems or [text for role, text in ends.items() if role not in SHADOWS]
+    problems = problems or [text for role, text in ends.items() if role not in (*SHADOWS, *outcome.late)]
+    for role in outcome.late:
+        _complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
     for role in set(ends) & set(SHADOWS):
         _complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
     for problem in problems:
         _complain(f"{flight.name}: {problem}")
     for role, code in processes.codes.items():
-        if code != 0 and cause.startswith(f"{role} "):
+        if code != 0 and (outcome.cause.startswith(f"{role} ") or role in outcome.late):
             for line in processes.last_lines(role, 3):
                 _complain(f"{role}: {line}")
     _say(f"{flight.name}: {'failed' if problems else 'good'}")

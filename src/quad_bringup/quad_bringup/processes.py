@@ -21,8 +21,8 @@ PACKAGES = {
     "odometry_relay": "quad_node",
 }
 
-# What is asked of a process in turn, and how long (s) it then has.
-_STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGKILL, 2.0))
+# What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
+_STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
 
 
 def executable(role: str) -> Path:
@@ -99,7 +99,7 @@ class Processes:
     def stop(self) -> None:
         """End all processes that still run.
 
-        The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM and SIGKILL.
+        The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM, SIGABRT and SIGKILL.
         """
         self._ask("simulator", signal.SIGINT, 3.0)
         for number, patience in _STOPS:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
 from quad_core.node_parameters import SHADOWS, Resolved
-from quad_node.watch import FLYING, WAITING, FlightWatch, Sighting
+from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
 _LAST_NEWS = 1.0
 _STARTUP_MARGIN = 30.0
-_WIND_UP = 30.0
+_WIND_UP = 20.0
 
 
 class Patience(NamedTuple):
@@ -30,6 +30,13 @@ class Patience(NamedTuple):
         repeats = simulator.node.repeat_after * (simulator.node.repeat_limit + 1)
         answer = max(repeats, simulator.node.loss_timeout) + 3.0
         return cls(simulator.flight.start_timeout + _STARTUP_MARGIN, simulator.flight.silence_timeout + answer, answer)
+
+
+class Outcome(NamedTuple):
+    """``cause``: what ended the flight from outside, empty if nothing did. ``late``: who had to be stopped after it."""
+
+    cause: str
+    late: tuple[str, ...] = ()
 
 
 class Interrupts:
@@ -61,9 +68,13 @@ def supervise(
     patience: Patience,
     interrupted: Interrupts,
     show: Callable[[Sighting | None], None],
-) -> str:
-    """Return when all processes have left; the text says what ended the flight from outside, empty if nothing did."""
+) -> Outcome:
+    """Return when all processes have left, stopping those that do not.
+
+    A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
+    """
     cause = ""
+    late: tuple[str, ...] = ()
     deadline = time.monotonic() + patience.start
     known: Sighting | None = None
     while processes.running():
@@ -86,9 +97,12 @@ def supervise(
             cause = cause or f"interrupted by {interrupted.name}"
             deadline = now
         if now >= deadline:
-            cause = cause or _silent(state)
+            if not cause and state is not None and state.phase == ENDED:
+                late = tuple(processes.pids())
+            else:
+                cause = cause or _silent(state)
             processes.stop()
-    return cause
+    return Outcome(cause, late)
 
 
 def _limit(state: Sighting | None, patience: Patience) -> float:
@@ -113,5 +127,5 @@ def _silent(state: Sighting | None) -> str:
     if state is None or state.phase == WAITING:
         return f"the flight did not start: {state.reason if state else 'no flight/state from the simulator'}"
     if state.over:
-        return "the nodes did not leave after the flight"
+        return f"the nodes did not leave after the flight had failed: {state.reason}"
     return f"flight/state: nothing from the simulator after step {state.step}"

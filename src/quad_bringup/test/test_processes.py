@@ -1,5 +1,6 @@
 """Node processes: started, watched, and stopped whatever they do about it."""
 
+import signal
 import sys
 import time
 
@@ -10,11 +11,12 @@ from quad_bringup.processes import Processes, describe_exit
 
 DEAF = """
 import signal, time
-for number in (signal.SIGINT, signal.SIGTERM):
+for number in (signal.SIGINT, signal.SIGTERM, *{ignored}):
     signal.signal(number, signal.SIG_IGN)
 print("deaf", flush=True)
 time.sleep(60)
 """
+HUNG = DEAF.format(ignored=[]).replace("import signal", "import faulthandler; faulthandler.enable(); import signal")
 POLITE = """
 import signal, sys, time
 signal.signal(signal.SIGINT, lambda *_: (print("asked", flush=True), sys.exit(1)))
@@ -66,12 +68,19 @@ def test_exit_codes_are_told_once(started):
 
 def test_stop_asks_first_and_kills_at_last(started):
     start(started, "simulator", POLITE)
-    start(started, "recorder", DEAF)
+    start(started, "recorder", DEAF.format(ignored=[int(signal.SIGABRT)]))
     assert set(started.pids()) == {"simulator", "recorder"}
     started.stop()
     assert not started.running()
     assert started.codes == {"simulator": 1, "recorder": -9}
     assert started.last_lines("simulator") == ["ready", "asked"]
+
+
+def test_a_process_that_hangs_tells_where(started):
+    start(started, "recorder", HUNG)
+    started.stop()
+    assert started.codes == {"recorder": -6}
+    assert any("line" in line for line in started.last_lines("recorder", 10))
 
 
 def test_logs_move_with_all_that_lies_beside_them(tmp_path):

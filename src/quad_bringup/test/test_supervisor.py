@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from quad_bringup import supervisor
-from quad_bringup.supervisor import Interrupts, Patience, interrupts, supervise
+from quad_bringup.supervisor import Interrupts, Outcome, Patience, interrupts, supervise
 from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
 
 PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
@@ -42,6 +42,9 @@ class Flight:
         self.alive -= set(gone)
         return gone
 
+    def pids(self):
+        return {role: 1 for role in ("simulator", "trajectory", "recorder") if role in self.alive}
+
     def stop(self):
         self.stopped += 1
         self.alive.clear()
@@ -57,25 +60,25 @@ def test_a_flight_that_ends_by_itself_has_no_cause(monkeypatch):
     flight = Flight(
         [(1, state(FLYING, 1), {}), (4, state(FLYING, 900), {}), (6, state(ENDED, 1000), ALL_LEFT)], monkeypatch
     )
-    assert flight.supervise() == ""
+    assert flight.supervise() == Outcome("")
     assert flight.stopped == 0
 
 
 def test_a_flight_may_be_over_before_anything_of_it_is_known(monkeypatch):
     flight = Flight([(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})], monkeypatch)
-    assert flight.supervise() == ""
+    assert flight.supervise() == Outcome("")
     assert flight.stopped == 0
 
 
 def test_a_node_that_fails_before_anything_is_known_is_the_cause(monkeypatch):
     flight = Flight([(1, None, {"recorder": 1})], monkeypatch)
-    assert flight.supervise() == "recorder ended with exit code 1"
+    assert flight.supervise() == Outcome("recorder ended with exit code 1")
 
 
 def test_a_flight_that_fails_by_itself_is_told_by_its_bag(monkeypatch):
     left = dict.fromkeys(ALL_LEFT, 1)
     flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), left)], monkeypatch)
-    assert flight.supervise() == ""
+    assert flight.supervise() == Outcome("")
 
 
 def test_a_killed_node_is_the_cause_even_if_others_follow(monkeypatch):
@@ -85,33 +88,39 @@ def test_a_killed_node_is_the_cause_even_if_others_follow(monkeypatch):
         (3.5, state(FAILED, 200, "trajectory does not answer"), {"simulator": 1, "recorder": 1}),
     ]
     flight = Flight(script, monkeypatch)
-    assert flight.supervise() == "trajectory was killed by SIGKILL"
+    assert flight.supervise() == Outcome("trajectory was killed by SIGKILL")
     assert flight.stopped == 0, "the others noticed by themselves"
 
 
 def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
     flight = Flight([(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})], monkeypatch)
-    assert flight.supervise() == "simulator was killed by SIGSEGV"
+    assert flight.supervise() == Outcome("simulator was killed by SIGSEGV")
     assert flight.stopped == 1
     assert flight.now < 4.0
 
 
 def test_a_flight_that_does_not_start_is_stopped(monkeypatch):
     flight = Flight([(1, state(WAITING, 0, "waiting for recorder"), {})], monkeypatch)
-    assert flight.supervise() == "the flight did not start: waiting for recorder"
+    assert flight.supervise() == Outcome("the flight did not start: waiting for recorder")
     assert flight.stopped == 1
     assert flight.now == pytest.approx(1.0 + PATIENCE.start, abs=0.5)
 
 
 def test_a_silent_flight_is_stopped(monkeypatch):
     flight = Flight([(1, state(FLYING, 42), {})], monkeypatch)
-    assert flight.supervise() == "flight/state: nothing from the simulator after step 42"
+    assert flight.supervise() == Outcome("flight/state: nothing from the simulator after step 42")
     assert flight.now == pytest.approx(1.0 + PATIENCE.silence, abs=0.5)
 
 
 def test_nodes_that_do_not_leave_are_stopped(monkeypatch):
     flight = Flight([(1, state(FLYING, 1), {}), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
-    assert flight.supervise() == "the nodes did not leave after the flight"
+    assert flight.supervise() == Outcome("", ("trajectory", "recorder")), "its bag tells how the flight was"
+    assert flight.stopped == 1
+
+
+def test_nodes_that_do_not_leave_a_failed_flight_are_stopped(monkeypatch):
+    flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), {"simulator": 1})], monkeypatch)
+    assert flight.supervise() == Outcome("the nodes did not leave after the flight had failed: diverged")
     assert flight.stopped == 1
 
 
@@ -119,7 +128,7 @@ def test_an_interrupt_stops_at_once(monkeypatch):
     asked = Interrupts()
     asked.name = "SIGINT"
     flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
-    assert flight.supervise(asked) == "interrupted by SIGINT"
+    assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
     assert (flight.stopped, flight.now) == (1, pytest.approx(0.1))
 
 
