@@ -1,32 +1,36 @@
 """The floor of the ROS loop: nodes of plain rclpy that pass the messages of a flight round and compute nothing.
 
 Topics, types, QoS, executor, order of waiting and rates are those of the flight stack; messages are filled once and
-published again and again. The recorder subscribes raw and counts. Run by ``ros_loop``.
+published again and again. The recorder subscribes raw and counts; with --record it writes a bag. Run by
+``ros_loop``.
 """
 
 import argparse
 import json
 import sys
 import time
+from pathlib import Path
 
 import rclpy
 from rclpy.node import Node
 from rclpy.task import Future
 
+from quad_flight_log.bag_metadata import Qos
+from quad_flight_log.bag_writer import BagWriter
 from quad_node import topics
 from quad_node.executor import init, spin
 
 PERIOD = 2_000_000
 SLOW = 5
-ACK = 50
+ACK = 20
 
 
 class Relay(Node):
     """One role of the flight; ``done`` completes when the simulator has flown ``steps``."""
 
-    def __init__(self, role: str, steps: int, roles: tuple[str, ...]) -> None:
+    def __init__(self, role: str, steps: int, roles: tuple[str, ...], bag: BagWriter | None = None) -> None:
         super().__init__(role, enable_rosout=False, start_parameter_services=False)
-        self.role, self.steps, self.roles = role, steps, roles
+        self.role, self.steps, self.roles, self.bag = role, steps, roles, bag
         self.done = Future()
         self.out = {}
         self.have = dict.fromkeys(("state", "reference", "attitude_setpoint", "actuation"), -1)
@@ -54,7 +58,7 @@ class Relay(Node):
     def hearer(self, name: str) -> object:
         """Return the callback of a topic."""
         if self.role == topics.RECORDER:
-            return self.on_raw
+            return self.on_raw(name)
         if name == "wrench_setpoint":
             return self.on_wrench
         if name == "flight/recorded":
@@ -85,11 +89,20 @@ class Relay(Node):
             self.send("wrench_setpoint", step)
             self.send("attitude_controller/internals", step)
 
-    def on_raw(self, _payload: bytes) -> None:
-        """Count, and acknowledge now and then."""
-        self.count += 1
-        if self.count % (6 * ACK) == 0:
-            self.send("flight/recorded", self.count // 6)
+    def on_raw(self, name: str) -> object:
+        """Return what keeps or counts the messages of a topic, and acknowledges now and then."""
+        kind = topics.TOPICS[name].type
+        type_name = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+        handle = self.bag.add_topic(f"/{name}", type_name, Qos(10)) if self.bag else 0
+
+        def keep(payload: bytes) -> None:
+            self.count += 1
+            if self.bag:
+                self.bag.write(handle, payload, self.count, time.time_ns())
+            if self.count % (6 * ACK) == 0:
+                self.send("flight/recorded", self.count // 6)
+
+        return keep
 
     def on_wrench(self, message: object) -> None:
         """Go on with the next step once the answer to this one has come."""
@@ -136,15 +149,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("role", choices=["all", *topics._ALL])
     parser.add_argument("--steps", type=int, default=5000)
+    parser.add_argument("--record", type=Path, metavar="DIR", help="write a bag there")
     options = parser.parse_args()
     init([])
     everyone = tuple(topics._ALL)
-    nodes = [Relay(role, options.steps, everyone) for role in (everyone if options.role == "all" else (options.role,))]
+    bag = BagWriter(options.record, metadata={}, parameters="") if options.record else None
+    roles = everyone if options.role == "all" else (options.role,)
+    nodes = [Relay(role, options.steps, everyone, bag) for role in roles]
     try:
         spin(nodes, nodes[0].done)
     except KeyboardInterrupt:
         pass
     finally:
+        if bag:
+            bag.close({})
         rclpy.try_shutdown()
 
 

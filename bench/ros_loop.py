@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import numpy as np
 from ros_runs import Run, idle, relay, stack
 from table import Row, alternated, ratios
 
@@ -63,8 +62,8 @@ def _real_time(rounds: int, rate: int) -> list[Row]:
     runs = [stack(request) for _ in range(rounds)]
     name = f"real time {rate} Hz"
     rows = [
-        Row(BENCH, f"{name}: latency p50", tuple(1e3 * float(np.median(run.latencies)) for run in runs), "ms", "< 0.5"),
-        Row(BENCH, f"{name}: latency p99", tuple(1e3 * float(np.quantile(run.latencies, 0.99)) for run in runs), "ms"),
+        Row(BENCH, f"{name}: latency p50", tuple(run.latency["p50"] for run in runs), "ms", "< 0.5"),
+        Row(BENCH, f"{name}: latency p99", tuple(run.latency["p99"] for run in runs), "ms"),
         Row(BENCH, f"{name}: missed commands", tuple(100.0 * run.missed / run.steps for run in runs), "%", "< 0.5"),
     ]
     for role in runs[0].cpu:

@@ -3,12 +3,11 @@
 import json
 import os
 import statistics
-import struct
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,13 +28,13 @@ TICK = os.sysconf("SC_CLK_TCK")
 class Run(NamedTuple):
     """Steps done, wall time of them in s, CPU time of them in s per process.
 
-    Real time: ``latencies`` in s from a state to its wrench as the recorder received them, ``missed`` commands.
+    Real time: ``latency`` {quantile: ms from a state to its wrench at the simulator}, ``missed`` commands.
     """
 
     steps: int
     wall: float
     cpu: dict[str, float]
-    latencies: tuple[float, ...] = ()
+    latency: Mapping[str, float] = {}
     missed: int = 0
 
     @property
@@ -64,14 +63,17 @@ def spent(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, 
 
 
 def relay(steps: int, one_process: bool = False) -> Run:
-    """Run the bare relay."""
+    """Run the bare relay; in one process it writes a bag, as that of the stack does."""
     script = Path(__file__).with_name("relay.py")
     roles = ("all",) if one_process else ROLES
-    with reserved_domain(None) as domain:
+    with tempfile.TemporaryDirectory(prefix="quad-bench-") as scratch, reserved_domain(None) as domain:
+        more = ["--record", f"{scratch}/bag"] if one_process else []
         environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
         started = {
             role: subprocess.Popen(
-                [sys.executable, str(script), role, "--steps", str(steps)], env=environment, stdout=subprocess.PIPE
+                [sys.executable, str(script), role, "--steps", str(steps), *more],
+                env=environment,
+                stdout=subprocess.PIPE,
             )
             for role in roles
         }
@@ -120,8 +122,8 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
             processes.stop()
         if not request.realtime:
             return run
-        latencies, missed = _real_time(next(Path(scratch, "bag").glob("*.mcap")))
-        return run._replace(latencies=latencies, missed=missed)
+        latency, missed = _real_time(next(Path(scratch, "bag").glob("*.mcap")))
+        return run._replace(latency=latency, missed=missed)
 
 
 def idle(seconds: float) -> dict[str, float]:
@@ -143,21 +145,17 @@ def idle(seconds: float) -> dict[str, float]:
     return {role: value / seconds for role, value in used.items()}
 
 
-def _real_time(bag: Path) -> tuple[tuple[float, ...], int]:
-    asked: dict[tuple[int, int], int] = {}
-    taken, missed = [], 0
+def _real_time(bag: Path) -> tuple[dict[str, float], int]:
+    """Return what the simulator said of its loop in /diagnostics: median over the seconds, and all missed commands."""
+    said: dict[str, list[float]] = {}
     with bag.open("rb") as stream:
-        for _, channel, message in make_reader(stream).iter_messages(["/state", "/wrench_setpoint", "/diagnostics"]):
-            stamp = struct.unpack_from("<iI", message.data, 4)
-            if channel.topic == "/state":
-                asked[stamp] = message.publish_time
-            elif channel.topic == "/wrench_setpoint" and stamp in asked:
-                taken.append((message.publish_time - asked.pop(stamp)) * 1e-9)
-            elif channel.topic == "/diagnostics":
-                for status in deserialize_message(message.data, DiagnosticArray).status:
-                    values = {pair.key: pair.value for pair in status.values}
-                    missed = max(missed, int(values.get("missed_commands", 0)))
-    return tuple(taken), missed
+        for _, _, message in make_reader(stream).iter_messages(["/diagnostics"]):
+            for status in deserialize_message(message.data, DiagnosticArray).status:
+                for pair in status.values:
+                    if pair.key.startswith("latency_") or pair.key == "missed_commands":
+                        said.setdefault(pair.key, []).append(float(pair.value))
+    missed = said.pop("missed_commands")[-1]
+    return {key.removeprefix("latency_"): statistics.median(values) for key, values in said.items()}, int(missed)
 
 
 def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:
@@ -182,8 +180,3 @@ def _final(process: "subprocess.Popen[bytes]") -> float:
     _, _, usage = os.wait4(process.pid, 0)
     process.returncode = 0
     return usage.ru_utime + usage.ru_stime
-
-
-def median(values: Sequence[float]) -> float:
-    """Return the median."""
-    return statistics.median(values)

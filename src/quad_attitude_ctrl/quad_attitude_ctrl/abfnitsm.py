@@ -138,10 +138,9 @@ def _controls(
     parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, angles: Vec3, rates: Vec3
 ) -> tuple[AxisControl, AxisControl, AxisControl]:
     """Return eqs. 40-55 of the three axes. The model terms of Eq. 52 are left to Eq. 1 when the mapping is exact."""
-    a = coefficients(vehicle)
     model = Vec3(0.0, 0.0, 0.0)
     if parameters.mapping == MAPPING_PRINTED:
-        model = model_acceleration(a, rates, parameters.drag_sign)
+        model = model_acceleration(coefficients(vehicle), rates, parameters.drag_sign)
     setpoint = inputs.setpoint
     form = parameters.adaptation_form
     mode = parameters.command

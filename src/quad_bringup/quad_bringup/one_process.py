@@ -10,7 +10,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.task import Future
 
 from quad_core.parameters import ParameterError
-from quad_node import executor, parameters
+from quad_node import executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
 
 NAME = "one_process"
@@ -62,6 +62,7 @@ def _spin(nodes: list[FlightNode]) -> int:
     halted = Future()
     stop: list[str] = []
     executor.on_signals(stop, halted)
+    nodes[0].scheduled(scheduling.settle(nodes[0].priority))
     spinner = executor.make_executor()
     for node in nodes:
         spinner.add_node(node)

@@ -39,6 +39,10 @@ class FlightParameters(NamedTuple):
             "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
         ),
     ] = 20.0
+    realtime_priority: Annotated[
+        int,
+        Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),
+    ] = 40
 
 
 class SimulatorParameters(NamedTuple):
@@ -50,8 +54,8 @@ class SimulatorParameters(NamedTuple):
     )
     sensing: Annotated[str, Text("plug-in of group quad.sensing; its parameters stand under its name")] = "sensor"
     window: Annotated[
-        int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 1000)
-    ] = 200
+        int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 200)
+    ] = 60
     repeat_after: Annotated[
         float, Real("s", "wall-clock time without an answer after which a state is repeated", 0.05, 60.0, live=False)
     ] = 0.5
@@ -111,8 +115,8 @@ class RecorderParameters(NamedTuple):
     ] = ""
     parameters_file: Annotated[str, Text("resolved parameters of the flight, attached to the bag; empty: none")] = ""
     ack_steps: Annotated[
-        int, Whole("steps", "steps between two acknowledgements; below the simulator's window", 1, 100_000)
-    ] = 50
+        int, Whole("steps", "steps between two acknowledgements; below the simulator's window", 1, 199)
+    ] = 20
     finish_timeout: Annotated[
         float, Real("s", "wall-clock time to wait for missing messages after the flight", 0.1, 600.0, live=False)
     ] = 10.0

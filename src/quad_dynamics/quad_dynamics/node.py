@@ -58,6 +58,7 @@ class Simulator(FlightNode):
         self._reason = ""
         self._farewell = 0.0
         self._missed = 0
+        self._latencies: list[float] = []
         self._ticks_since_state = 0
         self._timer = None
 
@@ -93,6 +94,8 @@ class Simulator(FlightNode):
             return
         self._command = (stamp // self.flight.plant_period, wrench)
         self._command_arrived = time.monotonic()
+        if self._command[0] == self.step:
+            self._latencies.append(self._command_arrived - self._asked)
         if self.lockstep:
             self._advance()
 
@@ -226,6 +229,7 @@ class Simulator(FlightNode):
         if reason:
             self.event(FlightEvent.ERROR, "flight_failed", reason, self.step * self.flight.plant_period)
         self._say_flight(reason)
+        self._publish_diagnostics()
         self._farewell = time.monotonic() + (self.flight.silence_timeout if topics.RECORDER in self.roles else 0.5)
         self._leave_when_recorded()
 
@@ -257,8 +261,13 @@ class Simulator(FlightNode):
         self.exit_code = 1
 
     def measurements(self) -> dict[str, float]:
-        """Return commands missed in real time."""
-        return {"missed_commands": self._missed}
+        """Return commands missed in real time, and how long (ms) after a state its command came since the last look."""
+        found: dict[str, float] = {"missed_commands": self._missed, "overruns": self.counters["overruns"]}
+        taken, self._latencies = sorted(self._latencies), []
+        if taken:
+            for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0)):
+                found[f"latency_{name}"] = round(1e3 * taken[round(share * (len(taken) - 1))], 4)
+        return found
 
 
 def main() -> None:

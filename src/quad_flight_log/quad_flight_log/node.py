@@ -25,6 +25,7 @@ from quad_node.main import run
 _STAMP = struct.Struct("<iI")
 _STEP_DEPTH = 1000
 _LATCHED_DEPTH = 64
+_SILENCE = 1.0  # s without any message after which a failed flight has no more
 _GRACE = 0.15  # s in which the last words of the other nodes still arrive
 
 
@@ -40,6 +41,7 @@ class Recorder(FlightNode):
         self._periods: dict[str, int] = {}
         self._flight_ns = 0
         self._acked = -1
+        self._ack_due = (self.settings.ack_steps - 1) * self.flight.plant_period  # stamp in ns
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded")
@@ -113,7 +115,8 @@ class Recorder(FlightNode):
             if stamp > self._flight_ns:
                 self._flight_ns = stamp
             self.bag.write(handle, payload, self._flight_ns, time.time_ns())
-            self._acknowledge()
+            if self._flight_ns >= self._ack_due:
+                self._acknowledge()
 
         return keep
 
@@ -154,6 +157,7 @@ class Recorder(FlightNode):
         if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
             return
         self._acked = self.step = complete
+        self._ack_due = (complete + self.settings.ack_steps) * self.flight.plant_period
         message = RecorderAck(step=complete, dropped=sum(self.bag.dropped.values()) + self.counters["conflict"])
         self._ack_out.publish(message)
         self.bag.write(self._ack_handle, serialize_message(message), self._flight_ns, time.time_ns())
@@ -188,7 +192,9 @@ class Recorder(FlightNode):
         if self._last is None or self.done.done():
             return
         now = time.monotonic()
-        patience = _GRACE if self._all_here(self._last.step) else self.settings.finish_timeout
+        # Of a flight that failed some messages never come: silence is enough.
+        quiet = self._last.state == FlightState.FAILED and now - self._arrived > _SILENCE
+        patience = _GRACE if quiet or self._all_here(self._last.step) else self.settings.finish_timeout
         if now - self._ended > patience:
             self._leave(self._last)
 

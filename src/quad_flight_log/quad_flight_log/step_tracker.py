@@ -1,6 +1,6 @@
 """Which steps of which topics have arrived: what the recorder may acknowledge, and what is repeated, late or wrong."""
 
-from collections import Counter
+from collections import OrderedDict
 from enum import Enum
 
 
@@ -26,20 +26,13 @@ class StepTracker:
             raise ValueError(f"periods must be positive, found {periods} steps and {plant_period_ns} ns")
         self.periods = dict(periods)
         self.plant_period_ns = plant_period_ns
-        self.counts: dict[Arrival, Counter[str]] = {kind: Counter() for kind in Arrival}
-        self.last_step = -1
         self._memory = memory
         self._next = dict.fromkeys(periods, 0)
         self._ahead: dict[str, set[int]] = {topic: set() for topic in periods}
-        self._prints: dict[str, dict[int, int]] = {topic: {} for topic in periods}
+        self._prints: dict[str, OrderedDict[int, int]] = {topic: OrderedDict() for topic in periods}
 
     def add(self, topic: str, stamp_ns: int, payload: bytes) -> Arrival:
         """Take in one message of a step topic by its stamp and say what it is."""
-        kind = self._judge(topic, stamp_ns, payload)
-        self.counts[kind][topic] += 1
-        return kind
-
-    def _judge(self, topic: str, stamp_ns: int, payload: bytes) -> Arrival:
         step, rest = divmod(stamp_ns, self.plant_period_ns)
         period = self.periods[topic]
         if rest or step < 0 or step % period:
@@ -52,12 +45,11 @@ class StepTracker:
             return Arrival.CONFLICT if known is not None and known != hash(payload) else Arrival.REPEAT
         prints[step] = hash(payload)
         if len(prints) > self._memory:
-            del prints[next(iter(prints))]
+            prints.popitem(last=False)
         if step == expected:
             self._advance(topic, expected + period)
         else:
             self._ahead[topic].add(step)
-        self.last_step = max(self.last_step, step)
         return Arrival.NEW
 
     def _advance(self, topic: str, expected: int) -> None:

@@ -86,6 +86,17 @@ class FlightNode(Node):
         """Plant steps between two answers of this node."""
         return int(getattr(self.resolved.node, "period_steps", 1))
 
+    @property
+    def priority(self) -> int:
+        """SCHED_FIFO priority of this node's process; 0: none, for nobody hurries in lockstep or to log."""
+        aside = self.lockstep or self.shadow or self.role == topics.RECORDER
+        return 0 if aside else self.flight.realtime_priority
+
+    def scheduled(self, refused: str) -> None:
+        """Report why the system refused the scheduling that was asked for."""
+        if refused:
+            self.event(FlightEvent.WARNING, "not_punctual", refused)
+
     def say_status(self, detail: str) -> None:
         """Publish who this node is and how it is."""
         topic, role = self._waiting

@@ -10,7 +10,7 @@ from quad_core import plugins
 from quad_core.node_parameters import ALL_ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_node import executor, parameters
+from quad_node import executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
 
 # How long, in s, a node may take to see that its last messages arrived.
@@ -45,6 +45,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
     except OSError as error:
         return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
     executor.on_signals(stop, node.done)
+    node.scheduled(scheduling.settle(node.priority))
     try:
         executor.spin([node], node.done)
         if stop:
