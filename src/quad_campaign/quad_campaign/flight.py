@@ -135,10 +135,11 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
 
 def _fly(flight: Flight, engine: Any, logger: Any) -> Result:
     setup, schedule = flight.setup, flight.setup.schedule
-    sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
-    carry: Carry = engine.take_off(setup, _drawn(flight, 1), sensing, link.init())
+    sensing_line, sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
+    link_line, linked = link.init()
+    carry: Carry = engine.take_off(setup, Drawn(*_drawn(flight, 1), sensing_line, link_line), sensing, linked)
     start = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
-    drawn = _drawn(flight, carry.end)
+    drawn = Drawn(*_drawn(flight, carry.end), sensing_line, link_line)
     block = max(1, round(_BLOCK_SECONDS * 1e9 / schedule.plant_period))
     blocks = []
     while carry.outcome == loop.FLYING:
@@ -155,10 +156,11 @@ def _fly(flight: Flight, engine: Any, logger: Any) -> Result:
     return Result(OUTCOMES[carry.outcome], carry.step, carry.end, -start.trajectory_time, carry.score, topics)
 
 
-def _drawn(flight: Flight, steps: int) -> Drawn:
+def _drawn(flight: Flight, steps: int) -> tuple[Any, Any]:
+    """Return what is random in ``steps`` plant steps: of the disturbance and of the sensing."""
     setup, modules = flight.setup, flight.modules
     length = seconds(steps, setup.schedule.plant_period)
-    return Drawn(
+    return (
         modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length),
         modules.sensing.draw(setup.sensing, flight.seed, steps),
     )

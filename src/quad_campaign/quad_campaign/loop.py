@@ -73,10 +73,15 @@ class Setup(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """All that is random in one flight: what the disturbance and the sensing drew; 2-D arrays."""
+    """The 2-D arrays of one flight: what disturbance and sensing drew, and the delay lines of sensors and command link.
+
+    They stand apart from what a step hands to the next, because Numba counts references to an array at every hand-over.
+    """
 
     weather: Any
     noise: Any
+    sensing_line: Any
+    link_line: Any
 
 
 class Score(NamedTuple):
@@ -126,15 +131,15 @@ class Records(NamedTuple):
     attitude_internals: list[Any]
 
 
-def take_off(setup: Setup, drawn: Drawn, sensing: Any, line: LinkMemory) -> Carry:
+def take_off(setup: Setup, drawn: Drawn, sensing: Any, link: LinkMemory) -> Carry:
     """Return the flight before its first step: plant at its initial state, trajectory planned from what is seen of it.
 
-    ``sensing`` and ``line`` are the memories of sensors and command link before step 0.
+    ``sensing`` and ``link`` are the memories of sensors and command link before step 0.
     """
     plant = plant_init(setup.plant, setup.vehicle)
     truth = plant_observe(setup.plant, setup.vehicle, plant)
     conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
-    state, _ = sensing_step(setup.sensing, drawn.noise, sensing, truth, conditions.sensor, 0)
+    state, _ = sensing_step(setup.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, 0)
     path = plan(setup.trajectory, setup.vehicle, state)
     duration = trajectory_duration(setup.trajectory, path)
     zero = Vec3(0.0, 0.0, 0.0)
@@ -145,7 +150,7 @@ def take_off(setup: Setup, drawn: Drawn, sensing: Any, line: LinkMemory) -> Carr
         FLYING if is_flyable(truth) else DIVERGED,
         plant,
         sensing,
-        line,
+        link,
         path,
         position_init(setup.position, setup.vehicle),
         attitude_init(setup.attitude, setup.vehicle),
@@ -175,9 +180,10 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
 
     vehicle = setup.vehicle
     schedule = setup.schedule
-    # arrays outside of tuples, and memories that hold arrays left alone where nothing is to do: Numba counts references
     weather = drawn.weather
     noise = drawn.noise
+    sensing_line = drawn.sensing_line
+    link_line = drawn.link_line
     plant_dt = seconds(1, schedule.plant_period)
     position_dt = seconds(schedule.position_steps, schedule.plant_period)
     attitude_dt = seconds(schedule.attitude_steps, schedule.plant_period)
@@ -204,7 +210,9 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
         conditions = disturbance_sample(setup.disturbance, weather, time)
         state = truth
         if sensing_memory.active or sensing_memory.frozen or is_faulty(conditions.sensor):
-            state, sensing_memory = sensing_step(setup.sensing, noise, sensing_memory, truth, conditions.sensor, k)
+            state, sensing_memory = sensing_step(
+                setup.sensing, noise, sensing_line, sensing_memory, truth, conditions.sensor, k
+            )
         if logging:
             truths.append(truth)
             states.append(state)
@@ -244,7 +252,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, logging: bool) -> 
             if conditions.link.delay <= 0.0 and not conditions.link.lost:
                 applied = wrench
             else:
-                applied, link_memory = link_step(link_memory, conditions.link, wrench, applied, k, plant_dt)
+                applied, link_memory = link_step(link_line, link_memory, conditions.link, wrench, applied, k, plant_dt)
             plant, actuation = plant_step(setup.plant, vehicle, plant, applied, conditions, plant_dt)
             if logging:
                 actuations.append(actuation)

@@ -105,10 +105,10 @@ class sensing:  # noqa: N801
 
     @staticmethod
     def init(parameters, plant_period):
-        return SensorMemory(True, False)
+        return np.zeros((1, 1)), SensorMemory(True, False)
 
     @staticmethod
-    def step(parameters, table, memory, truth, fault, k):
+    def step(parameters, table, line, memory, truth, fault, k):
         return truth, memory
 
 

@@ -65,5 +65,8 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
         index = 0
     if index > len(table) - 1:
         index = len(table) - 1
-    row = table[index]
-    return pushed(Vec3(float(row[0]), float(row[1]), float(row[2])), Vec3(float(row[3]), float(row[4]), float(row[5])))
+    # no view of a row: Numba would count references to it at every step
+    return pushed(
+        Vec3(float(table[index, 0]), float(table[index, 1]), float(table[index, 2])),
+        Vec3(float(table[index, 3]), float(table[index, 4]), float(table[index, 5])),
+    )

@@ -3,9 +3,10 @@
 A command that overtakes an older one makes it void: what the plant applies is the newest command that has arrived.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quad_core.types import LinkFault, Vec3, Wrench
 
@@ -17,30 +18,31 @@ EARLY = 1e-9
 
 
 class Memory(NamedTuple):
-    """Commands under way: a row per plant step (thrust N, torque N m, arrival in steps), written in place.
+    """The last step at which the link was not perfect, and the step whose command the plant has."""
 
-    ``last`` is the last step at which the link was not perfect, ``applied`` the step whose command the plant has.
-    """
-
-    line: Any
     last: int
     applied: int
 
 
-def init() -> Memory:
-    """Return the memory of a link that was perfect so far."""
-    return Memory(np.zeros((SLOTS, 5)), -2, -1)
+def init() -> tuple[NDArray[np.float64], Memory]:
+    """Return the line of commands under way and the memory of a link that was perfect so far.
+
+    A row of the line is a plant step: thrust N, torque N m, arrival in steps.
+    """
+    return np.zeros((SLOTS, 5)), Memory(-2, -1)
 
 
-def step(memory: Memory, fault: LinkFault, sent: Wrench, applied: Wrench, k: int, dt: float) -> tuple[Wrench, Memory]:
-    """Return the wrench that the plant has over step ``k`` of ``dt`` s, and the memory, which is used up.
+def step(
+    line: NDArray[np.float64], memory: Memory, fault: LinkFault, sent: Wrench, applied: Wrench, k: int, dt: float
+) -> tuple[Wrench, Memory]:
+    """Return the wrench that the plant has over step ``k`` of ``dt`` s, and the memory. Writes to ``line``.
 
     ``sent`` is the command of step ``k``, ``applied`` what the plant had over the step before.
     """
     if fault.delay <= 0.0 and not fault.lost:
         return sent, memory
     newest = memory.applied if memory.last == k - 1 else k - 1
-    line, slot = memory.line, k % SLOTS
+    slot = k % SLOTS
     line[slot, THRUST] = sent.thrust
     line[slot, ROLL], line[slot, PITCH], line[slot, YAW] = sent.torque_b.x, sent.torque_b.y, sent.torque_b.z
     line[slot, ARRIVAL] = NEVER if fault.lost else k + fault.delay / dt
@@ -49,5 +51,5 @@ def step(memory: Memory, fault: LinkFault, sent: Wrench, applied: Wrench, k: int
         if float(line[j % SLOTS, ARRIVAL]) <= k + EARLY:
             row = j % SLOTS
             torque = Vec3(float(line[row, ROLL]), float(line[row, PITCH]), float(line[row, YAW]))
-            return Wrench(float(line[row, THRUST]), torque), Memory(line, k, j)
-    return applied, Memory(line, k, newest)
+            return Wrench(float(line[row, THRUST]), torque), Memory(k, j)
+    return applied, Memory(k, newest)

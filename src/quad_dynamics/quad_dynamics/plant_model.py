@@ -24,8 +24,8 @@ class PlantModel:
             resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
         )
         self._plant_state = self._plant.module.init(self._plant.parameters, self._vehicle)
-        self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
-        self._link_memory = link.init()
+        self._sensing_line, self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
+        self._link_line, self._link_memory = link.init()
         self._wrench = self._applied = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
         self.actuation = Actuation()
         self.actuated_step = -1
@@ -57,7 +57,7 @@ class PlantModel:
         """Integrate over ``step`` with the command ``wrench``; returns the true state at its end."""
         self._wrench = wrench
         self._applied, self._link_memory = link.step(
-            self._link_memory, self.conditions.link, wrench, self._applied, step, self._dt
+            self._link_line, self._link_memory, self.conditions.link, wrench, self._applied, step, self._dt
         )
         self._plant_state, self.actuation = self._plant.module.step(
             self._plant.parameters, self._vehicle, self._plant_state, self._applied, self.conditions, self._dt
@@ -75,5 +75,11 @@ class PlantModel:
         )
         self.state: VehicleState
         self.state, self._sensing_memory = self._sensing.module.step(
-            self._sensing.parameters, self._noise, self._sensing_memory, self.truth, self.conditions.sensor, step
+            self._sensing.parameters,
+            self._noise,
+            self._sensing_line,
+            self._sensing_memory,
+            self.truth,
+            self.conditions.sensor,
+            step,
         )

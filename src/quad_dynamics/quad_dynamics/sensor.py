@@ -6,7 +6,7 @@ defaults and without a fault the state is the truth, bit for bit.
 """
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,12 +62,11 @@ class Parameters(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """The last sample, the delay line (a row per plant step, written in place) and the reading of a frozen sensor."""
+    """The last sample and the reading of a frozen sensor."""
 
     active: bool
     delay_steps: int
     held: VehicleState
-    line: Any
     frozen: bool
     reading: VehicleState
 
@@ -93,18 +92,27 @@ def is_active(parameters: Parameters) -> bool:
     return parameters != Parameters()
 
 
-def init(parameters: Parameters, plant_period: int) -> Memory:
-    """Return the memory before step 0. Raises ValueError if the delay line is too short for the delay."""
+def init(parameters: Parameters, plant_period: int) -> tuple[NDArray[np.float64], Memory]:
+    """Return the delay line (a row per plant step) and the memory before step 0.
+
+    Raises ValueError if the line is too short for the delay.
+    """
     steps = math.floor(parameters.delay / seconds(1, plant_period) + 0.5)
     if steps >= SLOTS:
         raise ValueError(f"delay: found {steps} plant steps, expected at most {SLOTS - 1}")
-    return Memory(is_active(parameters), steps, VehicleState(), np.zeros((SLOTS, 13)), False, VehicleState())
+    return np.zeros((SLOTS, 13)), Memory(is_active(parameters), steps, VehicleState(), False, VehicleState())
 
 
 def step(
-    parameters: Parameters, table: NDArray[np.float64], memory: Memory, truth: VehicleState, fault: SensorFault, k: int
+    parameters: Parameters,
+    table: NDArray[np.float64],
+    line: NDArray[np.float64],
+    memory: Memory,
+    truth: VehicleState,
+    fault: SensorFault,
+    k: int,
 ) -> tuple[VehicleState, Memory]:
-    """Return the state seen at plant step ``k``, and the memory. Uses ``memory`` up: its delay line is written to."""
+    """Return the state seen at plant step ``k``, and the memory. Writes to the delay ``line``."""
     if not memory.active and not memory.frozen and not is_faulty(fault):
         return truth, memory
     held = memory.held
@@ -118,15 +126,15 @@ def step(
                 held = sampled(parameters, table, row, truth)
         reading = held
         if memory.delay_steps > 0:
-            put(memory.line, k % SLOTS, held)
+            put(line, k % SLOTS, held)
             old = k - memory.delay_steps
             if old < 0:
                 old = 0
-            reading = taken(memory.line, old % SLOTS)
+            reading = taken(line, old % SLOTS)
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
-    return reading, Memory(memory.active, memory.delay_steps, held, memory.line, fault.frozen, reading)
+    return reading, Memory(memory.active, memory.delay_steps, held, fault.frozen, reading)
 
 
 def is_faulty(fault: SensorFault) -> bool:

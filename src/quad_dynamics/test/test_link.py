@@ -15,9 +15,9 @@ def sent(k):
 
 
 def flown(faults, step=link.step):
-    memory, applied, seen = link.init(), Wrench(-1.0, Vec3()), []
+    (line, memory), applied, seen = link.init(), Wrench(-1.0, Vec3()), []
     for k, fault in enumerate(faults):
-        applied, memory = step(memory, fault, sent(k), applied, k, DT)
+        applied, memory = step(line, memory, fault, sent(k), applied, k, DT)
         seen.append(applied)
     return seen
 
@@ -33,7 +33,7 @@ def newest_arrived(faults):
 
 def test_a_perfect_link_passes_the_command_itself():
     command = sent(3)
-    applied, memory = link.step(link.init(), LinkFault(), command, Wrench(), 3, DT)
+    applied, memory = link.step(*link.init(), LinkFault(), command, Wrench(), 3, DT)
     assert applied is command
     assert memory.last == -2
 

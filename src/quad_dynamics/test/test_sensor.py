@@ -22,9 +22,9 @@ NOISY = Parameters(
 
 def seen(parameters, truths, seed=1, faults=None, period=PERIOD, step=sensor.step):
     table = sensor.draw(parameters, seed, len(truths))
-    memory, readings = sensor.init(parameters, period), []
+    (line, memory), readings = sensor.init(parameters, period), []
     for k, truth in enumerate(truths):
-        reading, memory = step(parameters, table, memory, truth, faults[k] if faults else FINE, k)
+        reading, memory = step(parameters, table, line, memory, truth, faults[k] if faults else FINE, k)
         readings.append(reading)
     return readings
 
