@@ -1,6 +1,7 @@
 """Many worlds of one quadrotor in Crazyflow on the CPU, 500 Hz, state control at 100 Hz; prints JSON.
 
-The precision is that of JAX: float32, or float64 with JAX_ENABLE_X64=1 in the environment.
+INTEGRATOR is euler (its default) or rk4; the precision is that of JAX: float32, or float64 with JAX_ENABLE_X64=1 in
+the environment. usage: peer_crazyflow.py STEPS WORLDS INTEGRATOR
 """
 
 import json
@@ -15,9 +16,9 @@ from crazyflow.sim import Sim
 CONTROL_STEPS = 5
 
 
-def main(steps: int, worlds: int) -> None:
+def main(steps: int, worlds: int, integrator: str) -> None:
     """Fly at least ``steps`` steps in all worlds together."""
-    sim = Sim(n_worlds=worlds, n_drones=1, control="state", freq=500, state_freq=100, attitude_freq=500, device="cpu")
+    sim = Sim(worlds, control="state", integrator=integrator, freq=500, state_freq=100, attitude_freq=500, device="cpu")
     command = np.zeros((worlds, 1, 16), dtype=sim.data.states.pos.dtype)
     command[..., 2] = command[..., 12] = 1.0  # height, and the unit quaternion of the heading
     sim.reset()
@@ -44,4 +45,4 @@ def main(steps: int, worlds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3])

@@ -29,11 +29,11 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
 ``quad.sensing``
     ``Parameters``, ``Memory``, ``draw(parameters, seed, steps) -> numpy array of floats, 2-D`` (all that is random in
     so many plant steps; as above, a longer table begins like a shorter one),
-    ``init(parameters, plant_period) -> Memory`` (``plant_period`` in ns; in Python only, may raise ValueError) and
-    ``step(parameters, table, memory, truth, fault, k) -> (state, Memory)``: the ``VehicleState`` that the controllers
-    see at plant step ``k``, called in order for every step at which ``memory.active`` or
-    ``memory.frozen`` is true or ``fault`` says anything; at the others the state is the truth. ``Memory`` has these two
-    bool fields and may hold arrays that ``step`` writes to.
+    ``init(parameters, plant_period) -> (line, Memory)`` (``plant_period`` in ns; in Python only, may raise ValueError)
+    and ``step(parameters, table, line, memory, truth, fault, k) -> (state, Memory)``: the ``VehicleState`` that the
+    controllers see at plant step ``k``, called in order for every step at which ``memory.active`` or ``memory.frozen``
+    is true or ``fault`` says anything; at the others the state is the truth. ``Memory`` has these two bool fields and
+    holds no array; ``line`` is a 2-D array of floats that ``step`` may write to, such as a delay line.
 """
 
 from functools import cache

@@ -1,0 +1,103 @@
+"""What one step of each control law costs: the text that the nodes run, in CPython, and the same compiled by Numba."""
+
+import time
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from table import Row
+
+from quad_core import plugins
+from quad_core.compilation import compiled
+from quad_core.rotations import quaternion_from_euler
+from quad_core.types import (
+    Actuation,
+    AttitudeInputs,
+    AttitudeThrust,
+    PositionInputs,
+    Quat,
+    TrajectoryPoint,
+    Vec3,
+    VehicleState,
+)
+from quad_core.vehicle import Vehicle
+
+BENCH = "laws"
+_PLAIN, _COMPILED = 5_000, 500_000
+_STATES = 500
+_PERIODS = {plugins.POSITION_LAW: 0.01, plugins.ATTITUDE_LAW: 0.002}
+_WANTED = {plugins.POSITION_LAW: TrajectoryPoint(), plugins.ATTITUDE_LAW: AttitudeThrust(thrust=20.0)}
+
+
+def measure(rounds: int) -> list[Row]:
+    """Return both costs of a step of every registered law with its default gains, near hover."""
+    rows = []
+    for group, dt in _PERIODS.items():
+        spin = position_steps if group == plugins.POSITION_LAW else attitude_steps
+        for name in plugins.names(group):
+            law = plugins.load(group, name)
+            bound = FunctionType(spin.__code__, {**spin.__globals__, "step": law.step}, spin.__name__)
+            fast = compiled(bound)
+            plain = tuple(1e6 * _cost(bound, law, _WANTED[group], _PLAIN, dt) for _ in range(rounds))
+            _cost(fast, law, _WANTED[group], 1, dt)
+            quick = tuple(1e9 * _cost(fast, law, _WANTED[group], _COMPILED, dt) for _ in range(rounds))
+            label = f"{group.removeprefix('quad.')} {name}"
+            rows += [
+                Row(BENCH, f"{label}: CPython", plain, "us/step"),
+                Row(BENCH, f"{label}: compiled", quick, "ns/step"),
+            ]
+    return rows
+
+
+def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
+    parameters, vehicle = law.Parameters(), Vehicle()
+    memory, table = law.init(parameters, vehicle), states()
+    began = time.perf_counter()
+    total = spin(parameters, vehicle, memory, table, wanted, Actuation(), count, dt)
+    took = time.perf_counter() - began
+    if not np.isfinite(total):
+        raise RuntimeError(f"{law.__name__}: not finite")
+    return took / count
+
+
+def states() -> np.ndarray:
+    """Return random states near hover, rows of position, velocity, attitude xyzw and body rates."""
+    rng = np.random.default_rng(1)
+    table = rng.normal(scale=0.05, size=(_STATES, 13))
+    for row in table:
+        row[6:10] = quaternion_from_euler(Vec3(*rng.normal(scale=0.1, size=3).tolist()))
+    return table
+
+
+def taken(row: Any) -> VehicleState:
+    """Return the state in a row."""
+    return VehicleState(
+        Vec3(float(row[0]), float(row[1]), float(row[2])),
+        Vec3(float(row[3]), float(row[4]), float(row[5])),
+        Quat(float(row[6]), float(row[7]), float(row[8]), float(row[9])),
+        Vec3(float(row[10]), float(row[11]), float(row[12])),
+    )
+
+
+def position_steps(
+    parameters: Any, vehicle: Any, memory: Any, table: Any, wanted: Any, actuation: Any, count: int, dt: float
+) -> float:
+    """Return the sum of all thrusts of ``count`` steps of a position law."""
+    total = 0.0
+    for k in range(count):
+        inputs = PositionInputs(taken(table[k % len(table)]), wanted, actuation)
+        setpoint, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821 (bound by ``measure``)
+        total += setpoint.thrust
+    return total
+
+
+def attitude_steps(
+    parameters: Any, vehicle: Any, memory: Any, table: Any, wanted: Any, actuation: Any, count: int, dt: float
+) -> float:
+    """Return the sum of all roll torques of ``count`` steps of an attitude law."""
+    total = 0.0
+    for k in range(count):
+        inputs = AttitudeInputs(taken(table[k % len(table)]), wanted, actuation)
+        wrench, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821 (bound by ``measure``)
+        total += wrench.torque_b.x
+    return total
