@@ -1,6 +1,7 @@
 """The ROS loop beside a bare relay of the same topics, in lockstep and in real time; idle CPU of the nodes."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 from ros_runs import Run, idle, relay, stack
 from table import Row, alternated, ratios
@@ -18,8 +19,9 @@ _IDLE = 10.0
 def measure(rounds: int) -> list[Row]:
     """Return all rows; paired rounds of relay and stack."""
     rows = []
-    for one_process, name, target in ((False, "five processes", ">= 0.8"), (True, "one process", ">= 0.6")):
-        rows += _lockstep(rounds, one_process, name, target)
+    rows += _lockstep(rounds, False, "five processes", ">= 0.8", "")
+    rows += _lockstep(rounds, True, "one process", "", ">= 0.6")
+    rows += _vehicles(rounds)
     for rate in (500, 1000):
         rows += _real_time(rounds, rate)
     used = idle(_IDLE)
@@ -27,8 +29,9 @@ def measure(rounds: int) -> list[Row]:
     return rows
 
 
-def _lockstep(rounds: int, one_process: bool, name: str, target: str) -> list[Row]:
-    runs: dict[str, list[Run]] = {"relay": [], "stack": []}
+def _lockstep(rounds: int, one_process: bool, name: str, bare: str, alike: str) -> list[Row]:
+    """Return the rows of the stack beside two relays; ``bare``, ``alike`` are the targets."""
+    runs: dict[str, list[Run]] = {"relay": [], "writing": [], "stack": []}
 
     def noted(key: str, fly: Callable[[], Run]) -> Callable[[], float]:
         def measure_one() -> float:
@@ -38,10 +41,11 @@ def _lockstep(rounds: int, one_process: bool, name: str, target: str) -> list[Ro
         return measure_one
 
     request = Request("hover", duration=_LOCKSTEP_SECONDS)
-    floor, ours = alternated(
+    floor, writing, ours = alternated(
         rounds,
         [
             noted("relay", lambda: relay(_STEPS, one_process)),
+            noted("writing", lambda: relay(_STEPS, one_process, record=True)),
             noted("stack", lambda: stack(request, one_process)),
         ],
     )
@@ -49,10 +53,27 @@ def _lockstep(rounds: int, one_process: bool, name: str, target: str) -> list[Ro
     return [
         Row(BENCH, f"{name}: bare relay", tuple(floor), "cycles/s"),
         Row(BENCH, f"{name}: stack", tuple(ours), "cycles/s"),
-        Row(BENCH, f"{name}: stack over relay", ratios(ours, floor), "", target),
+        Row(BENCH, f"{name}: relay that writes a bag", tuple(writing), "cycles/s"),
+        Row(BENCH, f"{name}: stack over bare relay", ratios(ours, floor), "", bare),
+        Row(BENCH, f"{name}: stack over relay with a bag", ratios(ours, writing), "", alike),
         Row(BENCH, f"{name}: real-time factor at 500 Hz", tuple(rate / 500.0 for rate in ours), ""),
         Row(BENCH, f"{name}: relay, CPU of a cycle", tuple(cpu["relay"]), "us"),
         Row(BENCH, f"{name}: stack, CPU of a cycle", tuple(cpu["stack"]), "us", "", "laws, plant and bag included"),
+    ]
+
+
+def _vehicles(rounds: int) -> list[Row]:
+    """Return cycles per second of all vehicles together that fly at once, five processes each."""
+    request = Request("hover", duration=_LOCKSTEP_SECONDS)
+
+    def together(count: int) -> float:
+        with ThreadPoolExecutor(count) as pool:
+            return sum(run.rate for run in pool.map(lambda _: stack(request), range(count)))
+
+    found = alternated(rounds, [lambda: together(1), lambda: together(2), lambda: together(4)])
+    return [
+        Row(BENCH, f"vehicles at once: {count}", tuple(values), "cycles/s of all")
+        for count, values in zip((1, 2, 4), found, strict=True)
     ]
 
 

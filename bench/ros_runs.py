@@ -62,16 +62,23 @@ def spent(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, 
     return {role: after[role] - before[role] for role in before}
 
 
-def relay(steps: int, one_process: bool = False) -> Run:
-    """Run the bare relay; in one process it writes a bag, as that of the stack does."""
+def relay(steps: int, one_process: bool = False, record: bool = False) -> Run:
+    """Run the bare relay; with ``record`` its recorder writes a bag as that of the stack does."""
     script = Path(__file__).with_name("relay.py")
     roles = ("all",) if one_process else ROLES
     with tempfile.TemporaryDirectory(prefix="quad-bench-") as scratch, reserved_domain(None) as domain:
-        more = ["--record", f"{scratch}/bag"] if one_process else []
+        more = ["--record", f"{scratch}/bag"] if record else []
         environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
         started = {
             role: subprocess.Popen(
-                [sys.executable, str(script), role, "--steps", str(steps), *more],
+                [
+                    sys.executable,
+                    str(script),
+                    role,
+                    "--steps",
+                    str(steps),
+                    *(more if role in ("all", topics.RECORDER) else []),
+                ],
                 env=environment,
                 stdout=subprocess.PIPE,
             )
@@ -162,7 +169,7 @@ def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:
     deadline = time.monotonic() + timeout
     before: dict[str, float] = {}
     while time.monotonic() < deadline:
-        seen = watch.poll(0.02)
+        seen = watch.poll(0.2)
         if seen is not None and seen.phase == FLYING and not before:
             before = cpu_time(processes.pids())
         if seen is not None and seen.phase == ENDED:
