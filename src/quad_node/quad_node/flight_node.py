@@ -21,6 +21,7 @@ from quad_node.interface import interface_hash, versions
 
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
+_EAGER, _LINKS_EVERY = 100, 5
 
 
 class FlightNode(Node):
@@ -209,7 +210,9 @@ class FlightNode(Node):
 
     def _housekeeping(self) -> None:
         self._ticks += 1
-        if self._state == NodeStatus.STARTING and not self.missing_links():
+        # Asking for every link costs; who has waited for seconds may be asked less often.
+        look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
+        if self._state == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
         if self.role != topics.SIMULATOR:
