@@ -79,11 +79,23 @@ def _positive(word: str) -> int:
     return number
 
 
+METRICS = {
+    "rmse": "position_rmse",
+    "largest_error": "position_max",
+    "last_error": "position_final",
+    "torque_variation": "torque_total_variation",
+}
+"""What a flight's table calls the figures of a campaign."""
+
+
 def _refly(definition: Definition, options: argparse.Namespace) -> int:
     from quad_bringup.fly import main as fly
 
     _, values = flight_of(prepared(definition), options.refly)
     words = command(definition, values) + (["--out", str(options.out)] if options.out else [])
+    # what a success is, is said by the campaign, not by the case
+    for figure, limit in definition.success.items():
+        words += ["--limits", f"{METRICS[figure]}={limit:g}"]
     sys.stdout.write(shlex.join(["scripts/fly", *words]) + "\n")
     sys.stdout.flush()
     return fly(words)

@@ -1,0 +1,80 @@
+"""Should the gains of a tuning become the preset ``tuned``? Both fly the same held-out flights of three campaigns.
+
+    python bench/tuned_gains.py [FLIGHTS [GAINS.yaml]]
+
+A gains file is worth it where its flights cost less and none fails that did not fail before. The cost is that of the
+tuning: RMSE / 0.01 m + torque variation / 2 N m/s.
+"""
+
+import statistics
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from quad_campaign.batch import fly_numbers, prepared
+from quad_campaign.definition import Definition, Distribution, read_definition
+
+CONFIG = Path(__file__).resolve().parents[1] / "src" / "quad_campaign" / "config"
+GAINS = CONFIG / "study_gains" / "proposed.yaml"
+_SEEDS = {"flight.seed": Distribution("uniform", (1000, 2**31 - 1), None)}  # tuned on 1, 2, 3
+_NOMINAL = {
+    case: Definition(f"nominal {case}", "", {"case": case}, _SEEDS, {"rmse": 0.15}, 1) for case in ("case1", "case2")
+}
+
+
+def settings(path: Path) -> list[str]:
+    """Return a gains file as NODE.PARAM=VALUE."""
+    content = yaml.safe_load(path.read_text("utf-8"))
+    return [
+        f"{node.rpartition('/')[2]}.{name}={value!r}"
+        if not isinstance(value, str)
+        else f"{node.rpartition('/')[2]}.{name}={value}"
+        for node, told in content.items()
+        for name, value in told["ros__parameters"].items()
+    ]
+
+
+def flown(definition: Definition, more: list[str], flights: int) -> list[dict[str, Any]]:
+    """Return the rows of the campaign's first flights with ``more`` settings, on two threads."""
+    told = {**definition.flight, "set": [*definition.flight.get("set", []), *more]}
+    batch = prepared(definition._replace(flight=told))
+    fly_numbers(batch, [0])
+    with ThreadPoolExecutor(2) as pool:
+        return [row for part in pool.map(lambda i: fly_numbers(batch, range(i, flights, 2)), range(2)) for row in part]
+
+
+def variation(row: dict[str, Any]) -> float:
+    """Return the torque variation per second of a flight at 500 Hz, N m/s."""
+    return float(row["torque_variation"]) / (0.002 * row["steps"])
+
+
+def cost(row: dict[str, Any]) -> float:
+    """Return what the tuning minimises."""
+    return float(row["rmse"]) / 0.01 + variation(row) / 2.0
+
+
+def main(flights: int = 200, gains: Path = GAINS) -> None:
+    """Print both, campaign by campaign."""
+    changed = settings(gains)
+    campaigns = [*_NOMINAL.values(), read_definition(CONFIG / "campaign_case2.yaml")]
+    print("campaign        gains    successes  RMSE median  worst, m  torque variation, N m/s  cost    cheaper")
+    for definition in campaigns:
+        preset = flown(definition, [], flights)
+        tuned = flown(definition, changed, flights)
+        wins = sum(cost(ours) < cost(theirs) for ours, theirs in zip(tuned, preset, strict=True))
+        for name, rows in (("preset", preset), ("tuned", tuned)):
+            errors = [row["rmse"] for row in rows]
+            said = f"{100.0 * wins / flights:.0f} %" if name == "tuned" else ""
+            print(
+                f"{definition.name:15s} {name:8s} {sum(row['success'] for row in rows):5d}/{flights:<5d}"
+                f"{statistics.median(errors):11.5f} {max(errors):10.5f}"
+                f"{statistics.median(variation(row) for row in rows):15.3f}"
+                f"{statistics.median(cost(row) for row in rows):18.3f}    {said}"
+            )
+
+
+if __name__ == "__main__":
+    main(*(int(sys.argv[1]), *map(Path, sys.argv[2:])) if sys.argv[1:] else ())
