@@ -92,7 +92,8 @@ def run(peer: Peer) -> dict[str, float | str]:
     told = {key: value for key, value in os.environ.items() if not peer.apart or not key.startswith("PYTHON")}
     words = [python, str(HERE / f"peer_{peer.script}.py"), str(peer.steps), str(peer.worlds), *peer.more]
     environment = {**told, **dict(peer.environment)}
-    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment, timeout=600)
+    place = PEERS if peer.apart else HERE.parent  # MuJoCo leaves a log where it runs
+    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment, timeout=600, cwd=place)
     found: dict[str, float | str] = json.loads(done.stdout.strip().splitlines()[-1])
     return found
 
