@@ -15,19 +15,22 @@ from quad_flight_log.reader import open_flight
 pytestmark = pytest.mark.flight
 
 FILE = """
-flight: {case: hover, duration: 0.2}
-success: {rmse: 0.5}
+flight: {{case: hover, duration: 0.2, position: {position}, attitude: {attitude}}}
+success: {{rmse: 0.5}}
 seed: 5
 vary:
-  simulator.rigid_body.mass_error: {uniform: [-0.05, 0.05]}
-  simulator.sensor.delay: {uniform: [0.004, 0.02]}
-  simulator.sensor.position_noise: {uniform: [0.001, 0.01]}
+  simulator.rigid_body.mass_error: {{uniform: [-0.05, 0.05]}}
+  simulator.sensor.delay: {{uniform: [0.004, 0.02]}}
+  simulator.sensor.position_noise: {{uniform: [0.001, 0.01]}}
 """
 
 
-def test_a_flight_of_a_campaign_flies_again_over_ros(tmp_path):
+@pytest.mark.parametrize(
+    ("position", "attitude"), [("aibs", "abfnitsm"), ("ibs", "itsm"), ("pid", "pid"), ("se3", "se3")]
+)
+def test_a_flight_of_a_campaign_flies_again_over_ros(tmp_path, position, attitude):
     path = tmp_path / "small.yaml"
-    path.write_text(FILE, encoding="utf-8")
+    path.write_text(FILE.format(position=position, attitude=attitude), encoding="utf-8")
     words = [sys.executable, "-m", "quad_campaign.campaign_cli", str(path), "--refly", "7", "--out", tmp_path / "bag"]
     done = subprocess.run(words, capture_output=True, text=True, timeout=LONGEST, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -6,7 +6,7 @@ failed, 2 bad usage or set-up.
 Examples:
   scripts/accept --list
   scripts/accept                 all of them (hours on two cores)
-  scripts/accept seeds kills     only these
+  scripts/accept laws kills      only these
 """
 
 import argparse

@@ -69,7 +69,7 @@ EXAMPLES = """examples:
   scripts/study paper --seeds 50 --out studies/paper       again: goes on where it was stopped
   scripts/study paper --seeds 50 --plant rigid_body --out studies/paper      a part of it
   python -m quad_campaign.study_report studies/paper       the report alone, from the stored flights
-  python -m quad_campaign.tune paper                       tune the controllers first (gains are committed)
+  scripts/tune paper                       tune the controllers first (gains are committed)
 """
 
 

@@ -142,7 +142,7 @@ def tuned_overrides(plan: StudyPlan, controller: Controller) -> Overrides:
     """Return {node: {parameter: value}} of the tuned gains; raises ParameterError if they were not tuned yet."""
     path = gains_file(plan, controller.name)
     if not path.is_file():
-        raise ParameterError(f"{path}: found no tuned gains; run: python -m quad_campaign.tune {plan.path}")
+        raise ParameterError(f"{path}: found no tuned gains; run: scripts/tune {plan.path}")
     return {pattern.strip("/*"): values for pattern, values in read_parameter_file(path).items()}
 
 

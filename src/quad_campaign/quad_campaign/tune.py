@@ -35,9 +35,9 @@ from quad_core.plugins import PluginError
 from quad_core.timing import seconds
 
 EXAMPLES = """examples:
-  python -m quad_campaign.tune paper                         every controller of the plan, gains beside the plan
-  python -m quad_campaign.tune paper --only pid --trials 20  a quick look at one of them
-  python -m quad_campaign.tune mine.yaml --storage tune.log  goes on where it was stopped
+  scripts/tune paper                         every controller of the plan, gains beside the plan
+  scripts/tune paper --only pid --trials 20  a quick look at one of them
+  scripts/tune mine.yaml --storage tune.log  goes on where it was stopped
   scripts/fly case1 --preset src/quad_campaign/config/study_gains/pid.yaml   fly the gains over ROS
 """
 
@@ -166,7 +166,7 @@ def parameter_file(tuned: Tuned, plan: StudyPlan) -> str:
     scales = f"position RMSE / {objective.rmse_scale} m + torque variation / {objective.variation_scale} N m/s"
     flights = f"seeds {', '.join(map(str, tuning.seeds))}, {', '.join(tuning.cases)}, {', '.join(tuning.plants)}"
     lines = [
-        f"{tuned.controller.title}: gains from python -m quad_campaign.tune {plan.name} --only {tuned.controller.name}",
+        f"{tuned.controller.title}: gains from scripts/tune {plan.name} --only {tuned.controller.name}",
         f"best of {len(tuned.trials)} trials: number {best.number}, cost {best.cost:.4f} (defaults: {first.cost:.4f})",
         f"cost: mean of {scales}",
         f"over {flights}; sampler TPE, seed {tuning.sampler_seed}",
@@ -193,7 +193,7 @@ def trial_table(tuned: Tuned) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Tune from the command line: 0 done, 2 usage or set-up."""
     parser = argparse.ArgumentParser(
-        prog="python -m quad_campaign.tune",
+        prog="tune",
         description=__doc__,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
