@@ -57,7 +57,7 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--set", "vehicle.mass=inf"], ["vehicle.mass", "inf"]),
         (["hover", "--set", "vehicle.mas=1"], ["vehicle.mas"]),
         (["hover", "--set", "recorder.finish_timeout=nan"], ["recorder", "finish_timeout", "nan"]),
-        (["hover", "--set", "recorder.ack_steps=200"], ["ack_steps", "200", "window"]),
+        (["hover", "--set", "recorder.ack_steps=60"], ["ack_steps", "60", "window"]),
         (["hover", "--set", "trajectory.period_steps=2.5"], ["trajectory", "period_steps", "2.5"]),
         (["hover", "--set", "position_controller.aibs.x.position_gain=-3"], ["aibs.x.position_gain", "-3"]),
         (["hover", "--set", "flight.roles=simulator"], ["flight.roles", "recorder"]),

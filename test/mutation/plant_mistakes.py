@@ -188,7 +188,7 @@ PLANTS = {
     ],
     "quad_dynamics.held_gaussian.sample": [
         ("sect. 4", "time / parameters.hold + EDGE_TOLERANCE", "time / parameters.hold + 0.5"),
-        ("sect. 4", "float(row[4])", "float(row[3])"),
+        ("sect. 4", "float(table[index, 4])", "float(table[index, 3])"),
     ],
 }
 
