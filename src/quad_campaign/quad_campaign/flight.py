@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from quad_campaign import loop
 from quad_campaign.engine import compiled_engine, compiled_logger, explain, python_engine
-from quad_campaign.loop import Carry, Drawn, Schedule, Score, Setup
+from quad_campaign.loop import Carry, Drawn, Schedule, Setup
 from quad_campaign.records import from_rows, to_rows, with_steps
+from quad_campaign.score import Score
 from quad_campaign.stages import Modules
 from quad_core.node_parameters import ROLES, Resolved, check_agreement, resolve
 from quad_core.parameter_files import overrides_for, read_parameter_file

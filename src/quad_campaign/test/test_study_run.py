@@ -9,7 +9,7 @@ from test_study_plan import content, read
 
 from quad_campaign import study, study_table
 from quad_campaign.flight import Result
-from quad_campaign.loop import Score
+from quad_campaign.score import Score
 from quad_campaign.study_plan import gains_file
 from quad_campaign.study_statistics import paired, spread, summary
 from quad_core import plugins

@@ -8,7 +8,7 @@ from test_study_plan import content, read
 
 from quad_campaign import tune as tuning_module
 from quad_campaign.flight import Result, flight_from_files
-from quad_campaign.loop import Score
+from quad_campaign.score import Score
 from quad_campaign.study_plan import Objective
 from quad_campaign.tune import defaults, flight_cost, main, parameter_file, trial_table, tune
 from quad_core import plugins
