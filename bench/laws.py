@@ -15,12 +15,11 @@ from quad_core.types import (
     AttitudeInputs,
     AttitudeThrust,
     PositionInputs,
-    Quat,
     TrajectoryPoint,
     Vec3,
-    VehicleState,
 )
 from quad_core.vehicle import Vehicle
+from quad_dynamics.sensor import taken
 
 BENCH = "laws"
 _PLAIN, _COMPILED = 5_000, 500_000
@@ -33,10 +32,12 @@ def measure(rounds: int) -> list[Row]:
     """Return both costs of a step of every registered law with its default gains, near hover."""
     rows = []
     for group, dt in _PERIODS.items():
-        spin = position_steps if group == plugins.POSITION_LAW else attitude_steps
+        names = {"Inputs": PositionInputs, "figure": thrust}
+        if group == plugins.ATTITUDE_LAW:
+            names = {"Inputs": AttitudeInputs, "figure": roll_torque}
         for name in plugins.names(group):
             law = plugins.load(group, name)
-            bound = FunctionType(spin.__code__, {**spin.__globals__, "step": law.step}, spin.__name__)
+            bound = FunctionType(law_steps.__code__, {**globals(), **names, "step": law.step}, law_steps.__name__)
             fast = compiled(bound)
             plain = tuple(1e6 * _cost(bound, law, _WANTED[group], _PLAIN, dt) for _ in range(rounds))
             _cost(fast, law, _WANTED[group], 1, dt)
@@ -61,7 +62,7 @@ def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
 
 
 def states() -> np.ndarray:
-    """Return random states near hover, rows of position, velocity, attitude xyzw and body rates."""
+    """Return random states near hover, in the rows of a sensor's delay line."""
     rng = np.random.default_rng(1)
     table = rng.normal(scale=0.05, size=(_STATES, 13))
     for row in table:
@@ -69,35 +70,23 @@ def states() -> np.ndarray:
     return table
 
 
-def taken(row: Any) -> VehicleState:
-    """Return the state in a row."""
-    return VehicleState(
-        Vec3(float(row[0]), float(row[1]), float(row[2])),
-        Vec3(float(row[3]), float(row[4]), float(row[5])),
-        Quat(float(row[6]), float(row[7]), float(row[8]), float(row[9])),
-        Vec3(float(row[10]), float(row[11]), float(row[12])),
-    )
-
-
-def position_steps(
+def law_steps(
     parameters: Any, vehicle: Any, memory: Any, table: Any, wanted: Any, actuation: Any, count: int, dt: float
 ) -> float:
-    """Return the sum of all thrusts of ``count`` steps of a position law."""
+    """Return the sum of a figure over ``count`` answers; ``measure`` binds ``step``, ``Inputs`` and ``figure``."""
     total = 0.0
     for k in range(count):
-        inputs = PositionInputs(taken(table[k % len(table)]), wanted, actuation)
-        setpoint, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821 (bound by ``measure``)
-        total += setpoint.thrust
+        inputs = Inputs(taken(table, k % len(table)), wanted, actuation)  # noqa: F821
+        answer, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821
+        total += figure(answer)  # noqa: F821
     return total
 
 
-def attitude_steps(
-    parameters: Any, vehicle: Any, memory: Any, table: Any, wanted: Any, actuation: Any, count: int, dt: float
-) -> float:
-    """Return the sum of all roll torques of ``count`` steps of an attitude law."""
-    total = 0.0
-    for k in range(count):
-        inputs = AttitudeInputs(taken(table[k % len(table)]), wanted, actuation)
-        wrench, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821 (bound by ``measure``)
-        total += wrench.torque_b.x
-    return total
+def thrust(answer: Any) -> float:
+    """Return the thrust of a position law's answer."""
+    return answer.thrust
+
+
+def roll_torque(answer: Any) -> float:
+    """Return the roll torque of an attitude law's answer, which hands the thrust through."""
+    return answer.torque_b.x

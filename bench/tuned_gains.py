@@ -3,7 +3,7 @@
     python bench/tuned_gains.py [FLIGHTS [GAINS.yaml]]
 
 A gains file is worth it where its flights cost less and none fails that did not fail before. The cost is that of the
-tuning: RMSE / 0.01 m + torque variation / 2 N m/s.
+tuning, by the scales of the plan ``paper``.
 """
 
 import statistics
@@ -12,13 +12,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from quad_campaign.batch import fly_numbers, prepared
-from quad_campaign.definition import Definition, Distribution, read_definition
+from quad_campaign.definition import Definition, Distribution, read_definition, settings_of
+from quad_campaign.study_plan import find_plan, read_plan
+from quad_core.parameter_files import read_parameter_file
 
 CONFIG = Path(__file__).resolve().parents[1] / "src" / "quad_campaign" / "config"
 GAINS = CONFIG / "study_gains" / "proposed.yaml"
+OBJECTIVE = read_plan(find_plan("paper")).tuning.objective
 _SEEDS = {"flight.seed": Distribution("uniform", (1000, 2**31 - 1), None)}  # tuned on 1, 2, 3
 _NOMINAL = {
     case: Definition(f"nominal {case}", "", {"case": case}, _SEEDS, {"rmse": 0.15}, 1) for case in ("case1", "case2")
@@ -27,14 +28,10 @@ _NOMINAL = {
 
 def settings(path: Path) -> list[str]:
     """Return a gains file as NODE.PARAM=VALUE."""
-    content = yaml.safe_load(path.read_text("utf-8"))
-    return [
-        f"{node.rpartition('/')[2]}.{name}={value!r}"
-        if not isinstance(value, str)
-        else f"{node.rpartition('/')[2]}.{name}={value}"
-        for node, told in content.items()
-        for name, value in told["ros__parameters"].items()
-    ]
+    content = read_parameter_file(path)
+    return settings_of(
+        {f"{node.strip('/*')}.{name}": value for node, told in content.items() for name, value in told.items()}
+    )
 
 
 def flown(definition: Definition, more: list[str], flights: int) -> list[dict[str, Any]]:
@@ -53,7 +50,7 @@ def variation(row: dict[str, Any]) -> float:
 
 def cost(row: dict[str, Any]) -> float:
     """Return what the tuning minimises."""
-    return float(row["rmse"]) / 0.01 + variation(row) / 2.0
+    return float(row["rmse"]) / OBJECTIVE.rmse_scale + variation(row) / OBJECTIVE.variation_scale
 
 
 def main(flights: int = 200, gains: Path = GAINS) -> None:

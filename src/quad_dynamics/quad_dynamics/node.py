@@ -262,7 +262,7 @@ class Simulator(FlightNode):
 
     def measurements(self) -> dict[str, float]:
         """Return commands missed in real time, and how long (ms) after a state its command came since the last look."""
-        found: dict[str, float] = {"missed_commands": self._missed, "overruns": self.counters["overruns"]}
+        found: dict[str, float] = {"missed_commands": self._missed}
         taken, self._latencies = sorted(self._latencies), []
         if taken:
             for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0)):

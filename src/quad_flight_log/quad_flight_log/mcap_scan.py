@@ -58,7 +58,7 @@ class Scan:
 
     path: Path
     profile: str = ""
-    library: str = ""
+    written_by: str = ""
     schemas: dict[int, Any] = field(default_factory=dict)
     channels: dict[int, Any] = field(default_factory=dict)
     tallies: dict[int, Tally] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class Scan:
     @property
     def own(self) -> bool:
         """Whether our recorder wrote the file."""
-        return self.library.startswith(LIBRARY)
+        return self.written_by.startswith(LIBRARY)
 
 
 def scan(path: Path, *, salvage: bool = False, progress: Callable[[int, int], None] | None = None) -> Scan:
@@ -181,8 +181,9 @@ class _Pass:
         if opcode == Opcode.CHUNK:
             self.chunk(body)
         elif opcode == Opcode.HEADER and found.end == len(MAGIC):
-            header = parsed(records.Header.read, body, "header")
-            found.profile, found.library = header.profile, header.library
+            match parsed(records.Header.read, body, "header"):
+                case records.Header(profile=profile, library=library):
+                    found.profile, found.written_by = profile, library
         elif opcode == Opcode.METADATA:
             item = parsed(records.Metadata.read, body, "metadata")
             if self.in_data:

@@ -41,7 +41,6 @@ class Recorder(FlightNode):
         self._periods: dict[str, int] = {}
         self._flight_ns = 0
         self._acked = -1
-        self._ack_due = (self.settings.ack_steps - 1) * self.flight.plant_period  # stamp in ns
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded")
@@ -115,7 +114,7 @@ class Recorder(FlightNode):
             if stamp > self._flight_ns:
                 self._flight_ns = stamp
             self.bag.write(handle, payload, self._flight_ns, time.time_ns())
-            if self._flight_ns >= self._ack_due:
+            if self._flight_ns >= (self._acked + self.settings.ack_steps) * self.flight.plant_period:
                 self._acknowledge()
 
         return keep
@@ -157,7 +156,6 @@ class Recorder(FlightNode):
         if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
             return
         self._acked = self.step = complete
-        self._ack_due = (complete + self.settings.ack_steps) * self.flight.plant_period
         message = RecorderAck(step=complete, dropped=sum(self.bag.dropped.values()) + self.counters["conflict"])
         self._ack_out.publish(message)
         self.bag.write(self._ack_handle, serialize_message(message), self._flight_ns, time.time_ns())

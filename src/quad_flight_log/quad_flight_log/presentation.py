@@ -124,7 +124,7 @@ def info_text(flight: Flight) -> str:
     checked = "every message under a checksum" if flight.protected else "not every message under a checksum"
     lines = [
         str(flight.path),
-        f"  {state}, {checked}, written by {flight.library or 'unknown'}",
+        f"  {state}, {checked}, written by {flight.written_by or 'unknown'}",
         f"  {flight.path.stat().st_size} bytes on disk, {flight.uncompressed_size} uncompressed",
     ]
     lines += [f"  {key}: {value}" for key, value in sorted(flight.metadata.items())]
@@ -149,7 +149,7 @@ def info_json(flights: Sequence[Flight]) -> str:
                 "truncated": flight.truncated,
                 "damage": flight.damage,
                 "protected": flight.protected,
-                "library": flight.library,
+                "library": flight.written_by,
                 "bytes": flight.path.stat().st_size,
                 "uncompressed_bytes": flight.uncompressed_size,
                 "metadata": flight.metadata,

@@ -56,7 +56,7 @@ class Flight:
     ) -> None:
         self.path = found.path
         self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
-        self.library = found.library
+        self.written_by = found.written_by
         self.metadata = _metadata(found, salvage)
         self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
         # without it /uav1/state and /uav1/flight/state both end like `state`
