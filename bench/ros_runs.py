@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message
 
+from quad_bringup import preparation
 from quad_bringup.domains import reserved_domain
 from quad_bringup.flight_setup import Request, parameter_file, resolve_flight
 from quad_bringup.processes import Processes, executable
@@ -108,8 +109,10 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
         logs.mkdir()
         run_id = f"bench-{os.getpid()}-{time.monotonic_ns()}"
         identity = {"/**": {"flight.run_id": run_id}, topics.RECORDER: {"directory": str(Path(scratch, "bag"))}}
+        nodes = resolve_flight(request, identity)
+        preparation.prepare(nodes.values())
         parameters = logs / "parameters.yaml"
-        parameters.write_text(parameter_file(resolve_flight(request, identity)), encoding="utf-8")
+        parameters.write_text(parameter_file(nodes), encoding="utf-8")
         processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
         watch = FlightWatch(run_id, domain)
         arguments = ["--ros-args", "--params-file", str(parameters)]

@@ -5,7 +5,9 @@ import time
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from flying import CONFIG, busy_loops, finish, flown, hash_of, start
+from rclpy.serialization import deserialize_message
 
 from quad_campaign import flight as without_ros
 from quad_flight_log.payload_hash import STEP_TOPICS, payload_hash, topic_hashes
@@ -110,6 +112,26 @@ def test_two_busy_loops_change_nothing(tmp_path, lone_hash):
 def test_one_process_for_all_nodes_changes_nothing(tmp_path, lone_hash):
     bag = flown(*HOVER, "--one-process", "--out", tmp_path / "bag")
     assert payload_hash(bag) == lone_hash
+
+
+def machine_code_of(bag):
+    """Return what each node said in /diagnostics of how its law or plant is run."""
+    told = {}
+    for payload in bag.payloads("/diagnostics")["/diagnostics"][0]:
+        for status in deserialize_message(payload, DiagnosticArray).status:
+            found = {pair.key: pair.value for pair in status.values}
+            if "machine_code" in found:
+                told[status.hardware_id] = int(found["machine_code"])
+    return told
+
+
+def test_machine_code_changes_nothing(tmp_path, lone_hash):
+    nodes = ("/simulator", "/position_controller", "/attitude_controller")
+    fast = flown(*HOVER, "--out", tmp_path / "fast")
+    slow = flown(*HOVER, "--set", "flight.machine_code=false", "--out", tmp_path / "slow")
+    assert machine_code_of(fast) == dict.fromkeys(nodes, 1)
+    assert machine_code_of(slow) == dict.fromkeys(nodes, 0)
+    assert payload_hash(fast) == payload_hash(slow) == lone_hash
 
 
 def test_one_process_that_is_told_wrong_or_interrupted_says_so(tmp_path):

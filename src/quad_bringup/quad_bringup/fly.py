@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from quad_bringup import configuration
+from quad_bringup import configuration, preparation
 from quad_bringup.domains import reserved_domain
-from quad_bringup.flight import BAD_SETUP, Planned, fly
+from quad_bringup.flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.flight_setup import Request, resolve_flight, summary
 from quad_bringup.supervisor import interrupts
 from quad_core import plugins
@@ -28,6 +28,7 @@ _EXAMPLES = """examples:
   scripts/fly case1 --preset minimal --plant paper
   scripts/fly hover --duration 5 --realtime
   scripts/fly case2 --one-process
+  scripts/fly hover --set flight.machine_code=false       laws and plant run by CPython: to debug them
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
   scripts/fly case2 --set position_controller.aibs.x.position_gain=3.5 --set simulator.held_gaussian.acceleration_sd=1.5
   scripts/fly flight --vehicle x500 --preset x500
@@ -52,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         directories = _directories(options, cases, made)
         flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
+        preparation.prepare(node for flight in flights for node in flight.nodes.values())
         with reserved_domain(options.domain) as domain, interrupts() as interrupted:
             codes = []
             for flight in flights:
@@ -62,6 +64,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ParameterError, PluginError, LimitsError) as error:
         print(f"fly: {error}", file=sys.stderr)
         return BAD_SETUP
+    except KeyboardInterrupt:
+        print("fly: interrupted by SIGINT before the flight", file=sys.stderr)
+        return FAILED
     except OSError as error:
         print(f"fly: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         return BAD_SETUP

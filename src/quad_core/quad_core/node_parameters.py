@@ -43,6 +43,10 @@ class FlightParameters(NamedTuple):
         int,
         Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),
     ] = 40
+    machine_code: Annotated[
+        bool,
+        Flag("laws and plant as machine code where scripts/fly has built it: faster, and the same bits", live=False),
+    ] = True
 
 
 class SimulatorParameters(NamedTuple):

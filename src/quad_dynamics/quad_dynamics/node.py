@@ -7,6 +7,7 @@ from collections import deque
 from rclpy.clock import Clock, ClockType
 
 from quad_core.bounds import is_flyable
+from quad_core.program import all_finite
 from quad_core.timing import seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
 from quad_dynamics.plant_model import PlantModel
@@ -17,7 +18,7 @@ from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, Reco
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import packer, unpack_wrench
-from quad_node.conversion import all_finite, set_stamp
+from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake
 from quad_node.interface import interface_hash
@@ -261,8 +262,8 @@ class Simulator(FlightNode):
         self.exit_code = 1
 
     def measurements(self) -> dict[str, float]:
-        """Return commands missed in real time, and how long (ms) after a state its command came since the last look."""
-        found: dict[str, float] = {"missed_commands": self._missed}
+        """Return how the plant is run, commands missed, and how long (ms) after a state its command came of late."""
+        found: dict[str, float] = {"missed_commands": self._missed, "machine_code": self.model.machine_code}
         taken, self._latencies = sorted(self._latencies), []
         if taken:
             for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0)):

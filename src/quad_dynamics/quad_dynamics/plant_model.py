@@ -1,8 +1,10 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
+from quad_core import programs
+from quad_core.machine_code import MachineCode, stepper
 from quad_core.node_parameters import Resolved
 from quad_core.timing import seconds
-from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
 
 _FIRST_LENGTH = 120.0
@@ -23,10 +25,20 @@ class PlantModel:
         self._plant, self._weather, self._sensing = (
             resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
         )
-        self._plant_state = self._plant.module.init(self._plant.parameters, self._vehicle)
+        self._stepper = stepper(programs.plant(self._plant.module), resolved.flight.machine_code)
+        start = self._plant.module.init(self._plant.parameters, self._vehicle)
+        for name, value in (
+            ("parameters", self._plant.parameters),
+            ("vehicle", self._vehicle),
+            ("state", start),
+            ("commanded", Wrench()),
+            ("dt", self._dt),
+        ):
+            self._stepper.put(name, value)
+        self.truth: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, start)
         self._sensing_line, self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
         self._link_line, self._link_memory = link.init()
-        self._wrench = self._applied = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+        self._applied = Wrench()
         self.actuation = Actuation()
         self.actuated_step = -1
         self.cover(round(_FIRST_LENGTH / self._dt))
@@ -42,10 +54,14 @@ class PlantModel:
 
     def disturbance(self) -> Disturbance:
         """Return what acts over the coming step; the lumped terms are those of the wrench commanded last."""
-        lumped: Disturbance = self._plant.module.lumped(
-            self._plant.parameters, self._vehicle, self._plant_state, self._wrench, self.conditions
-        )
+        self._stepper.run("lumped")
+        lumped: Disturbance = self._stepper.get("disturbance")
         return lumped
+
+    @property
+    def machine_code(self) -> int:
+        """1 if the plant is run as machine code, else 0."""
+        return int(isinstance(self._stepper, MachineCode))
 
     def announcements(self) -> list[tuple[float, str, str]]:
         """Return (time s, kind, text) of what the disturbance has to report in flight, in order of time."""
@@ -55,13 +71,13 @@ class PlantModel:
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
         """Integrate over ``step`` with the command ``wrench``; returns the true state at its end."""
-        self._wrench = wrench
         self._applied, self._link_memory = link.step(
             self._link_line, self._link_memory, self.conditions.link, wrench, self._applied, step, self._dt
         )
-        self._plant_state, self.actuation = self._plant.module.step(
-            self._plant.parameters, self._vehicle, self._plant_state, self._applied, self.conditions, self._dt
-        )
+        self._stepper.put("commanded", wrench)
+        self._stepper.put("applied", self._applied)
+        self._stepper.run("advance")
+        self.truth, self.actuation = self._stepper.get("truth"), self._stepper.get("actuation")
         self.actuated_step = step
         if step + 1 >= self._covered:
             self.cover(2 * self._covered)
@@ -69,10 +85,10 @@ class PlantModel:
         return self.truth
 
     def _look(self, step: int) -> None:
-        self.truth: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, self._plant_state)
         self.conditions: Conditions = self._weather.module.sample(
             self._weather.parameters, self._table, seconds(step, self._period)
         )
+        self._stepper.put("conditions", self.conditions)
         self.state: VehicleState
         self.state, self._sensing_memory = self._sensing.module.step(
             self._sensing.parameters,

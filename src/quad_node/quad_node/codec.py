@@ -9,30 +9,34 @@ messages are equal payloads. Payloads in another encoding (a foreign middleware)
 import re
 import struct
 from collections.abc import Callable
-from operator import attrgetter
+from math import isfinite
+from operator import itemgetter
 from typing import Any, NamedTuple, get_type_hints
 
 from rclpy.serialization import deserialize_message
 
-from quad_core.types import Vec3, Wrench
-from quad_node.conversion import NANOSECONDS, extra_names, reader, stamp_ns
+from quad_core.program import all_finite, flattener, leaves
+from quad_core.types import Vec3, VehicleState, Wrench
+from quad_node.conversion import NANOSECONDS, reader, stamp_ns
 
 HEADER = b"\x00\x01\x00\x00"
 _PLAIN = HEADER[:2]
 _BODY = 4  # bytes of encapsulation; alignment counts from behind them
 _CODES = {"boolean": "?", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "double": "d"}
+_STEP = struct.Struct("<Q")
 _FIELD = re.compile(r"(?P<kind>\w+)(?:\[(?P<count>\d+)\])?$")
 
 Packer = Callable[[Any, int, int, int], bytes]
 
 
 class Stamped(NamedTuple):
-    """What a payload held: ``next_step`` is step + 1 where the message has none."""
+    """What a payload held: ``next_step`` is step + 1 where the message has none; whether all numbers are finite."""
 
     step: int
     next_step: int
     stamp_ns: int
     value: Any
+    finite: bool
 
 
 class _Layout(NamedTuple):
@@ -49,33 +53,29 @@ def packer(cls: type[Any], message_type: type[Any]) -> Packer:
     Fields that ``cls`` has not are zero; fields that the message has not go, in order, into its ``extra`` sequence.
     Raises TypeError if there is none, or for a message that is not flat.
     """
+    flat, pack = flattener(cls), numbers_packer(cls, message_type)
+    return lambda value, step, next_step, stamp: pack(flat(value), step, next_step, stamp)
+
+
+def numbers_packer(cls: type[Any], message_type: type[Any]) -> Packer:
+    """Return what ``packer`` does, with a function that takes the numbers of a ``cls`` in the order of ``leaves``."""
     known = message_type.get_fields_and_field_types()
     own = tuple(name for name in cls._fields if name not in known)
     if own and "extra" not in known:
         raise TypeError(f"{message_type.__name__} has no field {own[0]} of {cls.__name__}")
     layout = _layout(message_type, set(cls._fields))
-    count, code = len(extra_names(cls, message_type)), layout.code
+    code, body, tail = layout.code, _places(cls, layout.names), _places(cls, own)
     if "extra" in known:
         code = _aligned(code, 4) + "I"
-        code = _aligned(code, 8) + f"{count}d" if count else code
-    ends = (layout.names, own) if "extra" in known else (layout.names,)
-    picks = [_picker(names) for names in ends]
+        code = _aligned(code, 8) + f"{len(tail)}d" if tail else code
     pack, both = struct.Struct(_aligned(code, 4)).pack, layout.steps == 2
+    pick, rest, extra = _picker(body), _picker(tail), "extra" in known
 
-    def write(value: Any, step: int, next_step: int, stamp: int) -> bytes:
-        flat: list[Any] = [HEADER, *divmod(stamp, NANOSECONDS), step]
-        if both:
-            flat.append(next_step)
-        for part in picks[0](value):
-            if isinstance(part, tuple):
-                flat += part
-            else:
-                flat.append(part)
-        if len(picks) > 1:
-            flat.append(count)
-            for part in picks[1](value):
-                flat += part if isinstance(part, tuple) else (part,)
-        return pack(*flat)
+    def write(flat: tuple[Any, ...], step: int, next_step: int, stamp: int) -> bytes:
+        steps = (step, next_step) if both else (step,)
+        if extra:
+            return pack(HEADER, *divmod(stamp, NANOSECONDS), *steps, *pick(flat), len(tail), *rest(flat))
+        return pack(HEADER, *divmod(stamp, NANOSECONDS), *steps, *pick(flat))
 
     return write
 
@@ -99,19 +99,35 @@ def unpacker(cls: type[Any], message_type: type[Any]) -> Callable[[bytes], Stamp
         if payload[:2] != _PLAIN or len(payload) < size:
             message = deserialize_message(payload, message_type)
             next_step = message.next_step if both else message.step + 1
-            return Stamped(message.step, next_step, stamp_ns(message.stamp), slow(message))
+            value = slow(message)
+            return Stamped(message.step, next_step, stamp_ns(message.stamp), value, all_finite(value))
         flat = unpack(payload)
         step = flat[3]
         value = make([flat[at] if kind is None else kind(flat[at:end]) for kind, at, end in plan])
-        return Stamped(step, flat[4] if both else step + 1, flat[1] * NANOSECONDS + flat[2], value)
+        # one sum of all is enough but for finite numbers that overflow it
+        finite = isfinite(sum(flat[1:])) or all_finite(value)
+        return Stamped(step, flat[4] if both else step + 1, flat[1] * NANOSECONDS + flat[2], value, finite)
 
     return read
 
 
-def _picker(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:
-    if len(names) > 1:
-        return attrgetter(*names)
-    return lambda value: tuple(getattr(value, name) for name in names)
+def step_of(payload: bytes) -> int:
+    """Return the step of a payload in our encoding, -1 of any other."""
+    return _STEP.unpack_from(payload, _BODY + 8)[0] if payload[:2] == _PLAIN else -1
+
+
+def _places(cls: type[Any], names: tuple[str, ...]) -> list[int]:
+    """Return where the numbers of the fields ``names`` stand among those of a ``cls``."""
+    of_field: dict[str, list[int]] = {}
+    for place, leaf in enumerate(leaves(cls)):
+        of_field.setdefault(leaf.name.partition(".")[0], []).append(place)
+    return [place for name in names for place in of_field[name]]
+
+
+def _picker(places: list[int]) -> Callable[[tuple[Any, ...]], tuple[Any, ...]]:
+    if places == list(range(len(places))):
+        return itemgetter(slice(len(places)))
+    return itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))
 
 
 def _layout(message_type: type[Any], present: set[str]) -> _Layout:
@@ -141,10 +157,14 @@ def _aligned(code: str, size: int) -> str:
 
 
 # geometry_msgs/WrenchStamped: stamp, frame name with its length, force, torque
-FRAME = "base_link"
+FRAME, MAP = "base_link", "map"
 _NAME = struct.Struct("<iII")
 _WRENCH = struct.Struct("<4siII10s2x6d")
 _SIX = struct.Struct("<6d")
+_CLOCK = struct.Struct("<4siI")
+_COVARIANCE = 36 * 8
+# nav_msgs/Odometry: stamp, both frame names, pose and its covariance, twist and its covariance
+_ODOMETRY = struct.Struct(f"<4siII4sI10s2x7d{_COVARIANCE}x6d{_COVARIANCE}x")
 
 
 def pack_wrench(wrench: Wrench, stamp: int) -> bytes:
@@ -152,6 +172,30 @@ def pack_wrench(wrench: Wrench, stamp: int) -> bytes:
     sec, nanosec = divmod(stamp, NANOSECONDS)
     name = FRAME.encode()
     return _WRENCH.pack(HEADER, sec, nanosec, len(name) + 1, name, 0.0, 0.0, wrench.thrust, *wrench.torque_b)
+
+
+def pack_clock(stamp: int) -> bytes:
+    """Return the rosgraph_msgs/Clock payload of ``stamp`` ns."""
+    return _CLOCK.pack(HEADER, *divmod(stamp, NANOSECONDS))
+
+
+def pack_odometry(state: VehicleState, velocity_b: Vec3, stamp: int) -> bytes:
+    """Return the nav_msgs/Odometry payload: pose of base_link in map, twist in base_link, covariances zero."""
+    sec, nanosec = divmod(stamp, NANOSECONDS)
+    world, body = MAP.encode(), FRAME.encode()
+    return _ODOMETRY.pack(
+        HEADER,
+        sec,
+        nanosec,
+        len(world) + 1,
+        world,
+        len(body) + 1,
+        body,
+        *state.p_w,
+        *state.q_wb,
+        *velocity_b,
+        *state.omega_b,
+    )
 
 
 def unpack_wrench(payload: bytes) -> tuple[Wrench, int]:

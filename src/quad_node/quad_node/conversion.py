@@ -1,6 +1,5 @@
 """Between the NamedTuples of ``quad_core.types`` and the messages of the same field names."""
 
-import math
 from collections.abc import Callable
 from typing import Any, get_type_hints
 
@@ -42,23 +41,6 @@ def extra_names(cls: type[Any], message_type: type[Any]) -> list[str]:
             parts = getattr(kind, "_fields", None)
             found += [f"{name}.{part}" for part in parts] if parts else [name]
     return found
-
-
-def all_finite(value: Any) -> bool:
-    """Tell whether every number of a (nested) NamedTuple is finite."""
-    # one sum is enough but for finite numbers that overflow it
-    return math.isfinite(_total(value)) or _each_finite(value)
-
-
-def _total(value: Any) -> float:
-    total = 0.0
-    for part in value:
-        total += _total(part) if isinstance(part, tuple) else part
-    return total
-
-
-def _each_finite(value: Any) -> bool:
-    return all(_each_finite(part) if isinstance(part, tuple) else math.isfinite(part) for part in value)
 
 
 def _fields(cls: type[Any], message_type: type[Any]) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:

@@ -90,8 +90,12 @@ class FlightNode(Node):
     @property
     def priority(self) -> int:
         """SCHED_FIFO priority of this node's process; 0: none, for nobody hurries in lockstep or to log."""
-        aside = self.lockstep or self.shadow or self.role == topics.RECORDER
-        return 0 if aside else self.flight.realtime_priority
+        return 0 if self.lockstep or self.stands_aside else self.flight.realtime_priority
+
+    @property
+    def stands_aside(self) -> bool:
+        """Whether no other node waits for this one at every step."""
+        return self.shadow or self.role == topics.RECORDER
 
     def scheduled(self, refused: str) -> None:
         """Report why the system refused the scheduling that was asked for."""

@@ -45,7 +45,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
     except OSError as error:
         return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
     executor.on_signals(stop, node.done)
-    node.scheduled(scheduling.settle(node.priority))
+    node.scheduled(scheduling.settle(node.priority, node.stands_aside))
     try:
         executor.spin([node], node.done)
         if stop:

@@ -8,22 +8,27 @@ from pathlib import Path
 _TASKS = Path("/proc/self/task")
 
 
-def settle(priority: int) -> str:
+def settle(priority: int, aside: bool = False) -> str:
     """Ready this process for a flight; returns why the system refused, empty if it did not.
 
-    ``priority``: of SCHED_FIFO for all threads of the process, for who only logs must not delay a loop; 0: as it is.
+    ``priority``: of SCHED_FIFO for all threads of the process, 0: as it is. ``aside``: nobody waits for this process,
+    so a message that wakes it does not take the core from who sent it.
     """
     # What was made so far stays for the flight: collecting it again and again costs stalls of milliseconds.
     gc.collect()
     gc.freeze()
-    if priority <= 0:
-        return ""
-    if not (hasattr(os, "sched_setscheduler") and _TASKS.is_dir()):
-        return "this system has no SCHED_FIFO"
+    if aside:
+        return _schedule("SCHED_BATCH", 0)
+    return _schedule("SCHED_FIFO", priority) if priority > 0 else ""
+
+
+def _schedule(policy: str, priority: int) -> str:
+    if not (hasattr(os, policy) and _TASKS.is_dir()):
+        return f"this system has no {policy}"
     try:
         for task in _TASKS.iterdir():
             with suppress(ProcessLookupError):  # a thread that has just ended
-                os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(priority))
+                os.sched_setscheduler(int(task.name), getattr(os, policy), os.sched_param(priority))
     except PermissionError:
-        return f"SCHED_FIFO {priority}: not permitted, see ulimit -r"
+        return f"{policy} {priority}: not permitted, see ulimit -r"
     return ""

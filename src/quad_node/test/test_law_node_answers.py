@@ -8,6 +8,8 @@ import rclpy
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 
+from quad_core import plugins, programs
+from quad_core.program import Interpreted
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_msgs.msg import PositionInternals
 from quad_node import executor
@@ -29,8 +31,12 @@ def node(monkeypatch):
 
 
 def with_law(node, step):
-    """Let ``node`` run ``step`` in the place of its law."""
-    node.law = node.law._replace(module=SimpleNamespace(step=step))
+    """Let ``node`` run ``step`` in the place of its law, on the values that it has."""
+    names = ("Parameters", "Memory", "Internals")
+    law = SimpleNamespace(__name__="law", step=step, **{name: getattr(aibs, name) for name in names})
+    before, node._stepper = node._stepper, Interpreted(programs.law(plugins.POSITION_LAW, law))
+    for name in ("parameters", "vehicle", "memory"):
+        node._stepper.put(name, before.get(name))
 
 
 def test_memory_and_internals_are_those_of_the_step(node):
@@ -56,9 +62,9 @@ def test_memory_and_internals_are_those_of_the_step(node):
 )
 def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, output, memory):
     with_law(node, lambda *_: (output, memory, aibs.Internals()))
-    before = node._memory
+    before = node._stepper.get("memory")
     assert node.run_law("inputs", MOMENT) is None
-    assert node._memory == before
+    assert node._stepper.get("memory") == before
     assert (node.done.done(), node.exit_code, node.counters["law_nonfinite"]) == (True, 1, 1)
 
 
@@ -70,7 +76,7 @@ def outcome(node, name, value):
 def test_a_gain_changes_live_and_reaches_the_law(node):
     assert outcome(node, "aibs.x.position_gain", 2.5).successful
     assert node.resolved.plugins["law"].parameters.x.position_gain == 2.5
-    assert node.law.parameters.x.position_gain == 2.5
+    assert node._stepper.get("parameters").x.position_gain == 2.5
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,33 @@ def test_only_multiples_of_the_period_are_answered(make):
     assert [moment.stamp_ns for moment, _ in node.moments] == [0, 10_000_000, 20_000_000]
 
 
+def test_what_belongs_to_no_answered_step_is_not_even_read(make):
+    node = make("period_steps:=5")
+    node.reference(0, 3)
+    node.state(0)
+    node.actuation(3, thrust=math.nan)
+    assert node.counters["rejected"] == 0
+    node.actuation(4, thrust=math.nan)
+    assert node.counters["rejected"] == 1
+    node.actuation(4, thrust=7.0)
+    node.reference(3, 8, x=10.0)
+    for step in (1, 2, 3, 4, 5):
+        node.state(step, x=math.nan if step < 5 else 0.0)
+    assert node.counters["rejected"] == 1
+    assert node.steps() == [0, 5]
+    _, (reference, actuation) = node.moments[1]
+    assert (reference.p_w.x, actuation.thrust) == (10.0, 7.0)
+
+
+def test_in_real_time_the_newest_value_is_always_read(make):
+    node = make("period_steps:=5", "flight.mode:=realtime")
+    node.reference(0, 5)
+    node.state(0)
+    node.actuation(2, thrust=7.0)
+    node.state(5)
+    assert node.moments[1][1][1].thrust == 7.0
+
+
 def test_a_repeated_state_gets_the_same_answer_without_a_new_step(make):
     node = make("period_steps:=1")
     node.reference(0, 1)

@@ -15,7 +15,7 @@ from pathlib import Path
 from quad_node.scheduling import settle
 waiting = threading.Event()
 threading.Thread(target=waiting.wait, daemon=True).start()
-refused = settle({priority})
+refused = settle({priority}, {aside})
 found = {{os.sched_getscheduler(int(task.name)) for task in Path("/proc/self/task").iterdir()}}
 print(refused or sorted(found))
 waiting.set()
@@ -28,11 +28,14 @@ def thawed():
     gc.unfreeze()
 
 
-@pytest.mark.parametrize(("priority", "policy"), [(0, os.SCHED_OTHER), (7, os.SCHED_FIFO)])
-def test_all_threads_are_scheduled_alike(priority, policy):
-    text = ALL_THREADS.format(priority=priority)
+@pytest.mark.parametrize(
+    ("priority", "aside", "policy"),
+    [(0, False, os.SCHED_OTHER), (7, False, os.SCHED_FIFO), (0, True, os.SCHED_BATCH), (7, True, os.SCHED_BATCH)],
+)
+def test_all_threads_are_scheduled_alike(priority, aside, policy):
+    text = ALL_THREADS.format(priority=priority, aside=aside)
     told = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.strip()
-    assert told == str([int(policy)]) or (priority and "not permitted" in told)
+    assert told == str([int(policy)]) or (policy == os.SCHED_FIFO and "not permitted" in told)
 
 
 def test_a_refusal_is_told(monkeypatch, thawed):
