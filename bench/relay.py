@@ -1,7 +1,7 @@
 """The floor of the ROS loop: nodes of plain rclpy that pass the messages of a flight round and compute nothing.
 
-Topics, types, QoS, executor, order of waiting and rates are those of the flight stack; messages are filled once and
-published again and again. The recorder subscribes raw and counts; with --record it writes a bag. Run by
+Topics, types, QoS, executor, scheduling, order of waiting and rates are those of the flight stack; messages are filled
+once and published again and again. The recorder subscribes raw and counts; with --record it writes a bag. Run by
 ``ros_loop``.
 """
 
@@ -19,6 +19,7 @@ from quad_flight_log.bag_metadata import Qos
 from quad_flight_log.bag_writer import BagWriter
 from quad_node import topics
 from quad_node.executor import init, spin
+from quad_node.scheduling import settle
 
 PERIOD = 2_000_000
 SLOW = 5
@@ -156,6 +157,7 @@ def main() -> None:
     bag = BagWriter(options.record, metadata={}, parameters="") if options.record else None
     roles = everyone if options.role == "all" else (options.role,)
     nodes = [Relay(role, options.steps, everyone, bag) for role in roles]
+    settle(0, aside=roles == (topics.RECORDER,))
     try:
         spin(nodes, nodes[0].done)
     except KeyboardInterrupt:

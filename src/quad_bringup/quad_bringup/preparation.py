@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
 
 from quad_core import programs
 from quad_core.machine_code import library_path
@@ -14,7 +15,12 @@ from quad_core.program import Program
 
 
 def prepare(nodes: Iterable[Resolved]) -> None:
-    """Build what ``nodes`` lack; says what it does, and why a program will be interpreted instead."""
+    """Build what ``nodes`` lack; says what it does, and why a program will be interpreted instead.
+
+    Without Numba nothing is built: all is interpreted.
+    """
+    if find_spec("numba") is None:
+        return
     lacking = {}
     for node in nodes:
         program = programs.of_node(node) if node.flight.machine_code else None
@@ -35,7 +41,7 @@ def prepare(nodes: Iterable[Resolved]) -> None:
 def _is_there(program: Program) -> bool:
     try:
         return library_path(program).is_file()
-    except OSError:  # a law without a source file, such as one typed in
+    except (OSError, TypeError):  # none that could be built again when its text changes
         return True
 
 

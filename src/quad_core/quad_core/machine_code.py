@@ -9,6 +9,7 @@ import math
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple
 
 from quad_core.program import NUMBERS, Interpreted, Program, Stepper, field_kinds, flattener, leaves
@@ -28,8 +29,14 @@ def offsets(program: Program) -> dict[str, int]:
 
 
 def library_path(program: Program) -> Path:
-    """Return where the machine code of a program is kept; the name changes with every source file that it reaches."""
+    """Return where the machine code of a program is kept; the name changes with every source file that it reaches.
+
+    Raises TypeError for what is no plain function, OSError for one without a source file.
+    """
     calls = [(entry, call) for entry, called in program.entries.items() for call in called]
+    for _, call in calls:
+        if not isinstance(call.function, FunctionType):
+            raise TypeError(f"{program.name}: found {call.function!r}, expected a plain function")
     text = " ".join(
         f"{entry}:{call.function.__module__}.{call.function.__qualname__}{call.takes}{call.gives}"
         for entry, call in calls
@@ -47,7 +54,7 @@ def stepper(program: Program, wanted: bool) -> Stepper:
             path = library_path(program)
             if path.is_file():
                 return MachineCode(program, path)
-        except OSError:
+        except (OSError, TypeError):  # no library, none that loads, or none of such a text
             pass
     return Interpreted(program)
 

@@ -22,13 +22,13 @@ def build(program: Program) -> Path:
 
     Raises CompilationError if its text, or this machine, does not allow it.
     """
-    path = library_path(program)
-    if path.is_file():
-        return path
     try:
+        path = library_path(program)
+        if path.is_file():
+            return path
         import llvmlite.binding as llvm
         from numba.core.errors import NumbaError
-    except ImportError as error:
+    except (ImportError, OSError, TypeError) as error:
         raise CompilationError(f"{program.name}: {error}") from error
     linker = shutil.which(os.environ.get("CC", "cc"))
     if linker is None:

@@ -62,9 +62,10 @@ class Interpreted:
 
     def __init__(self, program: Program) -> None:
         """No value is set yet."""
-        self._entries = program.entries
+        self._program, self._entries = program, program.entries
         self._values: dict[str, Any] = {}
-        self._flat = {name: flattener(kind) for name, kind in program.slots.items()}
+        # made when asked for: what CPython alone runs may remember what is no number
+        self._flat: dict[str, Callable[[Any], tuple[Any, ...]]] = {}
 
     def put(self, name: str, value: Any) -> None:
         """Set a value."""
@@ -76,6 +77,8 @@ class Interpreted:
 
     def numbers(self, name: str) -> tuple[Any, ...]:
         """Return the numbers of a value in the order of ``leaves``."""
+        if name not in self._flat:
+            self._flat[name] = flattener(self._program.slots[name])
         return self._flat[name](self._values[name])
 
     def run(self, entry: str) -> None:

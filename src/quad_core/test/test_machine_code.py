@@ -3,6 +3,7 @@
 import math
 import random
 import sys
+from functools import partial
 from typing import NamedTuple
 
 import pytest
@@ -127,6 +128,16 @@ def test_what_is_built_is_kept_and_another_text_is_another_library(toy, monkeypa
 def test_what_numba_cannot_compile_is_named():
     with pytest.raises(CompilationError, match="stubborn: "):
         build(STUBBORN)
+
+
+def test_what_is_no_plain_function_is_interpreted_and_not_built():
+    odd = Program("odd", {"gain": float}, {"step": (Call(partial(max, 0.0), ("gain",), ("gain",)),)})
+    runner = stepper(odd, wanted=True)
+    runner.put("gain", -2.0)
+    runner.run("step")
+    assert runner.get("gain") == 0.0
+    with pytest.raises(CompilationError, match="expected a plain function"):
+        build(odd)
 
 
 def test_without_a_compiler_nothing_is_built(monkeypatch, tmp_path):

@@ -47,6 +47,19 @@ def test_a_value_is_flattened_in_the_order_of_its_leaves():
     assert flattener(float)(7.0) == (7.0,)
 
 
+def test_what_is_only_remembered_may_be_anything():
+    class Memory(NamedTuple):
+        past: list[float]
+
+    def remember(memory: Memory) -> Memory:
+        return Memory([*memory.past, 1.0])
+
+    stepper = Interpreted(Program("any", {"memory": Memory}, {"step": (Call(remember, ("memory",), ("memory",)),)}))
+    stepper.put("memory", Memory([]))
+    stepper.run("step")
+    assert stepper.get("memory").past == [1.0]
+
+
 def test_what_is_no_number_is_refused_by_name():
     class Named(NamedTuple):
         title: str

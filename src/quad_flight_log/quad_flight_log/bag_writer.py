@@ -85,6 +85,7 @@ class BagWriter:
         self._queue: deque[tuple[int, int, int, bytes]] = deque()
         self._queued_size = 0
         self._taken_size = 0
+        self._flushes = 0
         self._start_ns = self._end_ns = -1
         self._lock = threading.Lock()
         self._closing = threading.Event()
@@ -177,15 +178,19 @@ class BagWriter:
         return stream
 
     def _drain_loop(self) -> None:
-        flushed = time.monotonic()
+        flushed, period, fresh = time.monotonic(), DRAIN_PERIOD, False
         while not self.error:
-            closing = self._closing.wait(DRAIN_PERIOD)
+            closing = self._closing.wait(period)
             try:
                 with self._lock:
-                    self._drain()
-                    if closing or time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD:
+                    moved = self._drain()
+                    fresh = fresh or moved
+                    if closing or (fresh and time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD):
                         self._writer.flush()
-                        flushed = time.monotonic()
+                        flushed, fresh = time.monotonic(), False
+                        self._flushes += 1
+                # who records nothing is woken less often; what comes then is flushed as soon as it is moved
+                period = DRAIN_PERIOD if moved or fresh else max(DRAIN_PERIOD, self._flush_period)
             except Exception as error:
                 # Whatever it is: a thread that died unseen would leave a bag that only seems to grow.
                 self._give_up(error)
@@ -194,14 +199,19 @@ class BagWriter:
 
     def _sync_loop(self) -> None:
         try:
+            synced = -1
             while not self.error and not self._closing.wait(SYNC_PERIOD):
-                os.fsync(self._stream.fileno())
+                if synced != self._flushes:
+                    synced = self._flushes
+                    os.fsync(self._stream.fileno())
         except OSError as error:
             self._give_up(error)
 
-    def _drain(self) -> None:
+    def _drain(self) -> bool:
+        """Move what waits into the file; returns whether there was anything."""
         add, queue = self._writer.add_message, self._queue
-        for _ in range(len(queue)):
+        waiting = len(queue)
+        for _ in range(waiting):
             topic, log_ns, publish_ns, payload = queue.popleft()
             self._counts[topic] += 1
             add(self._topics[topic].channel, log_ns, payload, publish_ns)
@@ -209,6 +219,7 @@ class BagWriter:
             if self._start_ns < 0 or log_ns < self._start_ns:
                 self._start_ns = log_ns
             self._end_ns = max(self._end_ns, log_ns)
+        return waiting > 0
 
     def _give_up(self, error: Exception) -> None:
         self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
