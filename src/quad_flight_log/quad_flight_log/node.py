@@ -41,6 +41,7 @@ class Recorder(FlightNode):
         self._periods: dict[str, int] = {}
         self._flight_ns = 0
         self._acked = -1
+        self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded")
@@ -101,9 +102,11 @@ class Recorder(FlightNode):
         return keep
 
     def _stepped(self, name: str, handle: int) -> Callable[[bytes], None]:
+        unpack, write, steady, wall = _STAMP.unpack_from, self.bag.write, time.monotonic, time.time_ns
+
         def keep(payload: bytes) -> None:
-            self._arrived = time.monotonic()
-            seconds, nanoseconds = _STAMP.unpack_from(payload, 4)
+            self._arrived = steady()
+            seconds, nanoseconds = unpack(payload, 4)
             stamp = seconds * 1_000_000_000 + nanoseconds
             if self.tracker is not None:
                 kind = self.tracker.add(name, stamp, payload)
@@ -113,8 +116,8 @@ class Recorder(FlightNode):
                         return
             if stamp > self._flight_ns:
                 self._flight_ns = stamp
-            self.bag.write(handle, payload, self._flight_ns, time.time_ns())
-            if self._flight_ns >= (self._acked + self.settings.ack_steps) * self.flight.plant_period:
+            write(handle, payload, self._flight_ns, wall())
+            if self._flight_ns >= self._due_ns:
                 self._acknowledge()
 
         return keep
@@ -156,9 +159,11 @@ class Recorder(FlightNode):
         if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
             return
         self._acked = self.step = complete
-        message = RecorderAck(step=complete, dropped=sum(self.bag.dropped.values()) + self.counters["conflict"])
-        self._ack_out.publish(message)
-        self.bag.write(self._ack_handle, serialize_message(message), self._flight_ns, time.time_ns())
+        self._due_ns = (complete + self.settings.ack_steps) * self.flight.plant_period
+        dropped = sum(self.bag.dropped.values()) + self.counters["conflict"]
+        payload = serialize_message(RecorderAck(step=complete, dropped=dropped))
+        self._ack_out.publish(payload)
+        self.bag.write(self._ack_handle, payload, self._flight_ns, time.time_ns())
 
     def missing_links(self) -> list[str]:
         """Return unmatched topics and the roles whose period is not known yet."""
