@@ -1,4 +1,4 @@
-"""What one step of each control law costs: the text that the nodes run, in CPython, and the same compiled by Numba."""
+"""What one step of each law costs: in CPython, compiled by Numba, and in a node as machine code, values in and out."""
 
 import time
 from types import FunctionType
@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from table import Row
 
-from quad_core import plugins
+from quad_core import plugins, programs
 from quad_core.compilation import compiled
+from quad_core.machine_code import stepper
+from quad_core.machine_code_build import build
 from quad_core.rotations import quaternion_from_euler
 from quad_core.types import (
     Actuation,
@@ -29,7 +31,7 @@ _WANTED = {plugins.POSITION_LAW: TrajectoryPoint(), plugins.ATTITUDE_LAW: Attitu
 
 
 def measure(rounds: int) -> list[Row]:
-    """Return both costs of a step of every registered law with its default gains, near hover."""
+    """Return the costs of a step of every registered law with its default gains, near hover."""
     rows = []
     for group, dt in _PERIODS.items():
         names = {"Inputs": PositionInputs, "figure": thrust}
@@ -42,10 +44,20 @@ def measure(rounds: int) -> list[Row]:
             plain = tuple(1e6 * _cost(bound, law, _WANTED[group], _PLAIN, dt) for _ in range(rounds))
             _cost(fast, law, _WANTED[group], 1, dt)
             quick = tuple(1e9 * _cost(fast, law, _WANTED[group], _COMPILED, dt) for _ in range(rounds))
+            build(programs.law(group, law))
+            node = tuple(1e6 * _cost_in_a_node(group, law, names["Inputs"], dt) for _ in range(rounds))
             label = f"{group.removeprefix('quad.')} {name}"
             rows += [
                 Row(BENCH, f"{label}: CPython", plain, "us/step"),
                 Row(BENCH, f"{label}: compiled", quick, "ns/step"),
+                Row(
+                    BENCH,
+                    f"{label}: machine code in a node",
+                    node,
+                    "us/step",
+                    "",
+                    "inputs, output, internals handed over",
+                ),
             ]
     return rows
 
@@ -59,6 +71,26 @@ def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
     if not np.isfinite(total):
         raise RuntimeError(f"{law.__name__}: not finite")
     return took / count
+
+
+def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
+    """Return the time in s of what ``LawNode`` does for a step, without messages."""
+    runner, given = stepper(programs.law(group, law), wanted=True), Vehicle()
+    parameters, table = law.Parameters(), states()
+    for name, value in (("parameters", parameters), ("vehicle", given), ("memory", law.init(parameters, given))):
+        runner.put(name, value)
+    values = [inputs(taken(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
+    began = time.perf_counter()
+    for k in range(_PLAIN):
+        runner.put("inputs", values[k % _STATES])
+        runner.put("dt", dt)
+        runner.run("step")
+        if not (runner.is_finite("output") and runner.is_finite("next")):
+            raise RuntimeError(f"{law.__name__}: not finite")
+        runner.copy("next", "memory")
+        runner.get("output")
+        runner.numbers("internals")
+    return (time.perf_counter() - began) / _PLAIN
 
 
 def states() -> np.ndarray:
