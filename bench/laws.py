@@ -75,10 +75,9 @@ def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
 
 def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
     """Return the time in s of what ``LawNode`` does for a step, without messages."""
-    runner, given = stepper(programs.law(group, law), wanted=True), Vehicle()
-    parameters, table = law.Parameters(), states()
-    for name, value in (("parameters", parameters), ("vehicle", given), ("memory", law.init(parameters, given))):
-        runner.put(name, value)
+    parameters, vehicle, table = law.Parameters(), Vehicle(), states()
+    start = {"parameters": parameters, "vehicle": vehicle, "memory": law.init(parameters, vehicle)}
+    runner = stepper(programs.law(group, law), True, start)
     values = [inputs(taken(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
     began = time.perf_counter()
     for k in range(_PLAIN):

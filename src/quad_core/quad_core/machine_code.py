@@ -7,7 +7,7 @@ handed over but what the node looks at.
 import ctypes
 import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ def offsets(program: Program) -> dict[str, int]:
 def library_path(program: Program) -> Path:
     """Return where the machine code of a program is kept; the name changes with every source file that it reaches.
 
-    Raises TypeError for what is no plain function, OSError for one without a source file.
+    Raises TypeError for what is no plain function or no value of numbers, OSError for a function without a source file.
     """
     calls = [(entry, call) for entry, called in program.entries.items() for call in called]
     for _, call in calls:
@@ -41,22 +41,30 @@ def library_path(program: Program) -> Path:
         f"{entry}:{call.function.__module__}.{call.function.__qualname__}{call.takes}{call.gives}"
         for entry, call in calls
     )
-    slots = " ".join(f"{name}:{kind.__module__}.{kind.__qualname__}" for name, kind in program.slots.items())
+    slots = " ".join(
+        f"{name}:{kind.__module__}.{kind.__qualname__}{leaves(kind)}" for name, kind in program.slots.items()
+    )
     builder = Path(__file__).with_name("machine_code_build.py")
     key = source_hash([call.function for _, call in calls], (Path(__file__), builder), f"{slots} {text}")
     return cache_root() / "machine_code" / f"{program.name}-{key}.so"
 
 
-def stepper(program: Program, wanted: bool) -> Stepper:
-    """Return the program as machine code if that is ``wanted`` and has been built, else interpreted."""
+def stepper(program: Program, wanted: bool, start: Mapping[str, Any]) -> Stepper:
+    """Return the program with values ``start``: as machine code if that is ``wanted`` and built, else interpreted."""
     if wanted:
         try:
             path = library_path(program)
             if path.is_file():
-                return MachineCode(program, path)
-        except (OSError, TypeError):  # no library, none that loads, or none of such a text
+                return _started(MachineCode(program, path), start)
+        except (OSError, TypeError, struct.error):  # no library, none that loads, or values of other types
             pass
-    return Interpreted(program)
+    return _started(Interpreted(program), start)
+
+
+def _started(runner: Stepper, start: Mapping[str, Any]) -> Stepper:
+    for name, value in start.items():
+        runner.put(name, value)
+    return runner
 
 
 class _Slot(NamedTuple):

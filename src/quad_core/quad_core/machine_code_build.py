@@ -97,8 +97,11 @@ def _written(kind: type[Any], at: int, value: str) -> list[str]:
     """Return the lines that write the numbers of ``value``."""
     lines = []
     for number, leaf in enumerate(leaves(kind), start=at):
-        block = "numbers" if leaf.kind is float else "wholes"
-        lines.append(f"    {block}[{number}] = {value}{'.' if leaf.name else ''}{leaf.name}")
+        found = f"{value}{'.' if leaf.name else ''}{leaf.name}"
+        # Numba would cut a float to fit; `| 0` it refuses to do with one
+        lines.append(
+            f"    numbers[{number}] = {found}" if leaf.kind is float else f"    wholes[{number}] = {found} | 0"
+        )
     return lines
 
 

@@ -61,7 +61,7 @@ STUBBORN = Program("stubborn", {"gain": float}, {"step": (Call(stubborn, ("gain"
 @pytest.fixture(scope="module")
 def toy():
     build(PROGRAM)
-    return stepper(PROGRAM, wanted=True)
+    return stepper(PROGRAM, True, {})
 
 
 def test_values_go_in_and_out_with_their_types(toy):
@@ -101,9 +101,9 @@ def test_what_is_not_finite_is_seen(toy, bad):
 
 
 def test_without_a_library_or_the_wish_cpython_runs_it(toy, monkeypatch, tmp_path):
-    assert isinstance(stepper(PROGRAM, wanted=False), Interpreted)
+    assert isinstance(stepper(PROGRAM, False, {}), Interpreted)
     monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path))
-    assert isinstance(stepper(PROGRAM, wanted=True), Interpreted)
+    assert isinstance(stepper(PROGRAM, True, {}), Interpreted)
 
 
 def test_a_library_that_cannot_be_loaded_is_not_used(monkeypatch, tmp_path):
@@ -111,7 +111,7 @@ def test_a_library_that_cannot_be_loaded_is_not_used(monkeypatch, tmp_path):
     path = library_path(PROGRAM)
     path.parent.mkdir(parents=True)
     path.write_bytes(b"not a library")
-    assert isinstance(stepper(PROGRAM, wanted=True), Interpreted)
+    assert isinstance(stepper(PROGRAM, True, {}), Interpreted)
 
 
 def test_what_is_built_is_kept_and_another_text_is_another_library(toy, monkeypatch):
@@ -132,12 +132,34 @@ def test_what_numba_cannot_compile_is_named():
 
 def test_what_is_no_plain_function_is_interpreted_and_not_built():
     odd = Program("odd", {"gain": float}, {"step": (Call(partial(max, 0.0), ("gain",), ("gain",)),)})
-    runner = stepper(odd, wanted=True)
-    runner.put("gain", -2.0)
+    runner = stepper(odd, True, {"gain": -2.0})
     runner.run("step")
     assert runner.get("gain") == 0.0
     with pytest.raises(CompilationError, match="expected a plain function"):
         build(odd)
+
+
+class Careless(NamedTuple):
+    count: int = 0
+
+
+def gather(memory: Careless) -> Careless:
+    return Careless(memory.count + 0.5)
+
+
+CARELESS = Program("careless", {"memory": Careless}, {"step": (Call(gather, ("memory",), ("memory",)),)})
+
+
+def test_a_number_that_is_not_what_it_is_said_to_be_is_never_cut(monkeypatch, tmp_path):
+    monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path))
+    with pytest.raises(CompilationError, match="careless: "):
+        build(CARELESS)
+
+
+def test_a_start_that_is_not_what_it_is_said_to_be_is_interpreted(toy):
+    runner = stepper(PROGRAM, True, {"value": Value(inside=Inside(count=0.5))})
+    assert isinstance(runner, Interpreted)
+    assert runner.get("value").inside.count == 0.5
 
 
 def test_without_a_compiler_nothing_is_built(monkeypatch, tmp_path):
@@ -185,15 +207,12 @@ def test_the_paper_s_laws_and_plant_are_those_of_cpython(group, name):
     module, chance = plugins.load(group, name), random.Random(11)
     program = programs.plant(module) if group == plugins.PLANT else programs.law(group, module)
     build(program)
-    runners = [stepper(program, wanted=True), Interpreted(program)]
-    assert isinstance(runners[0], MachineCode)
-    start = module.init(module.Parameters(), Vehicle())
+    parameters = module.Parameters()
+    begin = {"parameters": parameters, "vehicle": Vehicle(), "dt": 0.002}
+    begin["state" if group == plugins.PLANT else "memory"] = module.init(parameters, Vehicle())
+    runners = [stepper(program, wanted, begin) for wanted in (True, False)]
+    assert [type(runner) for runner in runners] == [MachineCode, Interpreted]
     varied = [slot for slot in ("inputs", "applied", "commanded", "conditions") if slot in program.slots]
-    for runner in runners:
-        runner.put("parameters", module.Parameters())
-        runner.put("vehicle", Vehicle())
-        runner.put("dt", 0.002)
-        runner.put("state" if group == plugins.PLANT else "memory", start)
     for _ in range(300):
         values = {slot: _inputs(program.slots[slot], chance) for slot in varied}
         for runner in runners:

@@ -25,17 +25,17 @@ class PlantModel:
         self._plant, self._weather, self._sensing = (
             resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
         )
-        self._stepper = stepper(programs.plant(self._plant.module), resolved.flight.machine_code)
-        start = self._plant.module.init(self._plant.parameters, self._vehicle)
-        for name, value in (
-            ("parameters", self._plant.parameters),
-            ("vehicle", self._vehicle),
-            ("state", start),
-            ("commanded", Wrench()),
-            ("dt", self._dt),
-        ):
-            self._stepper.put(name, value)
-        self.truth: VehicleState = self._plant.module.observe(self._plant.parameters, self._vehicle, start)
+        start = {
+            "parameters": self._plant.parameters,
+            "vehicle": self._vehicle,
+            "state": self._plant.module.init(self._plant.parameters, self._vehicle),
+            "commanded": Wrench(),
+            "dt": self._dt,
+        }
+        self._stepper = stepper(programs.plant(self._plant.module), resolved.flight.machine_code, start)
+        self.truth: VehicleState = self._plant.module.observe(
+            self._plant.parameters, self._vehicle, self._stepper.get("state")
+        )
         self._sensing_line, self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
         self._link_line, self._link_memory = link.init()
         self._applied = Wrench()

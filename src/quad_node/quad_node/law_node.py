@@ -26,10 +26,9 @@ class LawNode(Responder):
         self.law = self.resolved.plugins["law"]
         self._last: tuple[FlightState, float] | None = None
         group = ROLES[self.role.removeprefix(SHADOW)].slots["law"]
-        self._stepper = stepper(programs.law(group, self.law.module), self.flight.machine_code)
-        start = self.law.module.init(self.law.parameters, self.vehicle)
-        for name, value in (("parameters", self.law.parameters), ("vehicle", self.vehicle), ("memory", start)):
-            self._stepper.put(name, value)
+        memory = self.law.module.init(self.law.parameters, self.vehicle)
+        start = {"parameters": self.law.parameters, "vehicle": self.vehicle, "memory": memory}
+        self._stepper = stepper(programs.law(group, self.law.module), self.flight.machine_code, start)
         internals = self.law.module.Internals
         self._pack_internals = numbers_packer(internals, internals_type)
         self._internals_out = self.publisher(f"{role}/internals")
