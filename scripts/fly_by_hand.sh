@@ -50,7 +50,7 @@ while ((${#nodes[@]})); do
     wait -n -p ended "${nodes[@]}"
     code=$?
     # Empty: a signal cut it short.
-    [[ -n $ended ]] || continue
+    [[ -n ${ended:-} ]] || continue
     for index in "${!nodes[@]}"; do if ((nodes[index] == ended)); then unset "nodes[index]"; fi; done
     if ((code > worst)); then worst=$code; fi
     # What was refused will not join: the others need not wait for it.

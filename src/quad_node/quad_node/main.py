@@ -10,7 +10,7 @@ from quad_core import plugins
 from quad_core.node_parameters import ALL_ROLES, FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_node import executor, parameters, scheduling
+from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
 
 # How long, in s, a node may take to see that its last messages arrived.
@@ -54,7 +54,8 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
         node.close()
         return node.exit_code
     finally:
-        node.destroy_node()
+        with departure.limited(node.exit_code):
+            node.destroy_node()
 
 
 def help_text(role: str, summary: str) -> str:
