@@ -14,7 +14,9 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("patient")
 
-USES_ROS = re.compile(r"^\s*(?:import|from) (?:rclpy|quad_node|quad_\w+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE)
+USES_ROS = re.compile(
+    r"^\s*(?:import|from) (?:rclpy|quad_node|quad_[\w.]+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE
+)
 WHOLE_STACK = Path(__file__).parent / "test"
 SKIPS = pytest.StashKey[dict[str, str]]()
 

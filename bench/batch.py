@@ -17,8 +17,8 @@ _SEED = {"flight.seed": Distribution("uniform", (0, 2**31 - 1), None)}
 
 def campaign(settings: tuple[str, ...] = (), **flight: object) -> Batch:
     """Return a campaign that varies nothing but the seed."""
-    told = {"case": "case2", **flight, "set": list(settings)}
-    return prepared(Definition("bench", "", told, _SEED, {}, 1))
+    request = {"case": "case2", **flight, "set": list(settings)}
+    return prepared(Definition("bench", "", request, _SEED, {}, 1))
 
 
 def rates(batch: Batch, flights: int, threads: int) -> tuple[float, float]:

@@ -19,8 +19,8 @@ import sys
 from law_additions import FLYING, held_by, printed_with, without
 from tqdm import tqdm
 
-from quad_campaign.paper_flight import CASES, FIRST_POINT, Told, paper_flight, worst_rmse
-from quad_campaign.sweep import sweep
+from quad_campaign.paper_flight import CASES, FIRST_POINT, PaperCase, paper_flight, worst_rmse
+from quad_flight.sweep import sweep
 
 LIMIT = 0.25
 LARGEST_SET = 4
@@ -54,29 +54,29 @@ def worth(preset, seeds, thrust):
     columns = [*(f"RMSE {case}" for case in CASES), "from the origin", "from 50 m off", "the same, weak and gusty"]
     print(f"| without | {' | '.join(columns)} |\n|---|" + "---|" * len(columns))
     for addition in tqdm((None, *held_by(preset)), disable=None):
-        told = [Told(case, preset, vehicle={"thrust_to_weight": thrust}) for case in CASES]
+        paper_cases = [PaperCase(case, preset, vehicle={"thrust_to_weight": thrust}) for case in CASES]
         if preset == "flying":
-            told = [printed_with(one, FLYING) for one in told]
+            paper_cases = [printed_with(one, FLYING) for one in paper_cases]
         if addition:
-            told = [without(one, addition) for one in told]
-        errors = [worst_rmse(one, seeds) for one in told]
-        origin = [late(one._replace(start="printed"), seeds) for one in told]
-        far = [late(one, seeds) for each in told for one in from_afar(each)]
-        hard = [late(one._replace(**HARD), seeds, 30.0) for each in told for one in from_afar(each)]
+            paper_cases = [without(one, addition) for one in paper_cases]
+        errors = [worst_rmse(one, seeds) for one in paper_cases]
+        origin = [late(one._replace(start="printed"), seeds) for one in paper_cases]
+        far = [late(one, seeds) for each in paper_cases for one in from_afar(each)]
+        hard = [late(one._replace(**HARD), seeds, 30.0) for each in paper_cases for one in from_afar(each)]
         cells = [shown(value) for value in (*errors, max(origin), max(far), max(hard))]
         print(f"| {addition.name if addition else 'nothing: the preset'} | {' | '.join(cells)} |", flush=True)
 
 
-def from_afar(told):
-    """Yield the flights of ``told`` from 50 m below, beside and above the first point."""
+def from_afar(paper_case):
+    """Yield the flights of ``paper_case`` from 50 m below, beside and above the first point."""
     for offset in FAR:
-        begin = tuple(p + d for p, d in zip(FIRST_POINT[told.case], offset, strict=True))
-        yield told._replace(start="printed", initial=begin)
+        begin = tuple(p + d for p, d in zip(FIRST_POINT[paper_case.case], offset, strict=True))
+        yield paper_case._replace(start="printed", initial=begin)
 
 
-def late(told, seeds, after=20.0):
+def late(paper_case, seeds, after=20.0):
     """Return the largest error after ``after`` s in m, infinite if a seed did not reach the end."""
-    results = sweep(paper_flight(told, after), seeds)
+    results = sweep(paper_flight(paper_case, after), seeds)
     return max(one.largest_error if one.outcome == "ended" else float("inf") for one in results)
 
 
@@ -92,14 +92,14 @@ def smallest(seeds, thrusts):
     print(
         f"printed, seeds 1..{len(seeds)}, thrusts {', '.join(f'{t:g}' for t in thrusts)} m g; largest error after 20 s"
     )
-    told = [Told(case, start="printed", vehicle={"thrust_to_weight": t}) for t in thrusts for case in CASES]
-    far = [away for one in told for away in from_afar(one)]
+    paper_cases = [PaperCase(case, start="printed", vehicle={"thrust_to_weight": t}) for t in thrusts for case in CASES]
+    far = [away for one in paper_cases for away in from_afar(one)]
     print("| additions | from the origin | from 50 m off |\n|---|---|---|")
     for size in range(LARGEST_SET + 1):
         sets = list(itertools.combinations(FLYING, size))
         flying = 0
         for chosen in tqdm(sets, desc=f"{size} additions", disable=None):
-            worst = worst_of(told, chosen, seeds)
+            worst = worst_of(paper_cases, chosen, seeds)
             if worst <= LIMIT:
                 flying += 1
                 cells = (" + ".join(one.name for one in chosen), shown(worst), shown(worst_of(far, chosen, seeds[:2])))
@@ -113,8 +113,8 @@ def worst_of(flights, chosen, seeds):
     """Return the largest error of ``flights`` with the ``chosen`` additions, or that of the first that fails."""
     worst = 0.0
     for some in (seeds[:1], seeds[1:]):
-        for told in flights if some else ():
-            worst = max(worst, late(printed_with(told, chosen), some))
+        for paper_case in flights if some else ():
+            worst = max(worst, late(printed_with(paper_case, chosen), some))
             if worst > LIMIT:
                 return worst
     return worst

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
-from quad_campaign.paper_flight import Told
+from quad_campaign.paper_flight import PaperCase
 from quad_core.parameters import Value, build, flatten
 from quad_position_ctrl import aibs
 
@@ -62,10 +62,10 @@ FILTER = Addition("command filter (41)", {}, {"command": "raw"})
 """In all presets: the paper uses x_1d' and x_1d'' and defines neither."""
 
 
-def without(told: Told, addition: Addition) -> Told:
-    """Return ``told`` with one addition taken out."""
-    return told._replace(
-        position={**told.position, **addition.position}, attitude={**told.attitude, **addition.attitude}
+def without(paper_case: PaperCase, addition: Addition) -> PaperCase:
+    """Return ``paper_case`` with one addition taken out."""
+    return paper_case._replace(
+        position={**paper_case.position, **addition.position}, attitude={**paper_case.attitude, **addition.attitude}
     )
 
 
@@ -82,10 +82,10 @@ def held_by(preset: str) -> list[Addition]:
     ]
 
 
-def printed_with(told: Told, chosen: tuple[Addition, ...]) -> Told:
+def printed_with(paper_case: PaperCase, chosen: tuple[Addition, ...]) -> PaperCase:
     """Return the preset ``printed`` with the values that ``tuned`` has for the ``chosen`` additions."""
     position, attitude = flatten(aibs.Parameters()), flatten(abfnitsm.Parameters())
-    return told._replace(
+    return paper_case._replace(
         preset="printed",
         position={name: position[name] for addition in chosen for name in addition.position},
         attitude={name: attitude[name] for addition in chosen for name in addition.attitude},

@@ -13,11 +13,11 @@ import sys
 
 import numpy as np
 
-from quad_campaign.flight import fly
-from quad_campaign.paper_flight import CASES, Told, paper_flight
-from quad_campaign.sweep import sweep
-from quad_core.rotations import body_z
+from quad_campaign.paper_flight import CASES, PaperCase, paper_flight
+from quad_core.geometry import body_z
 from quad_core.types import Quat
+from quad_flight.flight import fly
+from quad_flight.sweep import sweep
 
 MOMENTS = (0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 4.0, 7.0)
 
@@ -43,7 +43,7 @@ def flights(seeds):
         for case in CASES:
             for plant, drag in (("rigid_body", "corrected"), ("paper", "corrected"), ("paper", "printed")):
                 for thrust in (2.0, 3.0, 20.0):
-                    told = Told(
+                    paper_case = PaperCase(
                         case,
                         "printed",
                         start,
@@ -52,12 +52,12 @@ def flights(seeds):
                         plant_changes={"drag_sign": drag},
                     )
                     name = plant if drag == "corrected" else f"{plant}, drag printed"
-                    print(f"| {start} | {case} | {name} | {thrust:g} m g | {ending(told, seeds)} |", flush=True)
+                    print(f"| {start} | {case} | {name} | {thrust:g} m g | {ending(paper_case, seeds)} |", flush=True)
 
 
-def ending(told, seeds):
-    """Return the cells about how ``told`` went: seeds that ended, their errors, and when the others diverged."""
-    results = sweep(paper_flight(told), seeds)
+def ending(paper_case, seeds):
+    """Return the cells about how ``paper_case`` went: seeds that ended, their errors, and when the others diverged."""
+    results = sweep(paper_flight(paper_case), seeds)
     whole = [result for result in results if result.outcome == "ended"]
     lost = [result.steps * 0.002 for result in results if result.outcome != "ended"]
     rmse = f"{min(r.rmse for r in whole):.3f} to {max(r.rmse for r in whole):.3f} m" if whole else ""
@@ -68,8 +68,10 @@ def ending(told, seeds):
 
 def seconds(thrust):
     """Print state and demand at a few moments of the flight from the origin."""
-    told = Told("case1", "printed", "printed", vehicle={"thrust_to_weight": thrust}, duration=MOMENTS[-1] + 0.1)
-    topics = fly(paper_flight(told), compiled=True).topics
+    paper_case = PaperCase(
+        "case1", "printed", "printed", vehicle={"thrust_to_weight": thrust}, duration=MOMENTS[-1] + 0.1
+    )
+    topics = fly(paper_flight(paper_case), compiled=True).topics
     print(
         "| t | error | e_12 | xi_hat_12 | thrust asked for | desired roll, pitch | tilt | body rate |\n|" + "---|" * 8
     )

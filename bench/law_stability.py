@@ -16,10 +16,10 @@ import sys
 import numpy as np
 from law_surface import convergence
 
-from quad_campaign.flight import fly
-from quad_campaign.paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, Told, paper_flight
-from quad_campaign.sweep import sweep
-from quad_flight_log.metrics import flight_metrics
+from quad_campaign.paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, PaperCase, paper_flight
+from quad_flight.flight import fly
+from quad_flight.sweep import sweep
+from quad_flight_log.analysis.metrics import flight_metrics
 from quad_position_ctrl.stability import static_error
 
 AXES = ("x", "y", "z")
@@ -47,10 +47,10 @@ def row(*cells):
     print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
 
 
-def logged(told, seeds):
+def logged(paper_case, seeds):
     """Yield the topics of each seed's flight from t = 0 on."""
     for seed in range(1, (seeds or 2) + 1):
-        result = fly(paper_flight(told)._replace(seed=seed), compiled=True)
+        result = fly(paper_flight(paper_case)._replace(seed=seed), compiled=True)
         start = round(result.trajectory_start * 1e9)
         yield {name: rows[rows["stamp_ns"] >= start] for name, rows in result.topics.items()}
 
@@ -60,7 +60,7 @@ def rates(seeds):
     table("preset", "case", "L_P rises", "e_8 d beats the rest", *(f"{name}: l rises" for name in ANGLES), "-e I > 0")
     for preset in ("printed", "minimal", "tuned"):
         for case in CASES:
-            found = np.mean([rising(topics) for topics in logged(Told(case, preset), seeds)], axis=0)
+            found = np.mean([rising(topics) for topics in logged(PaperCase(case, preset), seeds)], axis=0)
             row(preset, case, *(f"{100.0 * share:.0f} %" for share in found))
 
 
@@ -91,15 +91,15 @@ def integral(seeds):
     table("k", *(f"{preset}, {case}" for preset in ("minimal", "tuned") for case in CASES))
     for k in (0.0, 0.01, 0.1, 1.0):
         change = {f"{axis}.integral_gain": k for axis in AXES}
-        told = [Told(case, preset, position=change) for preset in ("minimal", "tuned") for case in CASES]
-        row(f"{k:g}", *(f"{spread(one, seeds)} m" for one in told))
+        paper_cases = [PaperCase(case, preset, position=change) for preset in ("minimal", "tuned") for case in CASES]
+        row(f"{k:g}", *(f"{spread(one, seeds)} m" for one in paper_cases))
 
 
-def spread(told, seeds):
+def spread(paper_case, seeds):
     """Return lowest and highest RMSE in m over the seeds."""
     errors = [
         result.rmse if result.outcome == "ended" else float("inf")
-        for result in sweep(paper_flight(told), range(1, (seeds or 20) + 1))
+        for result in sweep(paper_flight(paper_case), range(1, (seeds or 20) + 1))
     ]
     return f"{min(errors):.4f} to {max(errors):.4f}"
 
@@ -118,7 +118,7 @@ def adaptation(seeds):
             ("frozen where it starts", POSITION_ADAPTATION_OFF, 1.0 if preset == "minimal" else 7.0),
             *((f"fixed at {value:g}", fixed(value), value) for value in (4.0, 7.0, 10.0, 12.0)),
         ):
-            cells = [f"{spread(Told(case, preset, position=change), seeds)} m" for case in CASES]
+            cells = [f"{spread(PaperCase(case, preset, position=change), seeds)} m" for case in CASES]
             row(preset, name, *cells, f"{static_error(XI7, gain, 1.0):.4f} m" if gain else "")
     print()
     table("preset", "estimates Q_hat", *(f"attitude RMSE, {case}" for case in CASES), "Q_hat_1 at the end")
@@ -126,7 +126,7 @@ def adaptation(seeds):
         for name, change in (("adapt", {}), ("stay 0", ATTITUDE_ADAPTATION_OFF)):
             errors, ends = [], []
             for case in CASES:
-                flown = list(logged(Told(case, preset, attitude=change), seeds))
+                flown = list(logged(PaperCase(case, preset, attitude=change), seeds))
                 errors.append(np.mean([flight_metrics(topics).attitude_rmse for topics in flown]))
                 ends += [topics["attitude_controller/internals"]["adaptive_constant"][-1] for topics in flown]
             row(preset, name, *(f"{error:.4f} rad" for error in errors), np.round(np.mean(ends, axis=0), 2).tolist())
@@ -145,7 +145,7 @@ def surface(seeds):
     for preset in ("minimal", "tuned"):
         for width in (1.0, 0.3, 0.1, 0.05, 0.02):
             change = {f"{axis}.surface_width": width for axis in ANGLES}
-            flown = [flight_metrics(topics) for topics in logged(Told("case2", preset, attitude=change), seeds)]
+            flown = [flight_metrics(topics) for topics in logged(PaperCase("case2", preset, attitude=change), seeds)]
             means = [np.mean([getattr(one, name) for one in flown]) for name in METRICS]
             row(f"{width:g}", preset, f"{means[0]:.4f} rad", f"{means[1]:.4f} m", f"{means[2]:.1f} N m")
 

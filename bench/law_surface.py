@@ -1,8 +1,14 @@
 """One roll axis alone under ABFNITSM, without disturbance: how fast its surface brings an error to zero."""
 
-from quad_attitude_ctrl.axis import Axis, AxisMemory, axis_control, axis_memory
-from quad_attitude_ctrl.command_filter import Command
-from quad_attitude_ctrl.sliding_control import FORM_ABS, Estimates
+from quad_attitude_ctrl.sliding_control import (
+    AdaptationForm,
+    AxisGains,
+    AxisMemory,
+    AxisState,
+    Estimates,
+    axis_control,
+    next_axis_memory,
+)
 
 DT = 0.002
 SECONDS = 60.0
@@ -14,21 +20,22 @@ SLIDING_BAND = 0.01
 def convergence(width, linear_gain):
     """Return cells: times in s from which abs(e) stays within each band, overshoot in rad, time until s stays small.
 
-    From 0.5 rad at rest, torque unlimited and held over 2 ms, Table 2 but for ``width`` and ``linear_gain``.
+    From 0.5 rad at rest, torque unlimited and constant over 2 ms, Table 2 but for ``width`` and ``linear_gain``.
     """
-    axis = Axis(surface_width=width, linear_gain=linear_gain)
-    memory = AxisMemory(Command(0.0, 0.0, 0.0, 0.0), 0.0, Estimates(0.0, 0.0, 0.0))
+    gains = AxisGains(surface_width=width, linear_gain=linear_gain)
+    memory = AxisMemory(0.0, Estimates(0.0, 0.0, 0.0))
     angle, rate, lowest = START, 0.0, START
     last = dict.fromkeys((*BANDS, "s"), 0.0)
     for k in range(int(SECONDS / DT)):
-        control = axis_control(axis, memory, memory.command, angle, angle, rate, 0.0, FORM_ABS)
+        state = AxisState(angle=angle, rate=rate, error=angle, error_rate=rate, desired_acceleration=0.0, model=0.0)
+        control = axis_control(gains, memory, state, AdaptationForm.ABS)
         for band in BANDS:
             if abs(angle) > band:
                 last[band] = (k + 1) * DT
         if abs(control.sliding) > SLIDING_BAND:
             last["s"] = (k + 1) * DT
         lowest = min(lowest, angle)
-        memory = axis_memory(axis, memory, control, 0.0, False, DT)
+        memory = next_axis_memory(gains, memory, control, False, DT)
         angle += DT * rate + 0.5 * DT * DT * control.control
         rate += DT * control.control
     times = [shown(last[band]) for band in BANDS]

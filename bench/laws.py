@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from table import Row
 
-from quad_core import plugins, programs
+from quad_core import plugins
 from quad_core.compilation import compiled
-from quad_core.machine_code import stepper
-from quad_core.machine_code_build import build
-from quad_core.rotations import quaternion_from_euler
+from quad_core.cycle import finite_check
+from quad_core.geometry import quaternion_from_euler
+from quad_core.records import flattener
 from quad_core.types import (
     Actuation,
     AttitudeInputs,
@@ -19,14 +19,18 @@ from quad_core.types import (
     PositionInputs,
     TrajectoryPoint,
     Vec3,
+    Wrench,
 )
 from quad_core.vehicle import Vehicle
 from quad_dynamics.sensor import taken
+from quad_native import native
+from quad_native.build import build
 
 BENCH = "laws"
 _PLAIN, _COMPILED = 5_000, 500_000
 _STATES = 500
 _PERIODS = {plugins.POSITION_LAW: 0.01, plugins.ATTITUDE_LAW: 0.002}
+_OUTPUT = {plugins.POSITION_LAW: AttitudeThrust, plugins.ATTITUDE_LAW: Wrench}
 _WANTED = {plugins.POSITION_LAW: TrajectoryPoint(), plugins.ATTITUDE_LAW: AttitudeThrust(thrust=20.0)}
 
 
@@ -44,7 +48,6 @@ def measure(rounds: int) -> list[Row]:
             plain = tuple(1e6 * _cost(bound, law, _WANTED[group], _PLAIN, dt) for _ in range(rounds))
             _cost(fast, law, _WANTED[group], 1, dt)
             quick = tuple(1e9 * _cost(fast, law, _WANTED[group], _COMPILED, dt) for _ in range(rounds))
-            build(programs.law(group, law))
             node = tuple(1e6 * _cost_in_a_node(group, law, names["Inputs"], dt) for _ in range(rounds))
             label = f"{group.removeprefix('quad.')} {name}"
             rows += [
@@ -62,11 +65,11 @@ def measure(rounds: int) -> list[Row]:
     return rows
 
 
-def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
+def _cost(spin: Any, law: Any, setpoint: Any, count: int, dt: float) -> float:
     parameters, vehicle = law.Parameters(), Vehicle()
     memory, table = law.init(parameters, vehicle), states()
     began = time.perf_counter()
-    total = spin(parameters, vehicle, memory, table, wanted, Actuation(), count, dt)
+    total = spin(parameters, vehicle, memory, table, setpoint, Actuation(), count, dt)
     took = time.perf_counter() - began
     if not np.isfinite(total):
         raise RuntimeError(f"{law.__name__}: not finite")
@@ -76,19 +79,17 @@ def _cost(spin: Any, law: Any, wanted: Any, count: int, dt: float) -> float:
 def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
     """Return the time in s of what ``LawNode`` does for a step, without messages."""
     parameters, vehicle, table = law.Parameters(), Vehicle(), states()
-    start = {"parameters": parameters, "vehicle": vehicle, "memory": law.init(parameters, vehicle)}
-    runner = stepper(programs.law(group, law), True, start)
+    build(law.step)
+    step = native(law.step)
+    memory, flat = law.init(parameters, vehicle), flattener(law.Internals)
+    output_finite, memory_finite = finite_check(_OUTPUT[group]), finite_check(law.Memory)
     values = [inputs(taken(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
     began = time.perf_counter()
     for k in range(_PLAIN):
-        runner.put("inputs", values[k % _STATES])
-        runner.put("dt", dt)
-        runner.run("step")
-        if not (runner.is_finite("output") and runner.is_finite("next")):
+        output, memory, internals = step(parameters, vehicle, memory, values[k % _STATES], dt)
+        if not (output_finite(output) and memory_finite(memory)):
             raise RuntimeError(f"{law.__name__}: not finite")
-        runner.copy("next", "memory")
-        runner.get("output")
-        runner.numbers("internals")
+        flat(internals)
     return (time.perf_counter() - began) / _PLAIN
 
 
@@ -102,12 +103,12 @@ def states() -> np.ndarray:
 
 
 def law_steps(
-    parameters: Any, vehicle: Any, memory: Any, table: Any, wanted: Any, actuation: Any, count: int, dt: float
+    parameters: Any, vehicle: Any, memory: Any, table: Any, setpoint: Any, actuation: Any, count: int, dt: float
 ) -> float:
     """Return the sum of a figure over ``count`` answers; ``measure`` binds ``step``, ``Inputs`` and ``figure``."""
     total = 0.0
     for k in range(count):
-        inputs = Inputs(taken(table, k % len(table)), wanted, actuation)  # noqa: F821
+        inputs = Inputs(taken(table, k % len(table)), setpoint, actuation)  # noqa: F821
         answer, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821
         total += figure(answer)  # noqa: F821
     return total

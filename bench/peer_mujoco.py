@@ -7,8 +7,8 @@ from importlib.metadata import version
 
 import mujoco
 
-from quad_bringup.flight_setup import Request, resolve_flight
 from quad_core.types import Actuation, AttitudeInputs, PositionInputs, Quat, Vec3, VehicleState
+from quad_flight.set_up import Request, resolve_flight
 
 MODEL = """<mujoco><option timestep="0.002" gravity="0 0 -9.8" integrator="RK4"/><worldbody>
 <body name="quad"><freejoint/><inertial pos="0 0 0" mass="{mass}" diaginertia="{xx} {yy} {zz}"/></body>
@@ -17,13 +17,13 @@ MODEL = """<mujoco><option timestep="0.002" gravity="0 0 -9.8" integrator="RK4"/
 
 def main(steps: int) -> None:
     """Fly ``steps`` plant steps, position law at 100 Hz, attitude law at 500 Hz."""
-    told = resolve_flight(Request("case2"), {})
-    vehicle = told["simulator"].vehicle
+    resolved = resolve_flight(Request("case2"), {})
+    vehicle = resolved["simulator"].vehicle
     text = MODEL.format(mass=vehicle.mass, xx=vehicle.inertia_xx, yy=vehicle.inertia_yy, zz=vehicle.inertia_zz)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    path = told["trajectory"].plugins["trajectory"]
-    position, attitude = (told[role].plugins["law"] for role in ("position_controller", "attitude_controller"))
+    path = resolved["trajectory"].plugins["trajectory"]
+    position, attitude = (resolved[role].plugins["law"] for role in ("position_controller", "attitude_controller"))
     plan = path.module.plan(path.parameters, vehicle, VehicleState())
     memories = [law.module.init(law.parameters, vehicle) for law in (position, attitude)]
     nothing, setpoint = Actuation(), None

@@ -28,13 +28,13 @@ def main(steps: int, worlds: int) -> None:
     state = repeated(Multirotor(quad_params).initial_state, worlds)
     vehicle = BatchedMultirotor(params, worlds, state, device, integrator="rk4")
     controller = BatchedSE3Control(params, worlds, device)
-    wanted = repeated(HoverTraj().update(0.0), worlds)
+    setpoint = repeated(HoverTraj().update(0.0), worlds)
     calls = max(1, steps // worlds)
     with torch.inference_mode():
         for number in range(calls + 2):
             if number == 2:
                 wall, cpu = time.perf_counter(), time.process_time()
-            state = vehicle.step(state, controller.update(number * 0.002, state, wanted), 0.002)
+            state = vehicle.step(state, controller.update(number * 0.002, state, setpoint), 0.002)
     took = {"steps": calls * worlds, "wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
     if not torch.isfinite(state["x"]).all():
         sys.exit("rotorpy: a vehicle was lost")

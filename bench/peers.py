@@ -69,9 +69,9 @@ def _pair(peer: Peer, batch: Batch, rounds: int) -> list[Row]:
     versions: list[str] = []
 
     def theirs() -> float:
-        told = run(peer)
-        versions.append(str(told["version"]))
-        return float(told["steps"]) / float(told["wall"])
+        answer = run(peer)
+        versions.append(str(answer["version"]))
+        return float(answer["steps"]) / float(answer["wall"])
 
     measures: list[Callable[[], float]] = [theirs, lambda: rates(batch, _FLIGHTS, os.cpu_count() or 1)[0]]
     try:
@@ -89,9 +89,9 @@ def _pair(peer: Peer, batch: Batch, rounds: int) -> list[Row]:
 def run(peer: Peer) -> dict[str, float | str]:
     """Return what a peer's script says of itself."""
     python = str(PEERS / "bin" / "python") if peer.apart else sys.executable
-    told = {key: value for key, value in os.environ.items() if not peer.apart or not key.startswith("PYTHON")}
+    inherited = {key: value for key, value in os.environ.items() if not peer.apart or not key.startswith("PYTHON")}
     words = [python, str(HERE / f"peer_{peer.script}.py"), str(peer.steps), str(peer.worlds), *peer.more]
-    environment = {**told, **dict(peer.environment)}
+    environment = {**inherited, **dict(peer.environment)}
     place = PEERS if peer.apart else HERE.parent  # MuJoCo leaves a log where it runs
     done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment, timeout=600, cwd=place)
     found: dict[str, float | str] = json.loads(done.stdout.strip().splitlines()[-1])
@@ -100,22 +100,22 @@ def run(peer: Peer) -> dict[str, float | str]:
 
 def installed() -> str:
     """Make the peers' environment if it is not there; returns why it cannot be, empty if it is."""
-    wanted = HERE / "peers-requirements.txt"
+    pinned = HERE / "peers-requirements.txt"
     mark = PEERS / ".installed"
-    if mark.exists() and mark.read_text("utf-8") == wanted.read_text("utf-8"):
+    if mark.exists() and mark.read_text("utf-8") == pinned.read_text("utf-8"):
         return ""
     sys.stderr.write("bench: installing the peers into .cache/peers (2.5 GB) ...\n")
     # the oldest Python that all of them support, for PyTorch's wheels come late to new ones
     python = shutil.which("python3.11") or sys.executable
     steps = (
         [python, "-m", "venv", "--clear", str(PEERS)],
-        [str(PEERS / "bin" / "pip"), "install", "-q", "-r", str(wanted)],
+        [str(PEERS / "bin" / "pip"), "install", "-q", "-r", str(pinned)],
     )
-    told = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     for words in steps:
-        done = subprocess.run(words, capture_output=True, text=True, check=False, env=told)
+        done = subprocess.run(words, capture_output=True, text=True, check=False, env=inherited)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
             return f"could not be installed: {last[:80]}"
-    mark.write_text(wanted.read_text("utf-8"), "utf-8")
+    mark.write_text(pinned.read_text("utf-8"), "utf-8")
     return ""

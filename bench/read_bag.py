@@ -19,8 +19,8 @@ import numpy as np
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from quad_flight_log.bag_writer import BACKLOG_LIMIT, BagWriter
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.bag.writer import BACKLOG_LIMIT, BagWriter
 
 RATE = 500
 PERIOD_NS = 1_000_000_000 // RATE

@@ -15,8 +15,9 @@ import rclpy
 from rclpy.node import Node
 from rclpy.task import Future
 
-from quad_flight_log.bag_metadata import Qos
-from quad_flight_log.bag_writer import BagWriter
+from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
+from quad_flight_log.bag.metadata import Qos
+from quad_flight_log.bag.writer import BagWriter
 from quad_node import topics
 from quad_node.executor import init, spin
 from quad_node.scheduling import settle
@@ -42,7 +43,7 @@ class Relay(Node):
                 message = topic.type()
                 self.out[name] = (publisher, message, getattr(message, "header", message))
             if role in topic.subscribers and (topic.step or name == "flight/recorded"):
-                raw = role == topics.RECORDER
+                raw = role == RECORDER
                 depth = 1000 if raw else 10
                 self.create_subscription(topic.type, name, self.hearer(name), topic.qos(depth), raw=raw)
         self.create_timer(0.02, self.tick)
@@ -58,18 +59,18 @@ class Relay(Node):
 
     def hearer(self, name: str) -> object:
         """Return the callback of a topic."""
-        if self.role == topics.RECORDER:
+        if self.role == RECORDER:
             return self.on_raw(name)
         if name == "wrench_setpoint":
             return self.on_wrench
         if name == "flight/recorded":
             return lambda _message: None
 
-        def hear(message: object) -> None:
+        def on_message(message: object) -> None:
             self.have[name] = message.step
             self.answer()
 
-        return hear
+        return on_message
 
     def answer(self) -> None:
         """Answer a state when all that belongs to it is there."""
@@ -77,15 +78,15 @@ class Relay(Node):
         if step <= self.answered:
             return
         slow = step - step % SLOW
-        if self.role == topics.TRAJECTORY and step == slow:
+        if self.role == TRAJECTORY and step == slow:
             self.answered = step
             self.send("reference", step)
-        elif self.role == topics.POSITION and step == slow:
+        elif self.role == POSITION and step == slow:
             if have["reference"] >= step and have["actuation"] >= step - 1:
                 self.answered = step
                 self.send("attitude_setpoint", step)
                 self.send("position_controller/internals", step)
-        elif self.role == topics.ATTITUDE and have["attitude_setpoint"] >= slow and have["actuation"] >= step - 1:
+        elif self.role == ATTITUDE and have["attitude_setpoint"] >= slow and have["actuation"] >= step - 1:
             self.answered = step
             self.send("wrench_setpoint", step)
             self.send("attitude_controller/internals", step)
@@ -126,7 +127,7 @@ class Relay(Node):
 
     def tick(self) -> None:
         """Begin when everyone is matched."""
-        if self.role != topics.SIMULATOR or self.began or not all(self.matched(name) for name in self.out):
+        if self.role != SIMULATOR or self.began or not all(self.matched(name) for name in self.out):
             return
         if self.count_publishers("wrench_setpoint") and self.count_subscribers("wrench_setpoint") > 1:
             self.began = time.monotonic()
@@ -135,8 +136,8 @@ class Relay(Node):
 
     def matched(self, name: str) -> bool:
         """Tell whether all subscribers of a topic are there."""
-        wanted = sum(role in self.roles for role in topics.TOPICS[name].subscribers)
-        return self.out[name][0].get_subscription_count() >= wanted
+        expected = sum(role in self.roles for role in topics.TOPICS[name].subscribers)
+        return self.out[name][0].get_subscription_count() >= expected
 
 
 def say(facts: dict[str, object]) -> None:
@@ -157,7 +158,7 @@ def main() -> None:
     bag = BagWriter(options.record, metadata={}, parameters="") if options.record else None
     roles = everyone if options.role == "all" else (options.role,)
     nodes = [Relay(role, options.steps, everyone, bag) for role in roles]
-    settle(0, aside=roles == (topics.RECORDER,))
+    settle(0, aside=roles == (RECORDER,))
     try:
         spin(nodes, nodes[0].done)
     except KeyboardInterrupt:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from ros_runs import Run, idle, relay, stack
 from table import Row, alternated, ratios
 
-from quad_bringup.flight_setup import Request
+from quad_flight.set_up import Request
 
 BENCH = "ros_loop"
 _SECONDS = 6.0

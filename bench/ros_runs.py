@@ -17,12 +17,12 @@ from rclpy.serialization import deserialize_message
 
 from quad_bringup import preparation
 from quad_bringup.domains import reserved_domain
-from quad_bringup.flight_setup import Request, parameter_file, resolve_flight
 from quad_bringup.processes import Processes, executable
-from quad_node import topics
+from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
+from quad_flight.set_up import Request, parameter_file, resolve_flight
 from quad_node.watch import ENDED, FAILED, FLYING, FlightWatch
 
-ROLES = (topics.SIMULATOR, topics.TRAJECTORY, topics.POSITION, topics.ATTITUDE, topics.RECORDER)
+ROLES = (SIMULATOR, TRAJECTORY, POSITION, ATTITUDE, RECORDER)
 TICK = os.sysconf("SC_CLK_TCK")
 
 
@@ -78,7 +78,7 @@ def relay(steps: int, one_process: bool = False, record: bool = False) -> Run:
                     role,
                     "--steps",
                     str(steps),
-                    *(more if role in ("all", topics.RECORDER) else []),
+                    *(more if role in ("all", RECORDER) else []),
                 ],
                 env=environment,
                 stdout=subprocess.PIPE,
@@ -90,8 +90,8 @@ def relay(steps: int, one_process: bool = False, record: bool = False) -> Run:
             pids = {role: process.pid for role, process in started.items()}
             json.loads(news.readline())
             before = cpu_time(pids)
-            told = json.loads(news.readline())
-            others = {role: pid for role, pid in pids.items() if role not in (topics.SIMULATOR, "all")}
+            report = json.loads(news.readline())
+            others = {role: pid for role, pid in pids.items() if role not in (SIMULATOR, "all")}
             after = {**before, **cpu_time(others)}
             after[roles[0]] = _final(started[roles[0]])
         finally:
@@ -99,7 +99,7 @@ def relay(steps: int, one_process: bool = False, record: bool = False) -> Run:
                 process.terminate()
             for process in started.values():
                 process.wait()
-    return Run(told["steps"], told["wall"], spent(before, after))
+    return Run(report["steps"], report["wall"], spent(before, after))
 
 
 def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -> Run:
@@ -108,9 +108,9 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
         logs = Path(scratch, "logs")
         logs.mkdir()
         run_id = f"bench-{os.getpid()}-{time.monotonic_ns()}"
-        identity = {"/**": {"flight.run_id": run_id}, topics.RECORDER: {"directory": str(Path(scratch, "bag"))}}
+        identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(Path(scratch, "bag"))}}
         nodes = resolve_flight(request, identity)
-        preparation.prepare(nodes.values())
+        preparation.build_lacking(nodes.values(), "bench")
         parameters = logs / "parameters.yaml"
         parameters.write_text(parameter_file(nodes), encoding="utf-8")
         processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
@@ -144,7 +144,7 @@ def idle(seconds: float) -> dict[str, float]:
         processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})
         try:
             for role in ROLES[1:]:
-                more = ["-p", f"directory:={scratch}/bag"] if role == topics.RECORDER else []
+                more = ["-p", f"directory:={scratch}/bag"] if role == RECORDER else []
                 processes.start(role, [executable(role), *(["--ros-args", *more] if more else [])])
             time.sleep(8.0)
             before = cpu_time(processes.pids())

@@ -33,11 +33,11 @@ def main() -> int:
     for name in options.names or BENCHES:
         sys.stderr.write(f"bench: {name} ...\n")
         rows += importlib.import_module(name).measure(options.rounds)
-    told = {**versions(), "cores": str(os.cpu_count()), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())}
+    facts = {**versions(), "cores": str(os.cpu_count()), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())}
     print(as_text(rows))
-    print("\n" + ", ".join(f"{key} {value}" for key, value in told.items()))
+    print("\n" + ", ".join(f"{key} {value}" for key, value in facts.items()))
     if options.json:
-        content = {"versions": told, "rows": [row._asdict() for row in rows]}
+        content = {"versions": facts, "rows": [row._asdict() for row in rows]}
         options.json.write_text(json.dumps(content, indent=1), encoding="utf-8")
     return 0
 

@@ -17,7 +17,7 @@ from quad_campaign.definition import Definition, Distribution, read_definition, 
 from quad_campaign.study_plan import find_plan, read_plan
 from quad_core.parameter_files import read_parameter_file
 
-CONFIG = Path(__file__).resolve().parents[1] / "src" / "quad_campaign" / "config"
+CONFIG = Path(__file__).resolve().parents[1] / "src" / "quad_campaign" / "quad_campaign" / "config"
 GAINS = CONFIG / "study_gains" / "proposed.yaml"
 OBJECTIVE = read_plan(find_plan("paper")).tuning.objective
 _SEEDS = {"flight.seed": Distribution("uniform", (1000, 2**31 - 1), None)}  # tuned on 1, 2, 3
@@ -30,14 +30,14 @@ def settings(path: Path) -> list[str]:
     """Return a gains file as NODE.PARAM=VALUE."""
     content = read_parameter_file(path)
     return settings_of(
-        {f"{node.strip('/*')}.{name}": value for node, told in content.items() for name, value in told.items()}
+        {f"{node.strip('/*')}.{name}": value for node, values in content.items() for name, value in values.items()}
     )
 
 
 def flown(definition: Definition, more: list[str], flights: int) -> list[dict[str, Any]]:
     """Return the rows of the campaign's first flights with ``more`` settings, on two threads."""
-    told = {**definition.flight, "set": [*definition.flight.get("set", []), *more]}
-    batch = prepared(definition._replace(flight=told))
+    changed = {**definition.flight, "set": [*definition.flight.get("set", []), *more]}
+    batch = prepared(definition._replace(flight=changed))
     fly_numbers(batch, [0])
     with ThreadPoolExecutor(2) as pool:
         return [row for part in pool.map(lambda i: fly_numbers(batch, range(i, flights, 2)), range(2)) for row in part]

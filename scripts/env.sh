@@ -5,7 +5,18 @@ if [[ ! -f $_quad_root/install/env.bash ]]; then
     unset _quad_root
     return 2 2>/dev/null || exit 2
 fi
+IFS=: read -ra _quad_prefixes <<<"${AMENT_PREFIX_PATH:-}"
+for _quad_prefix in "${_quad_prefixes[@]}"; do
+    if [[ $_quad_prefix != "$_quad_root"/* && -f ${_quad_prefix%/*}/env.bash && -f ${_quad_prefix%/*}/.quad ]]; then
+        echo "scripts/env.sh: this shell has the environment of another checkout (${_quad_prefix%/install/*}):" \
+            "use a new shell for $_quad_root" >&2
+        unset _quad_root _quad_prefix _quad_prefixes
+        return 2 2>/dev/null || exit 2
+    fi
+done
+unset _quad_prefix _quad_prefixes
 source "$_quad_root/install/env.bash"
+export QUAD_ROOT=$_quad_root
 export VIRTUAL_ENV=${QUAD_VENV:-$_quad_root/.venv}
 if [[ ":${AMENT_PREFIX_PATH:-}:" != *":$QUAD_AMENT_PREFIX_PATH:"* ]]; then
     if [[ -z $QUAD_ROS ]]; then

@@ -1,15 +1,26 @@
 #!/usr/bin/env bash
-# The flight of scripts/fly as five plain ROS 2 commands.
-#
-#   scripts/fly_by_hand.sh [CASE] [DIR] [ROS ARGUMENT...]
-#   scripts/fly_by_hand.sh hover flights/mine -p flight.seed:=7
-#
-# Needs a sourced workspace (source scripts/env.sh, or install/setup.bash of a sourced ROS 2). Exit code: 0 flown to the
-# end and within the limits, 1 not, 2 bad usage or set-up.
+# The flight of scripts/fly as five plain ROS 2 commands; --help explains.
 set -u
+usage() {
+    cat <<'END'
+usage: scripts/fly_by_hand.sh [CASE] [DIR] [ROS ARGUMENT...]
+
+Flies CASE (default: case1) with five plain `ros2 run` commands, recorded in DIR (default: flights/CASE-by-hand).
+
+  scripts/fly_by_hand.sh hover flights/mine -p flight.seed:=7
+  scripts/fly_by_hand.sh hover flights/mine -p trajectory:hover.duration:=2.0     a parameter of one node
+
+Needs a sourced workspace (source scripts/env.sh, or install/setup.bash of a sourced ROS 2).
+Exit code: 0 flown to the end and within the limits, 1 not, 2 bad usage or set-up.
+END
+}
+case ${1:-} in
+    --help | -h) usage; exit 0 ;;
+    -*) echo "fly_by_hand.sh: found $1, expected CASE; --help explains" >&2; exit 2 ;;
+esac
 case=${1:-case1}
 directory=${2:-flights/$case-by-hand}
-config=$(cd "$(dirname "${BASH_SOURCE[0]}")/../src/quad_bringup/config" && pwd -P)
+config=$(cd "$(dirname "${BASH_SOURCE[0]}")/../src/quad_flight/quad_flight/config" && pwd -P)
 arguments=(--params-file "$config/vehicles/paper.yaml" --params-file "$config/controllers/tuned.yaml"
     --params-file "$config/scenarios/$case.yaml" "${@:3}")
 
@@ -41,10 +52,11 @@ recorder=$!
 nodes=($simulator $trajectory $position $attitude $recorder)
 # `ros2 run` does not pass signals on to its node.
 below() { for node in "${nodes[@]}"; do cat "/proc/$node/task/$node/children"; done; }
-stop() { kill -INT "${nodes[@]}" $(below) 2>/dev/null; }
+# SIGTERM: what a script starts in the background ignores SIGINT until it has a handler of its own.
+stop() { kill -TERM "${nodes[@]}" $(below) 2>/dev/null; }
 trap stop INT TERM HUP
 
-worst=0
+worst=0 refused=
 while ((${#nodes[@]})); do
     ended=
     wait -n -p ended "${nodes[@]}"
@@ -54,10 +66,8 @@ while ((${#nodes[@]})); do
     for index in "${!nodes[@]}"; do if ((nodes[index] == ended)); then unset "nodes[index]"; fi; done
     if ((code > worst)); then worst=$code; fi
     # What was refused will not join: the others need not wait for it.
-    case $code in 2 | 126 | 127) stop ;; esac
+    case $code in 2 | 126 | 127) refused=yes; stop ;; esac
 done
-case $worst in
-    0) ros2 run quad_flight_log log check "$directory" --limits "$config/limits/approach.yaml" ;;
-    2 | 126 | 127) exit 2 ;;
-    *) exit 1 ;;
-esac
+if [[ -n $refused ]]; then exit 2; fi
+if ((worst)); then exit 1; fi
+ros2 run quad_flight_log log check "$directory" --limits "$config/limits/approach.yaml"

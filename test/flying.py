@@ -14,22 +14,19 @@ from mcap.exceptions import McapError
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
-from quad_flight_log.payload_hash import payload_hash
-from quad_flight_log.reader import Flight, open_flight
+from quad_core import cascade
+from quad_flight_log.bag.payload_hash import payload_hash
+from quad_flight_log.bag.reader import Flight, open_flight
 
 ROOT = Path(__file__).resolve().parents[1]
-CONFIG = ROOT / "src" / "quad_bringup" / "config"
+CONFIG = ROOT / "src" / "quad_flight" / "quad_flight" / "config"
 FLY = Path(get_package_prefix("quad_bringup"), "lib", "quad_bringup", "fly")
 LONGEST = 120.0
+PATIENT = ("--set", "simulator.guard.command.lost_age=10.0")
+"""In real time: a busy machine may starve a controller for longer than the guard's 50 ms."""
 _FLYING_BYTES = 200_000
 
-ROLES = {
-    "simulator": "quad_dynamics",
-    "trajectory": "quad_trajectory",
-    "position_controller": "quad_position_ctrl",
-    "attitude_controller": "quad_attitude_ctrl",
-    "recorder": "quad_flight_log",
-}
+ROLES = {role: kind.package for role, kind in cascade.ROLES.items()}
 
 
 def executable(role: str) -> str:
@@ -153,3 +150,16 @@ def last_reception(path: Path) -> float:
 def in_domain(domain: int) -> dict[str, str]:
     """Return the environment of processes in a ROS domain."""
     return {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+
+
+def skipped_steps(flight: Flight) -> int:
+    """Return how many steps the plant left out because it was late, by its own last word."""
+    values = [
+        int(item["value"])
+        for row in flight.array("/diagnostics")
+        for status in row["status"]
+        if status["name"].startswith("simulator")
+        for item in status["values"]
+        if item["key"] == "overruns"
+    ]
+    return values[-1] if values else 0

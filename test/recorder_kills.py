@@ -11,12 +11,12 @@ from typing import NamedTuple
 import flying
 import numpy as np
 
-from quad_flight_log.reader import Flight, open_flight
+from quad_flight_log.bag.reader import Flight, open_flight
 
 LIMIT = 0.3  # s of wall clock
 _STREAM = """
 import struct, sys, time
-from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log.bag.writer import BagWriter
 
 bag = BagWriter(sys.argv[1], metadata={"seed": "7"})
 topics = [bag.add_topic(f"/t{i}", "quad_msgs/msg/VehicleState") for i in range(5)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flying import ROLES, alive, bag_file, finish, last_reception, start, wait_until, wait_until_flying
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

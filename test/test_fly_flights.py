@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flying import finish, fly, start
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
@@ -44,8 +44,8 @@ def test_a_good_flight_prints_what_its_bag_holds(tmp_path):
     assert re.search(r"seed 5; 4\.00 s flown at [\d.]+ x real time; ended", done.stdout), done.stdout
     assert bag.metadata["seed"] == "5"
     assert not bag.truncated
-    told = bag.parameters["/simulator"]["ros__parameters"]
-    assert (told["vehicle.mass"], told["rigid_body.mass_error"]) == (0.6, 0.01)
+    parameters_of = bag.parameters["/simulator"]["ros__parameters"]
+    assert (parameters_of["vehicle.mass"], parameters_of["rigid_body.mass_error"]) == (0.6, 0.01)
     resolved = {row["role"]: row["parameters"] for row in bag.array("flight/parameters")}
     assert all("vehicle.mass: 0.6\n" in text for text in resolved.values())
     assert len(resolved) == 5
@@ -81,8 +81,8 @@ def test_without_a_case_both_of_the_paper_are_flown(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     assert [path.name for path in sorted((tmp_path / "two").iterdir())] == ["case1", "case2"]
     for case in ("case1", "case2"):
-        told = open_flight(tmp_path / "two" / case).parameters["/trajectory"]["ros__parameters"]
-        assert told["trajectory"] == case
+        parameters_of = open_flight(tmp_path / "two" / case).parameters["/trajectory"]["ros__parameters"]
+        assert parameters_of["trajectory"] == case
         assert re.search(rf"^metric +{case} ", done.stdout, re.MULTILINE)
 
 
@@ -95,7 +95,7 @@ def test_default_directories_are_numbered_also_at_the_same_time(tmp_path):
 
 
 def test_real_time_takes_its_time(tmp_path):
-    patient = ["--set", "simulator.loss_timeout=20", "--set", "simulator.command_timeout=20"]
+    patient = ["--set", "simulator.guard.command.lost_age=10.0", "--set", "simulator.guard.command.too_old=10.0"]
     began = time.monotonic()
     done = fly(
         "hover", "--realtime", "--duration", "1", "--out", tmp_path / "bag", "--limits", "position_max=50", *patient

@@ -49,6 +49,8 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--duration", "nan"], ["hover.duration", "nan"]),
         (["hover", "--fast"], ["--fast"]),
         (["hover", "--domain", "400"], ["400"]),
+        (["hover", "--namespace", "a b"], ["--namespace", "a b"]),
+        (["hover", "--namespace", "2uav"], ["--namespace", "2uav"]),
         (["hover", "--limits", "happiness=1"], ["happiness"]),
         (["hover", "--limits", "position_rmse=low"], ["position_rmse", "low"]),
         (["hover", "--set", "vehicle.mass"], ["vehicle.mass", "NODE.PARAM=VALUE"]),
@@ -77,6 +79,16 @@ def test_parameter_files_are_refused_by_name(capsys, tmp_path):
     line = refused(capsys, "hover", "--vehicle", str(path), "--out", str(tmp_path / "bag"))
     assert "vehicle.wings" in line
     assert not (tmp_path / "bag").exists()
+
+
+def test_a_wrong_value_is_refused_with_its_file_unless_the_command_line_gave_it(capsys, tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text("/**:\n  ros__parameters: {vehicle: {mass: -0.6}}\n", encoding="utf-8")
+    assert f"{path}: vehicle.mass: found -0.6, expected" in refused(capsys, "hover", "--vehicle", str(path))
+    path.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
+    line = refused(capsys, "hover", "--vehicle", str(path), "--set", "vehicle.mass=-2.0")
+    assert "vehicle.mass: found -2.0" in line
+    assert str(path) not in line
 
 
 def test_an_existing_directory_is_never_overwritten(capsys, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from flying import CONFIG, ROLES, ROOT, executable
 
 from quad_bringup.domains import reserved_domain
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 
@@ -53,14 +53,14 @@ def test_it_holds_nothing_else(minimal):
 
 
 def test_five_nodes_fly_in_it(minimal, tmp_path):
-    told = ["--ros-args", "--params-file", f"{CONFIG}/scenarios/hover.yaml", "-p", "trajectory:hover.duration:=0.2"]
+    choices = ["--ros-args", "--params-file", f"{CONFIG}/scenarios/hover.yaml", "-p", "trajectory:hover.duration:=0.2"]
     with reserved_domain(None) as domain:
         environment = {**minimal, "ROS_DOMAIN_ID": str(domain)}
         nodes = {}
         for role in ROLES:
             own = ["-p", f"directory:={tmp_path}/bag"] if role == "recorder" else []
             nodes[role] = subprocess.Popen(
-                command(executable(role), *told, *own), env=environment, stderr=subprocess.PIPE, text=True
+                command(executable(role), *choices, *own), env=environment, stderr=subprocess.PIPE, text=True
             )
         try:
             errors = {role: node.communicate(timeout=150)[1] for role, node in nodes.items()}

@@ -66,6 +66,57 @@ def test_a_bad_parameter_is_refused_by_name(role, argument, words):
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
 
 
+EXECUTABLES = [
+    *((package, role) for role, package in NODES.items()),
+    ("quad_node", "odometry_relay"),
+    ("quad_dynamics", "check_plant"),
+    ("quad_flight_log", "markers"),
+    ("quad_flight_log", "log"),
+    ("quad_bringup", "fly"),
+    ("quad_bringup", "one_process"),
+]
+
+
+@pytest.mark.parametrize("words", [["--nonsense"], ["-p", "flight.seed:=7"], ["--ros-args", "--nonsense"]], ids=str)
+@pytest.mark.parametrize(("package", "name"), EXECUTABLES)
+def test_unknown_words_are_refused(package, name, words):
+    path = Path(get_package_prefix(package), "lib", package, name)
+    done = subprocess.run([path, *words], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert any(word in done.stderr for word in words) or "VERB" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ("vehicle: {mass: -1.0}", ["vehicle.mass", "-1.0", "0.001"]),
+        ("vehicle: {mass: 1}", ["vehicle.mass", "1 (int)", "float"]),
+        ("trajectory: balloon", ["trajectory", "balloon", "case1"]),
+        ("hover: {duration: long}", ["hover.duration", "long"]),
+        ("period_steps: .nan", ["period_steps", "nan"]),
+    ],
+)
+def test_a_wrong_value_is_refused_with_its_file(tmp_path, values, words):
+    good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
+    good.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
+    bad.write_text(f"/**:\n  ros__parameters: {{{values}}}\n", encoding="utf-8")
+    done = call("trajectory", "--ros-args", "--params-file", str(good), "--params-file", str(bad))
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith(f"trajectory: {bad}: "), done.stderr
+    assert all(word in done.stderr for word in words), done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_a_wrong_value_of_the_command_line_is_not_put_down_to_a_file(tmp_path):
+    good = tmp_path / "good.yaml"
+    good.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
+    for word in ("vehicle.mass:=-1.0", "trajectory:vehicle.mass:=-1.0"):
+        done = call("trajectory", "--ros-args", "--params-file", str(good), "-p", word)
+        assert done.returncode == 2
+        assert "good.yaml" not in done.stderr, done.stderr
+
+
 @pytest.mark.parametrize(
     ("text", "word"),
     [

@@ -1,4 +1,4 @@
-"""A recorder that is killed or whose disk is full: what it had stays, and the flight is told."""
+"""A recorder that is killed or whose disk is full: what it had stays, and the flight reports it."""
 
 import random
 import resource
@@ -7,7 +7,7 @@ import flying
 import pytest
 import recorder_kills
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 
 @pytest.mark.parametrize("number", range(3))
@@ -31,8 +31,8 @@ def test_a_flight_goes_on_when_the_disk_is_full(tmp_path):
     assert done.returncode == 1
     flight = open_flight(directory)
     assert flight.truncated
-    kept = flight.topics["/truth"].messages
-    assert kept > 0
+    recorded = flight.topics["/truth"].messages
+    assert recorded > 0
     simulator, recorder = ((directory / "logs" / f"{role}.log").read_text() for role in ("simulator", "recorder"))
     assert recorder.count("recording_stopped: ") == 1
     assert "File too large" in recorder

@@ -9,8 +9,8 @@ from flying import LONGEST
 
 from quad_campaign.batch import flight_of, prepared
 from quad_campaign.definition import read_definition
-from quad_campaign.flight import fly
-from quad_flight_log.reader import open_flight
+from quad_flight.flight import fly
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

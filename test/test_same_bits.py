@@ -6,12 +6,12 @@ import time
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from flying import CONFIG, busy_loops, finish, flown, hash_of, start
+from flying import CONFIG, busy_loops, finish, flown, fly, hash_of, start
 from rclpy.serialization import deserialize_message
 
-from quad_campaign import flight as without_ros
-from quad_flight_log.payload_hash import STEP_TOPICS, payload_hash, topic_hashes
-from quad_flight_log.reader import open_flight
+from quad_flight import flight as without_ros
+from quad_flight_log.bag.payload_hash import STEP_TOPICS, payload_hash, topic_hashes
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
@@ -31,7 +31,7 @@ def alone(case, duration, seed, plant, preset, compiled=False):
 def columns_of(bag, topic):
     """Return {name: rows} of a topic of a bag, a wrench with the names and signs that it has without ROS."""
     rows = bag.array(topic)
-    if topic != "wrench_setpoint":
+    if "wrench" not in rows.dtype.names:
         return {name: rows[name] for name in rows.dtype.names if name not in ("log_ns", "stamp")}
     force, torque = rows["wrench"]["force"], rows["wrench"]["torque"]
     assert not force["x"].any()
@@ -66,7 +66,7 @@ def assert_same(bag, result):
 )
 def test_ros_flight_has_the_bits_of_the_flight_without_ros(tmp_path, case, duration, seed, plant, preset, compiled):
     out = tmp_path / "bag"
-    told = (
+    choices = (
         "--duration",
         str(duration),
         "--seed",
@@ -78,12 +78,41 @@ def test_ros_flight_has_the_bits_of_the_flight_without_ros(tmp_path, case, durat
         "--limits",
         "position_max=5",
     )
-    bag = flown(case, *told, "--out", out)
+    bag = flown(case, *choices, "--out", out)
     result = alone(case, duration, seed, plant, preset)
     assert result.outcome == "ended"
     assert_same(bag, result)
     if compiled:
         assert_same(bag, alone(case, duration, seed, plant, preset, compiled=True))
+
+
+LOST_LINK = """/**/simulator:
+  ros__parameters:
+    disturbance: timeline
+    timeline:
+      events: |
+        wind velocity=1,0,0
+        link start=3 end=3.3 drop=1
+"""
+
+
+def test_a_flight_that_the_guard_takes_over_has_the_same_bits_everywhere(tmp_path):
+    scenario = tmp_path / "lost_link.yaml"
+    scenario.write_text(LOST_LINK, encoding="utf-8")
+    done = fly("hover", "--duration", "8", "--scenario", scenario, "--out", tmp_path / "bag")
+    assert done.returncode == 1, done.stdout + done.stderr
+    bag = open_flight(tmp_path / "bag")
+    # the last wrench is that of step 1499; 50 ms are 25 steps
+    assert "guard in descend since step 1525: no good wrench; down at step" in bag.metadata["reason"]
+    request = without_ros.from_names("hover", duration=8.0, scenario=str(scenario))
+    plain, compiled = (without_ros.fly(request, compiled=compiled) for compiled in (False, True))
+    assert (plain.outcome, compiled.outcome) == ("taken over", "taken over")
+    assert plain.guard == "guard in descend since step 1525: no good wrench"
+    assert_same(bag, plain)
+    assert_same(bag, compiled)
+    last = plain.topics["truth"][-1]
+    assert -0.01 < last["p_w"][2] < 0.05
+    assert np.linalg.norm(last["v_w"]) < 1.5
 
 
 @pytest.fixture(scope="module")
@@ -116,21 +145,21 @@ def test_one_process_for_all_nodes_changes_nothing(tmp_path, lone_hash):
 
 def machine_code_of(bag):
     """Return what each node said in /diagnostics of how its law or plant is run."""
-    told = {}
+    engines = {}
     for payload in bag.payloads("/diagnostics")["/diagnostics"][0]:
         for status in deserialize_message(payload, DiagnosticArray).status:
             found = {pair.key: pair.value for pair in status.values}
             if "machine_code" in found:
-                told[status.hardware_id] = int(found["machine_code"])
-    return told
+                engines[status.hardware_id] = int(found["machine_code"])
+    return engines
 
 
 def test_machine_code_changes_nothing(tmp_path):
     nodes = ("/simulator", "/position_controller", "/attitude_controller")
     # long enough for /diagnostics, which come once a second of the wall clock
-    told = ("hover", "--duration", "12", "--seed", "11")
-    fast = flown(*told, "--out", tmp_path / "fast")
-    slow = flown(*told, "--set", "flight.machine_code=false", "--out", tmp_path / "slow")
+    choices = ("hover", "--duration", "12", "--seed", "11")
+    fast = flown(*choices, "--out", tmp_path / "fast")
+    slow = flown(*choices, "--set", "flight.machine_code=false", "--out", tmp_path / "slow")
     assert machine_code_of(fast) == dict.fromkeys(nodes, 1)
     assert machine_code_of(slow) == dict.fromkeys(nodes, 0)
     assert payload_hash(fast) == payload_hash(slow)
@@ -165,13 +194,13 @@ def test_two_flights_at_once_are_two_lone_flights(tmp_path, lone_hash):
 
 
 def test_two_namespaces_in_one_domain_are_two_lone_flights(tmp_path, lone_hash):
-    told = {
+    choices = {
         name: (*HOVER, "--namespace", name, "--domain", "57", "--out", tmp_path / name) for name in ("uav1", "uav2")
     }
-    flights = [start(*arguments) for arguments in told.values()]
+    flights = [start(*arguments) for arguments in choices.values()]
     for done in [finish(flight) for flight in flights]:
         assert done.returncode == 0, done.stdout + done.stderr
-    for name in told:
+    for name in choices:
         bag = open_flight(tmp_path / name)
         assert f"/{name}/truth" in bag.topics
         assert payload_hash(bag) == lone_hash

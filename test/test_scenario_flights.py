@@ -6,7 +6,7 @@ from flying import CONFIG, flown
 from test_same_bits import assert_same
 
 from quad_bringup.fly import main
-from quad_campaign.flight import flight_from_files, fly
+from quad_flight.flight import flight_from_files, fly
 
 FILES = [CONFIG / f"{name}.yaml" for name in ("vehicles/x500", "controllers/x500", "scenarios/flight")]
 TROUBLE = """\
@@ -28,8 +28,8 @@ TROUBLE = """\
 
 @pytest.mark.flight
 def test_the_outdoor_flight_has_the_bits_of_the_flight_without_ros(tmp_path):
-    told = ("flight", "--vehicle", "x500", "--preset", "x500", "--duration", "0.5", "--seed", "3")
-    bag = flown(*told, "--out", tmp_path / "bag")
+    choices = ("flight", "--vehicle", "x500", "--preset", "x500", "--duration", "0.5", "--seed", "3")
+    bag = flown(*choices, "--out", tmp_path / "bag")
     changes = {"/**": {"flight.seed": 3}, "trajectory": {"case2.duration": 0.5}}
     result = fly(flight_from_files(FILES, changes))
     assert_same(bag, result)
@@ -51,8 +51,8 @@ def test_a_scenario_of_one_s_own_acts_and_is_reported(tmp_path):
     assert (acting["force_w"][:, 0] == 1.0).sum() == 50
     assert acting["sensor_frozen"].sum() == 10
     assert acting["link_lost"].any()
-    told = bag.array("flight/events")
-    when = dict(zip(told["text"].tolist(), told["stamp_ns"] // 2_000_000, strict=True))
+    reported = bag.array("flight/events")
+    when = dict(zip(reported["text"].tolist(), reported["stamp_ns"] // 2_000_000, strict=True))
     assert when["begins: push start=0.4 end=0.5 force=1,0,0"] == 200
     assert when["ends: push start=0.4 end=0.5 force=1,0,0"] == 250
     assert when["begins: payload start=0.6 mass=0.05 offset=0.02,0,-0.05"] == 300

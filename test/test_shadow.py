@@ -8,12 +8,12 @@ import pytest
 from recorder_kills import pid_of
 from test_same_bits import alone, assert_same
 
-from quad_bringup.flight_setup import Request, resolve_flight, shadow_laws
 from quad_core.parameters import ParameterError
-from quad_flight_log.arrays import by_stamp
-from quad_flight_log.metrics import thrust_and_torque
-from quad_flight_log.payload_hash import payload_hash, topic_hashes
-from quad_flight_log.replay import replay
+from quad_flight.set_up import Request, resolve_flight, shadow_laws
+from quad_flight_log.analysis.arrays import by_stamp
+from quad_flight_log.analysis.metrics import thrust_and_torque
+from quad_flight_log.analysis.replay import replay
+from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 
 
 @pytest.mark.flight

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
@@ -28,7 +28,7 @@ LAW = '''
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real
-from quad_core.rotations import quaternion_from_euler
+from quad_core.geometry import quaternion_from_euler
 from quad_core.types import AttitudeThrust, Vec3
 from quad_core.vehicle import max_thrust
 
@@ -69,7 +69,7 @@ def step(parameters, vehicle, memory, inputs, dt):
     return setpoint, Memory(memory.calls + 1.0), Internals(error, memory.calls)
 '''
 WITHOUT_ROS = """
-from quad_campaign.flight import flight_from_parameters, fly
+from quad_flight.flight import flight_from_parameters, fly
 
 result = fly(flight_from_parameters({
     "trajectory": {"trajectory": "hover", "hover.duration": 1.0},

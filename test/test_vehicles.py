@@ -5,7 +5,7 @@ import pytest
 import yaml
 from flying import CONFIG
 
-from quad_campaign.flight import flight_from_files, fly
+from quad_flight.flight import flight_from_files, fly
 
 VEHICLES = sorted(path.stem for path in (CONFIG / "vehicles").glob("*.yaml"))
 LIMITS = {"hover": 0.03, "case1": 0.03}
@@ -13,10 +13,10 @@ LIMITS = {"hover": 0.03, "case1": 0.03}
 
 def flight(vehicle, case, **changes):
     files = [CONFIG / f"{name}.yaml" for name in (f"vehicles/{vehicle}", "controllers/tuned", f"scenarios/{case}")]
-    told = {"trajectory": {f"{case}.duration": 6.0}, **changes}
+    overrides = {"trajectory": {f"{case}.duration": 6.0}, **changes}
     if case == "case1":
-        told["trajectory"]["case1.position_scale"] = 0.3
-    return fly(flight_from_files(files, told))
+        overrides["trajectory"]["case1.position_scale"] = 0.3
+    return fly(flight_from_files(files, overrides))
 
 
 def test_the_paper_s_vehicle_and_two_real_ones_are_there():

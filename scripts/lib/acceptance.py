@@ -7,6 +7,7 @@ Examples:
   scripts/accept --list
   scripts/accept                 all of them (hours on two cores)
   scripts/accept laws kills      only these
+  scripts/accept fuzz --seconds 600
 """
 
 import argparse
@@ -20,6 +21,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = ROOT / "test" / "accept"
+SECONDS = "QUAD_ACCEPT_SECONDS"
 _CALL = "import importlib, sys; sys.exit(importlib.import_module(sys.argv.pop(1)).main())"
 
 
@@ -58,7 +60,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="scripts/accept", description=__doc__, formatter_class=formatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help="which runs (default: all)")
     parser.add_argument("--list", action="store_true", help="name the runs and end")
+    parser.add_argument("--seconds", type=float, metavar="S", help="duration of the runs that have one: fuzz, soak")
     options = parser.parse_args()
+    if options.seconds is not None:
+        os.environ[SECONDS] = str(options.seconds)
     known = summaries()
     if options.list:
         width = max(map(len, known))

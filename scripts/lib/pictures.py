@@ -11,16 +11,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from headless_browser import Browser
+
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.figures import runs_of
-from quad_flight_log.figures_interactive import colours
-from quad_flight_log.figures_print import draw_path
-from quad_flight_log.paper_figures import path_figure
-from quad_flight_log.reader import open_flight
-from quad_flight_log.report import comparison_page, names_of
-from quad_flight_log.report_data import Run, run_from_flight
-from quad_flight_log.report_page import write_page
-from quad_flight_log.viewer import write_recording
+from quad_flight_log.report.figures import runs_of
+from quad_flight_log.report.html_page import write_page
+from quad_flight_log.report.interactive_figures import colours
+from quad_flight_log.report.pages import comparison_page, names_of
+from quad_flight_log.report.paper_figures import path_figure
+from quad_flight_log.report.printed_figures import draw_path
+from quad_flight_log.report.rerun_recording import write_recording
+from quad_flight_log.report.run import Run, run_from_flight
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -28,8 +30,6 @@ TITLES = {"case1": "Case 1", "case2": "Case 2"}
 LARGEST = 300_000  # bytes of a picture
 VIEW_PATIENCE = 60.0  # s that the viewer gets to load without a graphics card
 COLOURS = 128
-
-sys.path.insert(0, str(ROOT / "src" / "quad_flight_log" / "test"))
 
 
 def main() -> int:
@@ -81,8 +81,6 @@ def draw_paths(runs: list[Run], path: Path) -> None:
 
 def shoot_report(flights: list[Any], path: Path) -> None:
     """Take a picture of the page that `log compare` writes."""
-    from headless_browser import Browser
-
     with tempfile.TemporaryDirectory() as folder:
         names = [TITLES.get(run_from_flight(flight, "").trajectory, "flight") for flight in flights]
         page = write_page(comparison_page(flights, names, "log compare"), Path(folder, "page.html"))
@@ -98,8 +96,6 @@ def shoot_report(flights: list[Any], path: Path) -> None:
 
 def shoot_view(run: Run, path: Path) -> None:
     """Take a picture of what `log view --web` shows."""
-    from headless_browser import Browser
-
     with (
         tempfile.TemporaryDirectory() as folder,
         serving(write_recording(run, Path(folder, "a.rrd"))) as address,

@@ -6,9 +6,11 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from quad_bringup.processes import PACKAGES
+import documentation_site
+
 from quad_core import plugins
-from quad_core.node_parameters import GUESTS, ROLES, FlightParameters
+from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
+from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Text, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_flight_log.verbs.layouts import layout_files
@@ -35,13 +37,14 @@ TOPICS_HEAD = """# Topics
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
 to world), Z-Y-X Euler angles. All topics are reliable; *latched* ones (transient local) reach late joiners too. A
 *step* topic has exactly one message per step of its publisher: they make the payload hash of a flight. Besides, every
-node sends `/diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+node sends `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
 """
 PARAMETERS_HEAD = """# Parameters
 
 Every parameter of every node with its default, range and source; a value of another type, out of range, NaN, or for a
 name that is not listed is refused. *live*: may be set in flight. Give them as `--set NODE.PARAM=VALUE` to
-`scripts/fly`, as `-p PARAM:=VALUE` to `ros2 run`, or in a ROS 2 parameter file (`src/quad_bringup/config` has some).
+`scripts/fly`, as `-p PARAM:=VALUE` to `ros2 run`, or in a ROS 2 parameter file (those that ship:
+`src/quad_flight/quad_flight/config`).
 
 """
 SUMMARIES = {
@@ -50,7 +53,9 @@ SUMMARIES = {
     "position_controller": "Answers `state` and `reference` with `attitude_setpoint`.",
     "attitude_controller": "Answers `state` and `attitude_setpoint` with `wrench_setpoint`.",
     "recorder": "Writes every topic into one bag and paces the lockstep.",
+    "commander": "Modes, missions: takes `mission/reference`, gives `reference` and `flight/mode`; optional.",
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
+    "px4_bridge": "Owns a vehicle that PX4 flies, in the role of the simulator: [px4.md](../px4.md); optional.",
 }
 
 
@@ -101,9 +106,9 @@ def message_section(name: str) -> str:
 def parameter_pages() -> dict[str, str]:
     """Return {file name: text} of docs/parameters."""
     pages = {}
-    for role, kind in {**ROLES, **GUESTS}.items():
+    for role, kind in {**ROLES, **GUESTS, **OWNERS}.items():
         parts = [
-            f"# {role}\n\n`ros2 run {PACKAGES[role]} {role}`. {SUMMARIES[role]}\n",
+            f"# {role}\n\n`ros2 run {ALL_ROLES[role].package} {role}`. {SUMMARIES[role]}\n",
             field_table(fields(kind.parameters)),
         ]
         for slot, group in kind.slots.items():
@@ -166,12 +171,19 @@ def main() -> int:
     """Write the pages, or with --check say which are not up to date."""
     parser = argparse.ArgumentParser(prog="scripts/docs", description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is not up to date")
-    check = parser.parse_args().check
+    parser.add_argument("--site", action="store_true", help="build the site in build/site, every warning an error")
+    options = parser.parse_args()
+    if options.site:
+        return documentation_site.build()
+    check = options.check
     pages = {DOCS / "topics.md": topics_page()}
     pages |= {DOCS / "layouts" / name: text for name, text in layout_files().items()}
     pages |= {DOCS / "parameters" / name: text for name, text in parameter_pages().items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
     stale += [path for path in (DOCS / "parameters").glob("*.md") if path not in pages]
+    lacking = documentation_site.missing() if check else []
+    for line in lacking:
+        print(line)
     for path in stale:
         print(f"{path.relative_to(ROOT)}: {'not up to date: run scripts/docs' if check else 'written'}")
     if not check:
@@ -182,7 +194,7 @@ def main() -> int:
                 path.write_text(pages[path], encoding="utf-8")
             else:
                 path.unlink()
-    return 1 if check and stale else 0
+    return 1 if check and (stale or lacking) else 0
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ setup(
         "console_scripts": ["attitude_controller = quad_attitude_ctrl.node:main"],
         "quad.attitude_law": [
             "abfnitsm = quad_attitude_ctrl.abfnitsm",
+            "abfnitsm_so3 = quad_attitude_ctrl.abfnitsm_so3",
             "itsm = quad_attitude_ctrl.itsm",
             "pid = quad_attitude_ctrl.pid",
             "se3 = quad_attitude_ctrl.se3",

@@ -18,10 +18,10 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_bringup"]),
         ("share/quad_bringup", ["package.xml"]),
-        *share("config/**/*.yaml", "launch/*.py"),
+        *share("launch/*.py"),
     ],
     zip_safe=False,
     entry_points={
-        "console_scripts": ["fly = quad_bringup.fly:main", "one_process = quad_bringup.one_process:main"],
+        "console_scripts": ["fly = quad_bringup.start:main", "one_process = quad_bringup.one_process:main"],
     },
 )

@@ -14,8 +14,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "recorder = quad_flight_log.node:main",
-            "log = quad_flight_log.cli:main",
+            "recorder = quad_flight_log.recorder.node:main",
+            "log = quad_flight_log.cli:console",
             "markers = quad_flight_log.live.node:markers_main",
         ],
     },

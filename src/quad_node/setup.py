@@ -6,7 +6,7 @@ setup(
     description="The rclpy shell shared by all nodes of the quadrotor stack.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_node", "quad_node.*"]),
-    package_data={"": ["py.typed"]},
+    package_data={"": ["py.typed", "*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_node"]),
         ("share/quad_node", ["package.xml"]),

@@ -18,6 +18,8 @@ setup(
             "case1 = quad_trajectory.case1",
             "case2 = quad_trajectory.case2",
             "hover = quad_trajectory.hover",
+            "lemniscate = quad_trajectory.lemniscate",
+            "waypoints = quad_trajectory.waypoints",
         ],
     },
 )

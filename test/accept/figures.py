@@ -1,5 +1,14 @@
 """One line per figure of an acceptance run."""
 
+import os
+
+SECONDS = "QUAD_ACCEPT_SECONDS"
+
+
+def seconds(default):
+    """Return how long a run that has a duration is to take, in s."""
+    return float(os.environ.get(SECONDS, default))
+
 
 class Figures:
     """Prints figures as they come and remembers whether all kept their limits."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from figures import Figures
 from flying import ROLES, bag_file, finish, last_reception, start, wait_until_flying
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 EACH = 4
 LIMIT = 0.3

@@ -7,11 +7,11 @@ from quad_campaign.paper_flight import (
     CASES,
     FIRST_POINT,
     POSITION_ADAPTATION_OFF,
-    Told,
+    PaperCase,
     arrival,
     paper_flight,
 )
-from quad_campaign.sweep import sweep
+from quad_flight.sweep import sweep
 
 SEEDS = range(1, 21)
 RMSE_LIMITS = {"tuned": 0.02, "minimal": 0.08}
@@ -28,25 +28,25 @@ def main():
     figures = Figures()
     for preset, limit in RMSE_LIMITS.items():
         for case in CASES:
-            tracking(figures, Told(case, preset), limit)
+            tracking(figures, PaperCase(case, preset), limit)
     for preset in RMSE_LIMITS:
         for case in CASES:
             for thrust in THRUSTS:
-                told = Told(case, preset, "printed", vehicle={"thrust_to_weight": thrust})
-                coming(figures, told, f"from the origin at {thrust:g} m g")
+                paper_case = PaperCase(case, preset, "printed", vehicle={"thrust_to_weight": thrust})
+                coming(figures, paper_case, f"from the origin at {thrust:g} m g")
             for where, offset in FAR.items():
                 begin = tuple(p + d for p, d in zip(FIRST_POINT[case], offset, strict=True))
-                coming(figures, Told(case, preset, "printed", initial=begin), f"from 50 m {where}", BACK)
+                coming(figures, PaperCase(case, preset, "printed", initial=begin), f"from 50 m {where}", BACK)
     return figures.code()
 
 
-def tracking(figures, told, limit):
-    name = f"{told.case} {told.preset}"
-    asked = flown(told)
+def tracking(figures, paper_case, limit):
+    name = f"{paper_case.case} {paper_case.preset}"
+    asked = flown(paper_case)
     figures.check(asked.ended == len(SEEDS), f"{name}: {asked.ended} of {len(SEEDS)} seeds flown to the end")
     figures.at_most(f"{name}: worst 3-D RMSE (best {asked.best:.4f} m)", asked.worst, limit, "m")
     for what, other in (("adaptation frozen", FROZEN), ("sd 1.5 m/s^2", STRONG), ("both", FROZEN | STRONG)):
-        beside = flown(told._replace(**other))
+        beside = flown(paper_case._replace(**other))
         print(f"     {name}, {what}: RMSE {beside.best:.4f} to {beside.worst:.4f} m, {beside.ended} flown to the end")
 
 
@@ -57,14 +57,14 @@ class Flown:
         self.ended = sum(result.outcome == "ended" for result in results)
 
 
-def flown(told):
-    return Flown(sweep(paper_flight(told), SEEDS))
+def flown(paper_case):
+    return Flown(sweep(paper_flight(paper_case), SEEDS))
 
 
-def coming(figures, told, how, after=ARRIVED):
+def coming(figures, paper_case, how, after=ARRIVED):
     """Judge the errors from ``after`` s on; flights from the origin have to be close at that time already."""
-    name = f"{told.case} {told.preset} {how}"
-    found = arrival(told, SEEDS, after)
+    name = f"{paper_case.case} {paper_case.preset} {how}"
+    found = arrival(paper_case, SEEDS, after)
     line = (
         f"{name}: {found.error_then:.4f} m at {after:g} s, at most {found.largest_after:.4f} m after, "
         f"RMSE {found.rmse_after:.4f} m, {found.ended} of {found.seeds} flown to the end"

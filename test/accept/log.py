@@ -15,9 +15,9 @@ sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
 import damage
 import foreign_readers
 
-from quad_flight_log.reader import open_flight
-from quad_flight_log.replay import replay
-from quad_flight_log.replay_inputs import CONTROLLERS
+from quad_core.cascade import STAGE
+from quad_flight_log.analysis.replay import replay
+from quad_flight_log.bag.reader import open_flight
 
 KILLS = 20
 FLIPS = 10_000
@@ -53,11 +53,15 @@ def damaged(figures, folder):
         path = folder / f"{kind}.mcap"
         path.write_bytes(bag.read_bytes())
         count = FLIPS // 2 - 500
-        told = Counter(outcome for outcome, _, _ in damage.flips(path, whole, count, seed=1))
-        figures.check(not told["WRONG"], f"{count} bit flips of a bag ({kind}): {dict(told)}, 0 silently wrong wanted")
-        told = Counter(damage.truncations(path, whole))
+        counts = Counter(outcome for outcome, _, _ in damage.flips(path, whole, count, seed=1))
+        figures.check(
+            not counts["WRONG"], f"{count} bit flips of a bag ({kind}): {dict(counts)}, 0 silently wrong wanted"
+        )
+        counts = Counter(damage.truncations(path, whole))
         size = bag.stat().st_size
-        figures.check(not told["WRONG"] and not told["same"], f"{size} truncations of a bag ({kind}): {dict(told)}")
+        figures.check(
+            not counts["WRONG"] and not counts["same"], f"{size} truncations of a bag ({kind}): {dict(counts)}"
+        )
     bag = damage.small_bag(folder / "metadata" / "bag", close=True)
     unseen = [at for seen, at, _ in damage.metadata_flips(bag.parent, 1000, seed=2) if not seen]
     figures.check(not unseen, f"1000 bit flips of metadata.yaml: {len(unseen)} not found by verify")
@@ -69,13 +73,13 @@ def whole_flight(figures, folder):
     figures.check(done.returncode == 0, f"Case 1 over ROS: exit code {done.returncode}")
     flight = open_flight(bag)
     figures.at_most("Case 1: size of the bag", flight.path.stat().st_size * 1e-6, BAG_LIMIT, "MB")
-    for role in CONTROLLERS:
+    for role in STAGE:
         found = replay(flight, role)
         text = f"replay of {role}: {len(found.steps)} steps, {len(found.recorded)} numbers each, bit-equal"
         figures.check(found.equal and len(found.steps) * found.steps[1] >= 40_000, text)
     done = flying.fly("case2", "--duration", "5", "--realtime", "--limits", "position_max=5", "--out", folder / "rt")
     figures.check(done.returncode == 0, f"Case 2 in real time: exit code {done.returncode}")
-    for role in CONTROLLERS:
+    for role in STAGE:
         found = replay(open_flight(folder / "rt"), role)
         figures.check(found.equal, f"replay of {role} in real time: {len(found.steps)} steps, bit-equal {found.notes}")
     other = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})

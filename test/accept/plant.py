@@ -3,7 +3,7 @@
 from figures import Figures
 from flying import CONFIG
 
-from quad_campaign.flight import flight_from_files, fly
+from quad_flight.flight import flight_from_files, fly
 
 SEEDS = range(101, 121)
 """None of those that the gains were found with (1 to 8)."""

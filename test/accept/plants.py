@@ -3,7 +3,7 @@
 from figures import Figures
 from flying import CONFIG
 
-from quad_campaign.flight import flight_from_files, fly
+from quad_flight.flight import flight_from_files, fly
 
 PLANTS = ("paper", "rigid_body", "mujoco")
 LIMIT = 0.02

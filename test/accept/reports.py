@@ -11,15 +11,15 @@ import numpy as np
 import pandas
 from figures import Figures
 
-sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
+sys.path.insert(0, str(flying.ROOT / "scripts" / "lib"))
 from headless_browser import Browser, browser_path
 
 from quad_campaign.study_report import write_report
-from quad_flight_log.metrics import METRICS
-from quad_flight_log.reader import open_flight
-from quad_flight_log.report import comparison_page, flight_page
-from quad_flight_log.report_data import TOPICS, run_from_flight
-from quad_flight_log.report_page import write_page
+from quad_flight_log.analysis.metrics import METRICS
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.report.html_page import write_page
+from quad_flight_log.report.pages import comparison_page, flight_page
+from quad_flight_log.report.run import TOPICS, run_from_flight
 
 CASES = ("case1", "case2")
 CONTROLLERS = ("first", "second", "third", "fourth")

@@ -6,9 +6,9 @@ from pathlib import Path
 from figures import Figures
 from flying import busy_loops, finish, start
 
-from quad_flight_log.analysis import measured
-from quad_flight_log.payload_hash import payload_hash
-from quad_flight_log.reader import open_flight
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.bag.payload_hash import payload_hash
+from quad_flight_log.bag.reader import open_flight
 
 LIMIT = 0.02
 LONGEST = 1200.0
@@ -26,10 +26,10 @@ def main():
     with tempfile.TemporaryDirectory(prefix="ros-flights-") as folder:
         for case in ("case1", "case2"):
             for seed in ("1", "2"):
-                told = (case, "--seed", seed)
-                alone = flown(figures, Path(folder, f"{case}-{seed}"), *told)
+                choices = (case, "--seed", seed)
+                alone = flown(figures, Path(folder, f"{case}-{seed}"), *choices)
                 with busy_loops(2, LONGEST):
-                    loaded = flown(figures, Path(folder, f"{case}-{seed}-loaded"), *told)
+                    loaded = flown(figures, Path(folder, f"{case}-{seed}-loaded"), *choices)
                 if alone is None or loaded is None:
                     continue
                 name = f"{case} seed {seed} over ROS"

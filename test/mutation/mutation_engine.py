@@ -21,6 +21,10 @@ PAPER_TESTS = {
     "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
     "quad_dynamics": ["plant_terms"],
     "quad_trajectory": [],
+    "quad_campaign": [],
+    "quad_commander": [],
+    "quad_flight": [],
+    "quad_flight_log": [],
 }
 # CPU time, so that a busy machine is not taken for an endless loop.
 SECONDS_PER_MUTANT = 120
@@ -48,11 +52,17 @@ class MutationError(ValueError):
 
 
 class Outcome(NamedTuple):
-    """What the tests made of one mutation."""
+    """What the tests made of one mutation; ``timed_out``: no test failed, and some had no end in their time."""
 
     mutation: Mutation
     killed_by: str
     seconds: float
+    timed_out: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """Who noticed, in words."""
+        return self.killed_by or (f"no end within {SECONDS_PER_MUTANT} s of CPU time" if self.timed_out else "NOBODY")
 
 
 def source_file(root: Path, mutation: Mutation) -> Path:
@@ -160,25 +170,26 @@ def test_paths(root: Path, function: str) -> list[list[str]]:
 
 
 def judge(tree: Path, mutation: Mutation, tests: list[str] | None = None) -> Outcome:
-    """Put ``mutation`` into ``tree``, run ``tests`` (by default all unit tests) until one fails, take it out again."""
+    """Put ``mutation`` into ``tree``, run ``tests`` (by default all unit tests) until one fails, take it out again.
+
+    Tests whose time is up have noticed nothing: the next ones are run.
+    """
     start = time.monotonic()
     stages = test_paths(tree, mutation.function) if tests is None else [tests]
     file = source_file(tree, mutation)
     original = file.read_text(encoding="utf-8")
     file.write_text(mutated(original, mutation), encoding="utf-8")
     output = tree / "pytest.log"
-    killed_by = ""
+    killed_by, timed_out = "", False
     try:
         for paths in stages:
             code = run_tests(tree, paths, output)
-            if code == TIME_UP:
-                killed_by = f"no end within {SECONDS_PER_MUTANT} s of CPU time"
-            elif code in NOTICED:
+            if code in NOTICED:
                 killed_by = first_failure(output)
-            elif code not in (0, 5):
-                raise MutationError(f"{mutation}: pytest ended with {code}; see its end:\n{end_of(output)}")
-            if killed_by:
                 break
+            if code not in (0, 5, TIME_UP):
+                raise MutationError(f"{mutation}: pytest ended with {code}; see its end:\n{end_of(output)}")
+            timed_out |= code == TIME_UP
     finally:
         file.write_text(original, encoding="utf-8")
-    return Outcome(mutation, killed_by, time.monotonic() - start)
+    return Outcome(mutation, killed_by, time.monotonic() - start, timed_out and not killed_by)

@@ -5,9 +5,14 @@ Snippets are written as ``ast.unparse`` writes code and must stand exactly once 
 
 from attitude_mistakes import ATTITUDE
 from baseline_mistakes import ATTITUDE_BASELINES, POSITION_BASELINES
+from campaign_mistakes import CAMPAIGN
+from flight_mistakes import FLIGHT
+from guard_mistakes import COMMANDER, GUARD
+from log_mistakes import LOG
 from mutation_engine import Mutation
 from plant_mistakes import PLANTS, ROTATIONS
 from position_mistakes import POSITION
+from prediction_mistakes import PREDICTION
 from trajectory_mistakes import TRAJECTORIES
 
 MUTATIONS = [
@@ -20,6 +25,12 @@ MUTATIONS = [
         TRAJECTORIES,
         POSITION_BASELINES,
         ATTITUDE_BASELINES,
+        FLIGHT,
+        PREDICTION,
+        GUARD,
+        COMMANDER,
+        LOG,
+        CAMPAIGN,
     )
     for function, mistakes in family.items()
     for equation, old, new in mistakes

@@ -24,7 +24,8 @@ class Link(NamedTuple):
     @property
     def dotted(self) -> str:
         """The importable name of a linked function: package, module, function."""
-        return f"{self.file.parent.name}.{self.text}"
+        folders = [folder.name for folder in self.file.parents if (folder / "__init__.py").is_file()]
+        return ".".join([*reversed(folders), self.text])
 
     @property
     def node_id(self) -> str:

@@ -7,11 +7,14 @@ POSITION = {
         ("23", "- integral_gain * integral", "+ integral_gain * integral"),
         ("23", "integral_gain * integral", "integral_gain * position_error"),
     ],
-    "quad_position_ctrl.backstepping.virtual_velocity": [("23", "+ reference_velocity", "- reference_velocity")],
+    "quad_position_ctrl.backstepping.virtual_velocity": [
+        ("23", "+ reference_velocity", "- reference_velocity"),
+        ("23", "correction + ", ""),
+    ],
     "quad_position_ctrl.backstepping.drag_model": [
         ("17", "return -drag_coefficient / mass", "return drag_coefficient / mass"),
         ("17", "return -drag_coefficient / mass", "return -drag_coefficient * mass"),
-        ("17", "drag_sign == 1", "drag_sign != 1"),
+        ("17", "drag_sign == DragSign.PRINTED", "drag_sign == DragSign.CORRECTED"),
     ],
     "quad_position_ctrl.backstepping.acceleration_command": [
         ("30", "position_gain * position_gain - 1.0", "position_gain * position_gain + 1.0"),
@@ -44,12 +47,12 @@ POSITION = {
         ("37", "gain + dt", "gain - dt"),
         ("37", "rate - leak", "rate + leak"),
         ("37", "gain - initial_gain", "gain"),
-        ("37", "moved > max_gain", "moved < max_gain"),
-        ("37", "moved < 0.0", "moved < -1.0"),
+        ("37", "0.0, max_gain", "0.0, initial_gain"),
+        ("37", "0.0, max_gain", "-1.0, max_gain"),
     ],
     "quad_position_ctrl.backstepping.next_integral": [
         ("21", "integral + dt", "integral - dt"),
-        ("21", "return -max_integral", "return max_integral"),
+        ("21", "-max_integral, max_integral", "0.0, max_integral"),
     ],
     "quad_position_ctrl.backstepping.lyapunov": [
         ("35", "+ integral_gain", "- integral_gain"),
@@ -70,16 +73,12 @@ POSITION = {
     ],
     "quad_position_ctrl.stability.rate_bound": [("34", "+ 0.5 * max_disturbance", "- 0.5 * max_disturbance")],
     "quad_position_ctrl.stability.static_error": [("29", "1.0 + position_gain", "position_gain")],
-    "quad_position_ctrl.thrust_vector.thrust_norm": [
-        ("38", "lift.z * lift.z", "lift.z"),
-        ("38", "+ lift.y * lift.y", "- lift.y * lift.y"),
-        ("38", "mass * ", ""),
-    ],
-    "quad_position_ctrl.thrust_vector.thrust_projected": [
-        ("38", "lift.x * thrust_axis.x", "lift.x * thrust_axis.y"),
-        ("38", "+ lift.y", "- lift.y"),
-    ],
-    "quad_position_ctrl.thrust_vector.desired_angles": [
+    "quad_position_ctrl.setpoint.thrust_norm": [("38", "mass * ", "")],
+    "quad_position_ctrl.setpoint.thrust_projected": [("38", "mass * ", ""), ("38", "thrust_axis)", "lift)")],
+    "quad_position_ctrl.setpoint.collective_thrust": [("38", "form == ThrustForm.NORM", "form != ThrustForm.NORM")],
+    "quad_core.geometry.dot": [("38", "a.x * b.x", "a.x * b.y"), ("38", "+ a.y", "- a.y")],
+    "quad_core.geometry.norm": [("38", "v.z * v.z", "v.z"), ("38", "+ v.y * v.y", "- v.y * v.y")],
+    "quad_position_ctrl.setpoint.desired_angles": [
         ("38", "cos_heading * lift.x + sin_heading * lift.y", "cos_heading * lift.x - sin_heading * lift.y"),
         ("38", "cos_heading * lift.x", "sin_heading * lift.x"),
         ("38", "sin_heading * lift.x - cos_heading", "sin_heading * lift.x + cos_heading"),
@@ -88,15 +87,34 @@ POSITION = {
         ("38", "Vec3(phi, theta, yaw)", "Vec3(theta, phi, yaw)"),
         ("38", "Vec3(phi, theta, yaw)", "Vec3(phi, theta, heading)"),
     ],
-    "quad_position_ctrl.thrust_vector.limited_lift": [
-        ("38", "wanted_z + gravity", "wanted_z - gravity"),
-        ("38", "z < limits.min_lift", "z > limits.min_lift"),
+    "quad_position_ctrl.setpoint.limited_lift": [
+        ("38", "climb + gravity", "climb - gravity"),
+        ("38", "vertical < limits.min_lift", "vertical > limits.min_lift"),
         ("38", "horizontal > limits.acceleration_xy", "horizontal < limits.acceleration_xy"),
         ("38", "math.tan(limits.tilt)", "math.sin(limits.tilt)"),
-        ("38", "room > cone", "room < cone"),
-        ("38", "y = y * room / horizontal", "y = y * horizontal / room"),
-        ("38", "max_lift * max_lift - z * z", "max_lift * max_lift + z * z"),
+        ("38", "allowed > cone", "allowed < cone"),
+        ("38", "y = y * allowed / horizontal", "y = y * horizontal / allowed"),
+        ("38", "max_lift * max_lift - vertical * vertical", "max_lift * max_lift + vertical * vertical"),
         ("38", "thrust_limited and limits.vertical_priority", "thrust_limited and not limits.vertical_priority"),
+    ],
+    "quad_position_ctrl.setpoint.thrust_command": [
+        ("38", "max_allowed / vehicle.mass", "max_allowed * vehicle.mass"),
+        ("38", "limits.thrust * full", "full"),
+        ("38", "limits.min_thrust * full", "0.0"),
+        ("38", "lift.thrust_limited or limited.limited", "lift.thrust_limited"),
+    ],
+    "quad_position_ctrl.setpoint.attitude_setpoint": [
+        ("38", "thrust / max_thrust(vehicle)", "thrust"),
+        ("38", "derivatives.rates", "derivatives.accelerations"),
+    ],
+    "quad_position_ctrl.setpoint.integrals_frozen": [
+        ("21", "anti_windup and", "anti_windup or"),
+        ("21", "is_speed_limited(correction) or ", ""),
+        ("21", "thrust.lift.descent_limited or ", ""),
+        ("21", " or actuation.thrust_low", ""),
+    ],
+    "quad_position_ctrl.setpoint.plain_internals": [
+        ("limits", "thrust_limited=thrust.thrust_limited", "thrust_limited=thrust.lift.thrust_limited"),
     ],
     "quad_position_ctrl.speed_limit.speed_limit": [
         ("23", "2.0 * speed - linear", "2.0 * speed + linear"),
@@ -110,6 +128,18 @@ POSITION = {
         ("23", "+ radial * along_x", "- radial * along_x"),
         ("23", "+ radial * along_y", "+ radial * along_x"),
     ],
+    "quad_position_ctrl.speed_limit.bounded_correction": [
+        ("23", "gain_z, limits.braking_z", "gain_xy, limits.braking_z"),
+        ("23", "limits.braking_z, limits.max_z", "limits.braking_xy, limits.max_z"),
+        ("23", "velocity.z, 0.0, rate.z", "velocity.z, 0.0, rate.x"),
+    ],
+    "quad_position_ctrl.speed_limit.proportional_correction": [
+        ("23", "-gain_xy * error.x", "gain_xy * error.x"),
+        ("23", "-gain_z * error.z", "-gain_xy * error.z"),
+    ],
+    "quad_position_ctrl.speed_limit.is_speed_limited": [
+        ("23", "correction.horizontal.limited or correction.vertical.limited", "correction.horizontal.limited")
+    ],
     "quad_position_ctrl.disturbance_observer.known_acceleration": [
         ("30", "- gravity", "+ gravity"),
         ("30", "+ drag * velocity", "- drag * velocity"),
@@ -119,38 +149,46 @@ POSITION = {
         ("30", "/ dt - acceleration", "/ dt + acceleration"),
         ("30", "seen - estimate", "seen + estimate"),
         ("30", "velocity_now - velocity_before", "velocity_before - velocity_now"),
-        ("30", "return -max_estimate", "return max_estimate"),
+        ("30", "-max_estimate, max_estimate", "0.0, max_estimate"),
     ],
     "quad_position_ctrl.disturbance_observer.estimate": [
-        ("30", "axis_before.y, axis_now.y", "axis_before.y, axis_now.x"),
+        ("30", "z_old.y, z_now.y", "z_old.y, z_now.x"),
         ("30", "vehicle.gravity, drag", "0.0, drag"),
-        ("30", "observer.thrust == THRUST_ACHIEVED", "observer.thrust != THRUST_ACHIEVED"),
+        ("30", "observer.thrust == ThrustSource.ACHIEVED", "observer.thrust != ThrustSource.ACHIEVED"),
         ("30", "thrust / vehicle.mass", "thrust * vehicle.mass"),
     ],
-    "quad_position_ctrl.axis.axis_command": [
+    "quad_position_ctrl.backstepping.axis_command": [
         ("30", "correction.scale * error", "error"),
-        ("23", "motion.reference_velocity + correction", "correction"),
-        ("30", "motion.reference_acceleration + correction.rate", "motion.reference_acceleration"),
+        ("23", "virtual_velocity(correction.velocity, state.reference_velocity)", "correction.velocity"),
+        ("30", "state.reference_acceleration + correction.rate", "state.reference_acceleration"),
     ],
-    "quad_position_ctrl.aibs._motions": [
+    "quad_position_ctrl.backstepping.axis_states": [
         ("18", "p.y, v.y, p_d.y", "p.y, v.y, p_d.x"),
         ("18", "p.z, v.z, p_d.z", "p.z, v.x, p_d.z"),
         ("30", "v_d.x, a_d.x", "v_d.x, a_d.y"),
     ],
-    "quad_position_ctrl.aibs._corrections": [
-        ("23", "level.y, level.rate_y", "level.y, level.rate_x"),
-        ("23", "az.position_gain, speed.braking_z", "ax.position_gain, speed.braking_z"),
-        ("23", "-ay.position_gain *", "ay.position_gain *"),
-        ("23", "speed.braking_z, speed.max_z", "speed.braking_xy, speed.max_z"),
+    "quad_position_ctrl.aibs._correction": [
+        ("23", "-gain_y *", "gain_y *"),
+        ("23", "gain_xy, gain_z", "gain_xy, gain_x"),
+        ("23", "gain_y > gain_x", "gain_y < gain_x"),
+        ("23", "gains_z.integral_gain", "gains_x.integral_gain"),
+    ],
+    "quad_position_ctrl.aibs._axis_commands": [
+        ("23", "pair.y, pair.rate_y", "pair.y, pair.rate_x"),
+        ("30", "parameters.y, y, to_y", "parameters.x, y, to_y"),
+        ("30", "gain.z, integral.z", "gain.x, integral.z"),
+        ("30", "gain.y, integral.y", "gain.y, integral.x"),
+        ("30", "drag, disturbance.z", "drag, disturbance.x"),
+    ],
+    "quad_position_ctrl.aibs._disturbance_estimate": [
+        ("30", "not memory.initialised", "memory.initialised"),
+        ("30", "memory.thrust, achieved", "achieved, achieved"),
     ],
     "quad_position_ctrl.aibs.step": [
-        ("30", "axis_command(parameters.y, gain.y", "axis_command(parameters.x, gain.y"),
-        ("30", "parameters.z, gain.z, integral.z", "parameters.z, gain.x, integral.z"),
-        ("30", "parameters.y, gain.y, integral.y", "parameters.y, gain.y, integral.x"),
-        ("30", "drag, motion_z, to_z, disturbance.z", "drag, motion_z, to_z, disturbance.x"),
         ("21", "not frozen", "frozen"),
-        ("38", "most / vehicle.mass", "most * vehicle.mass"),
-        ("30", "axis_w, setpoint.thrust, 1.0", "axis_w, most, 1.0"),
+        ("30", "thrust=setpoint.thrust", "thrust=setpoint.thrust_fraction"),
+        ("38", "heading = reference.yaw\n", "heading = reference.yaw_rate\n"),
+        ("38", "parameters.tilt_heading != TiltHeading", "parameters.tilt_heading == TiltHeading"),
     ],
     "quad_position_ctrl.aibs._adapted": [
         ("21", "next_integral(integral.y, y.error", "next_integral(integral.y, x.error"),
@@ -158,14 +196,18 @@ POSITION = {
         ("37", "(parameters.y, gain.y", "(parameters.z, gain.y"),
         ("37", "gain.x, x.velocity_error", "gain.x, x.error"),
     ],
-    "quad_position_ctrl.aibs._setpoint": [
-        ("38", "heading = reference.yaw\n", "heading = reference.yaw_rate\n"),
-        ("38", "parameters.thrust_form != THRUST_NORM", "parameters.thrust_form == THRUST_NORM"),
-        ("38", "parameters.tilt_heading != HEADING_REFERENCE", "parameters.tilt_heading == HEADING_REFERENCE"),
-        ("38", "limits.thrust * most", "most"),
-    ],
     "quad_position_ctrl.aibs._internals": [
         ("35", "lyapunov(parameters.y.integral_gain", "lyapunov(parameters.x.integral_gain"),
         ("36", "lyapunov_rate(parameters.z.position_gain, gain.z", "lyapunov_rate(parameters.z.position_gain, gain.x"),
     ],
+    "quad_position_ctrl.flatness.turned_frame": [
+        ("38", "along - rate * right", "along + rate * right"),
+        ("38", "across + rate * forward", "across"),
+        ("38", "- rate * across - acceleration * right", "- acceleration * right"),
+    ],
+    "quad_position_ctrl.flatness.quotient": [("38", "2.0 * rate * below.rate", "rate * below.rate")],
+    "quad_position_ctrl.flatness.product": [("38", "2.0 * a.rate * b.rate", "a.rate * b.rate")],
+    "quad_position_ctrl.flatness.cosine": [("38", "- s * angle.acceleration", "+ s * angle.acceleration")],
+    "quad_position_ctrl.flatness.arctangent": [("38", "slope * slope", "slope")],
+    "quad_position_ctrl.flatness.setpoint_derivatives": [("38", "if feed_forward", "if not feed_forward")],
 }

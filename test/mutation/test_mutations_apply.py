@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import mutation_engine
 import pytest
 from mutation_engine import Mutation, MutationError, mutated, source_file
 from mutation_list import MUTATIONS
@@ -37,6 +38,32 @@ def test_layout_and_comments_do_not_matter():
     scope = {}
     exec(text, scope)
     assert scope["area"](2, 3) == 5
+
+
+LOOP = "def count(n):\n    while n > 0:\n        n -= 1\n    return n\n"
+ENDLESS = Mutation("eq. 0", "pkg.mod.count", "n -= 1", "n -= 0")
+LOOP_TEST = "from pkg.mod import count\ndef test_it():\n    assert count(3) == 0\n"
+TEXT_TEST = "def test_text():\n    assert 'n -= 1' in open('src/pkg/pkg/mod.py').read()\n"
+CONFTEST = """
+import sys
+from hypothesis import settings
+sys.path.insert(0, "src/pkg")
+settings.register_profile("mutation")
+"""
+
+
+@pytest.mark.parametrize(("other", "verdict"), [("", (False, True)), (TEXT_TEST, (True, False))])
+def test_tests_that_find_no_end_have_noticed_nothing(tmp_path, monkeypatch, other, verdict):
+    monkeypatch.setattr(mutation_engine, "SECONDS_PER_MUTANT", 1)
+    stages = [["test_a.py"], ["test_b.py"]]
+    monkeypatch.setattr(mutation_engine, "test_paths", lambda *_: stages)
+    (tmp_path / "src/pkg/pkg").mkdir(parents=True)
+    (tmp_path / "src/pkg/pkg/mod.py").write_text(LOOP)
+    (tmp_path / "conftest.py").write_text(CONFTEST)
+    (tmp_path / "test_a.py").write_text(LOOP_TEST)
+    (tmp_path / "test_b.py").write_text(other or "def test_nothing():\n    pass\n")
+    outcome = mutation_engine.judge(tmp_path, ENDLESS)
+    assert (bool(outcome.killed_by), outcome.timed_out) == verdict
 
 
 @pytest.mark.parametrize(

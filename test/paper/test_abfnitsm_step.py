@@ -12,8 +12,8 @@ from paper_symbols import evaluator, t
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.sliding_control import Estimates
+from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Vec3, VehicleState
 
 pytestmark = pytest.mark.unit
@@ -57,7 +57,7 @@ def parameters_of(point, **other):
 
 
 def memory_of(point, parameters):
-    memory = abfnitsm.init(parameters, VEHICLE)._replace(initialised=1.0)
+    memory = abfnitsm.init(parameters, VEHICLE)._replace(initialised=True)
     axes = {}
     for part, (angle, _, name) in zip(PARTS, AXES, strict=True):
         estimates = Estimates(*(point[f"Q_{name}{index}_hat"] for index in (1, 2, 3)))
@@ -159,25 +159,27 @@ def test_exact_mapping_gives_the_wanted_euler_accelerations_through_eqs_1_and_13
         wrench, _, _ = stepped(point, mapping="exact", drag_sign=sign)
         values = point | dict(zip("pqr", body_rates(point), strict=True))
         values |= dict(zip(("tau_x", "tau_y", "tau_z"), wrench.torque_b, strict=True))
-        wanted = [
+        expected_accelerations = [
             scale * u + term
             for scale, u, term in zip(b(point), eq56["corrected"](point), model_terms(point), strict=True)
         ]
-        assert euler(values) == pytest.approx(wanted, rel=1e-8, abs=1e-8)
+        assert euler(values) == pytest.approx(expected_accelerations, rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.parametrize("limited", range(3))
 def test_torque_limit_holds_and_freezes_its_own_axis(limited):
     point = POINTS[0]
     free, _, _ = stepped(point)
-    most = {f"{part}.max_torque": 1e6 if i != limited else 0.25 * abs(free.torque_b[i]) for i, part in enumerate(PARTS)}
-    wrench, memory, internals = stepped(point, anti_windup=True, **most)
+    limits = {
+        f"{part}.max_torque": 1e6 if i != limited else 0.25 * abs(free.torque_b[i]) for i, part in enumerate(PARTS)
+    }
+    wrench, memory, internals = stepped(point, anti_windup=True, **limits)
     for i, (part, (angle, _, _)) in enumerate(zip(PARTS, AXES, strict=True)):
-        held = i == limited
-        assert internals.torque_limited[i] == held
-        expected = math.copysign(most[f"{part}.max_torque"], free.torque_b[i]) if held else free.torque_b[i]
+        met = i == limited
+        assert internals.torque_limited[i] == met
+        expected = math.copysign(limits[f"{part}.max_torque"], free.torque_b[i]) if met else free.torque_b[i]
         assert wrench.torque_b[i] == expected
-        assert (getattr(memory, part).surface_integral == point[f"S{angle}"]) == held
+        assert (getattr(memory, part).surface_integral == point[f"S{angle}"]) == met
 
 
 @pytest.mark.parametrize(("flag", "limited"), [("roll_limited", 0), ("pitch_limited", 1), ("yaw_limited", 2)])

@@ -8,7 +8,7 @@ from attitude_points import AXES, attitude_points
 from paper_points import VEHICLE, VEHICLE_VALUES
 from paper_symbols import evaluator, t
 
-from quad_attitude_ctrl import body_torque, saturation, sliding_control, surface
+from quad_attitude_ctrl import sliding_control, torque
 from quad_attitude_ctrl.sliding_control import Estimates
 from quad_core.types import Vec3
 
@@ -45,25 +45,25 @@ def estimates(point, name, suffix="_hat", stem="Q"):
 
 def test_eq39_saturation():
     for value in (-40.0, -3.0, -0.2, -1e-3, 0.0, 1e-9, 0.7, 2.5, 30.0):
-        assert saturation.saturation(value, PLAIN_WIDTH) == pytest.approx(eq39({"x": value})[0], rel=1e-14)
-        assert saturation.saturation(value, 0.1) == pytest.approx(eq39({"x": value / 0.1})[0], rel=1e-14)
-    assert saturation.saturation(1e6, PLAIN_WIDTH) == 1.0
+        assert sliding_control.saturation(value, PLAIN_WIDTH) == pytest.approx(eq39({"x": value})[0], rel=1e-14)
+        assert sliding_control.saturation(value, 0.1) == pytest.approx(eq39({"x": value / 0.1})[0], rel=1e-14)
+    assert sliding_control.saturation(1e6, PLAIN_WIDTH) == 1.0
 
 
 def test_eq17_coefficients():
-    assert body_torque.coefficients(VEHICLE) == pytest.approx(eq17(VEHICLE_VALUES), rel=1e-14)
+    assert torque.coefficients(VEHICLE) == pytest.approx(eq17(VEHICLE_VALUES), rel=1e-14)
 
 
 def test_eq46_exponents(axis):
     for point in POINTS:
-        first = surface.angle_exponent(eq40(point)[axis])
+        first = sliding_control.angle_exponent(eq40(point)[axis])
         assert first == pytest.approx(eq46(point)[2 * axis], **SAME)
-        assert surface.rate_exponent(first) == pytest.approx(eq46(point)[2 * axis + 1], **SAME)
+        assert sliding_control.rate_exponent(first) == pytest.approx(eq46(point)[2 * axis + 1], **SAME)
 
 
 def surface_integrand(point, axis, width=PLAIN_WIDTH):
     name = AXES[axis][2]
-    return surface.surface_integrand(
+    return sliding_control.surface_integrand(
         error=eq40(point)[axis],
         error_rate=eq41(point)[axis],
         exponent=eq46(point)[2 * axis],
@@ -76,7 +76,7 @@ def surface_integrand(point, axis, width=PLAIN_WIDTH):
 def test_eq45_integrand_and_sliding_variable(axis):
     for point in POINTS:
         assert surface_integrand(point, axis) == pytest.approx(integrand(point)[axis], **SAME)
-        value = surface.sliding_variable(error_rate=eq41(point)[axis], integral=point[f"S{AXES[axis][0]}"])
+        value = sliding_control.sliding_variable(error_rate=eq41(point)[axis], integral=point[f"S{AXES[axis][0]}"])
         assert value == pytest.approx(eq45(point)[axis], **SAME)
 
 
@@ -92,14 +92,14 @@ def test_eq45_narrow_layer_in_both_terms():
 
 
 def test_eq45_integral_is_forward_euler():
-    assert surface.next_surface_integral(0.5, -3.0, 100.0, 0.01) == pytest.approx(0.47, rel=1e-14)
-    assert surface.next_surface_integral(0.5, 3.0, 0.51, 0.01) == 0.51
-    assert surface.next_surface_integral(-0.5, -3.0, 0.51, 0.01) == -0.51
+    assert sliding_control.next_surface_integral(0.5, -3.0, 100.0, 0.01) == pytest.approx(0.47, rel=1e-14)
+    assert sliding_control.next_surface_integral(0.5, 3.0, 0.51, 0.01) == 0.51
+    assert sliding_control.next_surface_integral(-0.5, -3.0, 0.51, 0.01) == -0.51
 
 
 def model_terms(point, sign):
     rates = Vec3(point["x2"], point["x4"], point["x6"])
-    return body_torque.model_acceleration(body_torque.coefficients(VEHICLE), rates, sign)
+    return torque.model_acceleration(torque.coefficients(VEHICLE), rates, sign)
 
 
 @pytest.mark.parametrize("sign", [CORRECTED, PRINTED])
@@ -122,7 +122,7 @@ def equivalent(point, axis, sign):
 
 @pytest.mark.parametrize("sign", [CORRECTED, PRINTED])
 def test_eq52_equivalent_control(axis, sign):
-    a = body_torque.coefficients(VEHICLE)
+    a = torque.coefficients(VEHICLE)
     for point in POINTS:
         value = sliding_control.force_difference(equivalent(point, axis, sign), (a.b1, a.b2, a.b3)[axis])
         assert value == pytest.approx(eq52[sign](point)[axis], **SAME)
@@ -149,7 +149,7 @@ def test_eq60_uncertainty_bound(axis):
 
 
 def test_eq53_reaching_law(axis):
-    a = body_torque.coefficients(VEHICLE)
+    a = torque.coefficients(VEHICLE)
     for point in POINTS:
         value = sliding_control.force_difference(reaching(point, axis), (a.b1, a.b2, a.b3)[axis])
         assert value == pytest.approx(eq53(point)[axis], **SAME)
@@ -188,7 +188,7 @@ def test_eq54_estimates_are_forward_euler():
 
 
 def test_eq56_total_control(axis):
-    a = body_torque.coefficients(VEHICLE)
+    a = torque.coefficients(VEHICLE)
     for point in POINTS:
         acceleration = equivalent(point, axis, CORRECTED) + reaching(point, axis)
         total = sliding_control.force_difference(acceleration, (a.b1, a.b2, a.b3)[axis])
@@ -219,10 +219,10 @@ def test_eqs_13_and_14_exact_body_acceleration():
     exact = evaluator(body.diff(t))
     for point in POINTS:
         rates = vector(point, "x2", "x4", "x6")
-        wanted = vector(point, "x1d_ddot", "x3d_ddot", "x5d_ddot")
+        commanded = vector(point, "x1d_ddot", "x3d_ddot", "x5d_ddot")
         values = point | dict(zip(("x1_dot", "x3_dot", "x5_dot"), rates, strict=True))
-        values |= dict(zip(("x1_ddot", "x3_ddot", "x5_ddot"), wanted, strict=True))
-        found = body_torque.body_acceleration(vector(point, "x1", "x3", "x5"), rates, wanted)
+        values |= dict(zip(("x1_ddot", "x3_ddot", "x5_ddot"), commanded, strict=True))
+        found = torque.body_acceleration(vector(point, "x1", "x3", "x5"), rates, commanded)
         assert found == pytest.approx(exact(values), **SAME)
 
 
@@ -232,11 +232,11 @@ def test_eq1_inverse_dynamics(sign):
     _, angular = model.eq1(model.tau, model.EQ5, drag)
     forward = evaluator(angular)
     for point in POINTS:
-        omega, wanted = vector(point, "x2", "x4", "x6"), vector(point, "x1d_ddot", "x3d_ddot", "x5d_ddot")
-        moment = body_torque.inverse_dynamics(VEHICLE, omega, wanted, sign)
+        omega, commanded = vector(point, "x2", "x4", "x6"), vector(point, "x1d_ddot", "x3d_ddot", "x5d_ddot")
+        moment = torque.inverse_dynamics(VEHICLE, omega, commanded, sign)
         values = point | dict(zip("pqr", omega, strict=True))
         values |= dict(zip(("tau_x", "tau_y", "tau_z"), moment, strict=True))
-        assert forward(values) == pytest.approx(wanted, rel=1e-10, abs=1e-10)
+        assert forward(values) == pytest.approx(commanded, rel=1e-10, abs=1e-10)
 
 
 def vector(point, *names):

@@ -6,8 +6,8 @@ import pytest
 from paper_points import INDICES, VEHICLE, position_points
 from paper_symbols import evaluator
 
+from quad_core.geometry import body_z, quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import body_z, quaternion_from_euler
 from quad_core.types import Actuation, PositionInputs, TrajectoryPoint, Vec3, VehicleState
 from quad_position_ctrl import aibs
 
@@ -74,7 +74,7 @@ def memory_of(point, parameters):
     return aibs.init(parameters, VEHICLE)._replace(
         error_integral=Vec3(*(point[f"Gamma{first}"] for first, _ in INDICES)),
         adaptive_gain=Vec3(*(point[f"xi{second}_hat"] for _, second in INDICES)),
-        initialised=1.0,
+        initialised=True,
     )
 
 
@@ -171,8 +171,8 @@ def test_projected_thrust_is_along_the_actual_axis():
     for point in POINTS:
         setpoint, _, _ = stepped(point, angles, thrust_form="projected")
         x, y, z = eq30["corrected"](point)
-        wanted = VEHICLE.mass * (axis[0] * x + axis[1] * y + axis[2] * (z + VEHICLE.gravity))
-        assert setpoint.thrust == pytest.approx(max(wanted, 0.0), **SAME)
+        unlimited = VEHICLE.mass * (axis[0] * x + axis[1] * y + axis[2] * (z + VEHICLE.gravity))
+        assert setpoint.thrust == pytest.approx(max(unlimited, 0.0), **SAME)
 
 
 def test_disturbance_estimate_stands_in_for_d_of_eq30():
@@ -186,7 +186,7 @@ def test_disturbance_estimate_stands_in_for_d_of_eq30():
         velocity=Vec3(*then), thrust_axis=Vec3(*before), disturbance_estimate=Vec3(0.4, -0.6, 0.8), thrust=99.0
     )
     inputs = inputs_of(point, angles, Actuation(thrust=7.7))
-    _, kept, internals = aibs.step(parameters, VEHICLE, memory, inputs, DT)
+    _, next_memory, internals = aibs.step(parameters, VEHICLE, memory, inputs, DT)
     share = 1.0 - 2.718281828459045 ** (-7.0 * DT)
     estimate = []
     for axis, (_, second) in enumerate(INDICES):
@@ -199,6 +199,6 @@ def test_disturbance_estimate_stands_in_for_d_of_eq30():
     assert internals.disturbance_estimate == pytest.approx(estimate, rel=1e-9)
     filled = point | dict(zip(("d_x", "d_y", "d_z"), estimate, strict=True))
     assert internals.acceleration_command == pytest.approx(eq30_known(filled), rel=1e-9)
-    assert kept.disturbance_estimate == internals.disturbance_estimate
-    assert kept.velocity == inputs.state.v_w
-    assert kept.thrust_axis == pytest.approx(now, **SAME)
+    assert next_memory.disturbance_estimate == internals.disturbance_estimate
+    assert next_memory.velocity == inputs.state.v_w
+    assert next_memory.thrust_axis == pytest.approx(now, **SAME)

@@ -9,7 +9,7 @@ from paper_symbols import evaluator
 
 from quad_core.types import Vec3
 from quad_position_ctrl import backstepping as law
-from quad_position_ctrl import thrust_vector
+from quad_position_ctrl import setpoint
 
 pytestmark = pytest.mark.unit
 
@@ -64,13 +64,13 @@ def test_eq18_and_25_errors(axis):
 def test_eq23_virtual_velocity(axis):
     first, _ = INDICES[axis]
     for point in POINTS:
-        value = law.virtual_velocity(
+        correction = law.correction_velocity(
             position_gain=point[f"xi{first}"],
             integral_gain=point[f"k{first}"],
             position_error=eq18(point)[axis],
             integral=point[f"Gamma{first}"],
-            reference_velocity=point[f"x{first}d_dot"],
         )
+        value = law.virtual_velocity(correction, reference_velocity=point[f"x{first}d_dot"])
         assert value == pytest.approx(eq23(point)[axis], **SAME)
 
 
@@ -150,8 +150,8 @@ def test_eq38_thrust_and_angles():
     for point in POINTS:
         lift = Vec3(point["U_x"], point["U_y"], point["U_z"] + VEHICLE.gravity)
         thrust, phi, theta = eq38(point)
-        assert thrust_vector.thrust_norm(VEHICLE.mass, lift) == pytest.approx(thrust, **SAME)
-        angles = thrust_vector.desired_angles(lift, heading=point["psi_d"], yaw=0.7)
+        assert setpoint.thrust_norm(VEHICLE.mass, lift) == pytest.approx(thrust, **SAME)
+        angles = setpoint.desired_angles(lift, heading=point["psi_d"], yaw=0.7)
         assert angles == pytest.approx((phi, theta, 0.7), **SAME)
 
 
@@ -160,7 +160,7 @@ def test_eq38_projected_thrust_equals_the_norm_on_the_desired_axis():
         lift = Vec3(point["U_x"], point["U_y"], point["U_z"] + VEHICLE.gravity)
         length = math.dist(lift, (0.0, 0.0, 0.0))
         along = Vec3(lift.x / length, lift.y / length, lift.z / length)
-        assert thrust_vector.thrust_projected(VEHICLE.mass, lift, along) == pytest.approx(eq38(point)[0], **SAME)
+        assert setpoint.thrust_projected(VEHICLE.mass, lift, along) == pytest.approx(eq38(point)[0], **SAME)
         other = Vec3(0.48, -0.6, 0.64)
         expected = VEHICLE.mass * (0.48 * lift.x - 0.6 * lift.y + 0.64 * lift.z)
-        assert thrust_vector.thrust_projected(VEHICLE.mass, lift, other) == pytest.approx(expected, **SAME)
+        assert setpoint.thrust_projected(VEHICLE.mass, lift, other) == pytest.approx(expected, **SAME)

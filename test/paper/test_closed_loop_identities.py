@@ -11,8 +11,8 @@ from paper_symbols import evaluator
 
 from quad_core.types import NO_PAYLOAD, Vec3
 from quad_dynamics import paper
+from quad_dynamics.newton_euler import true_body
 from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.uncertainty import true_body
 
 pytestmark = pytest.mark.unit
 
@@ -30,7 +30,8 @@ def ideal_attitude(point, force_w):
     angles = dict(zip(("x1", "x3", "x5"), setpoint.angles, strict=True))
     states = {f"x{i}": 0.0 for i in (2, 4, 6)} | angles
     state = paper.State(*((point | states)[f"x{i}"] for i in range(1, 13)))
-    rate = paper.State(*paper.derivative(BODY, setpoint.thrust, force_w, Vec3(0.0, 0.0, 0.0), state))
+    acting = paper.Acting(setpoint.thrust, force_w, Vec3(0.0, 0.0, 0.0))
+    rate = paper.State(*paper.derivative(BODY, acting, (*state, 0.0))[:12])
     moved = {f"x{second}_dot": getattr(rate, f"x{second}") for _, second in INDICES}
     assert (rate.x7, rate.x9, rate.x11) == (point["x8"], point["x10"], point["x12"])
     return point | moved, memory, internals
@@ -88,7 +89,8 @@ def test_rate_of_eq57_is_the_exact_identity(form):
         names = [name for _, _, name in attitude.AXES]
         torque = Vec3(*(wrench.torque_b[i] + inertia[i] * point[f"d_{name}"] for i, name in enumerate(names)))
         state = paper.State(*(point.get(f"x{i}", 0.0) for i in range(1, 13)))
-        rate = paper.State(*paper.derivative(BODY, wrench.thrust, Vec3(0.0, 0.0, 0.0), torque, state))
+        acting = paper.Acting(wrench.thrust, Vec3(0.0, 0.0, 0.0), torque)
+        rate = paper.State(*paper.derivative(BODY, acting, (*state, 0.0))[:12])
         values = point | {"x2_dot": rate.x2, "x4_dot": rate.x4, "x6_dot": rate.x6}
         for part, name in zip(attitude.PARTS, names, strict=True):
             for i, after in enumerate(getattr(memory, part).estimates, start=1):

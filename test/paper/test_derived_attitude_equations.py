@@ -10,7 +10,7 @@ import pytest
 from attitude_points import AXES, attitude_points
 from paper_symbols import evaluator, t
 
-from quad_attitude_ctrl import sliding_control, surface
+from quad_attitude_ctrl import sliding_control
 
 pytestmark = pytest.mark.unit
 
@@ -54,11 +54,11 @@ def error_rate(point, axis):
 def integrand(point, axis):
     e, name = error(point, axis), AXES[axis][2]
     gains = point[f"delta_{name}1"], point[f"delta_{name}2"]
-    return surface.surface_integrand(e, error_rate(point, axis), surface.angle_exponent(e), *gains, 1.0)
+    return sliding_control.surface_integrand(e, error_rate(point, axis), sliding_control.angle_exponent(e), *gains, 1.0)
 
 
 def sliding(point, axis):
-    return surface.sliding_variable(error_rate(point, axis), point[f"S{AXES[axis][0]}"])
+    return sliding_control.sliding_variable(error_rate(point, axis), point[f"S{AXES[axis][0]}"])
 
 
 def moved(point, axis, time):
@@ -70,7 +70,7 @@ def moved(point, axis, time):
         f"x{rate}": point[f"x{rate}"] + time * point[f"x{rate}_dot"],
         f"x{angle}d": point[f"x{angle}d"] + time * rate_d,
         f"x{angle}d_dot": rate_d + time * acceleration,
-        f"S{angle}": surface.next_surface_integral(point[f"S{angle}"], integrand(point, axis), 1e9, time),
+        f"S{angle}": sliding_control.next_surface_integral(point[f"S{angle}"], integrand(point, axis), 1e9, time),
     }
 
 
@@ -97,9 +97,9 @@ def test_eq44_is_missed_by_the_integral_of_the_surface(axis):
     angle, rate, _ = AXES[axis]
     for point in POINTS:
         rate_d, xi, integral = point[f"x{angle}d_dot"], point[f"xi{angle}"], point[f"S{angle}"]
-        wanted = sliding(point, axis) + rate_d - xi * error(point, axis)
-        assert wanted == pytest.approx(eq44(point)[axis], **SAME)
-        assert point[f"x{rate}"] - wanted == pytest.approx(xi * error(point, axis) - integral, **SAME)
+        virtual_rate = sliding(point, axis) + rate_d - xi * error(point, axis)
+        assert virtual_rate == pytest.approx(eq44(point)[axis], **SAME)
+        assert point[f"x{rate}"] - virtual_rate == pytest.approx(xi * error(point, axis) - integral, **SAME)
 
 
 def test_eq47_is_the_rate_of_the_sliding_variable(axis):

@@ -65,7 +65,8 @@ def first_error(point, axis):
 def virtual(point, axis):
     first, _ = INDICES[axis]
     gains = point[f"xi{first}"], point[f"k{first}"]
-    return law.virtual_velocity(*gains, first_error(point, axis), point[f"Gamma{first}"], point[f"x{first}d_dot"])
+    correction = law.correction_velocity(*gains, first_error(point, axis), point[f"Gamma{first}"])
+    return law.virtual_velocity(correction, point[f"x{first}d_dot"])
 
 
 def second_error(point, axis):

@@ -6,7 +6,7 @@ import model_equations as model
 import pytest
 from paper_symbols import evaluator
 
-from quad_core.rotations import body_rates, body_z, euler_rates, quaternion_from_euler, rotate
+from quad_core.geometry import body_rates, body_z, euler_rates, quaternion_from_euler, rotate
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
 

@@ -8,11 +8,12 @@ import sympy as sp
 from paper_points import VEHICLE, VEHICLE_VALUES
 from paper_symbols import evaluator
 
-from quad_core.conditions import pushed
-from quad_core.rotations import body_z, euler_rates, quaternion_from_euler
-from quad_core.types import Quat, Rotors, Vec3, Wrench
-from quad_dynamics import newton_euler, paper, rigid_body, rotors, uncertainty
-from quad_dynamics.parameters import DRAG_CORRECTED, DRAG_PRINTED, Effectiveness, InertiaError, PlantParameters
+from quad_core.cycle import pushed
+from quad_core.geometry import body_z, euler_rates, quaternion_from_euler
+from quad_core.types import CALM, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.vehicle import DragSign
+from quad_dynamics import newton_euler, paper, rigid_body, rotors
+from quad_dynamics.parameters import Effectiveness, InertiaError, PlantParameters
 
 pytestmark = pytest.mark.unit
 
@@ -36,10 +37,10 @@ def random_point():
 
 
 POINTS = [random_point() for _ in range(40)]
-SIGNS = [pytest.param(DRAG_CORRECTED, id="corrected"), pytest.param(DRAG_PRINTED, id="printed")]
+SIGNS = [pytest.param(DragSign.CORRECTED, id="corrected"), pytest.param(DragSign.PRINTED, id="printed")]
 DRAG = {
-    DRAG_CORRECTED: (model.EQ5, model.EQ9, model.EQ16),
-    DRAG_PRINTED: (model.EQ5_PRINTED, model.EQ9_PRINTED, model.EQ16_PRINTED),
+    DragSign.CORRECTED: (model.EQ5, model.EQ9, model.EQ16),
+    DragSign.PRINTED: (model.EQ5_PRINTED, model.EQ9_PRINTED, model.EQ16_PRINTED),
 }
 EQ1 = {
     sign: [evaluator(side) for side in model.eq1(model.tau, force, moment)] for sign, (force, moment, _) in DRAG.items()
@@ -50,7 +51,7 @@ eq2, eq3, eq4, eq8, eq13 = (evaluator(e) for e in (model.EQ2, model.EQ3, model.E
 
 
 def body(sign):
-    return uncertainty.nominal_body(PlantParameters()._replace(drag_sign=sign), VEHICLE)
+    return newton_euler.nominal_body(PlantParameters()._replace(drag_sign=sign), VEHICLE)
 
 
 def vector(point, *names):
@@ -104,7 +105,7 @@ def test_eq9_drag_torque(sign):
 def test_eq1_coupling_torque():
     coupling = evaluator(-model.EQ7 * model.EQ6 * model.omega)
     for point in POINTS:
-        value = newton_euler.coupling_torque(body(DRAG_CORRECTED), vector(point, "p", "q", "r"))
+        value = newton_euler.coupling_torque(body(DragSign.CORRECTED), vector(point, "p", "q", "r"))
         assert value == pytest.approx(coupling(point), **SAME)
 
 
@@ -125,9 +126,12 @@ def test_eq1_accelerations(sign):
 def test_eq1_whole_right_hand_side_of_rigid_body(sign):
     for point in POINTS:
         q, omega = attitude(point), vector(point, "p", "q", "r")
-        state = rigid_body.State(1.0, 2.0, 3.0, point["x8"], point["x10"], point["x12"], *q, *omega)
+        motion = VehicleState(Vec3(1.0, 2.0, 3.0), vector(point, "x8", "x10", "x12"), q, omega)
         moment = vector(point, "tau_x", "tau_y", "tau_z")
-        rate = rigid_body.derivative(body(sign), point["F_T"], Vec3(0.0, 0.0, 0.0), moment, rigid_body.flat(state))
+        around = rigid_body.surroundings(PlantParameters(drag_sign=sign), VEHICLE, CALM)
+        rate = rigid_body.derivative(
+            around, rotors.RotorWrench(point["F_T"], moment, 0.0, 0.0), rigid_body.flat(motion)
+        )
         assert rate[:3] == (point["x8"], point["x10"], point["x12"])
         assert rate[3:6] == pytest.approx(EQ1[sign][0](point), **SAME)
         assert rate[10:] == pytest.approx(EQ1[sign][1](point), **SAME)
@@ -158,8 +162,8 @@ def test_eq16_whole_right_hand_side_of_paper(sign):
         arms = (VEHICLE.arm_length, VEHICLE.arm_length, 1.0)
         names = ("phi", "theta", "psi")
         moment = Vec3(*(arms[i] * point[f"U_{n}"] + inertia[i] * point[f"d_{n}"] for i, n in enumerate(names)))
-        rate = paper.derivative(body(sign), point["F_T"], force, moment, state)
-        assert rate == pytest.approx(EQ16[sign](point), rel=1e-11, abs=1e-11)
+        rate = paper.derivative(body(sign), paper.Acting(point["F_T"], force, moment), (*state, 0.0))
+        assert rate[:12] == pytest.approx(EQ16[sign](point), rel=1e-11, abs=1e-11)
 
 
 def test_eq13_paper_plant_publishes_the_body_rates_of_its_euler_rates():
@@ -193,9 +197,8 @@ def test_eq11_lumped_uncertainty(sign):
         for i, name in enumerate("xyz"):
             point[f"dF_A_{name}"] = (loss.thrust - 1.0) * point["F_T"] * axis[i] + outer_force[i]
             point[f"dtau_A_{name}"] = (loss[1 + i] - 1.0) * moment[i] + outer_torque[i]
-        state = rigid_body.State(
-            0.0, 0.0, 0.0, point["x8"], point["x10"], point["x12"], *attitude(point), point["p"], point["q"], point["r"]
-        )
+        speed, omega = vector(point, "x8", "x10", "x12"), vector(point, "p", "q", "r")
+        state = rigid_body.State(VehicleState(Vec3(0.0, 0.0, 0.0), speed, attitude(point), omega))
         wrench = Wrench(point["F_T"], moment)
         found = rigid_body.lumped(parameters, vehicle, state, wrench, pushed(outer_force, outer_torque))
         assert found.lumped_acceleration_w == pytest.approx(lumped_p(point), rel=1e-9, abs=1e-9)

@@ -1,164 +1,168 @@
 """ABFNITSM: adaptive backstepping fast nonsingular integral terminal sliding mode, a ``quad.attitude_law`` plug-in.
 
-The paper's attitude law (eqs. 39-60). One step: Euler rates (13) -> commands x_1d, x_1d', x_1d'' -> errors (40, 41) ->
-surface (45, 46) -> equivalent (52) and reaching control (53) -> torque (56), limited -> then, with the values *before*
-this step used throughout, forward Euler of the surface integral (45) and the estimates (54, 55), and the filter.
-``axis`` is the law of one axis; ``surface``, ``sliding_control``, ``body_torque`` and ``command_filter`` hold the
-equations. Why parameters leave Table 2:
-docs/decisions/0002-additions-to-the-paper.md.
+The paper's attitude law, per axis and written for roll (pitch and yaw are the same law; Q_hat are estimates):
+
+    e_1      = x_1 - x_1d,  e_1' = x_2 - x_1d'                               angle error, rad, and its rate  (40, 41)
+    I'       = delta_1 |e_1|^eta_1 sat(e_1) + delta_2 |e_1'|^eta_2 sat(e_1')
+    s_1      = e_1' + I                                                      surface, rad/s                  (45, 46)
+    b_1 U_0  = x_1d'' - a_1 x_4 x_6 - a_2 x_2^2 - I' - e_1                   equivalent control, rad/s^2     (52)
+    Phi_hat  = Q_hat_1 + Q_hat_2 |x_1| + Q_hat_3 |x_2|                       bound of the uncertainty        (60)
+    b_1 U_1  = -(rho_1 s_1 + rho_2 |s_1|^sigma sat(s_1) + Phi_hat sat(s_1))  reaching control, rad/s^2       (53)
+    Q_hat_i' = Delta_i |s_1| {1, |x_1|, |x_2|}, 0 while |s_1| <= delta       adaptation                      (54, 55)
+    torque   = from b_1 (U_0 + U_1)                                          N m                             (56)
+
+Added: a command filter that gives x_1d' and x_1d'' (``command``), torque limits (``torque``), bounds on I and Q_hat,
+the exact mapping to torque in the place of Eq. 14. I and Q_hat move by forward Euler after the values *before* the step
+were used throughout. ``sliding_control`` is the law of one axis, ``torque`` the mapping to torque. Why parameters leave
+Table 2: docs/decisions/0002-additions-to-the-paper.md.
 """
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.axis import Axis, AxisControl, AxisMemory, Filter, axis_command, axis_control, axis_memory
-from quad_attitude_ctrl.body_torque import body_acceleration, coefficients, inverse_dynamics, model_acceleration
-from quad_attitude_ctrl.command_filter import Command
-from quad_attitude_ctrl.sliding_control import FORM_ABS, Estimates, force_difference
+from quad_attitude_ctrl.command import (
+    CommandFilter,
+    CommandSource,
+    Desired,
+    FilterStates,
+    desired,
+    filters_at_rest,
+    next_filters,
+)
+from quad_attitude_ctrl.sliding_control import (
+    AdaptationForm,
+    AxisControl,
+    AxisGains,
+    AxisMemory,
+    AxisState,
+    Estimates,
+    axis_control,
+    force_difference,
+    next_axis_memory,
+)
+from quad_attitude_ctrl.torque import (
+    TorqueLimits,
+    TorqueMapping,
+    body_acceleration,
+    coefficients,
+    integrals_frozen,
+    inverse_dynamics,
+    limited_torque,
+    model_acceleration,
+)
+from quad_core.geometry import ZERO, euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import Choice, Flag, Value
-from quad_core.rotations import euler_from_quaternion, euler_rates, wrap_angle
-from quad_core.types import AttitudeInputs, Vec3, Wrench
-from quad_core.vehicle import Vehicle
+from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
+from quad_core.vehicle import DragSign, Vehicle
 
-MAPPING_PRINTED = 0
+Internals = AttitudeInternals
 
 
 class Parameters(NamedTuple):
     """Parameters of ABFNITSM; the defaults are the preset ``tuned``."""
 
-    roll: Axis = Axis()
-    pitch: Axis = Axis(angle_gain=50.0)
-    yaw: Axis = Axis(rate_gain=12.0, filter=Filter(bandwidth=8.0, max_rate=1.5))
+    roll: AxisGains = AxisGains()
+    pitch: AxisGains = AxisGains(angle_gain=50.0)
+    yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
     command: Annotated[
         int,
         Choice(
-            ("filter", "feed_forward", "raw"),
+            CommandSource,
             "where x_1d' and x_1d'' come from: the command filter, the setpoint, or zero",
             "Eq. 41, addition",
         ),
-    ] = 0
+    ] = CommandSource.FILTER.value
     adaptation_form: Annotated[
-        int, Choice(("abs", "sat"), "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
-    ] = FORM_ABS
+        int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
+    ] = AdaptationForm.ABS.value
     mapping: Annotated[
         int,
-        Choice(
-            ("printed", "exact"),
-            "Euler acceleration to torque: identity (Eq. 14), or Eq. 13 and Eq. 1 in full",
-            "Eq. 14",
-        ),
-    ] = 1
-    drag_sign: Annotated[
-        int, Choice(("corrected", "printed"), "a_2 x_2^2: opposing the motion, or as printed", "eqs. 9, 52")
-    ] = 0
+        Choice(TorqueMapping, "Euler acceleration to torque: identity (Eq. 14), or Eq. 13 and Eq. 1 in full", "Eq. 14"),
+    ] = TorqueMapping.EXACT.value
+    drag_sign: Annotated[int, Choice(DragSign, "a_2 x_2^2: opposing the motion, or as printed", "eqs. 9, 52")] = (
+        DragSign.CORRECTED
+    )
     anti_windup: Annotated[
         bool, Flag("surface integral and estimates of an axis rest while its torque is limited, here or in `actuation`")
     ] = True
 
 
 class Memory(NamedTuple):
-    """What ABFNITSM keeps from step to step, per axis."""
+    """What ABFNITSM keeps from step to step, per axis; ``initialised``: the filters started at an attitude."""
 
     roll: AxisMemory = AxisMemory()
     pitch: AxisMemory = AxisMemory()
     yaw: AxisMemory = AxisMemory()
-    initialised: float = 0.0
-
-
-class AxisFlags(NamedTuple):
-    """One flag per axis: roll, pitch, yaw."""
-
-    x: bool = False
-    y: bool = False
-    z: bool = False
-
-
-class Internals(NamedTuple):
-    """Fields of quad_msgs/AttitudeInternals."""
-
-    desired_angles: Vec3 = Vec3()
-    desired_rates: Vec3 = Vec3()
-    desired_accelerations: Vec3 = Vec3()
-    angle_error: Vec3 = Vec3()
-    rate_error: Vec3 = Vec3()
-    sliding_variable: Vec3 = Vec3()
-    surface_integral: Vec3 = Vec3()
-    surface_exponent: Vec3 = Vec3()
-    adaptive_constant: Vec3 = Vec3()
-    adaptive_angle: Vec3 = Vec3()
-    adaptive_rate: Vec3 = Vec3()
-    equivalent_control: Vec3 = Vec3()
-    reaching_control: Vec3 = Vec3()
-    lyapunov: Vec3 = Vec3()
-    lyapunov_rate: Vec3 = Vec3()
-    torque_limited: AxisFlags = AxisFlags()
-    adaptation_frozen: AxisFlags = AxisFlags()
+    filters: FilterStates = FilterStates()
+    initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
-    return Memory(_fresh(parameters.roll), _fresh(parameters.pitch), _fresh(parameters.yaw), 0.0)
+    return Memory(
+        roll=initial_axis(parameters.roll),
+        pitch=initial_axis(parameters.pitch),
+        yaw=initial_axis(parameters.yaw),
+        filters=filters_at_rest(ZERO),
+        initialised=False,
+    )
 
 
 def step(
     parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, dt: float
 ) -> tuple[Wrench, Memory, Internals]:
     """Return wrench, memory and internals of one step of ``dt`` s (eqs. 39-60). Never raises on flyable inputs."""
+    setpoint, omega_b = inputs.setpoint, inputs.state.omega_b
     angles = euler_from_quaternion(inputs.state.q_wb)
-    omega_b = inputs.state.omega_b
     rates = euler_rates(angles, omega_b)
-    known = memory
-    if memory.initialised <= 0.0:
-        known = _started(memory, angles)
-    roll, pitch, yaw = _controls(parameters, vehicle, known, inputs, angles, rates)
+    filters = memory.filters
+    if not memory.initialised:
+        filters = filters_at_rest(angles)
+    goal = desired(parameters.command, filters, setpoint)
+    states = _axis_states(parameters, vehicle, goal, angles, rates)
+    roll = axis_control(parameters.roll, memory.roll, states[0], parameters.adaptation_form)
+    pitch = axis_control(parameters.pitch, memory.pitch, states[1], parameters.adaptation_form)
+    yaw = axis_control(parameters.yaw, memory.yaw, states[2], parameters.adaptation_form)
 
-    wanted = _torque(parameters, vehicle, angles, rates, omega_b, Vec3(roll.control, pitch.control, yaw.control))
-    torque = Vec3(
-        _held(wanted.x, parameters.roll.max_torque),
-        _held(wanted.y, parameters.pitch.max_torque),
-        _held(wanted.z, parameters.yaw.max_torque),
-    )
-    limited = AxisFlags(torque.x != wanted.x, torque.y != wanted.y, torque.z != wanted.z)
+    control = Vec3(roll.control, pitch.control, yaw.control)
+    torque_command = _torque(parameters, vehicle, angles, rates, omega_b, control)
+    limits = TorqueLimits(parameters.roll.max_torque, parameters.pitch.max_torque, parameters.yaw.max_torque)
+    torque = limited_torque(torque_command, limits)
 
-    actuation = inputs.actuation
-    rest_roll = parameters.anti_windup and (limited.x or actuation.roll_limited)
-    rest_pitch = parameters.anti_windup and (limited.y or actuation.pitch_limited)
-    rest_yaw = parameters.anti_windup and (limited.z or actuation.yaw_limited)
-    setpoint = inputs.setpoint
-    kept = Memory(
-        axis_memory(parameters.roll, known.roll, roll, setpoint.angles.x, rest_roll, dt),
-        axis_memory(parameters.pitch, known.pitch, pitch, setpoint.angles.y, rest_pitch, dt),
-        axis_memory(parameters.yaw, known.yaw, yaw, setpoint.angles.z, rest_yaw, dt),
-        1.0,
-    )
-    frozen = AxisFlags(rest_roll or roll.dead, rest_pitch or pitch.dead, rest_yaw or yaw.dead)
-    return Wrench(setpoint.thrust, torque), kept, _internals(known, roll, pitch, yaw, limited, frozen)
-
-
-def _controls(
-    parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, angles: Vec3, rates: Vec3
-) -> tuple[AxisControl, AxisControl, AxisControl]:
-    """Return eqs. 40-55 of the three axes. The model terms of Eq. 52 are left to Eq. 1 when the mapping is exact."""
-    model = Vec3(0.0, 0.0, 0.0)
-    if parameters.mapping == MAPPING_PRINTED:
-        model = model_acceleration(coefficients(vehicle), rates, parameters.drag_sign)
-    setpoint = inputs.setpoint
-    form = parameters.adaptation_form
-    mode = parameters.command
-    roll = axis_command(mode, memory.roll, setpoint.angles.x, setpoint.rates.x, setpoint.accelerations.x)
-    pitch = axis_command(mode, memory.pitch, setpoint.angles.y, setpoint.rates.y, setpoint.accelerations.y)
-    yaw = axis_command(mode, memory.yaw, setpoint.angles.z, setpoint.rates.z, setpoint.accelerations.z)
-    return (
-        axis_control(parameters.roll, memory.roll, roll, angles.x - roll.angle, angles.x, rates.x, model.x, form),
-        axis_control(parameters.pitch, memory.pitch, pitch, angles.y - pitch.angle, angles.y, rates.y, model.y, form),
-        axis_control(
-            parameters.yaw, memory.yaw, yaw, wrap_angle(angles.z - yaw.angle), angles.z, rates.z, model.z, form
+    rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
+    gains = parameters
+    next_memory = Memory(
+        roll=next_axis_memory(gains.roll, memory.roll, roll, rest.x, dt),
+        pitch=next_axis_memory(gains.pitch, memory.pitch, pitch, rest.y, dt),
+        yaw=next_axis_memory(gains.yaw, memory.yaw, yaw, rest.z, dt),
+        filters=next_filters(
+            gains.command, filters, setpoint, gains.roll.filter, gains.pitch.filter, gains.yaw.filter, dt
         ),
+        initialised=True,
+    )
+    frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)
+    internals = shown((memory.roll, memory.pitch, memory.yaw), goal, states, (roll, pitch, yaw), torque.limited, frozen)
+    return Wrench(setpoint.thrust, torque.torque), next_memory, internals
+
+
+def _axis_states(
+    parameters: Parameters, vehicle: Vehicle, goal: Desired, angles: Vec3, rates: Vec3
+) -> tuple[AxisState, AxisState, AxisState]:
+    """Return eqs. 40 and 41 of the three axes. The model terms of Eq. 52 are left to Eq. 1 if the mapping is exact."""
+    model = ZERO
+    if parameters.mapping == TorqueMapping.PRINTED:
+        model = model_acceleration(coefficients(vehicle), rates, parameters.drag_sign)
+    x_d, v_d, a_d = goal.angles, goal.rates, goal.accelerations
+    yaw_error = wrap_angle(angles.z - x_d.z)
+    return (
+        AxisState(angles.x, rates.x, angles.x - x_d.x, rates.x - v_d.x, a_d.x, model.x),
+        AxisState(angles.y, rates.y, angles.y - x_d.y, rates.y - v_d.y, a_d.y, model.y),
+        AxisState(angles.z, rates.z, yaw_error, rates.z - v_d.z, a_d.z, model.z),
     )
 
 
 def _torque(parameters: Parameters, vehicle: Vehicle, angles: Vec3, rates: Vec3, omega_b: Vec3, control: Vec3) -> Vec3:
     """Return physical torque in N m from b U in rad/s^2 (Eq. 56): (d U_phi, d U_theta, U_psi), or the exact mapping."""
-    if parameters.mapping == MAPPING_PRINTED:
+    if parameters.mapping == TorqueMapping.PRINTED:
         b = coefficients(vehicle)
         arm = vehicle.arm_length
         return Vec3(
@@ -170,42 +174,30 @@ def _torque(parameters: Parameters, vehicle: Vehicle, angles: Vec3, rates: Vec3,
     return inverse_dynamics(vehicle, omega_b, acceleration_b, parameters.drag_sign)
 
 
-def _held(torque: float, most: float) -> float:
-    if torque > most:
-        return most
-    if torque < -most:
-        return -most
-    return torque
+def initial_axis(gains: AxisGains) -> AxisMemory:
+    """Return the memory of one axis before the first step."""
+    return AxisMemory(0.0, Estimates(gains.initial_constant, gains.initial_angle, gains.initial_rate))
 
 
-def _fresh(axis: Axis) -> AxisMemory:
-    estimates = Estimates(axis.initial_constant, axis.initial_angle, axis.initial_rate)
-    return AxisMemory(Command(0.0, 0.0, 0.0, 0.0), 0.0, estimates)
-
-
-def _started(memory: Memory, angles: Vec3) -> Memory:
-    """Return the memory with the command filters at the attitude of the first sample, at rest."""
-    roll, pitch, yaw = memory.roll, memory.pitch, memory.yaw
-    return Memory(
-        AxisMemory(Command(angles.x, 0.0, 0.0, angles.x), roll.surface_integral, roll.estimates),
-        AxisMemory(Command(angles.y, 0.0, 0.0, angles.y), pitch.surface_integral, pitch.estimates),
-        AxisMemory(Command(angles.z, 0.0, 0.0, angles.z), yaw.surface_integral, yaw.estimates),
-        1.0,
-    )
-
-
-def _internals(
-    memory: Memory, roll: AxisControl, pitch: AxisControl, yaw: AxisControl, limited: AxisFlags, frozen: AxisFlags
+def shown(
+    axes: tuple[AxisMemory, AxisMemory, AxisMemory],
+    goal: Desired,
+    states: tuple[AxisState, AxisState, AxisState],
+    controls: tuple[AxisControl, AxisControl, AxisControl],
+    limited: AxisFlags,
+    frozen: AxisFlags,
 ) -> Internals:
-    x, y, z = memory.roll.estimates, memory.pitch.estimates, memory.yaw.estimates
+    """Return what the step shows; ``axes`` are the memories of roll, pitch and yaw before the step."""
+    roll, pitch, yaw = controls
+    x, y, z = axes[0].estimates, axes[1].estimates, axes[2].estimates
     return Internals(
-        desired_angles=Vec3(roll.command.angle, pitch.command.angle, yaw.command.angle),
-        desired_rates=Vec3(roll.command.rate, pitch.command.rate, yaw.command.rate),
-        desired_accelerations=Vec3(roll.command.acceleration, pitch.command.acceleration, yaw.command.acceleration),
-        angle_error=Vec3(roll.error, pitch.error, yaw.error),
-        rate_error=Vec3(roll.error_rate, pitch.error_rate, yaw.error_rate),
+        desired_angles=goal.angles,
+        desired_rates=goal.rates,
+        desired_accelerations=goal.accelerations,
+        angle_error=Vec3(states[0].error, states[1].error, states[2].error),
+        rate_error=Vec3(states[0].error_rate, states[1].error_rate, states[2].error_rate),
         sliding_variable=Vec3(roll.sliding, pitch.sliding, yaw.sliding),
-        surface_integral=Vec3(memory.roll.surface_integral, memory.pitch.surface_integral, memory.yaw.surface_integral),
+        surface_integral=Vec3(axes[0].surface_integral, axes[1].surface_integral, axes[2].surface_integral),
         surface_exponent=Vec3(roll.exponent, pitch.exponent, yaw.exponent),
         adaptive_constant=Vec3(x.constant, y.constant, z.constant),
         adaptive_angle=Vec3(x.angle, y.angle, z.angle),

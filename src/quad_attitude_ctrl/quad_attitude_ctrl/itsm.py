@@ -1,43 +1,48 @@
 """ITSM: traditional integral terminal sliding mode, a ``quad.attitude_law`` plug-in; the paper's baseline (sect. 4).
 
-The paper does not print its ITSM. Built here, per axis, with constant exponents and sign() where the paper has its own
-exponents and sat():
-s = e' + integral of k_1 |e|^a_1 sign(e) + k_2 |e'|^a_2 sign(e'), a_2 = 2 a_1 / (1 + a_1), control = x_d'' - k_1 |e|^a_1
-sign(e) - k_2 |e'|^a_2 sign(e') - K sw(s), and exact inverse dynamics to torque. The integrand is the finite-time
-stabiliser of the double integrator of Bhat and Bernstein (Geometric homogeneity with applications to finite-time
-stability, MCSS 17, 2005); an integral surface around it with the switching term K sign(s) is the form of Zong, Zhao and
-Zhang (Higher order sliding mode control with self-tuning law based on integral sliding mode, IET CTA 4(7),
-2010), without its self-tuning. ``sw`` is sign(s), or tanh(s / (2 width)) where a layer is chosen.
+Per axis, e = x - x_d, constant exponents and sign() where the paper's own law has variable ones and sat():
+
+    I'      = k_1 |e|^a_1 sign(e) + k_2 |e'|^a_2 sign(e'),   a_2 = 2 a_1 / (1 + a_1)
+    s       = e' + I                                                 surface, rad/s
+    control = x_d'' - I' - K sw(s)                                   Euler acceleration, rad/s^2
+    torque  = exact inverse dynamics of control                      N m
+
+``sw`` is sign(s), or tanh(s / (2 width)) where a layer is chosen. The paper does not print its ITSM. The integrand is
+the finite-time stabiliser of the double integrator of Bhat and Bernstein (Geometric homogeneity with applications to
+finite-time stability, MCSS 17, 2005); an integral surface around it with the switching term K sign(s) is the form of
+Zong, Zhao and Zhang (Higher order sliding mode control with self-tuning law based on integral sliding mode, IET CTA
+4(7), 2010), without its self-tuning.
 """
 
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
-from quad_attitude_ctrl.body_torque import body_acceleration, inverse_dynamics
-from quad_attitude_ctrl.saturation import saturation
-from quad_attitude_ctrl.shaping import (
-    Commands,
-    Desired,
-    HeldTorque,
-    Shaping,
+from quad_attitude_ctrl.command import Desired, FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.sliding_control import saturation
+from quad_attitude_ctrl.torque import (
+    LimitedTorque,
     TorqueLimits,
-    commands_at,
-    desired,
-    held,
-    held_torque,
-    next_commands,
-    resting,
+    body_acceleration,
+    integrals_frozen,
+    inverse_dynamics,
+    limited_torque,
 )
+from quad_core.geometry import ZERO, clamp, euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import Choice, Flag, Real
-from quad_core.rotations import euler_from_quaternion, euler_rates, wrap_angle
-from quad_core.types import AttitudeInputs, Vec3, Wrench
-from quad_core.vehicle import Vehicle
+from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
+from quad_core.vehicle import DragSign, Vehicle
 
-SWITCHING_SIGN = 0
-SWITCHING_LAYER = 1
+Internals = AttitudeInternals
 
 
-class Axis(NamedTuple):
+class Switching(IntEnum):
+    """Switching term: sign(s), or a layer around s = 0."""
+
+    SIGN = 0
+    LAYER = 1
+
+
+class Gains(NamedTuple):
     """Gains of one axis."""
 
     angle_gain: Annotated[float, Real("", "k_1", 0.0, 1e4)] = 100.0
@@ -51,11 +56,11 @@ class Axis(NamedTuple):
 class Parameters(NamedTuple):
     """Parameters of ITSM."""
 
-    roll: Axis = Axis()
-    pitch: Axis = Axis()
-    yaw: Axis = Axis()
-    switching: Annotated[int, Choice(("sign", "layer"), "switching term: sign(s), or a layer around s = 0")] = (
-        SWITCHING_SIGN
+    roll: Gains = Gains()
+    pitch: Gains = Gains()
+    yaw: Gains = Gains()
+    switching: Annotated[int, Choice(Switching, "switching term: sign(s), or a layer around s = 0")] = (
+        Switching.SIGN.value
     )
     anti_windup: Annotated[
         bool, Flag("the integral of an axis rests while its torque is limited, here or in `actuation`", "addition")
@@ -65,11 +70,11 @@ class Parameters(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Command filters, and the integrals of the surface in rad/s."""
+    """Command filters, and the integrals of the surface in rad/s; ``initialised``: the filters started somewhere."""
 
-    commands: Commands = Commands()
+    filters: FilterStates = FilterStates()
     integral: Vec3 = Vec3()
-    initialised: float = 0.0
+    initialised: bool = False
 
 
 class AxisControl(NamedTuple):
@@ -85,8 +90,7 @@ class AxisControl(NamedTuple):
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Memory(commands_at(zero), zero, 0.0)
+    return Memory(filters=filters_at_rest(ZERO), integral=ZERO, initialised=False)
 
 
 def step(
@@ -96,11 +100,11 @@ def step(
     angles = euler_from_quaternion(inputs.state.q_wb)
     omega_b = inputs.state.omega_b
     rates = euler_rates(angles, omega_b)
-    commands = memory.commands
-    if memory.initialised <= 0.0:
-        commands = commands_at(angles)
-    goal = desired(parameters.shaping, commands, inputs.setpoint)
-    layered = parameters.switching == SWITCHING_LAYER
+    filters = memory.filters
+    if not memory.initialised:
+        filters = filters_at_rest(angles)
+    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
+    layered = parameters.switching == Switching.LAYER
     old = memory.integral
     a_d, v_d = goal.accelerations, goal.rates
     roll = axis_control(parameters.roll, layered, angles.x - goal.angles.x, rates.x - v_d.x, old.x, a_d.x)
@@ -108,17 +112,20 @@ def step(
     yaw = axis_control(parameters.yaw, layered, wrap_angle(angles.z - goal.angles.z), rates.z - v_d.z, old.z, a_d.z)
 
     control = Vec3(roll.equivalent + roll.reaching, pitch.equivalent + pitch.reaching, yaw.equivalent + yaw.reaching)
-    wanted = inverse_dynamics(vehicle, omega_b, body_acceleration(angles, rates, control), 0)
-    bounded = held_torque(wanted, parameters.torque)
-    rest = resting(parameters.anti_windup, bounded.limited, inputs.actuation)
+    acceleration_b = body_acceleration(angles, rates, control)
+    torque_command = inverse_dynamics(vehicle, omega_b, acceleration_b, DragSign.CORRECTED)
+    torque = limited_torque(torque_command, parameters.torque)
+    rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
     integral = Vec3(
         _integrated(parameters.roll, old.x, roll.integrand, rest.x, dt),
         _integrated(parameters.pitch, old.y, pitch.integrand, rest.y, dt),
         _integrated(parameters.yaw, old.z, yaw.integrand, rest.z, dt),
     )
-    kept = Memory(next_commands(parameters.shaping, commands, inputs.setpoint, dt), integral, 1.0)
-    internals = _internals(parameters, goal, old, roll, pitch, yaw, bounded, rest)
-    return Wrench(inputs.setpoint.thrust, bounded.torque), kept, internals
+    shaping = parameters.shaping
+    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
+    next_memory = Memory(filters=next_states, integral=integral, initialised=True)
+    internals = _internals(parameters, goal, old, roll, pitch, yaw, torque, rest)
+    return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 
 def signed_power(value: float, exponent: float) -> float:
@@ -137,26 +144,26 @@ def switching(sliding: float, layered: bool, width: float) -> float:
 
 
 def axis_control(
-    axis: Axis, layered: bool, error: float, error_rate: float, integral: float, acceleration: float
+    gains: Gains, layered: bool, error: float, error_rate: float, integral: float, acceleration: float
 ) -> AxisControl:
-    """Return the law of one axis.
+    """Return the law of one gains.
 
     ``error`` in rad, ``error_rate`` in rad/s, ``integral`` of the surface in rad/s, ``acceleration`` x_d'' in rad/s^2.
     """
-    rate_exponent = 2.0 * axis.exponent / (1.0 + axis.exponent)
-    integrand = axis.angle_gain * signed_power(error, axis.exponent) + axis.rate_gain * signed_power(
+    rate_exponent = 2.0 * gains.exponent / (1.0 + gains.exponent)
+    integrand = gains.angle_gain * signed_power(error, gains.exponent) + gains.rate_gain * signed_power(
         error_rate, rate_exponent
     )
     sliding = error_rate + integral
-    reaching = -axis.switching_gain * switching(sliding, layered, axis.layer)
+    reaching = -gains.switching_gain * switching(sliding, layered, gains.layer)
     return AxisControl(error, error_rate, integrand, sliding, acceleration - integrand, reaching)
 
 
-def _integrated(axis: Axis, integral: float, integrand: float, rests: bool, dt: float) -> float:
+def _integrated(gains: Gains, integral: float, integrand: float, frozen: bool, dt: float) -> float:
     """Return the integral of the surface in rad/s after a step of ``dt`` s, forward Euler, bounded."""
-    if rests:
+    if frozen:
         return integral
-    return held(integral + dt * integrand, axis.max_integral)
+    return clamp(integral + dt * integrand, -gains.max_integral, gains.max_integral)
 
 
 def _internals(
@@ -166,10 +173,9 @@ def _internals(
     roll: AxisControl,
     pitch: AxisControl,
     yaw: AxisControl,
-    bounded: HeldTorque,
-    rest: AxisFlags,
+    torque: LimitedTorque,
+    frozen: AxisFlags,
 ) -> Internals:
-    zero = Vec3(0.0, 0.0, 0.0)
     return Internals(
         desired_angles=goal.angles,
         desired_rates=goal.rates,
@@ -179,13 +185,13 @@ def _internals(
         sliding_variable=Vec3(roll.sliding, pitch.sliding, yaw.sliding),
         surface_integral=integral,
         surface_exponent=Vec3(parameters.roll.exponent, parameters.pitch.exponent, parameters.yaw.exponent),
-        adaptive_constant=zero,
-        adaptive_angle=zero,
-        adaptive_rate=zero,
+        adaptive_constant=ZERO,
+        adaptive_angle=ZERO,
+        adaptive_rate=ZERO,
         equivalent_control=Vec3(roll.equivalent, pitch.equivalent, yaw.equivalent),
         reaching_control=Vec3(roll.reaching, pitch.reaching, yaw.reaching),
-        lyapunov=zero,
-        lyapunov_rate=zero,
-        torque_limited=bounded.limited,
-        adaptation_frozen=rest,
+        lyapunov=ZERO,
+        lyapunov_rate=ZERO,
+        torque_limited=torque.limited,
+        adaptation_frozen=frozen,
     )

@@ -1,5 +1,10 @@
 """Cascaded attitude PID as common autopilots fly it: angle P, rate PID, feed-forward; a ``quad.attitude_law`` plug-in.
 
+    omega_d = body rates of (x_d' - K_a (x - x_d))                                rad/s
+    a       = K_f w_d' + I - K_p (omega - omega_d) - K_d omega', low-passed       body acceleration, rad/s^2
+    I'      = -K_i (omega - omega_d), |I| <= max                                  I part, rad/s^2
+    torque  = J a                                                                 N m
+
 Source: the multicopter attitude and rate controllers of the PX4 and ArduPilot autopilots: the angle error in proportion
 gives rates on top of those fed forward, the error of the body rates gives angular accelerations through P and I, the D
 part acts on the measured angular acceleration, the desired acceleration is fed forward. The error is that of the Z-Y-X
@@ -9,24 +14,14 @@ angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flow
 import math
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.abfnitsm import Internals
-from quad_attitude_ctrl.body_torque import body_acceleration
-from quad_attitude_ctrl.shaping import (
-    Commands,
-    Shaping,
-    TorqueLimits,
-    commands_at,
-    desired,
-    held,
-    held_torque,
-    next_commands,
-    resting,
-    surfaceless_internals,
-)
+from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, integrals_frozen, limited_torque, plain_internals
+from quad_core.geometry import ZERO, body_rates, clamp, euler_from_quaternion, scale, subtract, wrap_angle
 from quad_core.parameters import Flag, Real
-from quad_core.rotations import body_rates, euler_from_quaternion, wrap_angle
-from quad_core.types import AttitudeInputs, Vec3, Wrench
+from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import Vehicle
+
+Internals = AttitudeInternals
 
 
 class Gains(NamedTuple):
@@ -61,17 +56,16 @@ class Parameters(NamedTuple):
 class Memory(NamedTuple):
     """Command filters, I part and filtered angular acceleration in rad/s^2, body rates of the last step in rad/s."""
 
-    commands: Commands = Commands()
+    filters: FilterStates = FilterStates()
     integral: Vec3 = Vec3()
     acceleration: Vec3 = Vec3()
     omega_b: Vec3 = Vec3()
-    initialised: float = 0.0
+    initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no I part."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Memory(commands_at(zero), zero, zero, zero, 0.0)
+    return Memory(filters=filters_at_rest(ZERO), integral=ZERO, acceleration=ZERO, omega_b=ZERO, initialised=False)
 
 
 def step(
@@ -84,48 +78,58 @@ def step(
     """
     angles = euler_from_quaternion(inputs.state.q_wb)
     omega_b = inputs.state.omega_b
-    commands = memory.commands
-    if memory.initialised <= 0.0:
-        commands = commands_at(angles)
-    goal = desired(parameters.shaping, commands, inputs.setpoint)
+    filters = memory.filters
+    if not memory.initialised:
+        filters = filters_at_rest(angles)
+    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     error = Vec3(angles.x - goal.angles.x, angles.y - goal.angles.y, wrap_angle(angles.z - goal.angles.z))
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw
-    wanted_rates = Vec3(
+    euler_rates_d = Vec3(
         goal.rates.x - roll.angle * error.x, goal.rates.y - pitch.angle * error.y, goal.rates.z - yaw.angle * error.z
     )
-    omega_d = body_rates(angles, wanted_rates)
-    error_rate = Vec3(omega_b.x - omega_d.x, omega_b.y - omega_d.y, omega_b.z - omega_d.z)
+    rate_error = subtract(omega_b, body_rates(angles, euler_rates_d))
     measured = _acceleration(parameters.derivative_bandwidth, memory, omega_b, dt)
 
-    share = parameters.acceleration_feed_forward
-    fed = body_acceleration(angles, goal.rates, goal.accelerations)
-    ahead = Vec3(share * fed.x, share * fed.y, share * fed.z)
+    desired_acceleration = body_acceleration(angles, goal.rates, goal.accelerations)
+    feed_forward = scale(parameters.acceleration_feed_forward, desired_acceleration)
     old = memory.integral
-    pid = Vec3(
-        old.x - roll.rate * error_rate.x - roll.derivative * measured.x,
-        old.y - pitch.rate * error_rate.y - pitch.derivative * measured.y,
-        old.z - yaw.rate * error_rate.z - yaw.derivative * measured.z,
+    feedback = Vec3(
+        old.x - roll.rate * rate_error.x - roll.derivative * measured.x,
+        old.y - pitch.rate * rate_error.y - pitch.derivative * measured.y,
+        old.z - yaw.rate * rate_error.z - yaw.derivative * measured.z,
     )
-    torque = Vec3(
-        vehicle.inertia_xx * (ahead.x + pid.x),
-        vehicle.inertia_yy * (ahead.y + pid.y),
-        vehicle.inertia_zz * (ahead.z + pid.z),
+    torque_command = Vec3(
+        vehicle.inertia_xx * (feed_forward.x + feedback.x),
+        vehicle.inertia_yy * (feed_forward.y + feedback.y),
+        vehicle.inertia_zz * (feed_forward.z + feedback.z),
     )
-    bounded = held_torque(torque, parameters.torque)
-    rest = resting(parameters.anti_windup, bounded.limited, inputs.actuation)
+    torque = limited_torque(torque_command, parameters.torque)
+    frozen = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
     integral = Vec3(
-        _integrated(roll, old.x, error_rate.x, rest.x, dt),
-        _integrated(pitch, old.y, error_rate.y, rest.y, dt),
-        _integrated(yaw, old.z, error_rate.z, rest.z, dt),
+        _integrated(roll, old.x, rate_error.x, frozen.x, dt),
+        _integrated(pitch, old.y, rate_error.y, frozen.y, dt),
+        _integrated(yaw, old.z, rate_error.z, frozen.z, dt),
     )
-    kept = Memory(next_commands(parameters.shaping, commands, inputs.setpoint, dt), integral, measured, omega_b, 1.0)
-    internals = surfaceless_internals(goal, error, error_rate, ahead, pid, bounded, rest)
-    return Wrench(inputs.setpoint.thrust, bounded.torque), kept, internals
+    shaping = parameters.shaping
+    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
+    next_memory = Memory(
+        filters=next_states, integral=integral, acceleration=measured, omega_b=omega_b, initialised=True
+    )
+    internals = plain_internals(
+        goal=goal,
+        angle_error=error,
+        rate_error=rate_error,
+        feed_forward=feed_forward,
+        feedback=feedback,
+        torque=torque,
+        frozen=frozen,
+    )
+    return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 
 def _acceleration(bandwidth: float, memory: Memory, omega_b: Vec3, dt: float) -> Vec3:
     """Return the low-passed angular acceleration in rad/s^2 from the change of body rates over the last step."""
-    if memory.initialised <= 0.0:
+    if not memory.initialised:
         return memory.acceleration
     gain = 1.0 - math.exp(-bandwidth * dt)
     before, last = memory.acceleration, memory.omega_b
@@ -136,8 +140,8 @@ def _acceleration(bandwidth: float, memory: Memory, omega_b: Vec3, dt: float) ->
     )
 
 
-def _integrated(gains: Gains, part: float, error_rate: float, rests: bool, dt: float) -> float:
+def _integrated(gains: Gains, part: float, rate_error: float, frozen: bool, dt: float) -> float:
     """Return the I part in rad/s^2 after a step of ``dt`` s."""
-    if rests:
+    if frozen:
         return part
-    return held(part - gains.integral * error_rate * dt, gains.max_integral)
+    return clamp(part - gains.integral * rate_error * dt, -gains.max_integral, gains.max_integral)

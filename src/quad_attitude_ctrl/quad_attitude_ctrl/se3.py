@@ -1,30 +1,33 @@
 """Attitude part of geometric tracking control on SE(3), a ``quad.attitude_law`` plug-in.
 
-Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010:
-e_R = 1/2 (R_d^T R - R^T R_d)^vee, e_Omega = Omega - R^T R_d Omega_d,
-M = -k_R e_R - k_Omega e_Omega + Omega x J Omega - J (Omega^ R^T R_d Omega_d - R^T R_d Omega_d').
-On quaternions: with q = q_d^-1 q_wb, e_R = 2 q_w (q_x, q_y, q_z). Gains are per axis and divided by the inertia.
-Omega_d and its derivative come from the command filter. It has no integral, as in the source.
+    e_R     = 1/2 (R_d^T R - R^T R_d)^vee                      attitude error: rotation axis times sine of the angle
+    e_Omega = Omega - R^T R_d Omega_d                          rate error, rad/s
+    M       = -k_R e_R - k_Omega e_Omega + Omega x J Omega
+              - J (Omega^ R^T R_d Omega_d - R^T R_d Omega_d')  torque, N m
+
+Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010. On quaternions: with
+q = q_d^-1 q_wb, e_R = 2 q_w (q_x, q_y, q_z). Gains are per axis and divided by the inertia. Omega_d and its derivative
+come from the command filter. It has no integral, as in the source.
 """
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.abfnitsm import AxisFlags, Internals
-from quad_attitude_ctrl.body_torque import body_acceleration
-from quad_attitude_ctrl.shaping import (
-    Commands,
-    Shaping,
-    TorqueLimits,
-    commands_at,
-    desired,
-    held_torque,
-    next_commands,
-    surfaceless_internals,
+from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, limited_torque, plain_internals
+from quad_core.geometry import (
+    ZERO,
+    body_rates,
+    cross,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    rotate_inverse,
+    subtract,
 )
 from quad_core.parameters import Real
-from quad_core.rotations import body_rates, euler_from_quaternion, quaternion_from_euler, rotate_inverse
-from quad_core.types import AttitudeInputs, Quat, Vec3, Wrench
+from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Quat, Vec3, Wrench
 from quad_core.vehicle import Vehicle
+
+Internals = AttitudeInternals
 
 
 class Gains(NamedTuple):
@@ -45,15 +48,15 @@ class Parameters(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Command filters."""
+    """Command filters; ``initialised``: they started at an attitude."""
 
-    commands: Commands = Commands()
-    initialised: float = 0.0
+    filters: FilterStates = FilterStates()
+    initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step."""
-    return Memory(commands_at(Vec3(0.0, 0.0, 0.0)), 0.0)
+    return Memory(filters=filters_at_rest(ZERO), initialised=False)
 
 
 def step(
@@ -66,15 +69,15 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    commands = memory.commands
-    if memory.initialised <= 0.0:
-        commands = commands_at(euler_from_quaternion(state.q_wb))
-    goal = desired(parameters.shaping, commands, inputs.setpoint)
+    filters = memory.filters
+    if not memory.initialised:
+        filters = filters_at_rest(euler_from_quaternion(state.q_wb))
+    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
     error = rotation_error(relative)
     turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
     turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
-    error_rate = Vec3(omega_b.x - turned_rates.x, omega_b.y - turned_rates.y, omega_b.z - turned_rates.z)
+    error_rate = subtract(omega_b, turned_rates)
 
     feedback = Vec3(
         -parameters.roll.angle * error.x - parameters.roll.rate * error_rate.x,
@@ -86,23 +89,29 @@ def step(
         omega_b,
         Vec3(vehicle.inertia_xx * omega_b.x, vehicle.inertia_yy * omega_b.y, vehicle.inertia_zz * omega_b.z),
     )
-    rest = Vec3(
+    remainder = Vec3(
         turned.x - carried.x + gyroscopic.x / vehicle.inertia_xx,
         turned.y - carried.y + gyroscopic.y / vehicle.inertia_yy,
         turned.z - carried.z + gyroscopic.z / vehicle.inertia_zz,
     )
-    wanted = Vec3(
-        vehicle.inertia_xx * (feedback.x + rest.x),
-        vehicle.inertia_yy * (feedback.y + rest.y),
-        vehicle.inertia_zz * (feedback.z + rest.z),
+    torque_command = Vec3(
+        vehicle.inertia_xx * (feedback.x + remainder.x),
+        vehicle.inertia_yy * (feedback.y + remainder.y),
+        vehicle.inertia_zz * (feedback.z + remainder.z),
     )
-    bounded = held_torque(wanted, parameters.torque)
-    kept = Memory(next_commands(parameters.shaping, commands, inputs.setpoint, dt), 1.0)
-    return (
-        Wrench(inputs.setpoint.thrust, bounded.torque),
-        kept,
-        surfaceless_internals(goal, error, error_rate, rest, feedback, bounded, AxisFlags(False, False, False)),
+    torque = limited_torque(torque_command, parameters.torque)
+    shaping = parameters.shaping
+    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
+    internals = plain_internals(
+        goal=goal,
+        angle_error=error,
+        rate_error=error_rate,
+        feed_forward=remainder,
+        feedback=feedback,
+        torque=torque,
+        frozen=AxisFlags(False, False, False),
     )
+    return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filters=next_states, initialised=True), internals
 
 
 def relative_attitude(desired_q: Quat, q: Quat) -> Quat:
@@ -119,8 +128,3 @@ def relative_attitude(desired_q: Quat, q: Quat) -> Quat:
 def rotation_error(relative: Quat) -> Vec3:
     """Return e_R = 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle."""
     return Vec3(2.0 * relative.w * relative.x, 2.0 * relative.w * relative.y, 2.0 * relative.w * relative.z)
-
-
-def cross(a: Vec3, b: Vec3) -> Vec3:
-    """Return a x b."""
-    return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)

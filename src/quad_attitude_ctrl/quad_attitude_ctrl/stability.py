@@ -4,8 +4,7 @@ In flight nobody knows the bounds Q that the proof compares Q_hat with, nor D_A:
 ``sliding_control.lyapunov`` and ``sliding_control.lyapunov_rate``. These functions are for tests and studies.
 """
 
-from quad_attitude_ctrl.saturation import saturation
-from quad_attitude_ctrl.sliding_control import FORM_ABS, Estimates
+from quad_attitude_ctrl.sliding_control import AdaptationForm, Estimates, saturation
 
 
 def lyapunov_total(known: float, bounds: Estimates, estimates: Estimates, gains: Estimates) -> float:
@@ -38,5 +37,5 @@ def lyapunov_total_rate(
     size = abs(sliding)
     if size <= dead_zone:
         return total
-    drive = size if form == FORM_ABS else sliding * saturation(sliding, width)
+    drive = size if form == AdaptationForm.ABS else sliding * saturation(sliding, width)
     return total - shortfall * drive

@@ -8,11 +8,10 @@ from typing import Any
 from hypothesis import strategies as st
 
 from quad_attitude_ctrl import abfnitsm
-from quad_attitude_ctrl.axis import AxisMemory
-from quad_attitude_ctrl.command_filter import Command
-from quad_attitude_ctrl.sliding_control import Estimates
+from quad_attitude_ctrl.command import FilterState, FilterStates
+from quad_attitude_ctrl.sliding_control import AxisMemory, Estimates
+from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
@@ -55,12 +54,12 @@ def random_inputs(rng: random.Random) -> AttitudeInputs:
     state = VehicleState(
         Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), quaternion_from_euler(angles), random_vector(rng, fast)
     )
-    wanted = Vec3(rng.uniform(-0.8, 0.8), rng.uniform(-0.8, 0.8), rng.uniform(-3.1, 3.1))
+    angles_d = Vec3(rng.uniform(-0.8, 0.8), rng.uniform(-0.8, 0.8), rng.uniform(-3.1, 3.1))
     setpoint = AttitudeThrust(
-        wanted,
+        angles_d,
         random_vector(rng, 5.0),
         random_vector(rng, 50.0),
-        quaternion_from_euler(wanted),
+        quaternion_from_euler(angles_d),
         rng.uniform(0.0, 16.0),
         rng.uniform(0.0, 1.0),
     )
@@ -101,11 +100,10 @@ def any_inputs() -> st.SearchStrategy[AttitudeInputs]:
 
 def axis_memories(max_integral: float, max_estimate: float) -> st.SearchStrategy[AxisMemory]:
     """Return memories of one axis within its bounds."""
-    turn, estimate = st.floats(-3.14, 3.14), st.floats(0.0, min(max_estimate, 1e6))
+    estimate = st.floats(0.0, min(max_estimate, 1e6))
     integral = st.floats(-min(max_integral, 1e6), min(max_integral, 1e6))
     return st.builds(
         AxisMemory,
-        st.builds(Command, turn, st.floats(-100.0, 100.0), st.floats(-1e4, 1e4), turn),
         st.one_of(integral, st.floats(-0.3, 0.3)),
         st.builds(Estimates, estimate, estimate, estimate),
     )
@@ -114,4 +112,6 @@ def axis_memories(max_integral: float, max_estimate: float) -> st.SearchStrategy
 def any_memory(parameters: abfnitsm.Parameters) -> st.SearchStrategy[abfnitsm.Memory]:
     """Return memories as a flight may leave them."""
     axes = [axis_memories(axis.max_surface_integral, axis.max_estimate) for axis in parameters[:3]]
-    return st.builds(abfnitsm.Memory, *axes, st.sampled_from((0.0, 1.0)))
+    turn = st.floats(-3.14, 3.14)
+    state = st.builds(FilterState, turn, st.floats(-100.0, 100.0), st.floats(-1e4, 1e4), turn)
+    return st.builds(abfnitsm.Memory, *axes, st.builds(FilterStates, state, state, state), st.booleans())

@@ -6,6 +6,8 @@ import pytest
 from attitude_cases import DT, PRESETS, VEHICLE, bits, random_inputs
 
 from quad_attitude_ctrl import abfnitsm
+from quad_attitude_ctrl.command import CommandSource
+from quad_attitude_ctrl.sliding_control import AdaptationForm
 from quad_core.compilation import compiled
 
 pytest.importorskip("numba")
@@ -44,8 +46,9 @@ def test_other_forms_are_bit_equal():
     step = compiled(abfnitsm.step)
     rng = random.Random(54)
     narrow = PRESETS["minimal"].roll._replace(reaching_width=1e-3, dead_zone=0.0)
-    for command in (1, 2):
-        parameters = PRESETS["minimal"]._replace(command=command, adaptation_form=1, roll=narrow, pitch=narrow)
+    for command in (CommandSource.FEED_FORWARD.value, CommandSource.RAW.value):
+        form = AdaptationForm.SAT.value
+        parameters = PRESETS["minimal"]._replace(command=command, adaptation_form=form, roll=narrow, pitch=narrow)
         here = there = abfnitsm.init(parameters, VEHICLE)
         for k in range(1000):
             inputs = random_inputs(rng)

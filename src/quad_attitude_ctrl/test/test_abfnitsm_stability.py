@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from quad_attitude_ctrl import sliding_control as control
-from quad_attitude_ctrl import stability, surface
+from quad_attitude_ctrl import stability
 from quad_attitude_ctrl.sliding_control import Estimates
 
 ANGLE_GAIN, RATE_GAIN, RHO1, RHO2, SIGMA = 28.5, 6.0, 3.0, 2.5, 1.7
@@ -23,8 +23,8 @@ def motion(form, dead_zone, disturbance, width=1.0):
 
     def rate(t, y):
         x1, x2, integral, *q = y
-        integrand = surface.surface_integrand(x1, x2, surface.angle_exponent(x1), ANGLE_GAIN, RATE_GAIN, width)
-        s = surface.sliding_variable(x2, integral)
+        integrand = control.surface_integrand(x1, x2, control.angle_exponent(x1), ANGLE_GAIN, RATE_GAIN, width)
+        s = control.sliding_variable(x2, integral)
         bound = control.uncertainty_bound(Estimates(*q), x1, x2)
         u = control.equivalent_control(0.0, 0.0, integrand, x1)
         u += control.reaching_control(s, RHO1, RHO2, SIGMA, bound, width)
@@ -35,13 +35,13 @@ def motion(form, dead_zone, disturbance, width=1.0):
 
 def total(y):
     x1, x2, integral, *q = y
-    known = control.lyapunov(x1, surface.sliding_variable(x2, integral))
+    known = control.lyapunov(x1, control.sliding_variable(x2, integral))
     return stability.lyapunov_total(known, BOUNDS, Estimates(*q), GAINS)
 
 
 def predicted(y, d, form, dead_zone, width=1.0):
     x1, x2, integral, *q = y
-    s = surface.sliding_variable(x2, integral)
+    s = control.sliding_variable(x2, integral)
     bound = control.uncertainty_bound(Estimates(*q), x1, x2)
     true = control.uncertainty_bound(BOUNDS, x1, x2)
     known = control.lyapunov_rate(x1, integral, s, RHO1, RHO2, SIGMA, bound, width)

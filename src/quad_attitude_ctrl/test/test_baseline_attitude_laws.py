@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quad_attitude_ctrl import itsm, pid, se3, shaping
-from quad_attitude_ctrl.command_filter import Command
+from quad_attitude_ctrl import itsm, pid, se3
+from quad_attitude_ctrl.command import CommandSource, FilterState, FilterStates, Shaping, desired
 from quad_core.compilation import compiled
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
@@ -97,16 +97,16 @@ def test_pid_is_its_formula():
     }
     parameters = build(pid.Parameters, FED | gains | {"derivative_bandwidth": 100.0, "acceleration_feed_forward": 0.6})
     part, filtered, before = np.array([0.5, -0.7, 0.9]), np.array([3.0, -4.0, 1.0]), OMEGA - [0.02, -0.01, 0.03]
-    memory = pid.Memory(shaping.Commands(), vec(part), vec(filtered), vec(before), 1.0)
-    wrench, kept, _ = pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    memory = pid.Memory(FilterStates(), vec(part), vec(filtered), vec(before), True)
+    wrench, next_memory, _ = pid.step(parameters, VEHICLE, memory, inputs(), DT)
     p, k = np.array([6.0, 7.0, 3.0]), np.array([20.0, 25.0, 9.0])
     omega_d, _ = moving(ANGLES, GOAL_RATES - p * (ANGLES - GOAL), np.zeros(3))
     _, ahead = moving(ANGLES, GOAL_RATES, GOAL_ACC)
     measured = filtered + (1.0 - math.exp(-0.2)) * (np.array([10.0, -5.0, 15.0]) - filtered)
     torque = J @ (0.6 * ahead + k * (omega_d - OMEGA) + part - [0.1, 0.2, 0.3] * measured)
     assert wrench.torque_b == pytest.approx(torque, abs=1e-6)
-    assert kept.acceleration == pytest.approx(measured)
-    assert kept.integral == pytest.approx(part + [30.0, 40.0, 10.0] * (omega_d - OMEGA) * DT, abs=1e-7)
+    assert next_memory.acceleration == pytest.approx(measured)
+    assert next_memory.integral == pytest.approx(part + [30.0, 40.0, 10.0] * (omega_d - OMEGA) * DT, abs=1e-7)
 
 
 def test_itsm_is_its_formula():
@@ -121,8 +121,8 @@ def test_itsm_is_its_formula():
     }
     parameters = build(itsm.Parameters, FED | gains)
     integral = np.array([0.4, -2.0, 0.3])
-    memory = itsm.Memory(shaping.Commands(), vec(integral), 1.0)
-    wrench, kept, seen = itsm.step(parameters, VEHICLE, memory, inputs(), DT)
+    memory = itsm.Memory(FilterStates(), vec(integral), True)
+    wrench, next_memory, seen = itsm.step(parameters, VEHICLE, memory, inputs(), DT)
     e = ANGLES - GOAL
     e_rate = euler_rates_of(ANGLES, OMEGA) - GOAL_RATES
     a = np.array([0.6, 0.7, 0.8])
@@ -135,7 +135,7 @@ def test_itsm_is_its_formula():
     assert wrench.torque_b == pytest.approx(J @ turned + np.cross(OMEGA, J @ OMEGA), abs=1e-6)
     assert seen.sliding_variable == pytest.approx(s, abs=1e-7)
     assert seen.surface_exponent == tuple(a)
-    assert kept.integral == pytest.approx(integral + DT * integrand, abs=1e-7)
+    assert next_memory.integral == pytest.approx(integral + DT * integrand, abs=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -152,13 +152,13 @@ def test_itsm_switching(sliding, layered, expected):
     assert itsm.switching(sliding, layered, 0.05) == pytest.approx(expected, rel=1e-12)
 
 
-def glide(parameters, push, seconds):
-    """Roll of a body that starts 0.3 rad off, pushed by a constant angular acceleration; errors by step."""
+def glide(parameters, disturbance, seconds):
+    """Roll of a body that starts 0.3 rad off under a constant angular acceleration; errors by step."""
     memory, angle, rate, angles, torques = itsm.init(parameters, VEHICLE), 0.3, 0.0, [], []
     for _ in range(round(seconds / DT)):
         given = inputs([angle, 0.0, 0.0], [rate, 0.0, 0.0], np.zeros(3), np.zeros(3), np.zeros(3))
         wrench, memory, _ = itsm.step(parameters, VEHICLE, memory, given, DT)
-        rate += DT * (wrench.torque_b.x / VEHICLE.inertia_xx + push)
+        rate += DT * (wrench.torque_b.x / VEHICLE.inertia_xx + disturbance)
         angle += DT * rate
         angles.append(angle)
         torques.append(wrench.torque_b.x)
@@ -187,12 +187,12 @@ def test_integrals_rest_while_the_torque_is_limited(law):
     ):
         parameters = build(law.Parameters, FED | {f"torque.{axis}": limit for axis in ("roll", "pitch", "yaw")})
         start = law.init(parameters, VEHICLE)
-        wrench, kept, seen = law.step(parameters, VEHICLE, start, inputs(actuation=flags), DT)
+        wrench, next_memory, seen = law.step(parameters, VEHICLE, start, inputs(actuation=flags), DT)
         assert tuple(seen.adaptation_frozen) == rests
-        assert tuple(a == b for a, b in zip(kept.integral, start.integral, strict=True)) == rests
+        assert tuple(a == b for a, b in zip(next_memory.integral, start.integral, strict=True)) == rests
         assert all(abs(torque) <= limit for torque in wrench.torque_b)
         loose = build(law.Parameters, FED | {"anti_windup": False})
-        _, kept, seen = law.step(loose, VEHICLE, start, inputs(actuation=flags), DT)
+        _, next_memory, seen = law.step(loose, VEHICLE, start, inputs(actuation=flags), DT)
         assert not any(seen.adaptation_frozen)
 
 
@@ -208,14 +208,15 @@ def test_integrals_are_bounded(law):
     assert np.abs(memory.integral) == pytest.approx([0.3, 0.4, 0.5])
 
 
-def test_commands_come_from_where_they_are_told():
-    filters = shaping.Commands(Command(0.1, 0.2, 0.3, 0.9), Command(0.4, 0.5, 0.6, 0.9), Command(0.7, 0.8, 0.9, 0.9))
+def test_commands_come_from_the_chosen_source():
+    filters = FilterStates(
+        FilterState(0.1, 0.2, 0.3, 0.9), FilterState(0.4, 0.5, 0.6, 0.9), FilterState(0.7, 0.8, 0.9, 0.9)
+    )
     given = inputs().setpoint
-    chosen = {name: build(shaping.Shaping, {"command": name}) for name in ("filter", "feed_forward", "raw")}
-    assert shaping.desired(chosen["filter"], filters, given) == ((0.1, 0.4, 0.7), (0.2, 0.5, 0.8), (0.3, 0.6, 0.9))
-    fed = shaping.desired(chosen["feed_forward"], filters, given)
-    assert fed == (vec(GOAL), vec(GOAL_RATES), vec(GOAL_ACC))
-    assert shaping.desired(chosen["raw"], filters, given) == (vec(GOAL), ZERO, ZERO)
+    assert [build(Shaping, {"command": name}).command for name in ("filter", "feed_forward", "raw")] == [0, 1, 2]
+    assert desired(CommandSource.FILTER, filters, given) == ((0.1, 0.4, 0.7), (0.2, 0.5, 0.8), (0.3, 0.6, 0.9))
+    assert desired(CommandSource.FEED_FORWARD, filters, given) == (vec(GOAL), vec(GOAL_RATES), vec(GOAL_ACC))
+    assert desired(CommandSource.RAW, filters, given) == (vec(GOAL), ZERO, ZERO)
 
 
 @pytest.mark.parametrize("law", [itsm, pid, se3])

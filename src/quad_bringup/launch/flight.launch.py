@@ -3,14 +3,26 @@
 ros2 launch quad_bringup flight.launch.py case:=case2 directory:=flights/mine namespace:=uav1
 """
 
+import os
+from pathlib import Path
+from typing import Any
+
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import (
+    DeclareLaunchArgument,
+    LogInfo,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    Shutdown,
+    UnsetEnvironmentVariable,
+)
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from quad_bringup import configuration
-from quad_bringup.processes import PACKAGES
-from quad_core.node_parameters import ROLES
+from quad_bringup.commanded import launched
+from quad_core.cascade import ALL_ROLES, ROLES
+from quad_core.parameters import ParameterError
+from quad_flight import configuration
 
 ARGUMENTS = {
     "case": ("case1", "scenario: case1, case2, hover, or a parameter file"),
@@ -19,39 +31,91 @@ ARGUMENTS = {
     "params_file": ("", "parameter file that is read last and wins"),
     "directory": ("", "directory of the bag; must not exist; empty: flights/<time>"),
     "namespace": ("", "namespace of the vehicle"),
-    "use_sim_time": ("false", "passed to every node; no control decision depends on it"),
+    "use_sim_time": ("false", "true or false, passed to every node; no control decision depends on it"),
+    "mission": ("", "items such as takeoff,case2,hold:5,land for a commander to fly; empty: none"),
     "simulate": ("true", "false: something else owns the vehicle, the simulator is not started"),
+    "visible": ("false", "true: seen from every shell of this machine; false: from those with the settings it prints"),
 }
+BAD_SETUP = 2
+TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
-def nodes(context: LaunchContext) -> list[Node]:
+def arguments(context: LaunchContext) -> dict[str, str]:
+    """Return {name: value} of the launch arguments; raises ParameterError for one that is not understood."""
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    for name in ("use_sim_time", "simulate", "visible"):
+        if given[name].lower() not in ("true", "false"):
+            raise ParameterError(f"{name}: found {given[name]!r}, expected true or false")
+    if given["params_file"] and not Path(given["params_file"]).is_file():
+        raise ParameterError(f"params_file: found {given['params_file']!r}, expected a parameter file")
+    return given
+
+
+def nodes(given: dict[str, str]) -> list[Node]:
     """Return the nodes that the launch arguments ask for; raises ParameterError for an unknown name."""
-    told = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     parameters = [
-        str(configuration.find(configuration.VEHICLES, told["vehicle"])),
-        str(configuration.find(configuration.CONTROLLERS, told["preset"])),
-        str(configuration.find(configuration.SCENARIOS, told["case"])),
-        *([told["params_file"]] if told["params_file"] else []),
-        {"use_sim_time": told["use_sim_time"].lower() == "true"},
+        str(configuration.find(configuration.VEHICLES, given["vehicle"])),
+        str(configuration.find(configuration.CONTROLLERS, given["preset"])),
+        str(configuration.find(configuration.SCENARIOS, given["case"])),
+        *([given["params_file"]] if given["params_file"] else []),
+        {"use_sim_time": given["use_sim_time"].lower() == "true"},
     ]
-    roles = [role for role in ROLES if role != "simulator" or told["simulate"].lower() == "true"]
+    told = launched(given["mission"]) if given["mission"] else {role: {} for role in ROLES}
+    roles = [role for role in told if role != "simulator" or given["simulate"].lower() == "true"]
+    # launch ends a node that does not leave; with a commander the vehicle lands first
+    patience = {"sigterm_timeout": "300", "sigkill_timeout": "305"} if given["mission"] else {}
     return [
         Node(
-            package=PACKAGES[role],
+            package=ALL_ROLES[role].package,
             executable=role,
             name=role,
-            namespace=told["namespace"],
-            parameters=[*parameters, *([{"directory": told["directory"]}] if role == "recorder" else [])],
+            namespace=given["namespace"],
+            remappings=[("/clock", "clock")],  # the time source of use_sim_time follows the namespace, too
+            parameters=[
+                *parameters,
+                *([{"directory": given["directory"]}] if role == "recorder" else []),
+                *([told[role]] if told[role] else []),
+            ],
             output="screen",
+            on_exit=end_all_if_refused,
+            **patience,
         )
         for role in roles
     ]
 
 
+def end_all_if_refused(event: Any, _context: LaunchContext) -> list[Shutdown]:
+    """Return what ends the others when a node was refused: it will not join. Of a crash the others notice and say."""
+    return [Shutdown(reason=f"{event.action.name} was refused")] if event.returncode == BAD_SETUP else []
+
+
+def middleware(visible: bool) -> list[Any]:
+    """Return what closes the flight to other users and hosts as scripts/env.sh does, or says that it is open."""
+    rmw = os.environ.get("RMW_IMPLEMENTATION", "") or "rmw_fastrtps_cpp"
+    if rmw != "rmw_fastrtps_cpp":
+        return [LogInfo(msg=f"WARNING: this flight is open to other hosts and users: {rmw} has its own settings")]
+    domain = f"ROS_DOMAIN_ID={os.environ.get('ROS_DOMAIN_ID', '') or 0}"
+    if visible:
+        line = f"seen on this machine by: export {RANGE}=LOCALHOST {domain}"
+        return [UnsetEnvironmentVariable(TRANSPORTS), SetEnvironmentVariable(RANGE, "LOCALHOST"), LogInfo(msg=line)]
+    if os.environ.get(TRANSPORTS, "") not in ("", "SHM"):
+        line = f"WARNING: {TRANSPORTS}={os.environ[TRANSPORTS]}: this flight may be open to other hosts and users"
+        return [LogInfo(msg=line)]
+    line = f"seen only by shells of this user with: export {TRANSPORTS}=SHM {domain}; unset {RANGE}"
+    return [SetEnvironmentVariable(TRANSPORTS, "SHM"), UnsetEnvironmentVariable(RANGE), LogInfo(msg=line)]
+
+
+def flight(context: LaunchContext) -> list[Any]:
+    """Return the whole flight; raises ParameterError for an argument that is not understood."""
+    given = arguments(context)
+    return [*middleware(given["visible"].lower() == "true"), *nodes(given)]
+
+
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments and, once they are known, the nodes."""
-    arguments = [
+    declared = [
         DeclareLaunchArgument(name, default_value=default, description=text)
         for name, (default, text) in ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])
+    return LaunchDescription([*declared, OpaqueFunction(function=flight)])

@@ -6,47 +6,52 @@ import random
 import re
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from quad_core.ownership import check_file, private_folder
 from quad_core.parameters import ParameterError
 
 # Above 101 the ports of the default transport may collide with ephemeral ones; 0 is where everybody else is.
 DOMAINS = range(1, 102)
 LAST_DOMAIN = 232  # the middleware crashes beyond
 _SHARED_MEMORY = Path("/dev/shm")
+_RUNTIME = Path("/run/user")  # also of shells where XDG_RUNTIME_DIR is not set: all must find the same locks
 
 
 @contextmanager
-def reserved_domain(wanted: int | None) -> Iterator[int]:
+def reserved_domain(requested: int | None) -> Iterator[int]:
     """Hold a domain for the time of a flight.
 
-    ``wanted``: exactly this one, shared with other flights that want it too (namespaces tell them apart). None: one
+    ``requested``: exactly this one, shared with other flights that want it too (namespaces tell them apart). None: one
     that no other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if there is none.
     """
-    if wanted is not None and not 0 <= wanted <= LAST_DOMAIN:
-        raise ParameterError(f"--domain: found {wanted}, expected 0 to {LAST_DOMAIN}")
-    for domain in [wanted] if wanted is not None else _candidates():
-        lock = _open(Path(tempfile.gettempdir(), f"quad-domain-{domain}.lock"))
+    if requested is not None and not 0 <= requested <= LAST_DOMAIN:
+        raise ParameterError(f"--domain: found {requested}, expected 0 to {LAST_DOMAIN}")
+    folder = _lock_folder()
+    for domain in [requested] if requested is not None else _candidates():
+        lock = _open(folder / f"domain-{domain}.lock")
         try:
-            fcntl.flock(lock, (fcntl.LOCK_EX if wanted is None else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+            fcntl.flock(lock, (fcntl.LOCK_EX if requested is None else fcntl.LOCK_SH) | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
             continue
         try:
             yield domain
         finally:
+            if requested is None:
+                remove_abandoned_ports(domain)
             os.close(lock)
         return
-    asked = f"domain {wanted}" if wanted is not None else f"every domain of {DOMAINS.start} to {DOMAINS.stop - 1}"
-    raise ParameterError(f"--domain: {asked} is held by another flight")
+    asked = f"domain {requested}" if requested is not None else f"every domain of {DOMAINS.start} to {DOMAINS.stop - 1}"
+    raise ParameterError(f"--domain: {asked} is reserved by another flight")
 
 
 def _candidates() -> list[int]:
     # In random order: nodes that were killed haunt their domain for some 20 s. Domains that others use come last.
-    occupied = _occupied()
+    in_use = occupied()
     order = random.SystemRandom().sample(DOMAINS, len(DOMAINS))
-    order.sort(key=occupied.__contains__)
+    order.sort(key=in_use.__contains__)
     preset = os.environ.get("ROS_DOMAIN_ID", "")
     if not preset:
         return order
@@ -55,15 +60,37 @@ def _candidates() -> list[int]:
     return [int(preset), *order]
 
 
-def _occupied() -> set[int]:
+def occupied() -> set[int]:
     """Return the domains in which Fast DDS has (or left) shared-memory ports: 7400 + 250 per domain."""
     ports = (re.match(r"fast(?:rtps|dds)_port(\d+)", path.name) for path in _SHARED_MEMORY.glob("fast*_port*"))
     return {(int(port[1]) - 7400) // 250 for port in ports if port}
 
 
+def remove_abandoned_ports(domain: int) -> None:
+    """Remove the shared-memory ports of a domain that nobody else holds, where no participant listens any more.
+
+    Fast DDS leaves one behind when a participant leaves while another sends to it. A listener holds a lock file.
+    """
+    for path in _SHARED_MEMORY.glob("fastrtps_port*"):
+        port = re.fullmatch(r"fastrtps_port(\d+)", path.name)
+        locked = any(path.with_name(path.name + suffix).exists() for suffix in ("_el", "_sl"))
+        if port and (int(port[1]) - 7400) // 250 == domain and not locked:
+            for left in (path, path.with_name(f"sem.{path.name}_mutex")):
+                with suppress(OSError):
+                    left.unlink()
+
+
+def _lock_folder() -> Path:
+    """Return a folder of this user alone. Flights of another user cannot join ours: shared memory is per user."""
+    runtime = _RUNTIME / str(os.geteuid())
+    return private_folder(runtime / "quad" if runtime.is_dir() else Path(tempfile.gettempdir(), f"quad-{os.geteuid()}"))
+
+
 def _open(path: Path) -> int:
+    lock = os.open(path, os.O_RDONLY | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
-        return os.open(path, os.O_RDONLY | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    except PermissionError:
-        # Another user's lock in a sticky directory: it can be locked, but not opened with O_CREAT.
-        return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        check_file(path)
+    except OSError:
+        os.close(lock)
+        raise
+    return lock

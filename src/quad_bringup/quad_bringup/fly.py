@@ -4,21 +4,26 @@ import argparse
 import os
 import secrets
 import shlex
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from quad_bringup import configuration, preparation
+from quad_bringup import preparation, surroundings
+from quad_bringup.commanded import trajectory_of
 from quad_bringup.domains import reserved_domain
-from quad_bringup.flight import BAD_SETUP, FAILED, Planned, fly
-from quad_bringup.flight_setup import Request, resolve_flight, summary
-from quad_bringup.supervisor import interrupts
+from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
+from quad_bringup.supervisor import Interrupted, interrupts, raised
 from quad_core import plugins
+from quad_core.cascade import ROLES
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
-from quad_flight_log.presentation import LimitsError, read_limits
-from quad_flight_log.provenance import COMMAND
+from quad_flight import configuration
+from quad_flight.set_up import Request, resolve_flight, summary
+from quad_flight_log.recorder.provenance import COMMAND
+from quad_flight_log.report.text import LimitsError, read_limits
+from quad_node.middleware import OPEN, close_unless_asked
 
 PAPER_CASES = ("case1", "case2")
 
@@ -33,7 +38,10 @@ _EXAMPLES = """examples:
   scripts/fly case2 --set position_controller.aibs.x.position_gain=3.5 --set simulator.held_gaussian.acceleration_sd=1.5
   scripts/fly flight --vehicle x500 --preset x500
   scripts/fly case1 --scenario my_weather.yaml
+  scripts/fly --mission takeoff,case2,hold:5,land         take-off, modes and landing: a commander is the sixth node
+  scripts/fly case1 --mission takeoff:3,case1,land --realtime
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
+  scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 
 NODE is simulator, trajectory, position_controller, attitude_controller or recorder; flight and vehicle go to all nodes.
 All parameters: docs/parameters. Exit codes: 0 ended on time and within the limits, 1 not, 2 bad usage or set-up."""
@@ -48,32 +56,77 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Fly what the command line asks for; returns the exit code."""
     options = _parser().parse_args(arguments)
     os.environ[COMMAND] = shlex.join(["scripts/fly", *(sys.argv[1:] if arguments is None else arguments)])
-    cases = [options.case] if options.case else list(PAPER_CASES)
-    made: list[Path] = []
     try:
-        directories = _directories(options, cases, made)
-        flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
-        preparation.prepare(node for flight in flights for node in flight.nodes.values())
-        with reserved_domain(options.domain) as domain, interrupts() as interrupted:
-            codes = []
-            for flight in flights:
-                codes.append(fly(flight, domain, interrupted))
-                if interrupted.name:
-                    break
+        cases = _cases(options)
+    except ParameterError as error:
+        print(f"fly: {error}", file=sys.stderr)
+        return BAD_SETUP
+    made: list[Path] = []
+    codes: list[int] = []
+    try:
+        with raised():
+            _fly(options, cases, made, codes)
         return max(codes)
     except (ParameterError, PluginError, LimitsError) as error:
         print(f"fly: {error}", file=sys.stderr)
         return BAD_SETUP
-    except KeyboardInterrupt:
-        print("fly: interrupted by SIGINT before the flight", file=sys.stderr)
-        return FAILED
+    except Interrupted as name:
+        if not codes:
+            print(f"fly: interrupted by {name} before the flight", file=sys.stderr)
+        return max([FAILED, *codes])
     except OSError as error:
-        print(f"fly: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        print(f"fly: {f'{error.filename}: {error.strerror}' if error.filename else error}", file=sys.stderr)
         return BAD_SETUP
     finally:
         for directory in reversed(made):
             if directory.is_dir() and not any(directory.iterdir()):
                 directory.rmdir()
+
+
+def _cases(options: argparse.Namespace) -> list[str]:
+    options.trajectory = None
+    if options.mission is not None:
+        options.trajectory = trajectory_of(options.mission)
+        options.case = options.case or options.trajectory or "hover"
+    return [options.case] if options.case else list(PAPER_CASES)
+
+
+def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes: list[int]) -> None:
+    """Fly each case and note its exit code in ``codes``."""
+    _check_namespace(options.namespace)
+    if options.visible:
+        surroundings.make_visible()
+    seen_by = close_unless_asked()
+    if seen_by.startswith(OPEN):
+        print(f"fly: WARNING: {seen_by}", file=sys.stderr)
+    surroundings.check_shared_memory()
+    problem = surroundings.find_room_for_logs()
+    directories = _directories(options, cases, made)
+    surroundings.check_disk(directories[0])
+    flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
+    if problem:
+        print(f"fly: {problem}", file=sys.stderr)
+    with reserved_domain(options.domain) as domain:
+        surroundings.check_domain(domain, options.namespace.strip("/"))
+        print(f"fly: {surroundings.how_to_look_on(domain)}", flush=True)
+        with interrupts() as interrupted:
+            for flight in flights:
+                codes.append(fly(flight, domain, interrupted))
+                if interrupted.name:
+                    break
+    if not interrupted.name:
+        preparation.build_in_background((node for flight in flights for node in flight.nodes.values()), "fly")
+
+
+def _check_namespace(name: str) -> None:
+    from rclpy.exceptions import InvalidNamespaceException
+    from rclpy.validate_namespace import validate_namespace
+
+    try:
+        validate_namespace(f"/{name.strip('/')}")
+    except InvalidNamespaceException as error:
+        why = str(error).splitlines()[0].removeprefix("Invalid namespace: ").rstrip(":")
+        raise ParameterError(f"--namespace: found {name!r}, expected a ROS name: {why}") from error
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -106,6 +159,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--duration", type=float, metavar="S", help="flight time from t = 0 of the curve, after the approach"
     )
+    parser.add_argument(
+        "--mission",
+        metavar="ITEMS",
+        help="takeoff[:height], a trajectory, hold:seconds, land, separated by commas: a commander flies them",
+    )
     parser.add_argument("--realtime", action="store_true", help="fly at the speed of the clock instead of in lockstep")
     parser.add_argument(
         "--shadow",
@@ -117,7 +175,20 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--one-process", action="store_true", help="the five nodes in one process: the same bits, several times faster"
     )
+    parser.add_argument(
+        "--own",
+        action="append",
+        default=[],
+        metavar="NODE=COMMAND",
+        help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
+    )
     parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
+    _add_surroundings(parser)
+    return parser
+
+
+def _add_surroundings(parser: argparse.ArgumentParser) -> None:
+    """Add where a flight is recorded, what it is held to and who sees it."""
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
         "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
@@ -126,8 +197,12 @@ def _parser() -> argparse.ArgumentParser:
         "--limits", action="append", metavar="FILE|METRIC=VALUE", help="errors to be held to (default: by --start)"
     )
     parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
+    parser.add_argument(
+        "--visible",
+        action="store_true",
+        help="let every shell of this machine see the nodes (default: only shells that sourced scripts/env.sh)",
+    )
     parser.add_argument("--domain", type=int, metavar="N", help="ROS domain (default: one that no other flight uses)")
-    return parser
 
 
 def _names(group: str) -> str:
@@ -167,6 +242,21 @@ def _make(directory: Path, made: list[Path]) -> None:
     made += [*reversed(missing), directory]
 
 
+def _own(options: argparse.Namespace) -> dict[str, list[str]]:
+    """Return {node: the command that is started in its place}; raises ParameterError for what cannot be."""
+    found = {}
+    for given in options.own:
+        role, _, command = given.partition("=")
+        if role not in ROLES or not command.strip():
+            raise ParameterError(f"--own: found {given!r}, expected NODE=COMMAND, NODE one of {', '.join(ROLES)}")
+        found[role] = shlex.split(command)
+        if shutil.which(found[role][0]) is None:
+            raise ParameterError(f"--own: {role}: found {found[role][0]!r}, expected a program")
+    if found and options.one_process:
+        raise ParameterError("--own: a node of one's own is a process of its own: leave out --one-process")
+    return found
+
+
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
     run_id = f"{case}-{secrets.token_hex(4)}"
     request = Request(
@@ -184,10 +274,21 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.relay,
         options.shadow,
         options.scenario,
+        options.mission,
+        options.trajectory,
     )
     identity = {"/**": {"flight.run_id": run_id}, "recorder": {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
     limits = options.limits or [str(configuration.find(configuration.LIMITS, summary(nodes)["start"]))]
+    if options.mission is not None and options.trajectory is None:
+        limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(
-        case, directory, run_id, options.namespace.strip("/"), nodes, read_limits(limits), options.one_process
+        case,
+        directory,
+        run_id,
+        options.namespace.strip("/"),
+        nodes,
+        read_limits(limits),
+        options.one_process,
+        _own(options),
     )

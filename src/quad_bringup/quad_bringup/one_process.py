@@ -1,93 +1,108 @@
-"""All five nodes in one process and one executor: the same messages over the same topics, without processes between."""
+"""All nodes of a flight in one process and one executor: the same messages over the same topics."""
 
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.task import Future
 
+from quad_core.cascade import STAGES
 from quad_core.parameters import ParameterError
-from quad_node import executor, parameters, scheduling
+from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
+from quad_node.law_node import LawNode
 
 NAME = "one_process"
-_INTERRUPTED = 1.5  # s in which the nodes still end the flight among themselves
+FAILED = 1
+_INTERRUPTED = 4.0  # s in which the nodes still end the flight among themselves
 _LAST_WORDS, _FEW_WORDS = 5.0, 0.2  # s, of a flight that ended and of one that was interrupted
 
 
 def makers() -> list[Callable[[], FlightNode]]:
-    """Return the classes of the five nodes, the simulator first."""
-    from quad_attitude_ctrl.node import AttitudeController
+    """Return the classes of the nodes, the simulator first."""
     from quad_dynamics.node import Simulator
-    from quad_flight_log.node import Recorder
-    from quad_position_ctrl.node import PositionController
+    from quad_flight_log.recorder.node import Recorder
     from quad_trajectory.node import Trajectory
 
-    return [Simulator, Trajectory, PositionController, AttitudeController, Recorder]
+    return [Simulator, Trajectory, *(partial(LawNode, stage.role) for stage in STAGES), Recorder]
 
 
 def run(args: list[str]) -> int:
     """Run all nodes until each is done; returns the worst of their exit codes, 2 for a bad set-up."""
     try:
-        parameters.check_files(args)
-        executor.init(args)
+        parameters.check_arguments(args)
+        seen_by = executor.init(args)
     except ParameterError as error:
         return parameters.fail(NAME, str(error))
+    except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
+        return parameters.fail(NAME, " ".join(str(error).split()))
     nodes: list[FlightNode] = []
+    stop: list[str] = []
+    # nodes that are half made could not close what they have opened
+    executor.on_signals(stop, Future())
+    code = parameters.BAD_SETUP
     try:
         for make in makers():
-            nodes.append(make())  # noqa: PERF401 (what was made must be destroyed if the next cannot be)
+            nodes.append(make())
+            nodes[-1].voice.starting(nodes[-1].role, nodes[-1].flight.run_id, nodes[-1].lockstep, seen_by)
+        code = FAILED
+        code = _spin(nodes, stop)
     except (ValueError, OSError, InvalidParameterTypeException, InvalidParameterValueException) as error:
-        destroy(nodes)
-        rclpy.try_shutdown()
-        return parameters.fail(NAME, str(error))
-    try:
-        return _spin(nodes)
+        if code == FAILED:
+            raise
+        return parameters.fail(NAME, parameters.placed(str(error), args))
     finally:
-        destroy(nodes)
+        destroy(nodes, code)
         rclpy.try_shutdown()
+    return code
 
 
-def destroy(nodes: list[FlightNode]) -> None:
-    """Destroy what is left of the nodes."""
+def destroy(nodes: list[FlightNode], code: int) -> None:
+    """Destroy the nodes; if one hangs, the process ends with ``code``."""
     while nodes:
-        nodes.pop().destroy_node()
+        departure.leave(nodes.pop(), code)
 
 
-def _spin(nodes: list[FlightNode]) -> int:
-    """Spin until every node is done; a done node leaves at once, as its process would."""
+def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
+    """Spin until every node is done; a node that is done is spun no longer, as if its process had left.
+
+    It is destroyed with the others when nothing spins any more: the executor may still hold an event of it.
+    ``stop`` gets the names of signals; one that is in it already ends the flight at once.
+    """
     halted = Future()
-    stop: list[str] = []
-    executor.on_signals(stop, halted)
+    executor.on_signals(stop, halted, nodes[0].on_signal)
     nodes[0].scheduled(scheduling.settle(nodes[0].priority))
     spinner = executor.make_executor()
     for node in nodes:
         spinner.add_node(node)
+    flying = list(nodes)
     worst, deadline = 0, float("inf")
-    while nodes and time.monotonic() < deadline:
-        news = _any_of([node.done for node in nodes] + ([] if stop else [halted]))
-        spinner.spin_until_future_complete(news, timeout_sec=min(executor.SPIN_TIMEOUT, deadline - time.monotonic()))
-        if stop and deadline == float("inf"):
+    while flying and time.monotonic() < deadline:
+        news = _any_of([node.done for node in flying] + ([halted] if deadline == float("inf") else []))
+        if not news.done():
+            patience = min(executor.SPIN_TIMEOUT, deadline - time.monotonic())
+            spinner.spin_until_future_complete(news, timeout_sec=patience)
+        if halted.done() and deadline == float("inf"):
             deadline = time.monotonic() + _INTERRUPTED
             nodes[0].on_interrupt(stop[0])
-        for node in [node for node in nodes if node.done.done()]:
+        for node in [node for node in flying if node.done.done()]:
             spinner.remove_node(node)
-            worst = max(worst, _left(node, _FEW_WORDS if stop else _LAST_WORDS))
-            nodes.remove(node)
-    for node in nodes:
-        worst = max(worst, 1, _left(node, _FEW_WORDS))
+            worst = max(worst, _closed(node, _FEW_WORDS if stop else _LAST_WORDS))
+            flying.remove(node)
+    for node in flying:
+        spinner.remove_node(node)
+        worst = max(worst, FAILED, _closed(node, _FEW_WORDS))
     return worst
 
 
-def _left(node: FlightNode, patience: float) -> int:
+def _closed(node: FlightNode, patience: float) -> int:
     node.drain(patience)
     node.close()
-    code = node.exit_code
-    node.destroy_node()
-    return code
+    return node.exit_code
 
 
 def _any_of(futures: list[Any]) -> Future:
@@ -105,7 +120,7 @@ def _any_of(futures: list[Any]) -> Future:
 
 
 def main() -> None:
-    """Run the five nodes in this process."""
+    """Run the nodes in this process."""
     if {"--help", "-h"} & set(sys.argv):
         sys.stdout.write(f"{__doc__}\n\nusage: ros2 run quad_bringup {NAME} --ros-args --params-file FILE\n")
         sys.exit(0)

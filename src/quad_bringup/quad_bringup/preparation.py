@@ -1,58 +1,115 @@
-"""Before a flight: the machine code of its laws and plant, made where there is none yet."""
+"""Machine code of a flight's laws and plant, built for the next flights and never before one.
 
+python -m quad_bringup.preparation                      build what the default flight lacks (``scripts/setup``)
+python -m quad_bringup.preparation MODULE:FUNCTION ...  build these, quietly
+"""
+
+import fcntl
 import multiprocessing
+import os
 import signal
+import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
-from quad_core import programs
-from quad_core.machine_code import library_path
-from quad_core.machine_code_build import CompilationError, build
-from quad_core.node_parameters import Resolved
-from quad_core.program import Program
+from quad_core import guard
+from quad_core.prediction import predict
+from quad_core.resolution import Resolved
+from quad_core.sources import cache_root
+from quad_flight.set_up import Request, resolve_flight
+from quad_native import library_path
+from quad_native.build import CompilationError, build
 
 
-def prepare(nodes: Iterable[Resolved]) -> None:
-    """Build what ``nodes`` lack; says what it does, and why a program will be interpreted instead.
+def functions_of(node: Resolved) -> list[Callable[..., Any]]:
+    """Return the functions that a node runs at every step and that can be machine code."""
+    guards = [guard.step] if hasattr(node.node, "guard") and node.node.guard.enabled else []
+    found = guards + [
+        getattr(node.plugins[slot].module, name)
+        for slot, names in (("law", ("step",)), ("plant", ("step", "lumped")))
+        if slot in node.plugins and getattr(node.plugins[slot].module, "COMPILES", True)
+        for name in names
+    ]
+    if getattr(getattr(node.node, "prediction", None), "enabled", False):
+        found.append(predict)
+    return found if node.flight.machine_code else []
 
-    Without Numba nothing is built: all is interpreted.
-    """
+
+def lacking(nodes: Iterable[Resolved]) -> dict[str, Callable[..., Any]]:
+    """Return {MODULE:FUNCTION: function} of what ``nodes`` run without a library of its present text."""
     if find_spec("numba") is None:
+        return {}
+    every = (function for node in nodes for function in functions_of(node))
+    return {f"{function.__module__}:{function.__qualname__}": function for function in every if _lacks(function)}
+
+
+def build_lacking(nodes: Iterable[Resolved], prefix: str) -> None:
+    """Build what ``nodes`` lack and wait for it; prints what it does, and why a function will be run by CPython."""
+    found = lacking(nodes)
+    if not found:
         return
-    lacking = {}
-    for node in nodes:
-        program = programs.of_node(node) if node.flight.machine_code else None
-        if program is not None and not _is_there(program):
-            lacking[program.name] = program
-    if not lacking:
-        return
-    _say(f"compiling {', '.join(lacking)} (kept until their text changes) ...")
+    _print(prefix, f"compiling {', '.join(found)} ...")
     # processes of their own: Numba is large and takes one core each
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(
         mp_context=context, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_DFL)
     ) as pool:
-        for number, problem in enumerate(pool.map(_problem_of, lacking.values()), start=1):
-            _say(f"interpreted: {problem}" if problem else f"compiled {number} of {len(lacking)}")
+        for number, problem in enumerate(pool.map(_problem_of, found.values()), start=1):
+            _print(prefix, f"run by CPython: {problem}" if problem else f"compiled {number} of {len(found)}")
 
 
-def _is_there(program: Program) -> bool:
+def build_in_background(nodes: Iterable[Resolved], prefix: str) -> "subprocess.Popen[bytes] | None":
+    """Start building what ``nodes`` lack in a process that nobody waits for; None if nothing lacks."""
+    found = lacking(nodes)
+    if not found:
+        return None
+    _print(prefix, f"compiling {', '.join(found)} in the background for the next flights")
+    command = [sys.executable, "-m", __spec__.name, *found]
+    nowhere = subprocess.DEVNULL
+    return subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere, start_new_session=True)
+
+
+def main(names: Sequence[str]) -> None:
+    """Build the functions of ``names``, MODULE:FUNCTION; without any what the default flight lacks."""
+    if not names:
+        build_lacking(resolve_flight(Request("hover"), {}).values(), "setup")
+        return
+    os.nice(19)
+    root = cache_root()
+    root.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with (root / "building.lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:  # another flight's process builds already; what it leaves out comes next time
+            return
+        for name in names:
+            module, _, function = name.partition(":")
+            _problem_of(getattr(import_module(module), function))
+
+
+def _lacks(function: Callable[..., Any]) -> bool:
     try:
-        return library_path(program).is_file()
+        return not library_path(function).is_file()
     except (OSError, TypeError):  # none that could be built again when its text changes
-        return True
+        return False
 
 
-def _problem_of(program: Program) -> str:
+def _problem_of(function: Callable[..., Any]) -> str:
     try:
-        build(program)
+        build(function)
     except (CompilationError, OSError) as error:
         return str(error)
     return ""
 
 
-def _say(text: str) -> None:
-    sys.stderr.write(f"fly: {text}\n")
+def _print(prefix: str, text: str) -> None:
+    sys.stderr.write(f"{prefix}: {text}\n")
     sys.stderr.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -10,16 +10,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
 
-from quad_core.node_parameters import SHADOW
-
-PACKAGES = {
-    "simulator": "quad_dynamics",
-    "trajectory": "quad_trajectory",
-    "position_controller": "quad_position_ctrl",
-    "attitude_controller": "quad_attitude_ctrl",
-    "recorder": "quad_flight_log",
-    "odometry_relay": "quad_node",
-}
+from quad_core.cascade import ALL_ROLES, SHADOW
 
 # What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
 _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
@@ -27,7 +18,7 @@ _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (s
 
 def executable(role: str) -> Path:
     """Return what ``ros2 run`` would start for ``role``."""
-    package = PACKAGES[role.removeprefix(SHADOW)]
+    package = ALL_ROLES[role].package
     return Path(get_package_prefix(package), "lib", package, role.removeprefix(SHADOW))
 
 
@@ -72,10 +63,19 @@ class Processes:
         text = self.log(role).read_text(encoding="utf-8", errors="replace") if self.log(role).exists() else ""
         return [line for line in text.splitlines() if line.strip()][-count:]
 
-    def move_logs(self, directory: Path) -> None:
-        """Move all that was printed, and whatever else lies beside it, into ``directory``; it must not exist."""
-        shutil.move(self._logs, directory)
+    def move_logs(self, directory: Path) -> str:
+        """Move all that was printed, and whatever else lies beside it, into ``directory``; it must not exist.
+
+        Returns why the disk did not take all of it, empty if it did.
+        """
+        try:
+            shutil.move(self._logs, directory)
+        except OSError as error:
+            # of a whole folder shutil raises a list of (from, to, why)
+            first = error.args[0][0][-1] if isinstance(error, shutil.Error) and error.args[0] else error
+            return str(getattr(first, "strerror", None) or first)
         self._logs = directory
+        return ""
 
     def pids(self) -> dict[str, int]:
         """Return {role: pid} of the processes that run."""
@@ -95,6 +95,12 @@ class Processes:
     def running(self) -> bool:
         """Return whether any process still runs."""
         return bool(self._running)
+
+    def interrupt_owner(self) -> None:
+        """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
+        owner = self._running.get("simulator") or next(iter(self._running.values()), None)
+        if owner is not None:
+            owner.send_signal(signal.SIGINT)
 
     def stop(self) -> None:
         """End all processes that still run.

@@ -4,18 +4,23 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_flight_log.analysis import measured
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
+from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.analysis.takeovers import described, takeovers
+from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.metrics import METRICS, FlightMetrics
-from quad_flight_log.presentation import judged, table
-from quad_flight_log.reader import Flight, open_flight
+from quad_flight_log.report.text import judged, table
 
 STATES = {0: "waiting", 1: "flying", 2: "ended", 3: "failed"}
 ENDED = 2
 
 
 class Report(NamedTuple):
-    """The flight as its bag tells it. ``state`` is its last phase; ``problems`` say why it does not count."""
+    """A flight as its bag shows it.
+
+    ``state`` is its last phase; ``problems``: why it failed; ``note``: what is to be known of its metrics.
+    """
 
     state: str
     flight_time: float
@@ -23,33 +28,36 @@ class Report(NamedTuple):
     metrics: FlightMetrics
     limits: Mapping[str, float]
     problems: list[str]
+    note: str = ""
 
 
 def report(directory: Path, limits: Mapping[str, float], namespace: str = "") -> Report:
-    """Return what the bag in ``directory`` says, held to ``limits`` ({metric: largest value})."""
+    """Return the results of the bag in ``directory``, checked against ``limits`` ({metric: largest value})."""
     try:
         flight = open_flight(directory, namespace=namespace)
         state, reason, flight_time, wall_time = _last_state(flight)
-        metrics = measured(flight)
+        metrics, note = measured(flight), truth_note(flight)
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
     problems = []
     if state != STATES[ENDED]:
-        problems.append(reason or f"the flight did not end: flight/state says {state}")
+        problems.append(reason or f"the flight did not end: flight/state is {state}")
+    elif flown_by_guard := described(takeovers(flight)):
+        problems.append(flown_by_guard)
     if flight.truncated:
         problems.append(f"the bag was not closed: {flight.damage}")
     for verdict in judged(metrics, limits):
-        if not verdict.kept:
+        if not verdict.met:
             found = "not available" if verdict.value is None else f"{verdict.value:.4g}"
             unit = METRICS[verdict.metric].unit
             problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
     factor = flight_time / wall_time if wall_time > 0.0 else 0.0
-    return Report(state, flight_time, factor, metrics, limits, problems)
+    return Report(state, flight_time, factor, metrics, limits, problems, note)
 
 
 def text(name: str, seed: int, found: Report) -> str:
     """Return the table for people."""
-    rows = table([name], [found.metrics], found.limits)
+    rows = table([name], [found.metrics], found.limits, notes=[found.note])
     return "\n".join(
         [
             rows,

@@ -8,28 +8,45 @@ from types import FrameType
 from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
-from quad_core.node_parameters import SHADOWS, Resolved
+from quad_core.cascade import COMMANDER, SHADOWS
+from quad_core.flight_parameters import REALTIME
+from quad_core.resolution import Resolved
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
 _LAST_NEWS = 1.0
 _STARTUP_MARGIN = 30.0
 _WIND_UP = 20.0
+_LANDING = 300.0  # s for the longest way down
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Patience(NamedTuple):
-    """Wall-clock limits in s after which the flight is stopped from outside."""
+    """Wall-clock limits in s after which the flight is stopped from outside.
+
+    ``landing``: what the vehicle's owner then has to bring the vehicle down, 0 if it stops at once.
+    """
 
     start: float
     silence: float
     answer: float
+    landing: float = 0.0
 
     @classmethod
     def of(cls, simulator: Resolved) -> "Patience":
-        """Return limits that leave the nodes the time to find out and say so themselves."""
+        """Return limits that leave the nodes time to report a fault themselves, and a commander time to land."""
         repeats = simulator.node.repeat_after * (simulator.node.repeat_limit + 1)
-        answer = max(repeats, simulator.node.loss_timeout) + 3.0
-        return cls(simulator.flight.start_timeout + _STARTUP_MARGIN, simulator.flight.silence_timeout + answer, answer)
+        answer = repeats + 3.0
+        lands = simulator.flight.mode == REALTIME and simulator.node.guard.enabled
+        landing = simulator.node.descent_timeout + 3.0 if lands else 0.0
+        if COMMANDER in simulator.flight.roles.split(","):
+            landing = _LANDING
+        return cls(
+            simulator.flight.start_timeout + _STARTUP_MARGIN,
+            simulator.flight.silence_timeout + answer,
+            answer,
+            landing,
+        )
 
 
 class Outcome(NamedTuple):
@@ -40,9 +57,31 @@ class Outcome(NamedTuple):
 
 
 class Interrupts:
-    """Which signal asked for the end, empty if none did."""
+    """Which signals asked for the end: each one asks harder. ``name`` is that of the first, empty if none came."""
 
-    name = ""
+    def __init__(self) -> None:
+        """Begin without one."""
+        self.names: list[str] = []
+
+    @property
+    def name(self) -> str:
+        """Name of the first signal, empty if none came."""
+        return self.names[0] if self.names else ""
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal that asks for the end came before or after the flight; its name is the text."""
+
+
+@contextmanager
+def raised() -> Iterator[None]:
+    """Raise Interrupted on SIGINT, SIGTERM and SIGHUP."""
+
+    def note(number: int, _frame: FrameType | None) -> None:
+        raise Interrupted(signal.Signals(number).name)
+
+    with _handled(note):
+        yield
 
 
 @contextmanager
@@ -51,15 +90,20 @@ def interrupts() -> Iterator[Interrupts]:
     noted = Interrupts()
 
     def note(number: int, _frame: FrameType | None) -> None:
-        noted.name = signal.Signals(number).name
+        noted.names.append(signal.Signals(number).name)
 
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, note) for number in numbers]
-    try:
+    with _handled(note):
         yield noted
+
+
+@contextmanager
+def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    before = [signal.signal(number, handler) for number in _SIGNALS]
+    try:
+        yield
     finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
+        for number, earlier in zip(_SIGNALS, before, strict=True):
+            signal.signal(number, earlier)
 
 
 def supervise(
@@ -71,37 +115,49 @@ def supervise(
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
+    Where a vehicle flies in real time its owner is first asked to bring it down; a second signal stops it at once.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     """
     cause = ""
     late: tuple[str, ...] = ()
     deadline = time.monotonic() + patience.start
     known: Sighting | None = None
+    heeded, landing = 0, False
     while processes.running():
         state = watch.poll(_POLL)
         now = time.monotonic()
         if state is not known:
             moving = state is not None and (state.phase == FLYING or known is None or state.phase != known.phase)
-            deadline = now + _limit(state, patience) if moving and not cause else deadline
+            if moving and not cause:
+                deadline = now + _limit(state, patience)
+            elif moving and state is not None and (state.over or not patience.landing):
+                # after a cause the guard may still be bringing the vehicle down
+                deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
             known = state
         show(state)
         ended = processes.reap()
         if any(ended.values()):
-            # The end of the flight may have been said, but not have been heard here yet.
+            # The end of the flight may have been published, but not received here yet.
             state = watch.poll(_LAST_NEWS)
         for role, code in ended.items():
             if not cause and role not in SHADOWS and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
-        if interrupted.name:
+        if len(interrupted.names) > heeded:
+            heeded = len(interrupted.names)
             cause = cause or f"interrupted by {interrupted.name}"
             deadline = now
         if now >= deadline:
-            if not cause and state is not None and state.phase == ENDED:
+            if patience.landing and not landing and state is not None and state.phase == FLYING:
+                landing = True
+                processes.interrupt_owner()
+                deadline = now + patience.landing
+            elif not cause and state is not None and state.phase == ENDED:
                 late = tuple(processes.pids())
+                processes.stop()
             else:
                 cause = cause or _silent(state)
-            processes.stop()
+                processes.stop()
     return Outcome(cause, late)
 
 
@@ -112,7 +168,7 @@ def _limit(state: Sighting | None, patience: Patience) -> float:
 
 
 def _may_leave(state: Sighting | None, code: int) -> bool:
-    """Return whether a process may end now: its exit code says that the flight ended, or we know that it is over.
+    """Return whether a process may end now: its exit code means that the flight ended, or we know that it is over.
 
     A short flight may be over before anything of it is known here.
     """

@@ -1,5 +1,8 @@
 """Domains: no two flights share one unless both ask for it."""
 
+import os
+import stat
+
 import pytest
 
 from quad_bringup import domains
@@ -11,6 +14,7 @@ from quad_core.parameters import ParameterError
 def own_locks(tmp_path, monkeypatch):
     """Locks where no real flight looks for them."""
     monkeypatch.setattr(domains.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(domains, "_RUNTIME", tmp_path / "run")
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
 
 
@@ -23,8 +27,8 @@ def test_flights_that_do_not_ask_get_domains_of_their_own():
 def test_a_domain_may_be_shared_by_those_who_ask_for_it_only():
     with reserved_domain(7) as one, reserved_domain(7) as two:
         assert one == two == 7
-    with reserved_domain(None) as held, pytest.raises(ParameterError, match=f"domain {held} is held"):
-        reserved_domain(held).__enter__()
+    with reserved_domain(None) as reserved, pytest.raises(ParameterError, match=f"domain {reserved} is reserved"):
+        reserved_domain(reserved).__enter__()
 
 
 def test_the_environment_s_domain_is_taken_if_it_is_free(monkeypatch):
@@ -41,17 +45,17 @@ def test_a_bad_domain_in_the_environment_is_refused(monkeypatch, text):
         reserved_domain(None).__enter__()
 
 
-@pytest.mark.parametrize("wanted", [-1, 233])
-def test_a_bad_wanted_domain_is_refused(wanted):
-    with pytest.raises(ParameterError, match=f"found {wanted}, expected 0 to 232"):
-        reserved_domain(wanted).__enter__()
+@pytest.mark.parametrize("asked", [-1, 233])
+def test_a_bad_wanted_domain_is_refused(asked):
+    with pytest.raises(ParameterError, match=f"found {asked}, expected 0 to 232"):
+        reserved_domain(asked).__enter__()
 
 
 def test_a_domain_is_free_again_after_the_flight():
-    with reserved_domain(None) as held:
+    with reserved_domain(None) as reserved:
         pass
-    with reserved_domain(held) as again:
-        assert again == held
+    with reserved_domain(reserved) as again:
+        assert again == reserved
 
 
 def test_domains_with_ports_in_shared_memory_come_last(tmp_path, monkeypatch):
@@ -60,3 +64,51 @@ def test_domains_with_ports_in_shared_memory_come_last(tmp_path, monkeypatch):
     monkeypatch.setattr(domains, "_SHARED_MEMORY", tmp_path)
     with reserved_domain(None) as found:
         assert found == 101
+
+
+def lock_folder(top):
+    return top / f"quad-{os.geteuid()}"
+
+
+def test_locks_lie_in_a_folder_of_the_user_alone(tmp_path):
+    with reserved_domain(7):
+        assert stat.S_IMODE(lock_folder(tmp_path).stat().st_mode) == 0o700
+        assert [path.name for path in lock_folder(tmp_path).iterdir()] == ["domain-7.lock"]
+
+
+def test_the_session_s_folder_is_taken_where_there_is_one(tmp_path):
+    session = tmp_path / "run" / str(os.geteuid())
+    session.mkdir(parents=True)
+    with reserved_domain(7):
+        assert (session / "quad" / "domain-7.lock").is_file()
+
+
+def test_a_lock_follows_no_link(tmp_path):
+    lock_folder(tmp_path).mkdir(mode=0o700)
+    (lock_folder(tmp_path) / "domain-7.lock").symlink_to(tmp_path / "made-for-somebody-else")
+    with pytest.raises(OSError, match=r"domain-7\.lock"):
+        reserved_domain(7).__enter__()
+    assert not (tmp_path / "made-for-somebody-else").exists()
+
+
+def test_a_lock_folder_that_others_write_is_refused(tmp_path):
+    lock_folder(tmp_path).mkdir()
+    lock_folder(tmp_path).chmod(0o777)
+    with pytest.raises(OSError, match="found mode 0777"):
+        reserved_domain(7).__enter__()
+
+
+def test_ports_where_nobody_listens_are_removed_when_a_flight_leaves_its_domain(tmp_path, monkeypatch):
+    shared = tmp_path / "shm"
+    shared.mkdir()
+    monkeypatch.setattr(domains, "_SHARED_MEMORY", shared)
+    with domains.reserved_domain(None) as domain:
+        first = 7400 + 250 * domain
+        dead, alive, other = (f"fastrtps_port{port}" for port in (first + 21, first + 11, first + 250))
+        kept = {alive, f"{alive}_el", f"sem.{alive}_mutex", other, "fastrtps_0be0c014e420a9ef"}
+        for name in (dead, f"sem.{dead}_mutex", *kept):
+            (shared / name).touch()
+    assert {path.name for path in shared.iterdir()} == kept
+    with domains.reserved_domain(domain):
+        (shared / dead).touch()
+    assert (shared / dead).exists()

@@ -1,5 +1,6 @@
-"""The launch file against stand-ins for launch and launch_ros, which are no wheels: which nodes, told what."""
+"""The launch file against stand-ins for launch and launch_ros, which are no wheels: nodes and their parameters."""
 
+import functools
 import importlib.util
 import sys
 from pathlib import Path
@@ -32,8 +33,11 @@ def launch_file(monkeypatch):
         return SimpleNamespace(args=args, **kwargs)
 
     monkeypatch.setitem(sys.modules, "launch", stand_in("launch", LaunchContext=dict, LaunchDescription=keep))
-    actions = stand_in("launch.actions", DeclareLaunchArgument=keep, OpaqueFunction=keep)
-    monkeypatch.setitem(sys.modules, "launch.actions", actions)
+    names = "DeclareLaunchArgument OpaqueFunction LogInfo SetEnvironmentVariable UnsetEnvironmentVariable Shutdown"
+    actions = {name: functools.partial(keep, kind=name) for name in names.split()}
+    monkeypatch.setitem(sys.modules, "launch.actions", stand_in("launch.actions", **actions))
+    for name in ("FASTDDS_BUILTIN_TRANSPORTS", "ROS_AUTOMATIC_DISCOVERY_RANGE", "RMW_IMPLEMENTATION", "ROS_DOMAIN_ID"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setitem(
         sys.modules, "launch.substitutions", stand_in("launch.substitutions", LaunchConfiguration=Argument)
     )
@@ -45,14 +49,27 @@ def launch_file(monkeypatch):
     return module
 
 
-def told(launch_file, **changes):
-    """Return {role: node} for the launch arguments ``changes``."""
+def whole(launch_file, **changes):
+    """Return all that is launched for the launch arguments ``changes``."""
     defaults = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
-    return {node.name: node for node in launch_file.nodes({**defaults, **changes})}
+    return launch_file.flight({**defaults, **changes})
+
+
+def started_nodes(launch_file, **changes):
+    """Return {role: node} for the launch arguments ``changes``."""
+    return {action.name: action for action in whole(launch_file, **changes) if hasattr(action, "executable")}
+
+
+def environment(actions):
+    """Return {variable: value} that is set, None for one that is unset, and the lines that are printed."""
+    set_ = {action.args[0]: action.args[1] for action in actions if action.__dict__.get("kind", "").startswith("Set")}
+    unset = {action.args[0]: None for action in actions if action.__dict__.get("kind", "").startswith("Unset")}
+    lines = [action.msg for action in actions if action.__dict__.get("kind") == "LogInfo"]
+    return {**set_, **unset}, " ".join(lines)
 
 
 def test_five_nodes_with_what_ros2_run_would_start(launch_file):
-    nodes = told(launch_file)
+    nodes = started_nodes(launch_file)
     assert {name: (node.package, node.executable) for name, node in nodes.items()} == {
         "simulator": ("quad_dynamics", "simulator"),
         "trajectory": ("quad_trajectory", "trajectory"),
@@ -62,9 +79,11 @@ def test_five_nodes_with_what_ros2_run_would_start(launch_file):
     }
 
 
-def test_namespace_time_and_files_are_passed_through(launch_file):
-    nodes = told(
-        launch_file, namespace="uav1", use_sim_time="true", case="case2", params_file="last.yaml", directory="bag"
+def test_namespace_time_and_files_are_passed_through(launch_file, tmp_path):
+    last = tmp_path / "last.yaml"
+    last.touch()
+    nodes = started_nodes(
+        launch_file, namespace="uav1", use_sim_time="true", case="case2", params_file=str(last), directory="bag"
     )
     for name, node in nodes.items():
         files = [Path(entry).name for entry in node.parameters if isinstance(entry, str)]
@@ -75,16 +94,75 @@ def test_namespace_time_and_files_are_passed_through(launch_file):
 
 
 def test_the_simulator_can_be_left_out(launch_file):
-    assert "simulator" not in told(launch_file, simulate="false")
-    assert len(told(launch_file, simulate="false")) == 4
+    assert "simulator" not in started_nodes(launch_file, simulate="false")
+    assert len(started_nodes(launch_file, simulate="false")) == 4
 
 
 def test_an_unknown_case_is_refused_by_name(launch_file):
     with pytest.raises(ParameterError, match="orbit"):
-        told(launch_file, case="orbit")
+        started_nodes(launch_file, case="orbit")
 
 
 def test_every_argument_is_declared(launch_file):
     *declared, late = launch_file.generate_launch_description().args[0]
     assert [entry.args[0] for entry in declared] == list(launch_file.ARGUMENTS)
-    assert late.function is launch_file.nodes
+    assert late.function is launch_file.flight
+
+
+@pytest.mark.parametrize("name", ["simulate", "use_sim_time", "visible"])
+def test_a_flag_is_true_or_false(launch_file, name):
+    with pytest.raises(ParameterError, match=f"{name}: found 'maybe', expected true or false"):
+        started_nodes(launch_file, **{name: "maybe"})
+
+
+def test_a_parameter_file_that_does_not_exist_is_refused(launch_file):
+    with pytest.raises(ParameterError, match=r"params_file: found 'none\.yaml'"):
+        started_nodes(launch_file, params_file="none.yaml")
+
+
+@pytest.mark.parametrize(("code", "ends"), [(0, 0), (1, 0), (-9, 0), (2, 1)])
+def test_a_refused_node_ends_the_others(launch_file, code, ends):
+    event = SimpleNamespace(returncode=code, action=SimpleNamespace(name="trajectory"))
+    for node in started_nodes(launch_file).values():
+        actions = node.on_exit(event, {})
+        assert [action.kind for action in actions] == ["Shutdown"] * ends
+        assert all("trajectory" in action.reason for action in actions)
+
+
+def test_a_flight_is_closed_unless_it_is_asked_to_be_seen(launch_file):
+    set_, line = environment(whole(launch_file))
+    assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": "SHM", "ROS_AUTOMATIC_DISCOVERY_RANGE": None}
+    assert "export FASTDDS_BUILTIN_TRANSPORTS=SHM ROS_DOMAIN_ID=0" in line
+    set_, line = environment(whole(launch_file, visible="true"))
+    assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": None, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    assert "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=0" in line
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4"), ("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")]
+)
+def test_settings_of_the_user_are_kept_and_an_open_flight_is_said(launch_file, monkeypatch, name, value):
+    monkeypatch.setenv(name, value)
+    set_, line = environment(whole(launch_file))
+    assert set_ == {}
+    assert "open to other hosts" in line
+    assert value in line
+
+
+def test_a_mission_adds_the_commander_a_ground_and_time_to_land(launch_file):
+    nodes = started_nodes(launch_file, mission="takeoff,case2,land")
+    assert (nodes["commander"].package, nodes["commander"].executable) == ("quad_commander", "commander")
+    own = {name: node.parameters[-1] for name, node in nodes.items()}
+    assert {parameters["flight.roles"] for parameters in own.values()} == {
+        "simulator,trajectory,position_controller,attitude_controller,recorder,commander"
+    }
+    assert len({parameters["flight.run_id"] for parameters in own.values()}) == 1
+    assert own["commander"]["mission"] == "takeoff,case2,land"
+    assert own["trajectory"]["trajectory"] == "case2"
+    assert own["simulator"]["rigid_body.ground.height"] == pytest.approx(-0.099)
+    assert {node.sigterm_timeout for node in nodes.values()} == {"300"}
+
+
+def test_a_mission_that_cannot_be_flown_is_refused(launch_file):
+    with pytest.raises(ParameterError, match=r"mission: found 'case9' as item 2"):
+        started_nodes(launch_file, mission="takeoff,case9")

@@ -1,12 +1,13 @@
-"""What a flight compiles before it starts, and what it says of it."""
+"""What is compiled after a flight for the next one, and what is said of it."""
+
+import fcntl
+import math
 
 import pytest
 
 from quad_bringup import preparation
-from quad_bringup.flight_setup import Request, resolve_flight
-from quad_core import programs
-from quad_core.machine_code import library_path
-from quad_core.program import Call, Program
+from quad_flight.set_up import Request, resolve_flight
+from quad_native import library_path
 
 
 def halved(number: float) -> float:
@@ -17,50 +18,71 @@ def written(number: float) -> float:
     return float.fromhex(number.hex())
 
 
-def program(name, function):
-    return Program(name, {"number": float}, {"step": (Call(function, ("number",), ("number",)),)})
-
-
-GOOD, BAD = program("good", halved), program("bad", written)
-LAWS = {"position_controller": GOOD, "attitude_controller": BAD}
+LAWS = {"position_controller": [halved], "attitude_controller": [written]}
 
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(programs, "of_node", lambda node: LAWS.get(node.role))
     return tmp_path
 
 
-def nodes(*settings):
-    return list(resolve_flight(Request("hover", settings=settings), {}).values())
+@pytest.fixture
+def laws(monkeypatch):
+    monkeypatch.setattr(preparation, "functions_of", lambda node: LAWS.get(node.role, []))
 
 
-def test_what_lacks_is_built_once_and_what_cannot_be_is_told(cache, capfd):
-    preparation.prepare(nodes())
-    told = capfd.readouterr().err
-    assert "compiling good, bad" in told
-    assert "compiled 1 of 2" in told
-    assert "interpreted: bad: " in told
-    assert [path.name for path in cache.rglob("*.so")] == [library_path(GOOD).name]
-    made = library_path(GOOD).stat().st_mtime_ns
-    preparation.prepare([node for node in nodes() if node.role == "position_controller"])
+def nodes(*settings, **request):
+    return list(resolve_flight(Request("hover", settings=settings, **request), {}).values())
+
+
+def test_what_lacks_is_built_once_and_what_cannot_be_is_named(cache, laws, capfd):
+    preparation.build_lacking(nodes(), "fly")
+    printed = capfd.readouterr().err
+    assert "compiling test_preparation:halved, test_preparation:written" in printed
+    assert "compiled 1 of 2" in printed
+    assert "run by CPython: test_preparation.written: " in printed
+    assert [path.name for path in cache.rglob("*.so")] == [library_path(halved).name]
+    made = library_path(halved).stat().st_mtime_ns
+    preparation.build_lacking([node for node in nodes() if node.role == "position_controller"], "fly")
     assert capfd.readouterr().err == ""
-    assert library_path(GOOD).stat().st_mtime_ns == made
+    assert library_path(halved).stat().st_mtime_ns == made
 
 
-def test_nothing_is_built_for_who_does_not_want_it(cache, capfd):
-    preparation.prepare(nodes("flight.machine_code=false"))
+def test_nothing_is_built_for_nodes_that_run_without(cache, capfd):
+    preparation.build_lacking(nodes("flight.machine_code=false"), "fly")
     assert capfd.readouterr().err == ""
     assert list(cache.rglob("*.so")) == []
 
 
-def test_a_program_belongs_to_laws_and_plants_that_are_made_for_numba():
-    made = {node.role: programs.of_node(node) for node in nodes()}
-    assert {role for role, found in made.items() if found} == {
-        "simulator",
-        "position_controller",
-        "attitude_controller",
-    }
-    foreign = resolve_flight(Request("hover", plant="mujoco"), {})["simulator"]
-    assert programs.of_node(foreign) is None
+def test_steps_of_laws_and_plants_are_built_unless_they_are_not_made_for_numba():
+    def named(node):
+        functions = preparation.functions_of(node)
+        return {f"{function.__module__.partition('.')[0]}.{function.__name__}" for function in functions}
+
+    laws = {"quad_position_ctrl.step", "quad_attitude_ctrl.step"}
+    assert set.union(*map(named, nodes())) == {"quad_dynamics.step", "quad_dynamics.lumped", "quad_core.step"} | laws
+    foreign = next(node for node in nodes(plant="mujoco") if node.role == "simulator")
+    assert named(foreign) == {"quad_core.step"}, "the guard alone"
+
+
+def test_a_process_that_nobody_waits_for_builds_what_lacks(cache, monkeypatch, capfd):
+    law = next(node for node in nodes() if node.role == "attitude_controller")
+    step = law.plugins["law"].module.step
+    process = preparation.build_in_background([law], "fly")
+    assert f"compiling {step.__module__}:step in the background" in capfd.readouterr().err
+    assert process.wait(240.0) == 0
+    assert library_path(step).is_file()
+    assert preparation.build_in_background([law], "fly") is None
+
+
+def test_one_process_builds_at_a_time(cache, monkeypatch):
+    built = []
+    monkeypatch.setattr(preparation, "build", built.append)
+    monkeypatch.setattr(preparation.os, "nice", lambda _: 0)
+    with (cache / "building.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        preparation.main(["math:sqrt"])
+    assert built == []
+    preparation.main(["math:sqrt"])
+    assert built == [math.sqrt]

@@ -1,5 +1,7 @@
 """Node processes: started, watched, and stopped whatever they do about it."""
 
+import errno
+import shutil
 import signal
 import sys
 import time
@@ -89,9 +91,31 @@ def test_logs_move_with_all_that_lies_beside_them(tmp_path):
     (logs / "parameters.yaml").write_text("a: 1\n", encoding="utf-8")
     found = Processes(logs, {})
     (logs / "recorder.log").write_text("one\n\ntwo\nthree\nfour\n", encoding="utf-8")
-    found.move_logs(tmp_path / "bag")
+    assert found.move_logs(tmp_path / "bag") == ""
     assert not logs.exists()
     assert found.log("recorder") == tmp_path / "bag" / "recorder.log"
     assert found.last_lines("recorder") == ["two", "three", "four"]
     assert found.last_lines("simulator") == []
     assert (tmp_path / "bag" / "parameters.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (shutil.Error([("a", "b", "[Errno 28] No space left on device: 'b'")]), "No space left on device"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left on device"),
+    ],
+)
+def test_logs_that_a_full_disk_does_not_take_are_a_plain_text(error, message, tmp_path, monkeypatch):
+    def fail(*_args):
+        raise error
+
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    processes = Processes(logs, {})
+    processes.log("simulator").write_text("last words\n")
+    monkeypatch.setattr(shutil, "move", fail)
+    lost = processes.move_logs(tmp_path / "bag")
+    assert message in lost
+    assert "[(" not in lost
+    assert processes.last_lines("simulator") == ["last words"]

@@ -21,6 +21,7 @@ class Flight:
 
     def __init__(self, script, monkeypatch, roles=("simulator", "trajectory", "recorder")):
         self.now, self.stopped = 0.0, 0
+        self.asked_at = []
         self.script = list(script)
         self.newest, self.alive = None, set(roles)
         self.ended = {}
@@ -49,8 +50,11 @@ class Flight:
         self.stopped += 1
         self.alive.clear()
 
-    def supervise(self, interrupted=None):
-        return supervise(self, self, PATIENCE, interrupted or Interrupts(), lambda _: None)
+    def interrupt_owner(self):
+        self.asked_at.append(self.now)
+
+    def supervise(self, interrupted=None, patience=PATIENCE):
+        return supervise(self, self, patience, interrupted or Interrupts(), lambda _: None)
 
 
 ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
@@ -126,10 +130,53 @@ def test_nodes_that_do_not_leave_a_failed_flight_are_stopped(monkeypatch):
 
 def test_an_interrupt_stops_at_once(monkeypatch):
     asked = Interrupts()
-    asked.name = "SIGINT"
+    asked.names.append("SIGINT")
     flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
     assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
     assert (flight.stopped, flight.now) == (1, pytest.approx(0.1))
+
+
+LANDS = PATIENCE._replace(landing=8.0)
+
+
+def test_an_interrupt_in_real_time_is_a_landing(monkeypatch):
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    script = [(0.05, state(FLYING, 3), {}), *((n, state(FLYING, 3 + n), {}) for n in range(1, 6))]
+    script.append((6.0, state(FAILED, 9, "simulator stopped by SIGINT"), dict.fromkeys(ALL_LEFT, 1)))
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
+    assert (flight.stopped, flight.asked_at) == (0, [pytest.approx(0.1)])
+
+
+def test_a_landing_has_a_bound(monkeypatch):
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    flight = Flight([(n, state(FLYING, n), {}) for n in range(1, 60)], monkeypatch)
+    flight.poll(1.0)
+    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
+    assert (flight.stopped, len(flight.asked_at)) == (1, 1)
+    assert flight.now == pytest.approx(1.1 + LANDS.landing, abs=0.5)
+
+
+def test_a_second_interrupt_stops_a_landing_at_once(monkeypatch):
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
+    ask = flight.interrupt_owner
+    monkeypatch.setattr(flight, "interrupt_owner", lambda: (ask(), asked.names.append("SIGTERM")))
+    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
+    assert (flight.stopped, flight.now) == (1, pytest.approx(0.2))
+
+
+def test_a_node_that_dies_in_real_time_makes_the_owner_land(monkeypatch):
+    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
+    script += [(n, state(FLYING, n), {}) for n in range(3, 7)]
+    script.append((7, state(FAILED, 9, "simulator stopped by SIGINT"), {"simulator": 1, "recorder": 1}))
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
+    assert flight.stopped == 0
+    assert flight.asked_at == [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)]
 
 
 def test_signals_are_noted_and_the_handlers_come_back():

@@ -1,1 +1,1 @@
-"""Closed-loop flights of the quadrotor stack without ROS: sweeps and batches from the same code."""
+"""Many flights of the quadrotor stack without ROS: campaigns, statistics, tuning and studies."""

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from quad_campaign.definition import Definition, base_flight, drawn
-from quad_campaign.flight import Flight, Result, fly
-from quad_campaign.variation import Variation
 from quad_core.parameters import Value
+from quad_flight.flight import Flight, Result, fly
+from quad_flight.variation import Variation
 
 ENDED = "ended"
 FIGURES = ("rmse", "largest_error", "last_error", "torque_variation")
@@ -44,7 +44,7 @@ def fly_numbers(batch: Batch, numbers: Iterable[int], *, compiled: bool = True) 
 
 
 def row(definition: Definition, number: int, values: dict[str, Value], result: Result) -> dict[str, Any]:
-    """Return {column: value}: ``flight``, the parameters, ``outcome``, ``steps``, figures in m and N m, ``success``.
+    """Return {column: value}: ``flight``, the parameters, ``outcome``, ``reason`` of a refusal, figures, ``success``.
 
     Success: it ended and every figure named by the campaign's ``success`` is at most its limit.
     """
@@ -53,4 +53,12 @@ def row(definition: Definition, number: int, values: dict[str, Value], result: R
         zip(FIGURES, (result.rmse, score.largest_error, score.last_error, score.torque_variation), strict=True)
     )
     good = result.outcome == ENDED and all(figures[name] <= limit for name, limit in definition.success.items())
-    return {"flight": number, **values, "outcome": result.outcome, "steps": result.steps, **figures, "success": good}
+    return {
+        "flight": number,
+        **values,
+        "outcome": result.outcome,
+        "reason": result.reason,
+        "steps": result.steps,
+        **figures,
+        "success": good,
+    }

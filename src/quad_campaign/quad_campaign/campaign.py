@@ -77,7 +77,4 @@ def _on_cluster(
 
 def shipped() -> dict[str, Path]:
     """Return {name: file} of the campaigns that come with the stack."""
-    from ament_index_python.packages import get_package_share_directory
-
-    folder = Path(get_package_share_directory("quad_campaign"), "config")
-    return {path.stem: path for path in sorted(folder.glob("campaign_*.yaml"))}
+    return {path.stem: path for path in sorted((Path(__file__).parent / "config").glob("campaign_*.yaml"))}

@@ -14,10 +14,10 @@ from quad_campaign.batch import flight_of, prepared
 from quad_campaign.campaign import run, shipped
 from quad_campaign.campaign_report import text, write_page
 from quad_campaign.definition import Definition, command, read_definition
-from quad_campaign.engine import EngineError, source_hash
 from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
+from quad_flight.engine import EngineError, source_hash
 
 GOOD, FAILED, BAD_SETUP = 0, 1, 2
 _EXAMPLES = """examples:
@@ -52,7 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"campaign: {error}\n")
         return FAILED
     except OSError as error:
-        sys.stderr.write(f"campaign: {error.filename or options.scheduler}: {error.strerror or error}\n")
+        where = error.filename or options.scheduler
+        sys.stderr.write(f"campaign: {f'{where}: {error.strerror or error}' if where else error}\n")
         return BAD_SETUP
 
 

@@ -71,7 +71,7 @@ def text(definition: Definition, frame: pd.DataFrame, again: str) -> str:
         "worst flights, and how each is flown over ROS with a bag",
     ]
     lines += [
-        f"  {row['outcome']:9s} rmse {row['rmse']:.4g} m  {again} {row['flight']}"
+        f"  {row['outcome']:10s} rmse {row['rmse']:.4g} m  {again} {row['flight']}"
         for row in worst(frame).to_dict("records")
     ]
     return "\n".join(lines)

@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
-from quad_campaign.flight import Flight, flight_from_resolved
-from quad_campaign.variation import SEED, Variation
 from quad_core.parameters import ParameterError, Real, Value
+from quad_flight.flight import Flight, flight_from_resolved
+from quad_flight.set_up import Request, resolve_flight
+from quad_flight.variation import SEED, Variation
 
 _LARGEST_SEED = 2**31 - 1
 _KEYS = ("about", "flight", "vary", "success", "seed")
@@ -35,7 +36,7 @@ class Distribution(NamedTuple):
 
 
 class Definition(NamedTuple):
-    """One campaign. ``flight``: what scripts/fly is told; ``success``: {figure: largest value in m}."""
+    """One campaign. ``flight``: the choices of scripts/fly; ``success``: {figure: largest value in m}."""
 
     name: str
     about: str
@@ -68,25 +69,21 @@ def read_definition(path: Path) -> Definition:
     seed = content.get("seed", 1)
     if not isinstance(seed, int) or seed < 0:
         raise ParameterError(f"{path}: seed: found {seed!r}, expected an integer of at least 0")
-    told = {name: _distribution(f"{path}: vary.{name}", value) for name, value in vary.items()}
-    told.setdefault(SEED, Distribution("uniform", (0, _LARGEST_SEED), None))
-    return Definition(path.stem, str(content.get("about", "")), flight, told, success, seed)
+    distributions = {name: _distribution(f"{path}: vary.{name}", value) for name, value in vary.items()}
+    distributions.setdefault(SEED, Distribution("uniform", (0, _LARGEST_SEED), None))
+    return Definition(path.stem, str(content.get("about", "")), flight, distributions, success, seed)
 
 
 def base_flight(definition: Definition) -> Flight:
     """Return the flight that varies; raises ParameterError or PluginError as scripts/fly would."""
-    from quad_bringup.flight_setup import resolve_flight
-
     return flight_from_resolved(resolve_flight(request(definition, {}), {}))
 
 
-def request(definition: Definition, values: Mapping[str, Value]) -> Any:
+def request(definition: Definition, values: Mapping[str, Value]) -> Request:
     """Return what scripts/fly would be asked for to fly the campaign's flight with ``values``."""
-    from quad_bringup.flight_setup import Request
-
-    told = {key: value for key, value in definition.flight.items() if key != "set"}
+    choices = {key: value for key, value in definition.flight.items() if key != "set"}
     settings = [*definition.flight.get("set", []), *settings_of(values)]
-    return Request(**{"preset": "tuned", "vehicle": "paper", **told}, settings=settings)
+    return Request(**{"preset": "tuned", "vehicle": "paper", **choices}, settings=settings)
 
 
 def settings_of(values: Mapping[str, Value]) -> list[str]:
@@ -96,12 +93,12 @@ def settings_of(values: Mapping[str, Value]) -> list[str]:
 
 def command(definition: Definition, values: Mapping[str, Value]) -> list[str]:
     """Return the arguments of scripts/fly that fly the campaign's flight with ``values`` over ROS."""
-    told = definition.flight
-    words = [str(told["case"])]
+    flight = definition.flight
+    words = [str(flight["case"])]
     for key in _FLIGHT[1:-1]:
-        if key in told:
-            words += [f"--{key}", str(told[key])]
-    for setting in [*told.get("set", []), *settings_of(values)]:
+        if key in flight:
+            words += [f"--{key}", str(flight[key])]
+    for setting in [*flight.get("set", []), *settings_of(values)]:
         words += ["--set", setting]
     return words
 
@@ -130,13 +127,13 @@ def _draw(how: Distribution, stream: np.random.Generator, real: bool) -> Value:
     raise ParameterError(f"normal: found no value within [{low}, {high}] in {_TRIES} tries, expected a wider range")
 
 
-def _distribution(where: str, told: Any) -> Distribution:
-    _only(where, "", told, ("uniform", "normal", "choice", "within"))
-    kinds = [kind for kind in ("uniform", "normal", "choice") if kind in told]
+def _distribution(where: str, spec: Any) -> Distribution:
+    _only(where, "", spec, ("uniform", "normal", "choice", "within"))
+    kinds = [kind for kind in ("uniform", "normal", "choice") if kind in spec]
     if len(kinds) != 1:
-        raise ParameterError(f"{where}: found {told!r}, expected one of uniform, normal, choice")
+        raise ParameterError(f"{where}: found {spec!r}, expected one of uniform, normal, choice")
     kind = kinds[0]
-    values = told[kind]
+    values = spec[kind]
     if not isinstance(values, list) or not values:
         raise ParameterError(f"{where}.{kind}: found {values!r}, expected a list")
     if kind == "choice":
@@ -145,7 +142,7 @@ def _distribution(where: str, told: Any) -> Distribution:
     if pair[1] < (pair[0] if kind == "uniform" else 0.0):
         expected = "low <= high" if kind == "uniform" else "a standard deviation of at least 0"
         raise ParameterError(f"{where}.{kind}: found {values!r}, expected {expected}")
-    within = _pair(f"{where}.within", told["within"]) if "within" in told else None
+    within = _pair(f"{where}.within", spec["within"]) if "within" in spec else None
     return Distribution(kind, pair, within)
 
 

@@ -1,4 +1,4 @@
-"""Flights of the paper's section 4, told in a few words: case, preset, start and what differs from it.
+"""Flights of the paper's section 4, described in a few words: case, preset, start and what differs from it.
 
 The studies of the laws (docs/decisions/0002, docs/stability.md, docs/as_printed.md) and their acceptance runs share it.
 """
@@ -6,9 +6,9 @@ The studies of the laws (docs/decisions/0002, docs/stability.md, docs/as_printed
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from quad_campaign.flight import Flight, flight_from_parameters
-from quad_campaign.sweep import sweep
 from quad_core.parameters import Value
+from quad_flight.flight import Flight, flight_from_parameters
+from quad_flight.sweep import sweep
 
 CASES = ("case1", "case2")
 FIRST_POINT = {"case1": (5.0, 5.0, 11.0), "case2": (10.0, 0.0, 10.0)}
@@ -20,7 +20,7 @@ ATTITUDE_ADAPTATION_OFF: dict[str, Value] = {
 }
 
 
-class Told(NamedTuple):
+class PaperCase(NamedTuple):
     """One flight of a case: preset, start and the parameters that differ; names without the plug-in's.
 
     ``start``: approach or printed. ``initial``: where the vehicle is at take-off in m. ``duration``: s from t = 0.
@@ -49,33 +49,35 @@ class Arrival(NamedTuple):
     rmse_after: float
 
 
-def paper_flight(told: Told, score_from: float = 0.0) -> Flight:
+def paper_flight(described: PaperCase, score_from: float = 0.0) -> Flight:
     """Return the flight: attitude at 500 Hz, the rest at 100 Hz, disturbance ``held_gaussian``.
 
     Errors are counted from trajectory time ``score_from`` s. Raises as ``flight_from_parameters``.
     """
-    path: dict[str, Value] = {"trajectory": told.case, f"{told.case}.start": told.start}
-    path[f"{told.case}.duration"] = told.duration
-    start: dict[str, Value] = {f"initial.p.{axis}": value for axis, value in zip("xyz", told.initial, strict=True)}
+    path: dict[str, Value] = {"trajectory": described.case, f"{described.case}.start": described.start}
+    path[f"{described.case}.duration"] = described.duration
+    start: dict[str, Value] = {f"initial.p.{axis}": value for axis, value in zip("xyz", described.initial, strict=True)}
+    # the guard would land what is to be measured
+    flown: dict[str, Value] = {"plant": described.plant, "guard.enabled": False}
     return flight_from_parameters(
         {
-            "/**": _under("vehicle", told.vehicle),
-            "simulator": {"plant": told.plant}
-            | _under(told.plant, {**start, **told.plant_changes})
-            | _under("held_gaussian", told.disturbance),
+            "/**": _under("vehicle", described.vehicle),
+            "simulator": flown
+            | _under(described.plant, {**start, **described.plant_changes})
+            | _under("held_gaussian", described.disturbance),
             "trajectory": path,
-            "position_controller": {"preset": told.preset} | _under("aibs", told.position),
-            "attitude_controller": {"preset": told.preset} | _under("abfnitsm", told.attitude),
+            "position_controller": {"preset": described.preset} | _under("aibs", described.position),
+            "attitude_controller": {"preset": described.preset} | _under("abfnitsm", described.attitude),
         },
         score_from,
     )
 
 
-def arrival(told: Told, seeds: Iterable[int], after: float = 20.0, *, compiled: bool = True) -> Arrival:
-    """Return how ``told`` goes from t = ``after`` s on, worst over ``seeds``; NaN where no seed got there."""
+def arrival(described: PaperCase, seeds: Iterable[int], after: float = 20.0, *, compiled: bool = True) -> Arrival:
+    """Return how ``described`` goes from t = ``after`` s on, worst over ``seeds``; NaN where no seed got there."""
     chosen = list(seeds)
-    whole = sweep(paper_flight(told, after), chosen, compiled=compiled)
-    short = sweep(paper_flight(told._replace(duration=after)), chosen, compiled=compiled)
+    whole = sweep(paper_flight(described, after), chosen, compiled=compiled)
+    short = sweep(paper_flight(described._replace(duration=after)), chosen, compiled=compiled)
     then = [result.last_error for result in short if result.outcome == "ended"]
     late = [result for result in whole if result.rmse == result.rmse]
     nothing = float("nan")
@@ -88,9 +90,9 @@ def arrival(told: Told, seeds: Iterable[int], after: float = 20.0, *, compiled: 
     )
 
 
-def worst_rmse(told: Told, seeds: Iterable[int], *, compiled: bool = True) -> float:
+def worst_rmse(described: PaperCase, seeds: Iterable[int], *, compiled: bool = True) -> float:
     """Return the largest RMSE in m over ``seeds`` from t = 0 on; infinite if a seed did not end."""
-    results = sweep(paper_flight(told), list(seeds), compiled=compiled)
+    results = sweep(paper_flight(described), list(seeds), compiled=compiled)
     return max(result.rmse if result.outcome == "ended" else float("inf") for result in results)
 
 

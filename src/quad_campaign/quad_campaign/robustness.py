@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from quad_campaign.batch import ENDED
 from quad_campaign.definition import Definition, base_flight
-from quad_campaign.flight import Flight, fly
-from quad_campaign.variation import SEED, Variation
 from quad_core import plugins
 from quad_core.parameters import ParameterError, Value
 from quad_core.plugins import PluginError
+from quad_flight.flight import Flight, fly
+from quad_flight.variation import SEED, Variation
 
 DELAY = "simulator.sensor.delay"
 MASS = "simulator.rigid_body.mass_error"
@@ -55,9 +55,9 @@ def maps(pair: str, seeds: Sequence[int], *, compiled: bool = True) -> list[Map]
     def grid(what: str, changes: Callable[[float], dict[str, Value]]) -> Map:
         def worst(square: tuple[float, float]) -> float:
             share, delay = square
-            told = {DELAY: delay, **changes(share)}
+            changed = {DELAY: delay, **changes(share)}
             return max(
-                (_rmse(variation.apply({**told, SEED: seed}), compiled) for seed in seeds),
+                (_rmse(variation.apply({**changed, SEED: seed}), compiled) for seed in seeds),
                 key=lambda error: (np.isnan(error), error),
             )
 

@@ -1,7 +1,7 @@
 """How much the values decide that the paper does not give: each scaled by 1/4 to 4, both cases, compiled loop.
 
 What Table 2 lost or section 4 leaves open had to be assumed (docs/paper_map.md). Here each such value is moved alone,
-all others as in the preset; the flights are those of ``quad_campaign.flight``.
+all others as in the preset; the flights are those of ``quad_flight.flight``.
 """
 
 import argparse
@@ -15,10 +15,10 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from quad_campaign.flight import flight_from_parameters, fly
-from quad_core.node_parameters import resolve
 from quad_core.parameters import ParameterError, Value
-from quad_flight_log.metrics import flight_metrics
+from quad_core.resolution import resolve
+from quad_flight.flight import flight_from_parameters, fly
+from quad_flight_log.analysis.metrics import flight_metrics
 
 FACTORS = tuple(2.0 ** (step / 2.0) for step in range(-4, 5))
 CASES = ("case1", "case2")
@@ -89,7 +89,8 @@ def overrides(job: Job) -> dict[str, dict[str, Value]]:
         "trajectory": {"trajectory": job.case},
         "position_controller": {"preset": job.preset},
         "attitude_controller": {"preset": job.preset},
-        "simulator": {},
+        # the guard would land what is to be measured
+        "simulator": {"guard.enabled": False},
     }
     for assumed in ASSUMED:
         if assumed.symbol == job.symbol and job.factor > 0.0:
@@ -210,17 +211,17 @@ def summary(outcomes: Sequence[Outcome], preset: str, case: str) -> list[str]:
     return lines
 
 
-def study(wanted: Sequence[Job], threads: int) -> list[Outcome]:
-    """Fly ``wanted``, the first alone since it may have to compile; returns the outcomes in their order."""
-    done = [fly_job(wanted[0])]
-    found: dict[Job, Outcome] = {wanted[0]: done[0]}
+def study(chosen: Sequence[Job], threads: int) -> list[Outcome]:
+    """Fly ``chosen``, the first alone since it may have to compile; returns the outcomes in their order."""
+    done = [fly_job(chosen[0])]
+    found: dict[Job, Outcome] = {chosen[0]: done[0]}
     with ThreadPoolExecutor(threads) as pool:
-        futures = [pool.submit(fly_job, job) for job in wanted[1:]]
+        futures = [pool.submit(fly_job, job) for job in chosen[1:]]
         for count, future in enumerate(as_completed(futures), start=2):
             found[future.result().job] = future.result()
-            if count % 20 == 0 or count == len(wanted):
-                sys.stderr.write(f"sensitivity: {count} of {len(wanted)} flights\n")
-    return [found[job] for job in wanted]
+            if count % 20 == 0 or count == len(chosen):
+                sys.stderr.write(f"sensitivity: {count} of {len(chosen)} flights\n")
+    return [found[job] for job in chosen]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

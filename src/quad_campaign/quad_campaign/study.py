@@ -6,7 +6,7 @@ law, a file of tuned gains) on every case, plant and held-out seed, and writes:
 ``DIR/flights.parquet``
     One row per flight: ``controller``, ``case``, ``plant`` (text), ``seed`` (int), ``outcome`` (``ended``,
     ``diverged`` or ``refused``), ``steps`` (int, plant steps flown), then one float column per name of
-    ``quad_flight_log.metrics.METRICS`` (NaN where the metric does not exist or the flight did not end).
+    ``quad_flight_log.analysis.metrics.METRICS`` (NaN where the metric does not exist or the flight did not end).
 ``DIR/summary.parquet``
     One row per ``controller``, ``case``, ``plant``, ``metric``: ``flights``, ``ended``, ``median``, ``low``, ``high``
     (5 and 95 %) over the seeds that ended with a number, and against the first controller on the same seeds:
@@ -14,7 +14,7 @@ law, a file of tuned gains) on every case, plant and held-out seed, and writes:
     (bootstrap confidence interval, 95 %); NaN on the first controller's own rows.
 ``DIR/examples/<controller>-<case>.npz``
     One flight each (plant ``rigid_body``, first held-out seed): an array per step topic as in
-    ``quad_campaign.flight.Result.topics``, key = topic name (``truth``, ``reference``, ``attitude_setpoint``,
+    ``quad_flight.flight.Result.topics``, key = topic name (``truth``, ``reference``, ``attitude_setpoint``,
     ``wrench_setpoint``, ``actuation``, ``disturbance``, ``position_controller/internals``,
     ``attitude_controller/internals``).
 ``DIR/study.json``
@@ -42,8 +42,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quad_campaign.engine import EngineError
-from quad_campaign.flight import Flight, fly
 from quad_campaign.study_plan import (
     Controller,
     Overrides,
@@ -57,9 +55,11 @@ from quad_campaign.study_plan import (
 from quad_campaign.study_statistics import summary
 from quad_core.parameters import ParameterError, flatten
 from quad_core.plugins import PluginError
+from quad_flight.engine import EngineError
+from quad_flight.flight import Flight, fly
+from quad_flight_log.analysis.metrics import METRICS, flight_metrics
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.metrics import METRICS, flight_metrics
-from quad_flight_log.provenance import git_commit
+from quad_flight_log.recorder.provenance import git_commit
 
 FLIGHT_KEYS = ("controller", "case", "plant", "seed", "outcome", "steps")
 CHUNK = 10  # flights per file of parts/: what a killed study flies again at most
@@ -258,7 +258,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plan", help="paper, or the path of a plan (as src/quad_campaign/config/study.yaml)")
+    parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
     parser.add_argument("--seeds", type=int, default=50, metavar="N", help="held-out seeds (default: 50)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where all files of the study go")
     parser.add_argument("--plant", action="append", metavar="NAME", help="only this of the plan's; may be repeated")

@@ -17,11 +17,11 @@ import yaml
 
 from quad_campaign.study_figures import metric_figures
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.figures import Figure, Table
-from quad_flight_log.paper_figures import CASES, paper_figures
-from quad_flight_log.report import flight_figures
-from quad_flight_log.report_data import Run, run_from_tables
-from quad_flight_log.report_page import Page, Section, write_page
+from quad_flight_log.report.figures import Figure, Table
+from quad_flight_log.report.html_page import Page, Section, write_page
+from quad_flight_log.report.pages import flight_figures
+from quad_flight_log.report.paper_figures import CASES, paper_figures
+from quad_flight_log.report.run import Run, run_from_tables
 
 FILES = ("study.json", "flights.parquet", "summary.parquet")
 _KEYS = ("name", "command", "cases", "plants", "seeds", "controllers", "metrics")
@@ -89,8 +89,8 @@ def study_page(study: Study, command: str) -> Page:
             inside = [figure for figure in flight_figures(runs) if figure.key not in {item.key for item in shown}]
             sections.append(Section(f"Inside the flights of {case}", note, tuple(inside)))
     sections.append(Section("Parameters, tuning and versions", folded=tuple(_folded(study))))
-    told = tuple((name, value) for name, value in lines if value)
-    return Page(f"Study {facts['name']}", command, told, tuple(sections))
+    facts_shown = tuple((name, value) for name, value in lines if value)
+    return Page(f"Study {facts['name']}", command, facts_shown, tuple(sections))
 
 
 def write_report(directory: Path, command: str = "", formats: Sequence[str] = ()) -> Path:
@@ -102,7 +102,7 @@ def write_report(directory: Path, command: str = "", formats: Sequence[str] = ()
     again = f"python -m quad_campaign.study_report {shlex.quote(str(directory))}"
     path = write_page(study_page(study, command or again), directory / "report.html")
     if formats:
-        from quad_flight_log.figures_print import write_figures
+        from quad_flight_log.report.printed_figures import write_figures
 
         write_figures(study_figures(study), directory / "figures", formats)
     return path
@@ -175,11 +175,11 @@ def _results(study: Study, case: str, plant: str) -> Section:
 def _ended(study: Study, case: str, plant: str) -> str:
     flights = study.flights
     chosen = flights[(flights["case"] == case) & (flights["plant"] == plant)]
-    told = []
+    endings = []
     for name, title in study.titles.items():
         outcomes = chosen.loc[chosen["controller"] == name, "outcome"]
-        told.append(f"{title} {int((outcomes == 'ended').sum())} of {len(outcomes)}")
-    return ", ".join(told)
+        endings.append(f"{title} {int((outcomes == 'ended').sum())} of {len(outcomes)}")
+    return ", ".join(endings)
 
 
 def _row(rows: dict[Any, Any], study: Study, metric: str, cell: Any, skip: int = 0) -> tuple[str, ...]:

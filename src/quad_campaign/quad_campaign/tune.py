@@ -17,8 +17,6 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from quad_campaign.engine import EngineError
-from quad_campaign.flight import Flight, Result, fly
 from quad_campaign.study_plan import (
     Controller,
     Knob,
@@ -30,15 +28,17 @@ from quad_campaign.study_plan import (
     gains_file,
     read_plan,
 )
+from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError, flatten
 from quad_core.plugins import PluginError
-from quad_core.timing import seconds
+from quad_flight.engine import EngineError
+from quad_flight.flight import Flight, Result, fly
 
 EXAMPLES = """examples:
   scripts/tune paper                         every controller of the plan, gains beside the plan
   scripts/tune paper --only pid --trials 20  a quick look at one of them
   scripts/tune mine.yaml --storage tune.log  goes on where it was stopped
-  scripts/fly case1 --preset src/quad_campaign/config/study_gains/pid.yaml   fly the gains over ROS
+  scripts/fly case1 --preset src/quad_campaign/quad_campaign/config/study_gains/pid.yaml   fly the gains over ROS
 """
 
 
@@ -198,7 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plan", help="paper, or the path of a plan (as src/quad_campaign/config/study.yaml)")
+    parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
     parser.add_argument("--only", action="append", metavar="CONTROLLER", help="may be repeated (default: all)")
     parser.add_argument("--trials", type=int, metavar="N", help="budget of each controller (default: the plan's)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the gains (default: beside the plan)")

@@ -4,7 +4,7 @@ from quad_bringup import fly
 from quad_campaign.batch import FIGURES
 from quad_campaign.campaign_cli import METRICS as NAMES
 from quad_campaign.campaign_cli import main
-from quad_flight_log.metrics import METRICS
+from quad_flight_log.analysis.metrics import METRICS
 
 FILE = """
 flight: {case: hover, duration: 0.1}
@@ -23,10 +23,10 @@ def test_every_figure_of_a_campaign_has_its_name_in_the_table():
 def test_a_flight_is_flown_again_under_the_campaign_s_own_limits(tmp_path, monkeypatch, capsys):
     path = tmp_path / "small.yaml"
     path.write_text(FILE, encoding="utf-8")
-    told = []
-    monkeypatch.setattr(fly, "main", lambda words: told.extend(words) or 1)
+    passed = []
+    monkeypatch.setattr(fly, "main", lambda words: passed.extend(words) or 1)
     assert main([str(path), "--refly", "3", "--out", str(tmp_path / "bag")]) == 1, "fly's own exit code"
-    limits = [told[index + 1] for index, word in enumerate(told) if word == "--limits"]
+    limits = [passed[index + 1] for index, word in enumerate(passed) if word == "--limits"]
     assert limits == ["position_rmse=0.5", "position_max=2"]
-    assert told[told.index("--out") + 1] == str(tmp_path / "bag")
+    assert passed[passed.index("--out") + 1] == str(tmp_path / "bag")
     assert capsys.readouterr().out.startswith("scripts/fly hover ")

@@ -11,15 +11,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from quad_bringup.flight_setup import resolve_flight
 from quad_campaign.batch import flight_of, fly_numbers, prepared
 from quad_campaign.campaign import run
 from quad_campaign.campaign_cli import main
 from quad_campaign.campaign_report import page, quantiles, success, worst
 from quad_campaign.definition import command, read_definition, request
-from quad_campaign.flight import flight_from_resolved, fly
 from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
+from quad_flight.flight import flight_from_resolved, fly
+from quad_flight.set_up import resolve_flight
 
 FILE = """
 flight: {case: hover, duration: 0.1, set: [simulator.held_gaussian.acceleration_sd=0.4]}
@@ -214,3 +214,16 @@ def test_rates_have_exact_bounds_and_the_worst_come_first(definition):
     assert "7 of 10" in text
     assert "&lt;it&gt;" in text
     assert "http" not in text.split("<body>")[0].split("</style>")[1]
+
+
+def test_a_campaign_without_numba_ends_with_one_line(tmp_path):
+    text = (
+        "import sys; sys.modules['numba'] = None\n"
+        "from quad_campaign import campaign_cli\n"
+        f"sys.exit(campaign_cli.main(['campaign_case2', '--flights', '2', '--out', {str(tmp_path / 'out')!r}]))"
+    )
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=120, check=False)
+    said = [line for line in done.stderr.splitlines() if "Numba" in line]
+    assert done.returncode == 1, done.stderr
+    assert said == ["campaign: compiled flights need Numba, which is not installed (requirements/extras.txt)"]
+    assert "Traceback" not in done.stderr

@@ -25,13 +25,13 @@ def test_the_delay_alone_is_read_where_there_is_no_error():
 
 
 def test_every_square_is_the_worst_seed_and_lost_if_one_is(monkeypatch):
-    def told(flight, compiled):
+    def noted(flight, compiled):
         delay, mass = flight.setup.sensing.delay, flight.setup.plant.mass_error
         if flight.seed == 2 and delay > 0.03:
             return float("nan")
         return flight.seed * (0.01 + delay) + abs(mass)
 
-    monkeypatch.setattr(robustness, "_rmse", told)
+    monkeypatch.setattr(robustness, "_rmse", noted)
     gains, masses = robustness.maps("aibs+abfnitsm", [1, 2], compiled=False)
     assert (gains.what, masses.what) == ("effectiveness error", "mass error")
     assert gains.rmse[0, 2] == pytest.approx(2 * (0.01 + DELAYS[2]))

@@ -5,17 +5,17 @@ import math
 import pytest
 
 from quad_campaign import sensitivity
-from quad_campaign.flight import flight_from_parameters
 from quad_campaign.sensitivity import ASSUMED, Job, Outcome, curve, jobs, middle, overrides
 from quad_core import plugins
 from quad_core.parameters import fields
+from quad_flight.flight import flight_from_parameters
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.PLANT), reason="plug-ins are not installed: run scripts/setup"
 )
 
 
-def told(job):
+def described(job):
     flight = flight_from_parameters(overrides(job))
     return {
         f"{role}.{field.name}": field.default
@@ -26,8 +26,8 @@ def told(job):
 
 @pytest.mark.parametrize("assumed", ASSUMED, ids=lambda assumed: assumed.symbol)
 def test_a_factor_moves_its_own_parameters_and_nothing_else(assumed):
-    plain = told(Job("minimal", "case1", "", 0.0, 1))
-    moved = told(Job("minimal", "case1", assumed.symbol, 0.5, 1))
+    plain = described(Job("minimal", "case1", "", 0.0, 1))
+    moved = described(Job("minimal", "case1", assumed.symbol, 0.5, 1))
     changed = {name for name, value in moved.items() if value != plain[name]}
     assert changed == {f"{assumed.role}.{name}" for name in assumed.names}
     for name in changed:

@@ -37,9 +37,9 @@ def content():
     }  # fmt: skip
 
 
-def read(tmp_path, told):
+def read(tmp_path, plan_content):
     path = tmp_path / "small.yaml"
-    path.write_text(yaml.safe_dump(told, sort_keys=False))
+    path.write_text(yaml.safe_dump(plan_content, sort_keys=False))
     return study_plan.read_plan(path)
 
 
@@ -50,12 +50,12 @@ def test_a_plan_is_read_with_bounds_from_the_parameters(tmp_path):
     assert (p.low, p.high, p.log) == (1.0, 4.0, False)
     assert (k.low, k.high) == (0.1, 1.0)
     assert plan.study.seeds(3) == [100, 101, 102]
-    told = mine.overrides({"p": 2.5})
-    assert told["position_controller"] == {"law": "pid", "pid.xy.position": 2.5, "pid.z.position": 2.5}
-    assert told["attitude_controller"] == {"law": "itsm", "itsm.switching": "layer"}
-    flight = study_plan.flight_of(told, "case2", "paper")
-    assert flight.setup.position.z.position == 2.5
-    assert flight.setup.attitude.switching == 1
+    plan_content = mine.overrides({"p": 2.5})
+    assert plan_content["position_controller"] == {"law": "pid", "pid.xy.position": 2.5, "pid.z.position": 2.5}
+    assert plan_content["attitude_controller"] == {"law": "itsm", "itsm.switching": "layer"}
+    flight = study_plan.flight_of(plan_content, "case2", "paper")
+    assert flight.setup.stages.position_controller.z.position == 2.5
+    assert flight.setup.stages.attitude_controller.switching == 1
 
 
 @pytest.mark.parametrize(
@@ -77,10 +77,10 @@ def test_a_plan_is_read_with_bounds_from_the_parameters(tmp_path):
     ],
 )
 def test_what_does_not_fit_is_refused_by_name(tmp_path, change, message):
-    told = content()
-    change(told)
+    plan_content = content()
+    change(plan_content)
     with pytest.raises((ParameterError, plugins.PluginError), match=message):
-        read(tmp_path, told)
+        read(tmp_path, plan_content)
 
 
 def test_a_plan_that_is_not_there_is_refused(tmp_path):
@@ -102,7 +102,7 @@ def test_the_shipped_plan_and_gains_fly_what_they_say():
         flight = study_plan.flight_of(gains, "case1", "rigid_body")
         assert flight.resolved["position_controller"].node.law == controller.position
         assert flight.resolved["attitude_controller"].node.law == controller.attitude
-        limits.add((flight.setup.position.limits, flight.setup.position.speed))
+        limits.add((flight.setup.stages.position_controller.limits, flight.setup.stages.position_controller.speed))
         values = {**gains["position_controller"], **gains["attitude_controller"]}
         for knob in controller.knobs:
             assert {knob.low <= values[name] <= knob.high for name in knob.parameters} == {True}

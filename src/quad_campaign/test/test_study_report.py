@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from quad_campaign import study_report
+from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.metrics import METRICS
 
 pandas = pytest.importorskip("pandas")
 pytest.importorskip("pyarrow")

@@ -8,13 +8,13 @@ import pytest
 from test_study_plan import content, read
 
 from quad_campaign import study, study_table
-from quad_campaign.flight import Result
-from quad_campaign.score import Score
 from quad_campaign.study_plan import gains_file
 from quad_campaign.study_statistics import paired, spread, summary
 from quad_core import plugins
 from quad_core.parameters import ParameterError
-from quad_flight_log.metrics import METRICS
+from quad_flight.flight import Result
+from quad_flight.score import Score
+from quad_flight_log.analysis.metrics import METRICS
 
 pytestmark = pytest.mark.skipif(
     "se3" not in plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
@@ -24,9 +24,14 @@ ROWS = np.dtype([("stamp_ns", np.int64), ("trajectory_time", float), ("p_w", flo
 
 @pytest.fixture
 def plan(tmp_path):
-    told = content()
-    told["controllers"]["other"] = {**told["controllers"]["mine"], "title": "Other", "position": "se3", "knobs": {}}
-    found = read(tmp_path, told)
+    plan_content = content()
+    plan_content["controllers"]["other"] = {
+        **plan_content["controllers"]["mine"],
+        "title": "Other",
+        "position": "se3",
+        "knobs": {},
+    }
+    found = read(tmp_path, plan_content)
     for controller in found.controllers:
         path = gains_file(found, controller.name)
         path.parent.mkdir(exist_ok=True)
@@ -43,7 +48,7 @@ def flown(monkeypatch):
     calls = []
 
     def fly(flight, *, compiled=False, logging=True):
-        geometric = flight.modules.position.__name__.endswith("se3")
+        geometric = flight.modules.stages.position_controller.__name__.endswith("se3")
         calls.append(flight.seed)
         rows = np.zeros(3, ROWS)
         rows["stamp_ns"] = np.arange(3) * 10**7
@@ -88,12 +93,12 @@ def test_a_stopped_study_goes_on_and_ends_the_same(plan, flown, tmp_path):
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     study.run(plan, 12, whole, "c")
     study.run(plan, 12, stopped, "c")
-    kept = len(list((stopped / "parts").glob("*.parquet")))
+    parts_before = len(list((stopped / "parts").glob("*.parquet")))
     (stopped / "parts" / "other-case1-rigid_body-110-2.parquet").unlink()
     (stopped / "flights.parquet").unlink()
     flown.clear()
     study.run(plan, 12, stopped, "c")
-    assert kept == 4
+    assert parts_before == 4
     assert set(flown) == {110, 111}
     for name in ("flights.parquet", "summary.parquet"):
         pandas.testing.assert_frame_equal(pandas.read_parquet(whole / name), pandas.read_parquet(stopped / name))

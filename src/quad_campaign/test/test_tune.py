@@ -7,11 +7,11 @@ import pytest
 from test_study_plan import content, read
 
 from quad_campaign import tune as tuning_module
-from quad_campaign.flight import Result, flight_from_files
-from quad_campaign.score import Score
 from quad_campaign.study_plan import Objective
 from quad_campaign.tune import defaults, flight_cost, main, parameter_file, trial_table, tune
 from quad_core import plugins
+from quad_flight.flight import Result, flight_from_files
+from quad_flight.score import Score
 
 pytestmark = pytest.mark.skipif(
     "se3" not in plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
@@ -79,9 +79,9 @@ def test_gains_are_a_parameter_file_of_the_nodes(tmp_path, bowl, capsys):
         rows = list(csv.DictReader(table))
     best = min(rows, key=lambda row: float(row["cost"]))
     assert len(rows) == 8
-    assert flight.setup.position.xy.position == flight.setup.position.z.position
-    assert flight.setup.position.z.position == pytest.approx(float(best["p"]), rel=1e-5)
-    assert flight.setup.attitude.roll.exponent == pytest.approx(float(best["k"]), rel=1e-5)
+    assert flight.setup.stages.position_controller.xy.position == flight.setup.stages.position_controller.z.position
+    assert flight.setup.stages.position_controller.z.position == pytest.approx(float(best["p"]), rel=1e-5)
+    assert flight.setup.stages.attitude_controller.roll.exponent == pytest.approx(float(best["k"]), rel=1e-5)
     text = (out / "mine.yaml").read_text()
     assert "best of 8 trials" in text
     assert "in [1.0, 4.0]" in text

@@ -1,52 +1,10 @@
-"""What each node can be told, and how overrides become parameter sets.
+"""The parameters of each node, beside those of the plug-in that it runs."""
 
-Shared by the ROS nodes, the loop without ROS and the check of YAML files, so that all read a file alike.
-"""
+from typing import Annotated, NamedTuple
 
-from collections.abc import Mapping
-from types import ModuleType
-from typing import Annotated, Any, NamedTuple
-
-from quad_core import plugins
-from quad_core.parameters import Choice, Field, Flag, ParameterError, Real, Text, Value, Whole, build, fields, flatten
-from quad_core.vehicle import Vehicle
-
-LOCKSTEP = 0
-REALTIME = 1
-
-
-class FlightParameters(NamedTuple):
-    """Shared by all nodes of one flight (``flight.*``)."""
-
-    mode: Annotated[
-        int,
-        Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival"),
-    ] = LOCKSTEP
-    run_id: Annotated[str, Text("identifies the run; nodes of another run are refused; empty accepts any")] = ""
-    seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
-    plant_period: Annotated[
-        int, Whole("ns", "time between two states; every rate divides the plant's", 100_000, 1_000_000_000)
-    ] = 2_000_000
-    roles: Annotated[str, Text("roles that take part, comma separated; all must be ready before step 0")] = (
-        "simulator,trajectory,position_controller,attitude_controller,recorder"
-    )
-    start_timeout: Annotated[
-        float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0, live=False)
-    ] = 60.0
-    silence_timeout: Annotated[
-        float,
-        Real(
-            "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
-        ),
-    ] = 20.0
-    realtime_priority: Annotated[
-        int,
-        Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),
-    ] = 40
-    machine_code: Annotated[
-        bool,
-        Flag("laws and plant as machine code where scripts/fly has built it: faster, and the same bits", live=False),
-    ] = True
+from quad_core.guard_parameters import GuardParameters
+from quad_core.parameters import Choice, Flag, Real, Text, Whole
+from quad_core.prediction import Prediction
 
 
 class SimulatorParameters(NamedTuple):
@@ -65,17 +23,17 @@ class SimulatorParameters(NamedTuple):
     ] = 0.5
     repeat_limit: Annotated[int, Whole("", "repeats of one state before the flight fails", 1, 1000)] = 6
     odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
-    clock_period_steps: Annotated[int, Whole("steps", "/clock once in so many steps", 1, 100_000)] = 5
+    clock_period_steps: Annotated[int, Whole("steps", "clock once in so many steps", 1, 100_000)] = 5
     publish_state: Annotated[
         bool, Flag("false: another node, such as odometry_relay, makes `state`, here from odom", live=False)
     ] = True
-    command_timeout: Annotated[
+    descent_timeout: Annotated[
         float,
-        Real("s", "real time: age of the newest wrench after which the rotors are stopped", 0.002, 60.0, live=False),
-    ] = 0.1
-    loss_timeout: Annotated[
-        float, Real("s", "real time: age of the newest wrench after which the flight fails", 0.01, 600.0, live=False)
-    ] = 1.0
+        Real(
+            "s", "longest descent of the guard; the flight ends then, wherever the vehicle is", 1.0, 3600.0, live=False
+        ),
+    ] = 120.0
+    guard: GuardParameters = GuardParameters()
 
 
 class TrajectoryParameters(NamedTuple):
@@ -96,6 +54,7 @@ class PositionControllerParameters(NamedTuple):
     input_timeout: Annotated[
         float, Real("s", "real time: age of the reference after which the position is held", 0.01, 60.0, live=False)
     ] = 0.2
+    prediction: Prediction = Prediction()
 
 
 class AttitudeControllerParameters(NamedTuple):
@@ -109,6 +68,7 @@ class AttitudeControllerParameters(NamedTuple):
     input_timeout: Annotated[
         float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0, live=False)
     ] = 0.1
+    prediction: Prediction = Prediction()
 
 
 class RecorderParameters(NamedTuple):
@@ -138,116 +98,3 @@ class OdometryRelayParameters(NamedTuple):
         int,
         Choice(("flight", "first"), "flight: stamps count from step 0, as the simulator's; first: from the first one"),
     ] = 0
-
-
-class Role(NamedTuple):
-    """One kind of node: its own parameters and which of them name plug-ins of which group."""
-
-    parameters: type[Any]
-    slots: dict[str, str]
-
-
-ROLES = {
-    "simulator": Role(
-        SimulatorParameters,
-        {"plant": plugins.PLANT, "disturbance": plugins.DISTURBANCE, "sensing": plugins.SENSING},
-    ),
-    "trajectory": Role(TrajectoryParameters, {"trajectory": plugins.TRAJECTORY}),
-    "position_controller": Role(PositionControllerParameters, {"law": plugins.POSITION_LAW}),
-    "attitude_controller": Role(AttitudeControllerParameters, {"law": plugins.ATTITUDE_LAW}),
-    "recorder": Role(RecorderParameters, {}),
-}
-
-"""The five nodes of a flight."""
-
-GUESTS = {"odometry_relay": Role(OdometryRelayParameters, {})}
-"""Nodes that a flight may have besides; named in ``flight.roles`` they take part in the handshake."""
-
-SHADOW = "shadow_"
-SHADOWS = {SHADOW + role: ROLES[role] for role in ("position_controller", "attitude_controller")}
-"""Second controllers that answer beside the flying ones: recorded, obeyed by nobody."""
-
-ALL_ROLES = {**ROLES, **GUESTS, **SHADOWS}
-
-
-class Plugin(NamedTuple):
-    """A loaded plug-in with its resolved parameters."""
-
-    name: str
-    module: ModuleType
-    parameters: Any
-
-
-class Resolved(NamedTuple):
-    """All that one node was told."""
-
-    role: str
-    flight: FlightParameters
-    vehicle: Vehicle
-    node: Any
-    plugins: dict[str, Plugin]
-
-    def all_fields(self) -> list[Field]:
-        """Return every parameter of the node, dotted, with its resolved value as default."""
-        found = list(fields(self.flight, "flight.")) + list(fields(self.vehicle, "vehicle.")) + list(fields(self.node))
-        for plugin in self.plugins.values():
-            found += fields(plugin.parameters, f"{plugin.name}.")
-        return found
-
-
-def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
-    """Turn {dotted name: value} into the parameter sets of a node of ``role``.
-
-    Raises ParameterError (unknown key, wrong type, out of range, NaN) or PluginError (no such plug-in).
-    """
-    kind = ALL_ROLES[role]
-    left = dict(overrides)
-    flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
-    vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
-    own = {field.name for field in fields(kind.parameters)}
-    node = build(kind.parameters, {name: left.pop(name) for name in list(left) if name in own})
-    loaded = {}
-    for slot, group in kind.slots.items():
-        name = getattr(node, slot)
-        module = plugins.load(group, name)
-        start = build(module.Parameters, _preset(module, name, getattr(node, "preset", "tuned")), f"{name}.")
-        parameters = build(start, _take(left, f"{name}."), f"{name}.")
-        if hasattr(module, "check"):
-            module.check(parameters)
-        loaded[slot] = Plugin(name, module, parameters)
-    if left:
-        stray = sorted(left)[0]
-        known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])
-        raise ParameterError(f"{stray}: the {role} node has no such parameter; it has {known}")
-    return Resolved(role, flight, vehicle, node, loaded)
-
-
-def check_agreement(resolved: Mapping[str, Resolved]) -> None:
-    """Raise ParameterError if two nodes of one flight differ in ``flight.*`` or ``vehicle.*``.
-
-    A plant that differs from the nominal vehicle is told so by its own parameters (eqs. 10-12).
-    """
-    first = resolved["simulator"]
-    for role, other in resolved.items():
-        for prefix, mine, theirs in (("flight", first.flight, other.flight), ("vehicle", first.vehicle, other.vehicle)):
-            expected, found = flatten(mine), flatten(theirs)
-            for name, value in found.items():
-                if value != expected[name]:
-                    raise ParameterError(
-                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
-                    )
-
-
-def _take(values: dict[str, Value], prefix: str) -> dict[str, Value]:
-    return {name[len(prefix) :]: values.pop(name) for name in list(values) if name.startswith(prefix)}
-
-
-def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
-    offered: Mapping[str, Mapping[str, Value]] = getattr(module, "PRESETS", {})
-    if preset == "tuned" and preset not in offered:
-        return {}
-    if preset not in offered:
-        raise ParameterError(
-            f"preset: found {preset!r}, expected one that {law} offers: {', '.join({'tuned', *offered})}"
-        )
-    return offered[preset]

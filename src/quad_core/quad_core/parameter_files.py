@@ -3,14 +3,17 @@
 rcl itself accepts unknown node names, unknown keys and duplicate keys without a word.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from quad_core.node_parameters import ALL_ROLES
+from quad_core.cascade import ALL_ROLES
 from quad_core.parameters import ParameterError, Value
+
+_NO_SUCH = re.compile("unknown parameter|no such parameter")
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -22,7 +25,7 @@ def _mapping(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
     for key_node, value_node in node.value:
         key = loader.construct_object(key_node)
         if key in seen:
-            raise ParameterError(f"line {key_node.start_mark.line + 1}: key {key!r} stands twice")
+            raise ParameterError(f"line {key_node.start_mark.line + 1}: key {key!r} is given twice")
         seen[key] = loader.construct_object(value_node, deep=True)
     return seen
 
@@ -68,6 +71,21 @@ def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace
     return merged
 
 
+def place_of(problem: str, files: Sequence[Path], role: str = "") -> str:
+    """Return ``FILE: `` of the last of ``files`` that holds what ``problem`` complains of, empty if none does.
+
+    ``problem`` begins with the name of a parameter and shows its value, or says that there is no such parameter.
+    ``role``: only what is set for this node counts; empty: for any.
+    """
+    name, _, complaint = problem.partition(":")
+    for path in reversed(files):
+        for pattern, values in read_parameter_file(path).items():
+            ours = not role or pattern.rsplit("/", 1)[-1] in (role, "*", "**")
+            if ours and name in values and (repr(values[name]) in complaint or _NO_SUCH.search(complaint)):
+                return f"{path}: "
+    return ""
+
+
 def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
     role = pattern.rsplit("/", 1)[-1]
     if role not in (*ALL_ROLES, "*", "**"):
@@ -89,6 +107,6 @@ def _dotted(path: str, pattern: str, values: Any, prefix: str) -> dict[str, Valu
         )
         double = next((key for key in inner if key in flat), None)
         if double:
-            raise ParameterError(f"{path}: {pattern}: {double} stands twice")
+            raise ParameterError(f"{path}: {pattern}: {double} is given twice")
         flat.update(inner)
     return flat

@@ -8,6 +8,7 @@ it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasse
 
 import math
 from collections.abc import Iterator, Mapping
+from enum import IntEnum
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 Value = float | int | bool | str
@@ -48,12 +49,26 @@ class Flag(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """One of several named options; laws see its index, people see its name."""
+    """One of several named options; laws see its number, people see its name.
 
-    options: tuple[str, ...]
+    ``kind`` is an IntEnum numbered 0, 1, ..., with which the law compares; its names in lower case are the options.
+    A tuple of names stands for such an enum that no law compares with.
+    """
+
+    kind: type[IntEnum] | tuple[str, ...]
     meaning: str
     source: str = ""
     live: bool = False
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Return the names of the options by their numbers; raises TypeError if they are not numbered 0, 1, ..."""
+        if isinstance(self.kind, tuple):
+            return self.kind
+        members = list(self.kind)
+        if [int(member) for member in members] != list(range(len(members))):
+            raise TypeError(f"{self.kind.__name__}: found {members!r}, expected members numbered 0, 1, ... in order")
+        return tuple(member.name.lower() for member in members)
 
 
 class Text(NamedTuple):

@@ -2,8 +2,8 @@
 
 A plug-in is a module named by an entry point. What each group's module must hold is checked when it is
 loaded, so that a missing function is reported by name and not in flight. Any module may have
-``check(parameters) -> None``, which raises ParameterError for what a field's own range cannot say, and
-``COMPILES = False``, which says that it is not made for Numba (it flies over ROS and in the Python loop):
+``check(parameters) -> None``, which raises ParameterError for what a field's own range cannot express, and
+``COMPILES = False``, if it is not made for Numba (it then flies over ROS and in the Python loop):
 
 ``quad.position_law`` and ``quad.attitude_law``
     ``Parameters``, ``Memory``, ``Internals`` (NamedTuples with defaults),
@@ -20,7 +20,7 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
     ``step(parameters, vehicle, state, wrench, conditions, dt) -> (State, Actuation)``,
     ``observe(parameters, vehicle, state) -> VehicleState`` and
     ``lumped(parameters, vehicle, state, wrench, conditions) -> Disturbance`` (eqs. 10-12). ``conditions``
-    (``quad_core.types.Conditions``) hold over the whole step; what a plant cannot do with them, its docstring says.
+    (``quad_core.types.Conditions``) hold over the whole step; a plant's docstring names those that it cannot model.
 ``quad.disturbance``
     ``Parameters``, ``draw(parameters, vehicle, seed, duration) -> numpy array of floats, 2-D`` and
     ``sample(parameters, table, time) -> Conditions``. ``draw`` holds all that is random. It may be called with several
@@ -32,13 +32,16 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
     ``init(parameters, plant_period) -> (line, Memory)`` (``plant_period`` in ns; in Python only, may raise ValueError)
     and ``step(parameters, table, line, memory, truth, fault, k) -> (state, Memory)``: the ``VehicleState`` that the
     controllers see at plant step ``k``, called in order for every step at which ``memory.active`` or ``memory.frozen``
-    is true or ``fault`` says anything; at the others the state is the truth. ``Memory`` has these two bool fields and
-    holds no array; ``line`` is a 2-D array of floats that ``step`` may write to, such as a delay line.
+    is true or ``fault`` is not the default; at the others the state is the truth. ``Memory`` has these two bool fields
+    and holds no array; ``line`` is a 2-D array of floats that ``step`` may write to, such as a delay line.
 """
 
 from functools import cache
 from importlib.metadata import entry_points
 from types import ModuleType
+from typing import NamedTuple
+
+from quad_core.records import leaves
 
 POSITION_LAW = "quad.position_law"
 ATTITUDE_LAW = "quad.attitude_law"
@@ -47,14 +50,34 @@ PLANT = "quad.plant"
 SENSING = "quad.sensing"
 DISTURBANCE = "quad.disturbance"
 
-_REQUIRED = {
-    POSITION_LAW: ("Parameters", "Memory", "Internals", "init", "step"),
-    ATTITUDE_LAW: ("Parameters", "Memory", "Internals", "init", "step"),
-    TRAJECTORY: ("Parameters", "Plan", "plan", "sample", "duration"),
-    PLANT: ("Parameters", "State", "init", "step", "observe", "lumped"),
-    DISTURBANCE: ("Parameters", "draw", "sample"),
-    SENSING: ("Parameters", "Memory", "draw", "init", "step"),
+
+class Group(NamedTuple):
+    """What a module of a group must hold: types, functions called before step 0, functions called in flight.
+
+    ``set_up``: functions that may use all of Python; the others are pure text (``quad_core.purity``).
+    """
+
+    types: tuple[str, ...]
+    before: tuple[str, ...]
+    in_flight: tuple[str, ...]
+    set_up: tuple[str, ...] = ()
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """All names that a module of the group must have."""
+        return (*self.types, *self.set_up, *self.before, *self.in_flight)
+
+
+LAW = Group(("Parameters", "Memory", "Internals"), ("init",), ("step",))
+"""Any stage between reference and rotors: a law, a filter, an estimator."""
+
+OTHERS = {
+    TRAJECTORY: Group(("Parameters", "Plan"), ("plan", "duration"), ("sample",)),
+    PLANT: Group(("Parameters", "State"), ("init",), ("step", "observe", "lumped")),
+    DISTURBANCE: Group(("Parameters",), (), ("sample",), ("draw",)),
+    SENSING: Group(("Parameters", "Memory"), (), ("step",), ("draw", "init")),
 }
+"""The groups beside those of the stages, which ``quad_core.cascade`` names."""
 
 
 class PluginError(ValueError):
@@ -76,7 +99,14 @@ def load(group: str, name: str) -> ModuleType:
     if not points:
         raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
     module: ModuleType = points[0].load()
-    missing = [item for item in _REQUIRED[group] if not hasattr(module, item)]
+    contract = OTHERS.get(group, LAW)
+    missing = [item for item in contract.required if not hasattr(module, item)]
     if missing:
         raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}) lacks {', '.join(missing)}")
+    if contract is LAW:
+        try:
+            leaves(module.Memory, "Memory")
+            leaves(module.Internals, "Internals")
+        except TypeError as error:
+            raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}): {error}") from error
     return module

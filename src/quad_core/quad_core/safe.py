@@ -1,8 +1,19 @@
-"""What a stage asks for when its own input went silent in real time."""
+"""What replaces an input that went silent in real time."""
 
-from quad_core.rotations import euler_from_quaternion, quaternion_from_euler
+from typing import Any
+
+from quad_core.geometry import euler_from_quaternion, quaternion_from_euler
 from quad_core.types import AttitudeThrust, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
+
+
+def safe_input(topic: str, last: Any, vehicle: Vehicle, state: VehicleState) -> Any:
+    """Return what a stage acts on when ``last``, its newest input of ``topic``, is too old; None: it cannot answer."""
+    if topic == "reference":
+        return hold_position(last)
+    if topic == "attitude_setpoint":
+        return level_hover(vehicle, state)
+    return None
 
 
 def level_hover(vehicle: Vehicle, state: VehicleState) -> AttitudeThrust:

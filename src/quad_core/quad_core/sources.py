@@ -5,16 +5,29 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from enum import IntEnum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
+from quad_core.ownership import private_folder
+
 
 def cache_root() -> Path:
-    """Return the folder that holds compiled code: QUAD_CACHE_DIR, else quad_campaign in the user's cache."""
+    """Return the folder that holds compiled code: QUAD_CACHE_DIR, else quad_campaign in the user's cache.
+
+    It is made if it lacks. What lies there is run: a folder that others may change raises NotOursError, one that cannot
+    be made another OSError.
+    """
     chosen = os.environ.get("QUAD_CACHE_DIR")
-    return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "quad_campaign"
+    return private_folder(Path(chosen) if chosen else _user_cache() / "quad_campaign")
+
+
+def _user_cache() -> Path:
+    """Return XDG_CACHE_HOME, which is to be ignored where it is empty or not absolute, else ~/.cache."""
+    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return chosen if chosen.is_absolute() else Path.home() / ".cache"
 
 
 def source_hash(functions: Iterable[Callable[..., Any]], more: Iterable[Path], text: str) -> str:
@@ -50,5 +63,7 @@ def _reach(function: FunctionType, seen: set[FunctionType], files: set[Path]) ->
             yield from _reach(value, seen, files)
         elif isinstance(value, int | float | tuple):
             yield f"{function.__module__}.{name} = {value!r}\n"
+        elif isinstance(value, type) and issubclass(value, IntEnum):
+            yield f"{function.__module__}.{name} = {list(value)!r}\n"
         elif isinstance(value, type) and value.__module__ in sys.modules and hasattr(value, "_fields"):
             files.add(Path(inspect.getfile(value)))

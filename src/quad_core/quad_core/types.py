@@ -2,7 +2,7 @@
 
 Each type here has a message of the same name and field names in ``quad_msgs`` (``Wrench`` travels as
 ``geometry_msgs/WrenchStamped``). SI units, radians, ENU world, FLU body, quaternion xyzw (body to
-world), Z-Y-X Euler angles.
+world), Z-Y-X Euler angles. A comment ``[unit]`` stands beside every number, as in the .msg files.
 """
 
 from typing import NamedTuple
@@ -28,10 +28,10 @@ class Quat(NamedTuple):
 class VehicleState(NamedTuple):
     """Rigid-body state: position m, velocity m/s (world), attitude, body rates rad/s (x1..x12)."""
 
-    p_w: Vec3 = Vec3()
-    v_w: Vec3 = Vec3()
-    q_wb: Quat = Quat()
-    omega_b: Vec3 = Vec3()
+    p_w: Vec3 = Vec3()  # [m]
+    v_w: Vec3 = Vec3()  # [m/s]
+    q_wb: Quat = Quat()  # [1]
+    omega_b: Vec3 = Vec3()  # [rad/s]
 
 
 class TrajectoryPoint(NamedTuple):
@@ -40,39 +40,62 @@ class TrajectoryPoint(NamedTuple):
     ``trajectory_time`` is t of eqs. 61-68: negative during the approach, 0 at its end.
     """
 
-    trajectory_time: float = 0.0
-    p_w: Vec3 = Vec3()
-    v_w: Vec3 = Vec3()
-    a_w: Vec3 = Vec3()
-    jerk_w: Vec3 = Vec3()
-    snap_w: Vec3 = Vec3()
-    yaw: float = 0.0
-    yaw_rate: float = 0.0
-    yaw_acceleration: float = 0.0
+    trajectory_time: float = 0.0  # [s]
+    p_w: Vec3 = Vec3()  # [m]
+    v_w: Vec3 = Vec3()  # [m/s]
+    a_w: Vec3 = Vec3()  # [m/s^2]
+    jerk_w: Vec3 = Vec3()  # [m/s^3]
+    snap_w: Vec3 = Vec3()  # [m/s^4]
+    yaw: float = 0.0  # [rad]
+    yaw_rate: float = 0.0  # [rad/s]
+    yaw_acceleration: float = 0.0  # [rad/s^2]
+
+
+NOT_BEGUN = -1e6
+"""``trajectory_time`` of a mission's reference while its trajectory has not begun, rests or has ended."""
+
+
+class FlightMode(NamedTuple):
+    """What the commander decided in one of its steps, in numbers: those of ``quad_commander.mode_table``.
+
+    ``since``: step at which the mode was entered, ``reason`` the condition, -1 none, -2 on request; ``raised``: one bit
+    per condition. ``request``, ``answer`` (1 done, 2 refused) and ``request_step``: the last request.
+    ``guard_request`` is what is asked of the guard. ``is_over``: the flight may end.
+    """
+
+    since: int = 0  # [1]
+    request_step: int = 0  # [1]
+    raised: int = 0  # [1]
+    reason: int = -1  # [1]
+    mode: int = 0  # [1]
+    request: int = 0  # [1]
+    answer: int = 0  # [1]
+    guard_request: int = 0  # [1]
+    is_over: bool = False
 
 
 class AttitudeThrust(NamedTuple):
-    """Attitude and collective thrust wanted by the position law (eq. 38).
+    """Attitude and collective thrust commanded by the position law (eq. 38).
 
     ``angles`` are (phi, theta, psi) and carry the truth; ``q_wb`` is the same attitude.
     ``rates`` and ``accelerations`` are feed-forward derivatives of ``angles`` and are used only where
-    the attitude law is told so; zero where the position law knows none.
+    the attitude law is set to; zero where the position law has none.
     ``thrust`` in N, ``thrust_fraction`` = thrust / maximum thrust, 0..1.
     """
 
-    angles: Vec3 = Vec3()
-    rates: Vec3 = Vec3()
-    accelerations: Vec3 = Vec3()
-    q_wb: Quat = Quat()
-    thrust: float = 0.0
-    thrust_fraction: float = 0.0
+    angles: Vec3 = Vec3()  # [rad]
+    rates: Vec3 = Vec3()  # [rad/s]
+    accelerations: Vec3 = Vec3()  # [rad/s^2]
+    q_wb: Quat = Quat()  # [1]
+    thrust: float = 0.0  # [N]
+    thrust_fraction: float = 0.0  # [1]
 
 
 class Wrench(NamedTuple):
     """Collective thrust along body z in N and physical torque about the body axes in N m (eq. 56)."""
 
-    thrust: float = 0.0
-    torque_b: Vec3 = Vec3()
+    thrust: float = 0.0  # [N]
+    torque_b: Vec3 = Vec3()  # [N m]
 
 
 class Rotors(NamedTuple):
@@ -87,10 +110,10 @@ class Rotors(NamedTuple):
 class Actuation(NamedTuple):
     """What the vehicle made of the last wrench (eqs. 3 and 8): speeds, achieved wrench, limits met."""
 
-    rotor_speed: Rotors = Rotors()
-    rotor_thrust: Rotors = Rotors()
-    thrust: float = 0.0
-    torque_b: Vec3 = Vec3()
+    rotor_speed: Rotors = Rotors()  # [rad/s]
+    rotor_thrust: Rotors = Rotors()  # [N]
+    thrust: float = 0.0  # [N]
+    torque_b: Vec3 = Vec3()  # [N m]
     thrust_high: bool = False
     thrust_low: bool = False
     roll_limited: bool = False
@@ -105,24 +128,24 @@ class Payload(NamedTuple):
     axes kg m^2; ``products_b`` kg m^2: sums of m y z, m x z, m x y.
     """
 
-    mass: float = 0.0
-    moment_b: Vec3 = Vec3()
-    inertia_b: Vec3 = Vec3()
-    products_b: Vec3 = Vec3()
+    mass: float = 0.0  # [kg]
+    moment_b: Vec3 = Vec3()  # [kg m]
+    inertia_b: Vec3 = Vec3()  # [kg m^2]
+    products_b: Vec3 = Vec3()  # [kg m^2]
 
 
 class SensorFault(NamedTuple):
     """What goes wrong between truth and ``state``: a frozen reading, a jump in position m and in heading rad."""
 
     frozen: bool = False
-    offset_w: Vec3 = Vec3()
-    yaw_offset: float = 0.0
+    offset_w: Vec3 = Vec3()  # [m]
+    yaw_offset: float = 0.0  # [rad]
 
 
 class LinkFault(NamedTuple):
     """What goes wrong between the command and the plant: this step's command comes ``delay`` s late, or never."""
 
-    delay: float = 0.0
+    delay: float = 0.0  # [s]
     lost: bool = False
 
 
@@ -140,12 +163,12 @@ class Conditions(NamedTuple):
     that the battery allows over the nominal one. Parameter errors of eq. 10 belong to the plant, not here.
     """
 
-    force_w: Vec3 = Vec3()
-    torque_b: Vec3 = Vec3()
-    wind_w: Vec3 = Vec3()
+    force_w: Vec3 = Vec3()  # [N]
+    torque_b: Vec3 = Vec3()  # [N m]
+    wind_w: Vec3 = Vec3()  # [m/s]
     payload: Payload = NO_PAYLOAD
-    rotor_effectiveness: Rotors = ALL_ROTORS
-    thrust_limit: float = 1.0
+    rotor_effectiveness: Rotors = ALL_ROTORS  # [1]
+    thrust_limit: float = 1.0  # [1]
     sensor: SensorFault = NO_SENSOR_FAULT
     link: LinkFault = NO_LINK_FAULT
 
@@ -154,24 +177,24 @@ CALM = Conditions()
 
 
 class Disturbance(NamedTuple):
-    """What truly acts on the vehicle beyond the nominal model (eqs. 10-12): ``Conditions`` as far as they say more.
+    """What truly acts on the vehicle beyond the nominal model (eqs. 10-12): and the ``Conditions`` themselves.
 
     ``force_w`` N and ``torque_b`` N m are applied from outside; ``D_P`` m/s^2 (world) and ``D_A``
     rad/s^2 (body axes) are the lumped uncertainties of eqs. 10-12, parameter errors and conditions included.
     """
 
-    force_w: Vec3 = Vec3()
-    torque_b: Vec3 = Vec3()
-    lumped_acceleration_w: Vec3 = Vec3()
-    lumped_angular_acceleration_b: Vec3 = Vec3()
-    wind_w: Vec3 = Vec3()
-    rotor_effectiveness: Rotors = ALL_ROTORS
-    thrust_limit: float = 1.0
-    payload_mass: float = 0.0
+    force_w: Vec3 = Vec3()  # [N]
+    torque_b: Vec3 = Vec3()  # [N m]
+    lumped_acceleration_w: Vec3 = Vec3()  # [m/s^2]
+    lumped_angular_acceleration_b: Vec3 = Vec3()  # [rad/s^2]
+    wind_w: Vec3 = Vec3()  # [m/s]
+    rotor_effectiveness: Rotors = ALL_ROTORS  # [1]
+    thrust_limit: float = 1.0  # [1]
+    payload_mass: float = 0.0  # [kg]
     sensor_frozen: bool = False
-    sensor_offset_w: Vec3 = Vec3()
-    sensor_yaw_offset: float = 0.0
-    link_delay: float = 0.0
+    sensor_offset_w: Vec3 = Vec3()  # [m]
+    sensor_yaw_offset: float = 0.0  # [rad]
+    link_delay: float = 0.0  # [s]
     link_lost: bool = False
 
 
@@ -189,3 +212,88 @@ class AttitudeInputs(NamedTuple):
     state: VehicleState
     setpoint: AttitudeThrust
     actuation: Actuation
+
+
+class InputSteps(NamedTuple):
+    """Plant step (a count) of each input of a stage beside the state, in the order of its row; -1: none was there."""
+
+    first: int = -1
+    second: int = -1
+    third: int = -1
+    fourth: int = -1
+
+
+class StepRecord(NamedTuple):
+    """How a stage came to its answer: ``dt`` s that it computed with, and which inputs it took.
+
+    ``replaced_inputs`` has bit k set if input k was too old and a safe one stood in for it.
+    """
+
+    dt: float = 0.0  # [s]
+    input_steps: InputSteps = InputSteps()
+    replaced_inputs: int = 0
+
+
+class PositionInternals(NamedTuple):
+    """What a position law shows of one step, world frame; fields of a law that has no such quantity are 0.
+
+    ``position_error`` e_7, e_9, e_11 in m and ``velocity_error`` e_8, e_10, e_12 in m/s (actual less desired);
+    ``error_integral`` Gamma in m s; ``adaptive_gain`` xi_hat in 1/s; ``virtual_velocity`` x_8d, x_10d, x_12d in m/s;
+    ``acceleration_command`` U in m/s^2, before the limits; ``disturbance_estimate`` in m/s^2; ``lyapunov`` L and
+    ``lyapunov_rate`` L' as far as they can be known in flight. The flags say which limits this step met, and
+    ``adaptation_frozen`` whether integrals and adaptive gains rested for it.
+    """
+
+    position_error: Vec3 = Vec3()  # [m]
+    velocity_error: Vec3 = Vec3()  # [m/s]
+    error_integral: Vec3 = Vec3()  # [m s]
+    adaptive_gain: Vec3 = Vec3()  # [1/s]
+    virtual_velocity: Vec3 = Vec3()  # [m/s]
+    acceleration_command: Vec3 = Vec3()  # [m/s^2]
+    disturbance_estimate: Vec3 = Vec3()  # [m/s^2]
+    lyapunov: float = 0.0  # [mixed]
+    lyapunov_rate: float = 0.0  # [mixed/s]
+    velocity_limited: bool = False
+    acceleration_limited: bool = False
+    tilt_limited: bool = False
+    thrust_limited: bool = False
+    descent_limited: bool = False
+    adaptation_frozen: bool = False
+
+
+class AxisFlags(NamedTuple):
+    """One flag per axis: roll, pitch, yaw."""
+
+    x: bool = False
+    y: bool = False
+    z: bool = False
+
+
+class AttitudeInternals(NamedTuple):
+    """What an attitude law shows of one step, per axis; fields of a law that has no such quantity are 0.
+
+    ``desired_angles`` x_1d in rad with ``desired_rates`` in rad/s and ``desired_accelerations`` in rad/s^2;
+    ``angle_error`` e in rad and ``rate_error`` e' in rad/s (actual less desired); ``sliding_variable`` s and
+    ``surface_integral`` in rad/s; ``surface_exponent`` eta; ``adaptive_constant`` in rad/s^2, ``adaptive_angle`` in
+    1/s^2 and ``adaptive_rate`` in 1/s: Q_hat 1 to 3; ``equivalent_control`` and ``reaching_control`` (of other laws:
+    feed-forward and feedback) in rad/s^2; ``lyapunov`` l and ``lyapunov_rate`` l' as far as they can be known in
+    flight. ``torque_limited``: the torque met its limit; ``adaptation_frozen``: integral and estimates rested.
+    """
+
+    desired_angles: Vec3 = Vec3()  # [rad]
+    desired_rates: Vec3 = Vec3()  # [rad/s]
+    desired_accelerations: Vec3 = Vec3()  # [rad/s^2]
+    angle_error: Vec3 = Vec3()  # [rad]
+    rate_error: Vec3 = Vec3()  # [rad/s]
+    sliding_variable: Vec3 = Vec3()  # [rad/s]
+    surface_integral: Vec3 = Vec3()  # [rad/s]
+    surface_exponent: Vec3 = Vec3()  # [1]
+    adaptive_constant: Vec3 = Vec3()  # [rad/s^2]
+    adaptive_angle: Vec3 = Vec3()  # [1/s^2]
+    adaptive_rate: Vec3 = Vec3()  # [1/s]
+    equivalent_control: Vec3 = Vec3()  # [rad/s^2]
+    reaching_control: Vec3 = Vec3()  # [rad/s^2]
+    lyapunov: Vec3 = Vec3()  # [mixed]
+    lyapunov_rate: Vec3 = Vec3()  # [mixed/s]
+    torque_limited: AxisFlags = AxisFlags()
+    adaptation_frozen: AxisFlags = AxisFlags()

@@ -1,11 +1,23 @@
 """The nominal vehicle: what the paper's Table 1 lists, plus the limits it leaves out."""
 
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Choice, Real
 
-LAYOUT_PLUS = 0
-LAYOUT_X = 1
+
+class Layout(IntEnum):
+    """Where the rotors stand: on the body axes, or turned by 45 degrees to the left."""
+
+    PLUS = 0
+    X = 1
+
+
+class DragSign(IntEnum):
+    """Sign of the drag terms of eqs. 5 and 9: drag opposes the motion, or as the paper prints it."""
+
+    CORRECTED = 0
+    PRINTED = 1
 
 
 class Vehicle(NamedTuple):
@@ -45,8 +57,8 @@ class Vehicle(NamedTuple):
         Real("", "largest collective thrust in units of m g, a quarter of it per rotor", 1.05, 20.0, "", live=False),
     ] = 3.0
     layout: Annotated[
-        int, Choice(("plus", "x"), "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")
-    ] = LAYOUT_PLUS
+        int, Choice(Layout, "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")
+    ] = Layout.PLUS.value
     rotor_time_constant: Annotated[
         float,
         Real("s", "lag of the rotor speed behind its command, first order; 0: ideal rotors", 0.0, 1.0, "", live=False),

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from quad_core import rotations
+from quad_core import geometry
 from quad_core.compilation import compiled
 from quad_core.types import Quat, Vec3
 
@@ -21,7 +21,7 @@ def outer(v: Vec3, gain: float) -> Vec3:
 
 
 def through_a_module(v: Vec3) -> Quat:
-    return rotations.quaternion_from_euler(v)
+    return geometry.quaternion_from_euler(v)
 
 
 def bits(value):
@@ -44,7 +44,7 @@ def test_a_function_is_compiled_once():
 
 
 def test_a_function_called_through_a_module_is_refused_by_name():
-    with pytest.raises(TypeError, match=r"through_a_module: import functions from rotations by name"):
+    with pytest.raises(TypeError, match=r"through_a_module: import functions from geometry by name"):
         compiled(through_a_module)
 
 

@@ -1,10 +1,11 @@
-"""What each node can be told: shared and own names, presets, plug-ins by name, and nodes that must agree."""
+"""What each node can be resolved: shared and own names, presets, plug-ins by name, and nodes that must agree."""
 
 import pytest
 
 from quad_core import plugins
-from quad_core.node_parameters import ROLES, check_agreement, resolve
+from quad_core.cascade import ROLES
 from quad_core.parameters import ParameterError, flatten
+from quad_core.resolution import check_agreement, resolve
 from quad_core.vehicle import Vehicle
 
 pytestmark = pytest.mark.skipif(
@@ -14,24 +15,24 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.mark.parametrize("role", ROLES)
 def test_a_node_that_is_told_nothing_has_the_defaults(role):
-    told = resolve(role, {})
-    assert told.vehicle == Vehicle()
-    assert told.node == ROLES[role].parameters()
-    assert (told.flight.seed, told.flight.plant_period) == (1, 2_000_000)
-    assert set(told.plugins) == set(ROLES[role].slots)
-    for plugin in told.plugins.values():
+    resolved = resolve(role, {})
+    assert resolved.vehicle == Vehicle()
+    assert resolved.node == ROLES[role].parameters()
+    assert (resolved.flight.seed, resolved.flight.plant_period) == (1, 2_000_000)
+    assert set(resolved.plugins) == set(ROLES[role].slots)
+    for plugin in resolved.plugins.values():
         assert flatten(plugin.parameters) == flatten(plugin.module.Parameters)
 
 
 def test_each_name_reaches_its_own_set():
-    told = resolve(
+    resolved = resolve(
         "position_controller",
         {"flight.seed": 7, "vehicle.mass": 0.8, "period_steps": 10, "aibs.y.position_gain": 3.5},
     )
-    assert (told.flight.seed, told.vehicle.mass, told.node.period_steps) == (7, 0.8, 10)
-    law = told.plugins["law"].parameters
+    assert (resolved.flight.seed, resolved.vehicle.mass, resolved.node.period_steps) == (7, 0.8, 10)
+    law = resolved.plugins["law"].parameters
     assert (law.x.position_gain, law.y.position_gain, law.z.position_gain) == (4.25, 3.5, 4.25)
-    values = {field.name: field.default for field in told.all_fields()}
+    values = {field.name: field.default for field in resolved.all_fields()}
     assert values["flight.seed"] == 7
     assert values["vehicle.mass"] == 0.8
     assert values["period_steps"] == 10
@@ -39,8 +40,8 @@ def test_each_name_reaches_its_own_set():
 
 
 def test_single_values_win_over_the_preset():
-    told = resolve("position_controller", {"preset": "printed", "aibs.limits.tilt": 0.5})
-    law = told.plugins["law"].parameters
+    resolved = resolve("position_controller", {"preset": "printed", "aibs.limits.tilt": 0.5})
+    law = resolved.plugins["law"].parameters
     assert law.limits.tilt == 0.5
     assert law.anti_windup is False
     assert law.x.initial_gain == 1.0

@@ -1,6 +1,7 @@
 """Parameter sets: nested names, every kind of value, and errors that name the key, what was found and expected."""
 
 import math
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import pytest
@@ -21,6 +22,28 @@ class Outer(NamedTuple):
     form: Annotated[int, Choice(("round", "square"), "a form")] = 1
     on: Annotated[bool, Flag("a switch")] = True
     name: Annotated[str, Text("a name")] = "n"
+
+
+class Shade(IntEnum):
+    LIGHT = 0
+    VERY_DARK = 1
+
+
+class Painted(NamedTuple):
+    shade: Annotated[int, Choice(Shade, "a shade")] = Shade.VERY_DARK
+
+
+def test_an_enum_gives_the_options_of_a_choice_and_the_numbers_that_a_law_compares_with():
+    assert flatten(Painted) == {"shade": "very_dark"}
+    assert [build(Painted, {"shade": name}).shade for name in ("light", "very_dark")] == [Shade.LIGHT, Shade.VERY_DARK]
+    assert type(build(Painted, {}).shade) is int
+    with pytest.raises(ParameterError, match=r"found 'dark', expected one of light, very_dark"):
+        build(Painted, {"shade": "dark"})
+
+
+def test_an_enum_whose_numbers_are_no_places_is_refused():
+    with pytest.raises(TypeError, match=r"Odd.*numbered 0, 1"):
+        _ = Choice(IntEnum("Odd", {"ONE": 1, "THREE": 3}), "odd").options
 
 
 def test_leaves_are_named_by_their_path_and_keep_the_defaults_of_the_instance():

@@ -9,11 +9,20 @@ from quad_core import plugins, purity
 
 HEAD = """
 import math
+from enum import IntEnum
+from numpy import zeros
 from quad_core.types import Vec3
 from quad_core.parameters import flatten
 
 GAIN = 2.5
 TABLE = {}
+NAME = (1, 2)
+
+
+class Form(IntEnum):
+    ROUND = 0
+    SQUARE = 1
+
 
 
 def helper(x: float) -> float:
@@ -53,6 +62,7 @@ def checked(tmp_path, monkeypatch):
         "if x > 1.0:\n    return 1.0\nreturn math.floor(x) * 1.0",
         "moved = Vec3(x, v.y, 0.0)\nreturn moved.x",
         "total = 0.0\nfor i in range(3):\n    total += v[i]\nreturn total",
+        "if len(v) == Form.SQUARE:\n    return x\nreturn -x",
     ],
 )
 def test_good_text_passes(checked, body):
@@ -76,6 +86,7 @@ def test_good_text_passes(checked, body):
         ("return float(len([i for i in range(3)]))", "a comprehension"),
         ("try:\n    return x\nfinally:\n    helper(x)", "try"),
         ("print(x)\nreturn x", "print"),
+        ("if Form(1) == 1:\n    return x\nreturn -x", "a call of Form"),
         ("TABLE[0] = x\nreturn x", "TABLE"),
         ("text = f'{x}'\nreturn x", "an f-string"),
         ("return 0", "an integer"),
@@ -101,6 +112,12 @@ def test_before_flight_an_error_of_constant_text_may_be_raised(checked):
     assert checked(refusal, before_flight=True) == []
     assert [finding.found for finding in checked(refusal)][:1] == ["raise"]
     assert checked("raise ValueError(x)", before_flight=True) != []
+
+
+def test_before_flight_a_table_may_be_made_and_a_text_be_read(checked):
+    table = "table = zeros((2, 3))\ntable[1, 2] = x + ord(NAME[0])\nreturn float(table[1, 2])"
+    assert checked(table, before_flight=True) == []
+    assert {finding.found for finding in checked(table)} == {"zeros", "ord"}
 
 
 def test_the_line_is_that_of_the_file(checked, tmp_path):

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
+from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import ParameterError, build
-from quad_core.rotations import quaternion_from_euler
 from quad_core.safe import hold_position, level_hover
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X, Vehicle, max_thrust
+from quad_core.vehicle import Layout, Vehicle, max_thrust
 
 
 def test_largest_thrust_is_the_stated_multiple_of_the_weight():
@@ -17,8 +17,8 @@ def test_largest_thrust_is_the_stated_multiple_of_the_weight():
 
 
 def test_layouts_have_names():
-    assert build(Vehicle, {"layout": "plus"}).layout == LAYOUT_PLUS
-    assert build(Vehicle, {"layout": "x"}).layout == LAYOUT_X
+    assert build(Vehicle, {"layout": "plus"}).layout == Layout.PLUS
+    assert build(Vehicle, {"layout": "x"}).layout == Layout.X
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_level_hover_keeps_the_heading_and_carries_the_weight():
 def test_held_position_is_the_last_one_at_rest():
     vector = Vec3(1.0, 2.0, 3.0)
     last = TrajectoryPoint(4.0, Vec3(5.0, 6.0, 7.0), vector, vector, vector, vector, 0.8, 0.9, 1.1)
-    held = hold_position(last)
-    assert (held.trajectory_time, held.p_w, held.yaw) == (4.0, (5.0, 6.0, 7.0), 0.8)
-    assert held.v_w == held.a_w == held.jerk_w == held.snap_w == (0.0, 0.0, 0.0)
-    assert (held.yaw_rate, held.yaw_acceleration) == (0.0, 0.0)
+    hold = hold_position(last)
+    assert (hold.trajectory_time, hold.p_w, hold.yaw) == (4.0, (5.0, 6.0, 7.0), 0.8)
+    assert hold.v_w == hold.a_w == hold.jerk_w == hold.snap_w == (0.0, 0.0, 0.0)
+    assert (hold.yaw_rate, hold.yaw_acceleration) == (0.0, 0.0)

@@ -6,9 +6,9 @@ stands under a sideways force creeps, slowly.
 
 import math
 
-from quad_core.rotations import rotate, rotate_inverse
+from quad_core.geometry import rotate, rotate_inverse
 from quad_core.types import Quat, Vec3
-from quad_core.vehicle import LAYOUT_X, Vehicle
+from quad_core.vehicle import Layout, Vehicle
 from quad_dynamics.newton_euler import Body, Triple
 from quad_dynamics.parameters import Ground
 from quad_dynamics.rotors import DIAGONAL
@@ -18,7 +18,7 @@ DAMPING_RATIO = 0.7
 CREEP = 0.1
 
 
-def reach(ground: Ground, vehicle: Vehicle) -> float:
+def contact_height(ground: Ground, vehicle: Vehicle) -> float:
     """Return the height in m, world frame, above which no foot can touch in any attitude."""
     depth, arm = ground.foot_depth, vehicle.arm_length
     return ground.height + math.sqrt(depth * depth + arm * arm)
@@ -36,15 +36,15 @@ def contact(
     for i in range(4):
         along = arm if i == 0 else (-arm if i == 1 else 0.0)
         across = arm if i == 2 else (-arm if i == 3 else 0.0)
-        if vehicle.layout == LAYOUT_X:
+        if vehicle.layout == Layout.X:
             along, across = DIAGONAL * (along - across), DIAGONAL * (along + across)
         foot = Vec3(along, across, -ground.foot_depth)
         force = foot_force(ground, body, height, v_w, q_wb, omega_b, foot)
-        push = rotate_inverse(q_wb, force)
+        force_b = rotate_inverse(q_wb, force)
         fx, fy, fz = fx + force.x, fy + force.y, fz + force.z
-        tx += foot.y * push.z - foot.z * push.y
-        ty += foot.z * push.x - foot.x * push.z
-        tz += foot.x * push.y - foot.y * push.x
+        tx += foot.y * force_b.z - foot.z * force_b.y
+        ty += foot.z * force_b.x - foot.x * force_b.z
+        tz += foot.x * force_b.y - foot.y * force_b.x
     return (fx, fy, fz), (tx, ty, tz)
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.conditions import pushed
+from quad_core.cycle import pushed
 from quad_core.parameters import Real
 from quad_core.types import Conditions, Vec3
 from quad_core.vehicle import Vehicle

@@ -1,20 +1,48 @@
-"""Terms of the Newton-Euler equations (Eq. 1), one function each; both plants are made of them.
+"""Equations of motion (Eq. 1), a function per term, and the Runge-Kutta step; both plants are made of them.
 
-Body frame FLU, world frame ENU, inertia diagonal (Eq. 6). The gyroscopic torque of the rotors, tau_G, the paper never
-defines and drops from Eq. 16; plant ``rigid_body`` has it where a vehicle has rotor inertia.
+::
 
-Vectors go in as any triple of floats (a ``Vec3`` is one) and come out as plain ones: building a NamedTuple for each
-term would be most of the cost of a step in CPython.
+    m P''     = F_A + F_G + F_D + f        Omega' = I^-1 (-Omega x I Omega + tau_A + tau_D + t)
+    F_A = R (0, 0, F_T)   F_D = -k_F P'    tau_D = -k_T abs(Omega) Omega        q' = q (x) (Omega, 0) / 2
+
+with outer force f and torque t. Body frame FLU, world frame ENU, inertia diagonal (Eq. 6). The gyroscopic torque of the
+rotors, tau_G, the paper never defines and drops from Eq. 16; plant ``rigid_body`` has it where a vehicle has rotor
+inertia.
+
+A payload may shift the centre of gravity. The state of a plant stays that of the body's own centre of gravity O; the
+common centre lies at c from it. With the force F and the torque t about O (gravity apart), M and J of both about the
+common centre::
+
+    J Omega' = t - c x F - Omega x J Omega        P'' = F / M + g - (Omega' x c + Omega x (Omega x c))
+
+A step of h s of x' = f(u, x) is the classical Runge-Kutta method of order 4::
+
+    k1 = f(u(0), x)    k2 = f(u(h/2), x + h/2 k1)    k3 = f(u(h/2), x + h/2 k2)    k4 = f(u(h), x + h k3)
+    x(h) = x + h/6 (k1 + 2 k2 + 2 k3 + k4)
+
+A state is 13 plain floats; a plant with fewer fills up with zeros, since Numba makes no tuple of a length that it does
+not know. Vectors go in as any triple of floats (a ``Vec3`` is one) and come out as plain ones: building a NamedTuple
+for each term would be most of the cost of a step in CPython.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+from quad_core.geometry import ZERO, add, body_z, cross, rotate, rotate_inverse
+from quad_core.types import Payload, Quat, Vec3
+from quad_core.vehicle import DragSign, Vehicle
+from quad_dynamics.parameters import PlantParameters
 
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
+Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]
+Constant = TypeVar("Constant")
+Input = TypeVar("Input")
+LEAST_DETERMINANT = 1e-30
 
 
 class Body(NamedTuple):
-    """Mass properties and drag of one body: the nominal one or the true one (m + dm, I + dI of Eq. 10)."""
+    """Mass properties and drag of one body: the nominal one or the true one (m + dm, I + dI of Eq. 10), in SI units."""
 
     mass: float
     gravity: float
@@ -24,6 +52,47 @@ class Body(NamedTuple):
     drag_coefficient: float
     drag_torque_coefficient: float
     printed_drag: bool
+
+
+class Load(NamedTuple):
+    """Common mass kg, common centre m (body), and inertia about it kg m^2: xx, yy, zz and the elements yz, xz, xy."""
+
+    mass: float
+    centre: Vec3
+    moments: Vec3
+    products: Vec3
+
+
+NO_LOAD = Load(1.0, ZERO, Vec3(1.0, 1.0, 1.0), ZERO)
+
+
+def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
+    """Return the body as the laws know it: m, I of Table 1."""
+    return Body(
+        mass=vehicle.mass,
+        gravity=vehicle.gravity,
+        inertia_xx=vehicle.inertia_xx,
+        inertia_yy=vehicle.inertia_yy,
+        inertia_zz=vehicle.inertia_zz,
+        drag_coefficient=vehicle.drag_coefficient,
+        drag_torque_coefficient=vehicle.drag_torque_coefficient,
+        printed_drag=parameters.drag_sign == DragSign.PRINTED,
+    )
+
+
+def true_body(parameters: PlantParameters, vehicle: Vehicle, payload: Payload) -> Body:
+    """Return the body as it is: m + dm, I + dI (Eq. 10), with the mass and the moments of inertia of ``payload``."""
+    added, error = payload.inertia_b, parameters.inertia_error
+    return Body(
+        mass=vehicle.mass + parameters.mass_error + payload.mass,
+        gravity=vehicle.gravity,
+        inertia_xx=vehicle.inertia_xx + error.xx + added.x,
+        inertia_yy=vehicle.inertia_yy + error.yy + added.y,
+        inertia_zz=vehicle.inertia_zz + error.zz + added.z,
+        drag_coefficient=vehicle.drag_coefficient,
+        drag_torque_coefficient=vehicle.drag_torque_coefficient,
+        printed_drag=parameters.drag_sign == DragSign.PRINTED,
+    )
 
 
 def thrust_force(axis_w: Triple, thrust: float) -> Triple:
@@ -87,3 +156,136 @@ def quaternion_rate(q_wb: Quadruple, omega_b: Triple) -> Quadruple:
     x, y, z, w = q_wb
     p, q, r = 0.5 * omega_b[0], 0.5 * omega_b[1], 0.5 * omega_b[2]
     return w * p + y * r - z * q, w * q + z * p - x * r, w * r + x * q - y * p, -x * p - y * q - z * r
+
+
+def has_lever(payload: Payload) -> bool:
+    """Return whether ``payload`` shifts the centre of gravity or turns the axes of inertia."""
+    m, p = payload.moment_b, payload.products_b
+    return m.x != 0.0 or m.y != 0.0 or m.z != 0.0 or p.x != 0.0 or p.y != 0.0 or p.z != 0.0
+
+
+def loaded(body: Body, payload: Payload) -> Load:
+    """Return mass, centre and inertia of ``body``, which has the payload's mass and moments already, by Steiner."""
+    mass = body.mass
+    x, y, z = payload.moment_b.x / mass, payload.moment_b.y / mass, payload.moment_b.z / mass
+    products = payload.products_b
+    return Load(
+        mass,
+        Vec3(x, y, z),
+        Vec3(
+            body.inertia_xx - mass * (y * y + z * z),
+            body.inertia_yy - mass * (x * x + z * z),
+            body.inertia_zz - mass * (x * x + y * y),
+        ),
+        Vec3(mass * y * z - products.x, mass * x * z - products.y, mass * x * y - products.z),
+    )
+
+
+def inertia_solved(load: Load, torque: Vec3) -> Vec3:
+    """Return J^-1 ``torque`` (N m to rad/s^2), by cofactors; zero where J is singular."""
+    a, b, c = load.moments
+    f, e, d = load.products
+    xx, yy, zz = b * c - f * f, a * c - e * e, a * b - d * d
+    xy, xz, yz = e * f - c * d, d * f - b * e, d * e - a * f
+    determinant = a * xx + d * xy + e * xz
+    if abs(determinant) < LEAST_DETERMINANT:
+        return ZERO
+    tx, ty, tz = torque
+    return Vec3(
+        (xx * tx + xy * ty + xz * tz) / determinant,
+        (xy * tx + yy * ty + yz * tz) / determinant,
+        (xz * tx + yz * ty + zz * tz) / determinant,
+    )
+
+
+def loaded_accelerations(
+    body: Body,
+    load: Load,
+    q_wb: Quat,
+    thrust: float,
+    v_w: Triple,
+    omega_b: Triple,
+    force_w: Triple,
+    torque_b: Triple,
+) -> tuple[Triple, Triple]:
+    """Return P'' of O in m/s^2 (world) and Omega' in rad/s^2 (body) under outer force N at O and torque N m about O."""
+    lift, drag = thrust_force(body_z(q_wb), thrust), drag_force(body, v_w)
+    fx, fy, fz = lift[0] + drag[0] + force_w[0], lift[1] + drag[1] + force_w[1], lift[2] + drag[2] + force_w[2]
+    damping = drag_torque(body, omega_b)
+    lever = cross(load.centre, rotate_inverse(q_wb, Vec3(fx, fy, fz)))
+    a, b, c = load.moments
+    f, e, d = load.products
+    p, q, r = omega_b
+    omega = Vec3(p, q, r)
+    turn = cross(omega, Vec3(a * p + d * q + e * r, d * p + b * q + f * r, e * p + f * q + c * r))
+    alpha = inertia_solved(
+        load,
+        Vec3(
+            torque_b[0] + damping[0] - lever.x - turn.x,
+            torque_b[1] + damping[1] - lever.y - turn.y,
+            torque_b[2] + damping[2] - lever.z - turn.z,
+        ),
+    )
+    offset = rotate(q_wb, add(cross(alpha, load.centre), cross(omega, cross(omega, load.centre))))
+    mass = load.mass
+    linear = (fx / mass - offset.x, fy / mass - offset.y, fz / mass - offset.z - body.gravity)
+    return linear, (alpha.x, alpha.y, alpha.z)
+
+
+def rk4(
+    rate: Callable[[Constant, Input, Flat], Flat],
+    constant: Constant,
+    start: Input,
+    middle: Input,
+    end: Input,
+    s: Flat,
+    h: float,
+) -> Flat:
+    """Return the state ``h`` s after ``s`` of the system ``rate(constant, input, state)``.
+
+    ``start``, ``middle`` and ``end`` are the input at the beginning, in the middle and at the end of the step.
+    """
+    k1 = rate(constant, start, s)
+    k2 = rate(constant, middle, moved(s, k1, 0.5 * h))
+    k3 = rate(constant, middle, moved(s, k2, 0.5 * h))
+    k4 = rate(constant, end, moved(s, k3, h))
+    return combined(s, k1, k2, k3, k4, h)
+
+
+def moved(s: Flat, k: Flat, h: float) -> Flat:
+    """Return s + h k: the state after ``h`` s at the rate ``k``."""
+    return (
+        s[0] + h * k[0],
+        s[1] + h * k[1],
+        s[2] + h * k[2],
+        s[3] + h * k[3],
+        s[4] + h * k[4],
+        s[5] + h * k[5],
+        s[6] + h * k[6],
+        s[7] + h * k[7],
+        s[8] + h * k[8],
+        s[9] + h * k[9],
+        s[10] + h * k[10],
+        s[11] + h * k[11],
+        s[12] + h * k[12],
+    )
+
+
+def combined(s: Flat, k1: Flat, k2: Flat, k3: Flat, k4: Flat, h: float) -> Flat:
+    """Return s + h/6 (k1 + 2 k2 + 2 k3 + k4)."""
+    g = h / 6.0
+    return (
+        s[0] + g * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+        s[1] + g * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
+        s[2] + g * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+        s[3] + g * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
+        s[4] + g * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
+        s[5] + g * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+        s[6] + g * (k1[6] + 2.0 * (k2[6] + k3[6]) + k4[6]),
+        s[7] + g * (k1[7] + 2.0 * (k2[7] + k3[7]) + k4[7]),
+        s[8] + g * (k1[8] + 2.0 * (k2[8] + k3[8]) + k4[8]),
+        s[9] + g * (k1[9] + 2.0 * (k2[9] + k3[9]) + k4[9]),
+        s[10] + g * (k1[10] + 2.0 * (k2[10] + k3[10]) + k4[10]),
+        s[11] + g * (k1[11] + 2.0 * (k2[11] + k3[11]) + k4[11]),
+        s[12] + g * (k1[12] + 2.0 * (k2[12] + k3[12]) + k4[12]),
+    )

@@ -3,9 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Choice, Flag, Real, Whole
-
-DRAG_CORRECTED = 0
-DRAG_PRINTED = 1
+from quad_core.vehicle import DragSign
 
 
 class InertiaError(NamedTuple):
@@ -89,8 +87,8 @@ class PlantParameters(NamedTuple):
     substeps: Annotated[int, Whole("", "Runge-Kutta steps per plant period", 1, 1000)] = 1
     drag_sign: Annotated[
         int,
-        Choice(("corrected", "printed"), "corrected: drag opposes motion; printed: as eqs. 5 and 9", "Eq. 5, Eq. 9"),
-    ] = DRAG_CORRECTED
+        Choice(DragSign, "corrected: drag opposes motion; printed: as eqs. 5 and 9", "Eq. 5, Eq. 9"),
+    ] = DragSign.CORRECTED.value
     mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10", live=False)] = 0.0
     inertia_error: InertiaError = InertiaError()
     effectiveness: Effectiveness = Effectiveness()

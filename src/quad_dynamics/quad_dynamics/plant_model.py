@@ -1,9 +1,8 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
-from quad_core import programs
-from quad_core.machine_code import MachineCode, stepper
-from quad_core.node_parameters import Resolved
-from quad_core.timing import seconds
+from quad_core.cycle import seconds
+from quad_core.guard_ending import has_ground
+from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
 
@@ -14,7 +13,8 @@ class PlantModel:
     """Holds what the plant, its sensors and its link remember between steps. Step k covers [k, k+1) plant periods.
 
     ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
-    that comes next. ``actuation`` is that of the last step, ``actuated_step``.
+    that comes next. ``actuation`` is that of the last step, ``actuated_step``. ``step`` and ``lumped`` are the plant's
+    functions; a node may put machine code of them in their place.
     """
 
     def __init__(self, resolved: Resolved) -> None:
@@ -25,20 +25,15 @@ class PlantModel:
         self._plant, self._weather, self._sensing = (
             resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
         )
-        start = {
-            "parameters": self._plant.parameters,
-            "vehicle": self._vehicle,
-            "state": self._plant.module.init(self._plant.parameters, self._vehicle),
-            "commanded": Wrench(),
-            "dt": self._dt,
-        }
-        self._stepper = stepper(programs.plant(self._plant.module), resolved.flight.machine_code, start)
-        self.truth: VehicleState = self._plant.module.observe(
-            self._plant.parameters, self._vehicle, self._stepper.get("state")
-        )
+        module = self._plant.module
+        self.step, self.lumped = module.step, module.lumped
+        self._state = module.init(self._plant.parameters, self._vehicle)
+        self._commanded = Wrench()
+        self.truth: VehicleState = module.observe(self._plant.parameters, self._vehicle, self._state)
         self._sensing_line, self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
         self._link_line, self._link_memory = link.init()
         self._applied = Wrench()
+        self._sent_steps = [-1] * link.SLOTS
         self.actuation = Actuation()
         self.actuated_step = -1
         self.cover(round(_FIRST_LENGTH / self._dt))
@@ -54,14 +49,10 @@ class PlantModel:
 
     def disturbance(self) -> Disturbance:
         """Return what acts over the coming step; the lumped terms are those of the wrench commanded last."""
-        self._stepper.run("lumped")
-        lumped: Disturbance = self._stepper.get("disturbance")
-        return lumped
-
-    @property
-    def machine_code(self) -> int:
-        """1 if the plant is run as machine code, else 0."""
-        return int(isinstance(self._stepper, MachineCode))
+        found: Disturbance = self.lumped(
+            self._plant.parameters, self._vehicle, self._state, self._commanded, self.conditions
+        )
+        return found
 
     def announcements(self) -> list[tuple[float, str, str]]:
         """Return (time s, kind, text) of what the disturbance has to report in flight, in order of time."""
@@ -69,15 +60,32 @@ class PlantModel:
         found: list[tuple[float, str, str]] = announce(self._weather.parameters) if announce else []
         return found
 
-    def advance(self, step: int, wrench: Wrench) -> VehicleState:
-        """Integrate over ``step`` with the command ``wrench``; returns the true state at its end."""
+    @property
+    def has_ground(self) -> bool:
+        """Whether the plant has a ground on which the vehicle can come to rest."""
+        return has_ground(self._plant.parameters)
+
+    def receive(self, step: int, wrench: Wrench, command_step: int) -> tuple[Wrench, int]:
+        """Return the wrench that comes through the command link at ``step``, and the step of the state it answers.
+
+        ``wrench`` is what is sent at ``step``, the answer to the state of ``command_step``; -1: none has come yet.
+        """
+        fault = self.conditions.link
+        self._commanded = wrench
+        self._sent_steps[step % link.SLOTS] = command_step
         self._applied, self._link_memory = link.step(
-            self._link_line, self._link_memory, self.conditions.link, wrench, self._applied, step, self._dt
+            self._link_line, self._link_memory, fault, wrench, self._applied, step, self._dt
         )
-        self._stepper.put("commanded", wrench)
-        self._stepper.put("applied", self._applied)
-        self._stepper.run("advance")
-        self.truth, self.actuation = self._stepper.get("truth"), self._stepper.get("actuation")
+        if fault.delay <= 0.0 and not fault.lost:
+            return self._applied, command_step
+        sent = self._link_memory.applied
+        return self._applied, self._sent_steps[sent % link.SLOTS] if sent >= 0 else -1
+
+    def advance(self, step: int, wrench: Wrench) -> VehicleState:
+        """Integrate over ``step`` with ``wrench`` for the rotors; returns the true state at its end."""
+        plant, vehicle = self._plant.parameters, self._vehicle
+        self._state, self.actuation = self.step(plant, vehicle, self._state, wrench, self.conditions, self._dt)
+        self.truth = self._plant.module.observe(plant, vehicle, self._state)
         self.actuated_step = step
         if step + 1 >= self._covered:
             self.cover(2 * self._covered)
@@ -88,7 +96,6 @@ class PlantModel:
         self.conditions: Conditions = self._weather.module.sample(
             self._weather.parameters, self._table, seconds(step, self._period)
         )
-        self._stepper.put("conditions", self.conditions)
         self.state: VehicleState
         self.state, self._sensing_memory = self._sensing.module.step(
             self._sensing.parameters,

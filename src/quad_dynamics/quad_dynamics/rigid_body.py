@@ -8,235 +8,154 @@ acts in the body frame and the outer force in the world frame; both are constant
 import math
 from typing import NamedTuple
 
-from quad_core.conditions import as_disturbance
-from quad_core.rotations import body_z, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Quat, Vec3, VehicleState, Wrench
+from quad_core.cycle import as_disturbance
+from quad_core.geometry import add, body_z, quaternion_from_euler
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.allocation import allocate_within
-from quad_dynamics.ground import contact, reach
-from quad_dynamics.load import NO_LOAD, Load, accelerations, is_loaded, loaded
+from quad_dynamics.ground import contact, contact_height
 from quad_dynamics.newton_euler import (
+    NO_LOAD,
     Body,
+    Flat,
+    Load,
     Triple,
-    drag_force,
-    drag_torque,
+    angular_acceleration,
+    has_lever,
+    linear_acceleration,
+    loaded,
+    loaded_accelerations,
     quaternion_rate,
-    thrust_force,
+    rk4,
+    true_body,
     wind_force,
 )
 from quad_dynamics.parameters import Ground, PlantParameters
-from quad_dynamics.rotor_dynamics import (
-    Push,
-    each,
-    follow,
+from quad_dynamics.rotors import (
+    RotorWrench,
+    allocate_within,
+    decay,
     is_lagging,
-    most_thrust,
-    reported,
-    share_left,
-    thrusts_of,
-    true_push,
+    max_rotor_thrust,
+    reached,
+    rotor_lag,
+    rotor_speed,
+    rotor_thrusts,
+    rotor_wrench,
 )
-from quad_dynamics.rotors import rotor_speed
-from quad_dynamics.uncertainty import check_true_body, nominal_acceleration, true_body
+from quad_dynamics.uncertainty import check_true_body, nominal_acceleration
 
 Parameters = PlantParameters
-# a state or its derivative inside a step: plain tuples cost CPython a fifth of NamedTuples
-Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]
 
 
 class State(NamedTuple):
-    """Position m and velocity m/s (world), attitude quaternion xyzw, body rates rad/s, rotor speeds rad/s."""
+    """Motion of the body's centre of gravity, and rotor speeds in rad/s."""
 
-    px: float = 0.0
-    py: float = 0.0
-    pz: float = 0.0
-    vx: float = 0.0
-    vy: float = 0.0
-    vz: float = 0.0
-    qx: float = 0.0
-    qy: float = 0.0
-    qz: float = 0.0
-    qw: float = 1.0
-    wx: float = 0.0
-    wy: float = 0.0
-    wz: float = 0.0
-    r1: float = 0.0
-    r2: float = 0.0
-    r3: float = 0.0
-    r4: float = 0.0
+    motion: VehicleState = VehicleState()
+    rotor_speed: Rotors = Rotors()  # [rad/s]
 
 
 class Surroundings(NamedTuple):
-    """What acts over a whole step: body, load, wind m/s, outer force N (world, with the wind's drag) and torque N m.
+    """What is constant over a step: the vehicle and what acts on it beside its rotors.
 
-    ``extended``: whether anything acts that ``derivative`` alone does not know.
+    ``body`` includes mass and moments of inertia of a payload, ``load`` its lever; ``carries``: whether there is one.
+    Outer force N (world, with the wind's part of the drag) and torque N m, wind m/s. ``extended``: whether anything
+    acts that Eq. 1 does not know.
     """
 
+    vehicle: Vehicle
+    ground: Ground
     body: Body
-    force_w: Triple
-    torque_b: Triple
-    wind_w: Triple
-    carries: bool
     load: Load
+    carries: bool
+    force_w: Vec3
+    torque_b: Vec3
+    wind_w: Vec3
     extended: bool
 
 
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
-    """Return the state at step 0; rotors turn as hover wants them, on the ground at their least speed.
+    """Return the state at step 0; rotors start at hover speed, or idle on the ground.
 
     Raises ValueError if mass or inertia, errors included, are not positive.
     """
     check_true_body(parameters, vehicle)
-    start = parameters.initial
-    q = quaternion_from_euler(Vec3(start.angles.phi, start.angles.theta, start.angles.psi))
-    turning = rotor_speed(vehicle, 0.25 * vehicle.mass * vehicle.gravity)
-    if parameters.ground.enabled and start.p.z <= reach(parameters.ground, vehicle):
-        turning = vehicle.rotor_speed_min
-    return State(
-        start.p.x,
-        start.p.y,
-        start.p.z,
-        start.v.x,
-        start.v.y,
-        start.v.z,
-        q.x,
-        q.y,
-        q.z,
-        q.w,
-        start.omega.x,
-        start.omega.y,
-        start.omega.z,
-        turning,
-        turning,
-        turning,
-        turning,
-    )
-
-
-def derivative(body: Body, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
-    """Return the derivative of state ``s`` (Eq. 1) under thrust N, outer force N (world), all torque N m (body).
-
-    The terms of ``newton_euler`` and Eq. 4 written out: calls would be two thirds of a step. A test holds both to the
-    same bits.
-    """
-    _, _, _, vx, vy, vz, x, y, z, w, p, q, r = s
-    mass, gravity, xx, yy, zz, k, k_t, printed = body
-    fx, fy, fz = force_w
-    tx, ty, tz = torque_b
-    if printed:
-        dx, dy, dz = k_t * p * p, k_t * q * q, k_t * r * r
-    else:
-        k = -k
-        dx, dy, dz = -k_t * abs(p) * p, -k_t * abs(q) * q, -k_t * abs(r) * r
-    hp, hq, hr = 0.5 * p, 0.5 * q, 0.5 * r
-    return (
-        vx,
-        vy,
-        vz,
-        (2.0 * (x * z + w * y) * thrust + k * vx + fx) / mass,
-        (2.0 * (y * z - w * x) * thrust + k * vy + fy) / mass,
-        ((1.0 - 2.0 * (x * x + y * y)) * thrust + k * vz + fz) / mass - gravity,
-        w * hp + y * hr - z * hq,
-        w * hq + z * hp - x * hr,
-        w * hr + x * hq - y * hp,
-        -x * hp - y * hq - z * hr,
-        ((yy - zz) * q * r + tx + dx) / xx,
-        ((zz - xx) * p * r + ty + dy) / yy,
-        ((xx - yy) * p * q + tz + dz) / zz,
-    )
-
-
-def rate(ground: Ground, vehicle: Vehicle, around: Surroundings, push: Push, s: Flat) -> Flat:
-    """Return the derivative of state ``s`` under what the rotors do and all that is ``around``."""
-    body, (fx, fy, fz), (ox, oy, oz), wind, carries, load, extended = around
-    thrust, (tx, ty, tz), spin, drag = push
-    tx, ty, tz = tx + ox, ty + oy, tz + oz
-    if not extended:
-        return derivative(body, thrust, (fx, fy, fz), (tx, ty, tz), s)
-    _, _, height, vx, vy, vz, x, y, z, w, p, q, r = s
-    # tau_G = -Omega x (0, 0, spin), and the rotors' drag across their axis
-    tx, ty = tx - q * spin, ty + p * spin
-    ax, ay, az = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
-    ux, uy, uz = vx - wind[0], vy - wind[1], vz - wind[2]
-    along = ux * ax + uy * ay + uz * az
-    fx, fy, fz = fx - drag * (ux - along * ax), fy - drag * (uy - along * ay), fz - drag * (uz - along * az)
-    if ground.enabled and height < reach(ground, vehicle):
-        held, turned = contact(ground, vehicle, body, height, (vx, vy, vz), Quat(x, y, z, w), (p, q, r))
-        fx, fy, fz = fx + held[0], fy + held[1], fz + held[2]
-        tx, ty, tz = tx + turned[0], ty + turned[1], tz + turned[2]
-    if carries:
-        return loaded_rate(body, load, thrust, (fx, fy, fz), (tx, ty, tz), s)
-    return derivative(body, thrust, (fx, fy, fz), (tx, ty, tz), s)
-
-
-def loaded_rate(body: Body, load: Load, thrust: float, force_w: Triple, torque_b: Triple, s: Flat) -> Flat:
-    """Return the derivative of state ``s`` of a body whose payload shifts its centre of gravity (``load``)."""
-    _, _, _, vx, vy, vz, x, y, z, w, p, q, r = s
-    omega, q_wb = (p, q, r), Quat(x, y, z, w)
-    lift = thrust_force(body_z(q_wb), thrust)
-    drag, damping = drag_force(body, (vx, vy, vz)), drag_torque(body, omega)
-    force = (lift[0] + drag[0] + force_w[0], lift[1] + drag[1] + force_w[1], lift[2] + drag[2] + force_w[2])
-    torque = (torque_b[0] + damping[0], torque_b[1] + damping[1], torque_b[2] + damping[2])
-    a, alpha = accelerations(load, body.gravity, q_wb, omega, force, torque)
-    dx, dy, dz, dw = quaternion_rate((x, y, z, w), omega)
-    return vx, vy, vz, a[0], a[1], a[2], dx, dy, dz, dw, alpha[0], alpha[1], alpha[2]
+    p, v, angles, omega = parameters.initial
+    speed = rotor_speed(vehicle, 0.25 * vehicle.mass * vehicle.gravity)
+    if parameters.ground.enabled and p.z <= contact_height(parameters.ground, vehicle):
+        speed = vehicle.rotor_speed_min
+    q_wb = quaternion_from_euler(Vec3(angles.phi, angles.theta, angles.psi))
+    motion = VehicleState(Vec3(p.x, p.y, p.z), Vec3(v.x, v.y, v.z), q_wb, Vec3(omega.x, omega.y, omega.z))
+    return State(motion, Rotors(speed, speed, speed, speed))
 
 
 def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Conditions) -> Surroundings:
     """Return what acts over a step under ``conditions``."""
     payload = conditions.payload
     body = true_body(parameters, vehicle, payload)
-    blown = wind_force(body, conditions.wind_w)
-    force = conditions.force_w
-    carries = is_loaded(payload)
+    wind_x, wind_y, wind_z = wind_force(body, conditions.wind_w)
+    carries = has_lever(payload)
     return Surroundings(
-        body,
-        (force.x + blown[0], force.y + blown[1], force.z + blown[2]),
-        conditions.torque_b,
-        conditions.wind_w,
-        carries,
-        loaded(body, payload) if carries else NO_LOAD,
-        carries or parameters.ground.enabled or vehicle.rotor_inertia > 0.0 or vehicle.rotor_drag_coefficient > 0.0,
+        vehicle=vehicle,
+        ground=parameters.ground,
+        body=body,
+        load=loaded(body, payload) if carries else NO_LOAD,
+        carries=carries,
+        force_w=add(conditions.force_w, Vec3(wind_x, wind_y, wind_z)),
+        torque_b=conditions.torque_b,
+        wind_w=conditions.wind_w,
+        extended=carries
+        or parameters.ground.enabled
+        or vehicle.rotor_inertia > 0.0
+        or vehicle.rotor_drag_coefficient > 0.0,
     )
 
 
-def moved(s: Flat, k: Flat, h: float) -> Flat:
-    """Return state ``s`` + ``h`` times its derivative ``k``."""
-    return (
-        s[0] + h * k[0],
-        s[1] + h * k[1],
-        s[2] + h * k[2],
-        s[3] + h * k[3],
-        s[4] + h * k[4],
-        s[5] + h * k[5],
-        s[6] + h * k[6],
-        s[7] + h * k[7],
-        s[8] + h * k[8],
-        s[9] + h * k[9],
-        s[10] + h * k[10],
-        s[11] + h * k[11],
-        s[12] + h * k[12],
-    )
+def derivative(around: Surroundings, rotors: RotorWrench, s: Flat) -> Flat:
+    """Return the derivative of state ``s`` (p, v, q, omega) under what the rotors do and all that is ``around``: Eq. 1.
+
+    Of a body whose payload shifts its centre of gravity, the point that moves is still its own centre.
+    """
+    _, _, height, vx, vy, vz, x, y, z, w, p, q, r = s
+    v_w, q_wb, omega_b = (vx, vy, vz), Quat(x, y, z, w), (p, q, r)
+    body, thrust, axis = around.body, rotors.thrust, body_z(q_wb)
+    force, torque = around.force_w, add(rotors.torque_b, around.torque_b)
+    if around.extended:
+        force, torque = with_extensions(around, rotors, axis, height, v_w, q_wb, omega_b, torque)
+    if around.carries:
+        a, alpha = loaded_accelerations(body, around.load, q_wb, thrust, v_w, omega_b, force, torque)
+    else:
+        a = linear_acceleration(body, axis, thrust, v_w, force)
+        alpha = angular_acceleration(body, omega_b, torque)
+    dx, dy, dz, dw = quaternion_rate(q_wb, omega_b)
+    return vx, vy, vz, a[0], a[1], a[2], dx, dy, dz, dw, alpha[0], alpha[1], alpha[2]
 
 
-def joined(s: Flat, k1: Flat, k2: Flat, k3: Flat, k4: Flat, h: float) -> Flat:
-    """Return ``s`` + ``h`` (k1 + 2 k2 + 2 k3 + k4) / 6: the classical Runge-Kutta method."""
-    g = h / 6.0
-    return (
-        s[0] + g * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
-        s[1] + g * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
-        s[2] + g * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
-        s[3] + g * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
-        s[4] + g * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
-        s[5] + g * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
-        s[6] + g * (k1[6] + 2.0 * (k2[6] + k3[6]) + k4[6]),
-        s[7] + g * (k1[7] + 2.0 * (k2[7] + k3[7]) + k4[7]),
-        s[8] + g * (k1[8] + 2.0 * (k2[8] + k3[8]) + k4[8]),
-        s[9] + g * (k1[9] + 2.0 * (k2[9] + k3[9]) + k4[9]),
-        s[10] + g * (k1[10] + 2.0 * (k2[10] + k3[10]) + k4[10]),
-        s[11] + g * (k1[11] + 2.0 * (k2[11] + k3[11]) + k4[11]),
-        s[12] + g * (k1[12] + 2.0 * (k2[12] + k3[12]) + k4[12]),
-    )
+def with_extensions(
+    around: Surroundings,
+    rotors: RotorWrench,
+    axis_w: Vec3,
+    height: float,
+    v_w: Triple,
+    q_wb: Quat,
+    omega_b: Triple,
+    torque_b: Vec3,
+) -> tuple[Vec3, Vec3]:
+    """Return outer force N and torque N m with tau_G, the drag of the rotors and the ground added.
+
+    tau_G is -Omega x (0, 0, spin); the drag is that of the air speed across the rotors' axis ``axis_w``.
+    """
+    force, wind, drag = around.force_w, around.wind_w, rotors.drag
+    tx, ty, tz = torque_b.x - omega_b[1] * rotors.spin, torque_b.y + omega_b[0] * rotors.spin, torque_b.z
+    ux, uy, uz = v_w[0] - wind.x, v_w[1] - wind.y, v_w[2] - wind.z
+    along = ux * axis_w.x + uy * axis_w.y + uz * axis_w.z
+    fx = force.x - drag * (ux - along * axis_w.x)
+    fy = force.y - drag * (uy - along * axis_w.y)
+    fz = force.z - drag * (uz - along * axis_w.z)
+    if around.ground.enabled and height < contact_height(around.ground, around.vehicle):
+        support, turning = contact(around.ground, around.vehicle, around.body, height, v_w, q_wb, omega_b)
+        fx, fy, fz = fx + support[0], fy + support[1], fz + support[2]
+        tx, ty, tz = tx + turning[0], ty + turning[1], tz + turning[2]
+    return Vec3(fx, fy, fz), Vec3(tx, ty, tz)
 
 
 def with_unit_quaternion(s: Flat) -> Flat:
@@ -251,23 +170,23 @@ def with_unit_quaternion(s: Flat) -> Flat:
     return px, py, pz, vx, vy, vz, qx * scale, qy * scale, qz * scale, qw * scale, wx, wy, wz
 
 
-def flat(state: State) -> Flat:
-    """Return the numbers of ``state`` as a plain tuple."""
-    return (
-        state.px,
-        state.py,
-        state.pz,
-        state.vx,
-        state.vy,
-        state.vz,
-        state.qx,
-        state.qy,
-        state.qz,
-        state.qw,
-        state.wx,
-        state.wy,
-        state.wz,
-    )
+def flat(motion: VehicleState) -> Flat:
+    """Return p m, v m/s, q and omega rad/s as a plain tuple."""
+    p, v, q, omega = motion
+    return p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, q.w, omega.x, omega.y, omega.z
+
+
+def nested(s: Flat) -> VehicleState:
+    """Return the motion whose numbers are ``s``; inverse of ``flat``."""
+    px, py, pz, vx, vy, vz, x, y, z, w, p, q, r = s
+    return VehicleState(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
+
+
+def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation) -> tuple[Rotors, Rotors]:
+    """Return speeds rad/s and thrusts N of the rotors as a step begins; ideal ones are at their command at once."""
+    if is_lagging(vehicle):
+        return state.rotor_speed, rotor_thrusts(vehicle, state.rotor_speed)
+    return actuation.rotor_speed, actuation.rotor_thrust
 
 
 def step(
@@ -280,46 +199,37 @@ def step(
 ) -> tuple[State, Actuation]:
     """Return the state ``dt`` s later under a constant ``wrench`` and constant ``conditions``, and the actuation.
 
-    From a flyable state (``quad_core.bounds``) and a finite wrench nothing is raised; overflow shows in the state.
+    From a flyable state (``cycle.is_flyable``) and a finite wrench nothing is raised; overflow shows in the state.
     """
-    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
     around = surroundings(parameters, vehicle, conditions)
-    factor, working, ground = parameters.effectiveness, conditions.rotor_effectiveness, parameters.ground
-    wanted = each(actuation.rotor_speed)
+    factor, working, commanded = parameters.effectiveness, conditions.rotor_effectiveness, actuation.rotor_speed
+    speeds, thrusts = rotors_at_start(vehicle, state, actuation)
+    first = middle = last = rotor_wrench(vehicle, factor, working, thrusts=thrusts, speeds=speeds, commanded=commanded)
     lagging = is_lagging(vehicle)
-    speeds = (state.r1, state.r2, state.r3, state.r4) if lagging else wanted
-    thrusts = thrusts_of(vehicle, speeds) if lagging else each(actuation.rotor_thrust)
-    first = middle = last = true_push(vehicle, factor, working, thrusts, speeds, wanted)
     h = dt / parameters.substeps
-    s = flat(state)
-    left = share_left(vehicle, 0.5 * h) if lagging else 0.0
+    half_decay = decay(vehicle, 0.5 * h) if lagging else 0.0
+    s = flat(state.motion)
     for _ in range(parameters.substeps):
         if lagging:
-            half, speeds = follow(speeds, wanted, left), follow(speeds, wanted, left * left)
-            middle = true_push(vehicle, factor, working, thrusts_of(vehicle, half), half, wanted)
-            thrusts = thrusts_of(vehicle, speeds)
-            last = true_push(vehicle, factor, working, thrusts, speeds, wanted)
-        k1 = rate(ground, vehicle, around, first, s)
-        k2 = rate(ground, vehicle, around, middle, moved(s, k1, 0.5 * h))
-        k3 = rate(ground, vehicle, around, middle, moved(s, k2, 0.5 * h))
-        k4 = rate(ground, vehicle, around, last, moved(s, k3, h))
-        s = with_unit_quaternion(joined(s, k1, k2, k3, k4, h))
+            half = rotor_lag(speeds, commanded, half_decay)
+            speeds = rotor_lag(speeds, commanded, half_decay * half_decay)
+            middle = rotor_wrench(
+                vehicle, factor, working, thrusts=rotor_thrusts(vehicle, half), speeds=half, commanded=commanded
+            )
+            last = rotor_wrench(
+                vehicle, factor, working, thrusts=rotor_thrusts(vehicle, speeds), speeds=speeds, commanded=commanded
+            )
+        s = with_unit_quaternion(rk4(derivative, around, first, middle, last, s, h))
         first = last
     if lagging:
-        actuation = reported(vehicle, actuation, speeds, thrusts)
-    px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz = s
-    after = State(px, py, pz, vx, vy, vz, qx, qy, qz, qw, wx, wy, wz, speeds[0], speeds[1], speeds[2], speeds[3])
-    return after, actuation
+        actuation = reached(vehicle, actuation, speeds)
+    return State(nested(s), speeds), actuation
 
 
 def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001
     """Return the state as every stage sees it."""
-    return VehicleState(
-        Vec3(state.px, state.py, state.pz),
-        Vec3(state.vx, state.vy, state.vz),
-        Quat(state.qx, state.qy, state.qz, state.qw),
-        Vec3(state.wx, state.wy, state.wz),
-    )
+    return state.motion
 
 
 def lumped(
@@ -329,18 +239,21 @@ def lumped(
 
     All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind, ground and load too.
     """
-    allocated = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
-    wanted = each(allocated.rotor_speed)
-    lagging = is_lagging(vehicle)
-    speeds = (state.r1, state.r2, state.r3, state.r4) if lagging else wanted
-    thrusts = thrusts_of(vehicle, speeds) if lagging else each(allocated.rotor_thrust)
-    push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, speeds, wanted)
-    s = flat(state)
-    true = rate(parameters.ground, vehicle, surroundings(parameters, vehicle, conditions), push, s)
-    expected = nominal_acceleration(
-        parameters, vehicle, body_z(Quat(state.qx, state.qy, state.qz, state.qw)), s[3:6], s[10:13], wrench
+    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
+    speeds, thrusts = rotors_at_start(vehicle, state, actuation)
+    rotors = rotor_wrench(
+        vehicle,
+        parameters.effectiveness,
+        conditions.rotor_effectiveness,
+        thrusts=thrusts,
+        speeds=speeds,
+        commanded=actuation.rotor_speed,
     )
-    (ax, ay, az), (bx, by, bz) = expected
+    motion = state.motion
+    true = derivative(surroundings(parameters, vehicle, conditions), rotors, flat(motion))
+    (ax, ay, az), (bx, by, bz) = nominal_acceleration(
+        parameters, vehicle, body_z(motion.q_wb), motion.v_w, motion.omega_b, wrench
+    )
     return as_disturbance(
         conditions,
         Vec3(true[3] - ax, true[4] - ay, true[5] - az),

@@ -1,7 +1,7 @@
 """Sensing ``sensor``: what the controllers see of the truth: bias, noise, quantisation, rate, dropouts, then delay.
 
 Every ``period_steps`` plant steps a sample of the truth is taken; between samples, and where one drops out, the last
-one holds. What was held ``delay`` s ago is the `state`. A sensor fault acts on the reading that comes out. With the
+one holds. What it was ``delay`` s ago is the `state`. A sensor fault acts on the reading that comes out. With the
 defaults and without a fault the state is the truth, bit for bit.
 """
 
@@ -11,9 +11,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quad_core.cycle import is_faulty, seconds
+from quad_core.geometry import euler_from_quaternion, normalized, quaternion_from_euler
 from quad_core.parameters import Real, Whole
-from quad_core.rotations import euler_from_quaternion, normalized, quaternion_from_euler
-from quad_core.timing import seconds
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 
 CHANNELS = 12
@@ -66,7 +66,7 @@ class Memory(NamedTuple):
 
     active: bool
     delay_steps: int
-    held: VehicleState
+    last_sample: VehicleState
     frozen: bool
     reading: VehicleState
 
@@ -115,7 +115,7 @@ def step(
     """Return the state seen at plant step ``k``, and the memory. Writes to the delay ``line``."""
     if not memory.active and not memory.frozen and not is_faulty(fault):
         return truth, memory
-    held = memory.held
+    last_sample = memory.last_sample
     reading = truth
     if memory.active:
         if k % parameters.period_steps == 0:
@@ -123,10 +123,10 @@ def step(
             if row > len(table) - 1:
                 row = len(table) - 1
             if k == 0 or float(table[row, DROPOUT]) >= parameters.dropout:
-                held = sampled(parameters, table, row, truth)
-        reading = held
+                last_sample = sampled(parameters, table, row, truth)
+        reading = last_sample
         if memory.delay_steps > 0:
-            put(line, k % SLOTS, held)
+            put(line, k % SLOTS, last_sample)
             old = k - memory.delay_steps
             if old < 0:
                 old = 0
@@ -134,13 +134,7 @@ def step(
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
-    return reading, Memory(memory.active, memory.delay_steps, held, fault.frozen, reading)
-
-
-def is_faulty(fault: SensorFault) -> bool:
-    """Return whether ``fault`` changes a reading."""
-    offset = fault.offset_w
-    return fault.frozen or offset.x != 0.0 or offset.y != 0.0 or offset.z != 0.0 or fault.yaw_offset != 0.0
+    return reading, Memory(memory.active, memory.delay_steps, last_sample, fault.frozen, reading)
 
 
 def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:

@@ -113,7 +113,7 @@ def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float
     if code == PUSH:
         return pushed(c, vector(table, row, VALUES), vector(table, row, VALUES + 3))
     if code == GAUSSIAN:
-        drawn = held(table, row, since, float(table[row, VALUES + 4]))
+        drawn = drawn_row(table, row, since, float(table[row, VALUES + 4]))
         return pushed(c, vector(table, drawn, 0), vector(table, drawn, 3))
     if code == PAYLOAD:
         return carrying(c, float(table[row, VALUES]), vector(table, row, VALUES + 1), vector(table, row, VALUES + 4))
@@ -129,7 +129,7 @@ def vector(table: NDArray[np.float64], row: int, first: int) -> Vec3:
     return Vec3(float(table[row, first]), float(table[row, first + 1]), float(table[row, first + 2]))
 
 
-def held(table: NDArray[np.float64], row: int, since: float, period: float) -> int:
+def drawn_row(table: NDArray[np.float64], row: int, since: float, period: float) -> int:
     """Return the row of what was drawn for the event of ``row`` and holds ``since`` s after its start."""
     index = math.floor(since / period)
     last = int(table[row, 4]) - 1
@@ -140,8 +140,8 @@ def air(table: NDArray[np.float64], row: int, since: float) -> Vec3:
     """Return the velocity of the air in m/s, world frame, of a wind, gust or turbulence."""
     code = float(table[row, 0])
     if code == DRYDEN:
-        at = held(table, row, since, TURBULENCE_PERIOD)
-        after = held(table, row, since + TURBULENCE_PERIOD, TURBULENCE_PERIOD)
+        at = drawn_row(table, row, since, TURBULENCE_PERIOD)
+        after = drawn_row(table, row, since + TURBULENCE_PERIOD, TURBULENCE_PERIOD)
         part = since / TURBULENCE_PERIOD - math.floor(since / TURBULENCE_PERIOD)
         now, then = vector(table, at, 0), vector(table, after, 0)
         u, v = now.x + part * (then.x - now.x), now.y + part * (then.y - now.y)
@@ -212,7 +212,7 @@ def weakened(c: Conditions, table: NDArray[np.float64], row: int, since: float) 
 
 def late(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
     """Return ``c`` with a worse command link."""
-    drawn = held(table, row, since, LINK_PERIOD)
+    drawn = drawn_row(table, row, since, LINK_PERIOD)
     delay = float(table[row, VALUES]) + float(table[row, VALUES + 1]) * float(table[drawn, 0])
     lost = float(table[drawn, 1]) < float(table[row, VALUES + 2])
     link = LinkFault(c.link.delay + delay, c.link.lost or lost)

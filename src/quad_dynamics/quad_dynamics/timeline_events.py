@@ -1,4 +1,4 @@
-"""The lines of a scenario: what each kind of event is told, how it is written, and what is refused.
+"""The lines of a scenario: what each kind of event needs, how it is written, and what is refused.
 
 One event per line: ``KIND NAME=VALUE ...``; vectors are written ``x,y,z``; ``#`` begins a comment. Times in s since
 take-off; an event without an end lasts to the end of the flight.
@@ -34,7 +34,7 @@ class Vector(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """One kind of event: code in the table, what it is told in the order of the table's columns, meaning."""
+    """One kind of event: code in the table, its numbers in the order of the table's columns, meaning."""
 
     code: float
     fields: Mapping[str, Number | Vector]
@@ -140,31 +140,31 @@ def _event(number: int, line: str) -> Event:
     name, *words = line.split()
     if name not in KINDS:
         raise EventError(number, line, f"unknown kind {name!r}; expected one of {', '.join(KINDS)}")
-    kind, told = KINDS[name], {}
+    kind, given = KINDS[name], {}
     for word in words:
         key, equals, value = word.partition("=")
         if not equals or key not in {"start", "end", *kind.fields}:
             expected = ", ".join(f"{item}=" for item in ("start", "end", *kind.fields))
             raise EventError(number, line, f"found {word!r}, expected some of {expected}")
-        if key in told:
+        if key in given:
             raise EventError(number, line, f"{key} stands twice")
-        told[key] = value
-    start, end = _times(number, line, told)
+        given[key] = value
+    start, end = _times(number, line, given)
     if name == "gust" and end == FOR_EVER:
         raise EventError(number, line, "a gust needs end=")
     values: list[float] = []
     for key, field in kind.fields.items():
-        values += _values(number, line, key, field, told.get(key))
+        values += _values(number, line, key, field, given.get(key))
     if name == "rotor" and values[0] != math.floor(values[0]):
         raise EventError(number, line, f"number: found {values[0]:g}, expected 1, 2, 3 or 4")
     return Event(number, line, name, start, end, tuple(values))
 
 
-def _times(number: int, line: str, told: Mapping[str, str]) -> tuple[float, float]:
-    start = _number(number, line, "start", Number("s", 0.0, LATEST), told.get("start", "0"))
-    if "end" not in told:
+def _times(number: int, line: str, given: Mapping[str, str]) -> tuple[float, float]:
+    start = _number(number, line, "start", Number("s", 0.0, LATEST), given.get("start", "0"))
+    if "end" not in given:
         return start, FOR_EVER
-    end = _number(number, line, "end", Number("s", 0.0, LATEST), told["end"])
+    end = _number(number, line, "end", Number("s", 0.0, LATEST), given["end"])
     if end <= start:
         raise EventError(number, line, f"end: found {end:g}, expected more than start, {start:g}")
     return start, end

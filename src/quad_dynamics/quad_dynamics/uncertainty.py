@@ -22,44 +22,15 @@ just this difference; a test holds it against the formulas above. What a plant h
 lever of a payload) adds to the true acceleration and so to D_P and D_A.
 """
 
-from quad_core.bounds import clamp
-from quad_core.types import NO_PAYLOAD, Payload, Wrench
+from quad_core.geometry import clamp
+from quad_core.types import NO_PAYLOAD, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.allocation import LARGEST_TORQUE
-from quad_dynamics.newton_euler import Body, Triple, angular_acceleration, linear_acceleration
-from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
+from quad_dynamics.newton_euler import Triple, angular_acceleration, linear_acceleration, nominal_body, true_body
+from quad_dynamics.parameters import PlantParameters
+from quad_dynamics.rotors import LARGEST_TORQUE
 
 SMALLEST_MASS = 1e-3
 SMALLEST_INERTIA = 1e-7
-
-
-def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
-    """Return the body as the laws know it: m, I of Table 1."""
-    return Body(
-        vehicle.mass,
-        vehicle.gravity,
-        vehicle.inertia_xx,
-        vehicle.inertia_yy,
-        vehicle.inertia_zz,
-        vehicle.drag_coefficient,
-        vehicle.drag_torque_coefficient,
-        parameters.drag_sign == DRAG_PRINTED,
-    )
-
-
-def true_body(parameters: PlantParameters, vehicle: Vehicle, payload: Payload) -> Body:
-    """Return the body as it is: m + dm, I + dI (Eq. 10), with the mass and the moments of inertia of ``payload``."""
-    added, error = payload.inertia_b, parameters.inertia_error
-    return Body(
-        vehicle.mass + parameters.mass_error + payload.mass,
-        vehicle.gravity,
-        vehicle.inertia_xx + error.xx + added.x,
-        vehicle.inertia_yy + error.yy + added.y,
-        vehicle.inertia_zz + error.zz + added.z,
-        vehicle.drag_coefficient,
-        vehicle.drag_torque_coefficient,
-        parameters.drag_sign == DRAG_PRINTED,
-    )
 
 
 def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
@@ -83,11 +54,11 @@ def nominal_acceleration(
     ``axis_w`` body z axis in the world, ``v_w`` m/s, ``rates`` rad/s (body rates, or the Euler rates of Eq. 16).
     """
     nominal = nominal_body(parameters, vehicle)
-    asked = (
+    torque = (
         clamp(wrench.torque_b.x, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.y, -LARGEST_TORQUE, LARGEST_TORQUE),
         clamp(wrench.torque_b.z, -LARGEST_TORQUE, LARGEST_TORQUE),
     )
     thrust = clamp(wrench.thrust, -LARGEST_TORQUE, LARGEST_TORQUE)
     linear = linear_acceleration(nominal, axis_w, thrust, v_w, (0.0, 0.0, 0.0))
-    return linear, angular_acceleration(nominal, rates, asked)
+    return linear, angular_acceleration(nominal, rates, torque)

@@ -8,11 +8,10 @@ from plant_cases import ASYMMETRIC
 from scipy.optimize import linprog
 
 from quad_core.types import Rotors, Vec3, Wrench
-from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X, Vehicle
-from quad_dynamics.allocation import allocate
-from quad_dynamics.rotors import rotor_limit, wrench_from_rotors
+from quad_core.vehicle import Layout, Vehicle
+from quad_dynamics.rotors import allocate, rotor_limit, wrench_from_rotors
 
-LAYOUTS = (LAYOUT_PLUS, LAYOUT_X)
+LAYOUTS = (Layout.PLUS, Layout.X)
 VEHICLES = [vehicle._replace(layout=layout) for vehicle in (ASYMMETRIC, Vehicle()) for layout in LAYOUTS]
 ANY = st.floats(allow_nan=False, allow_infinity=False)
 SHARE = st.floats(0.0, 1.0)
@@ -23,7 +22,7 @@ def effect(vehicle):
     d, s = vehicle.arm_length, vehicle.arm_length * np.sqrt(0.5)
     plus = [(-d, 0), (0, -d), (d, 0), (0, d)]
     x = [(-s, -s), (s, -s), (s, s), (-s, s)]
-    places = np.array(x if vehicle.layout == LAYOUT_X else plus)
+    places = np.array(x if vehicle.layout == Layout.X else plus)
     yaw = vehicle.torque_coefficient / vehicle.lift_coefficient
     return np.array([np.ones(4), places[:, 1], -places[:, 0], yaw * np.array([1, -1, 1, -1])])
 
@@ -49,12 +48,12 @@ def flags(actuation):
 def test_a_wrench_that_rotors_can_make_is_made_exactly_and_unflagged(vehicle, shares):
     limit = rotor_limit(vehicle)
     thrusts = Rotors(*(limit * share for share in shares))
-    wanted = wrench_from_rotors(vehicle, thrusts)
-    actuation = allocate(vehicle, wanted)
+    command = wrench_from_rotors(vehicle, thrusts)
+    actuation = allocate(vehicle, command)
     assert flags(actuation) == (False,) * 5
     np.testing.assert_allclose(actuation.rotor_thrust, thrusts, atol=4e-15 * 4 * limit)
     np.testing.assert_allclose(
-        achieved(actuation) / scales(vehicle), [wanted.thrust, *wanted.torque_b] / scales(vehicle), atol=1e-14
+        achieved(actuation) / scales(vehicle), [command.thrust, *command.torque_b] / scales(vehicle), atol=1e-14
     )
 
 
@@ -117,12 +116,12 @@ def best(vehicle, asked):
     return np.array([thrust, *tilt[1], turn]) * scales(vehicle)
 
 
-def nearest(row, wanted, equal, yaw, yaw_limits):
+def nearest(row, command, equal, yaw, yaw_limits):
     distance = -np.ones((2, 1))
     found = linprog(
         [0, 0, 0, 0, 1],
         A_ub=np.vstack([np.hstack([np.array([row, -row]), distance]), np.hstack([yaw, np.zeros((2, 1))])]),
-        b_ub=[wanted, -wanted, yaw_limits[0] + 1e-9, yaw_limits[1] + 1e-9],
+        b_ub=[command, -command, yaw_limits[0] + 1e-9, yaw_limits[1] + 1e-9],
         A_eq=np.hstack([equal[0], np.zeros((len(equal[0]), 1))]),
         b_eq=equal[1],
         bounds=[(0, 1)] * 4 + [(0, None)],
@@ -141,7 +140,7 @@ def test_result_is_the_lexicographic_optimum_of_linear_programming(vehicle):
 
 
 def test_yaw_gives_way_before_thrust_and_thrust_before_tilt():
-    vehicle = ASYMMETRIC._replace(layout=LAYOUT_PLUS)
+    vehicle = ASYMMETRIC._replace(layout=Layout.PLUS)
     limit = rotor_limit(vehicle)
     yaw_arm = vehicle.torque_coefficient / vehicle.lift_coefficient
     only_yaw = allocate(

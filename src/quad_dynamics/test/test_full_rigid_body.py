@@ -7,15 +7,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
 
-from quad_core.rotations import body_z
-from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Quat, Rotors, Vec3, Wrench
-from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X
+from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
+from quad_core.vehicle import Layout
 from quad_dynamics import rigid_body
-from quad_dynamics.allocation import allocate
-from quad_dynamics.newton_euler import angular_acceleration, linear_acceleration, quaternion_rate
 from quad_dynamics.parameters import (
-    DRAG_CORRECTED,
-    DRAG_PRINTED,
     Effectiveness,
     Initial,
     InitialAngles,
@@ -23,9 +18,7 @@ from quad_dynamics.parameters import (
     InitialVelocity,
     PlantParameters,
 )
-from quad_dynamics.rotor_dynamics import true_push
-from quad_dynamics.rotors import wrench_from_rotors
-from quad_dynamics.uncertainty import true_body
+from quad_dynamics.rotors import allocate
 
 LAGGING = ASYMMETRIC._replace(
     rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0
@@ -70,15 +63,15 @@ class Model:
         self.inertia = inertia
         self.matrix = np.block([[self.mass * np.eye(3), -skew(self.moment)], [skew(self.moment), inertia]])
 
-    def rate(self, wanted):
+    def rate(self, commanded):
         vehicle, c = self.vehicle, self.conditions
         places = np.array(list(PLACES[vehicle.layout].values())) * vehicle.arm_length / 0.21
-        wanted = np.array(wanted)
+        commanded = np.array(commanded)
 
         def f(_t, y):
             v, q, omega, speeds = y[3:6], y[6:10], y[10:13], y[13:]
             rotation = Rotation.from_quat(q).as_matrix()
-            accelerating = (wanted - speeds) / vehicle.rotor_time_constant
+            accelerating = (commanded - speeds) / vehicle.rotor_time_constant
             lifts = vehicle.lift_coefficient * speeds**2 * np.array(c.rotor_effectiveness)
             air = rotation.T @ (v - np.array(c.wind_w))
             gravity = rotation.T @ [0.0, 0.0, -vehicle.gravity]
@@ -107,15 +100,15 @@ class Model:
 
 WEAK = Rotors(1.0, 0.7, 0.0, 0.9)
 CASES = [
-    pytest.param(PlantParameters(), CALM, None, LAYOUT_PLUS, id="rotors alone"),
-    pytest.param(PlantParameters(), CALM, None, LAYOUT_X, id="rotors alone, x"),
-    pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), None, LAYOUT_X, id="wind, every error"),
-    pytest.param(PlantParameters(), CALM, PARCEL, LAYOUT_PLUS, id="payload"),
+    pytest.param(PlantParameters(), CALM, None, Layout.PLUS, id="rotors alone"),
+    pytest.param(PlantParameters(), CALM, None, Layout.X, id="rotors alone, x"),
+    pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), None, Layout.X, id="wind, every error"),
+    pytest.param(PlantParameters(), CALM, PARCEL, Layout.PLUS, id="payload"),
     pytest.param(
         WRONG._replace(effectiveness=Effectiveness(0.95, 0.9, 1.1, 0.8)),
         Conditions(Vec3(1.0, -2.0, 0.5), Vec3(0.02, 0.03, -0.01), Vec3(-2.0, 5.0, 0.5), rotor_effectiveness=WEAK),
         PARCEL,
-        LAYOUT_X,
+        Layout.X,
         id="everything",
     ),
 ]
@@ -124,9 +117,9 @@ CASES = [
 def in_reach(rng, vehicle):
     while True:
         wrench = gentle_wrench(rng, vehicle)
-        wanted = allocate(vehicle, wrench)
-        if not any(wanted[4:]):
-            return wrench, wanted.rotor_speed
+        commanded = allocate(vehicle, wrench)
+        if not any(commanded[4:]):
+            return wrench, commanded.rotor_speed
 
 
 @pytest.mark.parametrize(("parameters", "conditions", "parcel", "layout"), CASES)
@@ -139,8 +132,8 @@ def test_flight_under_a_changing_wrench(parameters, conditions, parcel, layout):
     state = rigid_body.init(parameters, vehicle)
     expected = flat(state)
     for _ in range(120):
-        wrench, wanted = in_reach(rng, vehicle)
-        f = model.rate(wanted)
+        wrench, commanded = in_reach(rng, vehicle)
+        f = model.rate(commanded)
         expected = solve_ivp(f, (0.0, dt), expected, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
         state, actuation = rigid_body.step(parameters, vehicle, state, wrench, conditions, dt)
         assert actuation.rotor_speed == pytest.approx(expected[13:], rel=1e-10)
@@ -156,8 +149,8 @@ def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, c
     parameters = parameters._replace(initial=START)
     conditions = conditions._replace(payload=payload_of(parcel) if parcel else NO_PAYLOAD)
     state = rigid_body.init(parameters, vehicle)
-    wrench, wanted = in_reach(rng, vehicle)
-    true = Model(vehicle, parameters, conditions, parcel).rate(wanted)(0.0, flat(state))
+    wrench, commanded = in_reach(rng, vehicle)
+    true = Model(vehicle, parameters, conditions, parcel).rate(commanded)(0.0, flat(state))
     y = flat(state)
     axis, omega = Rotation.from_quat(y[6:10]).as_matrix()[:, 2], y[10:13]
     inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
@@ -174,14 +167,14 @@ def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, c
 
 def test_rotor_speeds_follow_the_exact_exponential_at_any_step():
     wrench = Wrench(20.0, Vec3(0.05, -0.03, 0.01))
-    wanted = np.array(allocate(LAGGING, wrench).rotor_speed)
+    commanded = np.array(allocate(LAGGING, wrench).rotor_speed)
     for dt, substeps in ((0.002, 1), (0.01, 1), (0.01, 5)):
         parameters = PlantParameters(substeps=substeps)
         state = rigid_body.init(parameters, LAGGING)
         start = flat(state)[13:]
         for k in range(1, 21):
             state, _ = rigid_body.step(parameters, LAGGING, state, wrench, CALM, dt)
-            exact = wanted + (start - wanted) * np.exp(-k * dt / 0.04)
+            exact = commanded + (start - commanded) * np.exp(-k * dt / 0.04)
             np.testing.assert_allclose(flat(state)[13:], exact, rtol=1e-12)
 
 
@@ -189,9 +182,9 @@ def test_runge_kutta_keeps_order_four_with_everything_on():
     parameters = WRONG._replace(initial=START)
     vehicle = LAGGING._replace(drag_torque_coefficient=0.0)
     conditions = Conditions(wind_w=Vec3(3.0, 1.0, 0.0), payload=payload_of(PARCEL))
-    wrench, wanted = in_reach(np.random.default_rng(5), vehicle)
+    wrench, commanded = in_reach(np.random.default_rng(5), vehicle)
     start = rigid_body.init(parameters, vehicle)
-    f = Model(vehicle, parameters, conditions, PARCEL).rate(wanted)
+    f = Model(vehicle, parameters, conditions, PARCEL).rate(commanded)
     exact = solve_ivp(f, (0.0, 0.32), flat(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:13, -1]
     errors = []
     for substeps in (8, 16, 32, 64):
@@ -228,37 +221,7 @@ def test_rotors_never_turn_slower_than_their_least_speed():
             assert made.torque_b == pytest.approx(wrench.torque_b, abs=1e-9)
 
 
-def test_rotors_start_as_hover_wants_them():
+def test_rotors_start_at_hover_speed():
     speeds = flat(rigid_body.init(PlantParameters(), LAGGING))[13:]
     lift = LAGGING.lift_coefficient * (speeds**2).sum()
     assert lift == pytest.approx(LAGGING.mass * LAGGING.gravity, rel=1e-12)
-
-
-@pytest.mark.parametrize("sign", [DRAG_CORRECTED, DRAG_PRINTED])
-def test_the_derivative_written_out_has_the_bits_of_its_terms(sign):
-    rng = np.random.default_rng(8)
-    body = true_body(WRONG._replace(drag_sign=sign), ASYMMETRIC, NO_PAYLOAD)
-    for _ in range(300):
-        numbers = rng.normal(size=13).tolist()
-        force, torque, thrust = vector(rng, 5.0), vector(rng, 0.5), float(rng.uniform(0.0, 30.0))
-        v, q, omega = numbers[3:6], Quat(*numbers[6:10]), tuple(numbers[10:13])
-        expected = (
-            *v,
-            *linear_acceleration(body, body_z(q), thrust, v, force),
-            *quaternion_rate(q, omega),
-            *angular_acceleration(body, omega, torque),
-        )
-        assert rigid_body.derivative(body, thrust, force, torque, tuple(numbers)) == expected
-
-
-@pytest.mark.parametrize("layout", [LAYOUT_PLUS, LAYOUT_X])
-def test_the_push_written_out_has_the_bits_of_the_rotors(layout):
-    rng, vehicle = np.random.default_rng(9), ASYMMETRIC._replace(layout=layout)
-    neutral = Effectiveness()
-    for _ in range(300):
-        thrusts, working = (tuple(rng.uniform(0.0, 5.0, 4).tolist()) for _ in range(2))
-        speeds = (1.0, 2.0, 3.0, 4.0)
-        push = true_push(vehicle, neutral, Rotors(*working), thrusts, speeds, speeds)
-        made = wrench_from_rotors(vehicle, Rotors(*(a * b for a, b in zip(working, thrusts, strict=True))))
-        assert (push.thrust, push.torque_b) == (made.thrust, tuple(made.torque_b))
-        assert (push.spin, push.drag) == (0.0, 0.0)

@@ -5,9 +5,16 @@ import pytest
 from plant_cases import ASYMMETRIC, NONE, flat
 
 from quad_core.types import CALM, Conditions, Vec3, Wrench
-from quad_core.vehicle import LAYOUT_X
+from quad_core.vehicle import Layout
 from quad_dynamics import paper, rigid_body
-from quad_dynamics.parameters import Ground, Initial, InitialAngles, InitialPosition, InitialVelocity, PlantParameters
+from quad_dynamics.parameters import (
+    Ground,
+    Initial,
+    InitialAngles,
+    InitialPosition,
+    InitialVelocity,
+    PlantParameters,
+)
 
 GROUND = Ground(enabled=True, height=-2.0, foot_depth=0.12, friction=0.5)
 IDLE = Wrench(0.0, NONE)
@@ -23,7 +30,7 @@ def run(initial, seconds, wrench=IDLE, conditions=CALM, ground=GROUND, vehicle=A
     return np.array(history)
 
 
-@pytest.mark.parametrize("layout", [0, LAYOUT_X])
+@pytest.mark.parametrize("layout", [0, Layout.X])
 def test_a_dropped_vehicle_comes_to_rest_level_a_millimetre_in(layout):
     start = Initial(InitialPosition(1.0, 2.0, -1.75), angles=InitialAngles(0.2, -0.15, 0.5))
     end = run(start, 3.0, vehicle=ASYMMETRIC._replace(layout=layout))[-1]

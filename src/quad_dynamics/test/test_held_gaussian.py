@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from plant_cases import ASYMMETRIC
 from scipy.stats import norm
 
-from quad_core.timing import seconds
+from quad_core.cycle import seconds
 from quad_core.types import Conditions
 from quad_dynamics import calm, held_gaussian
 from quad_dynamics.held_gaussian import Parameters

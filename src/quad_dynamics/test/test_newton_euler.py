@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from plant_cases import ASYMMETRIC
 from scipy.spatial.transform import Rotation
 
-from quad_core.rotations import body_z, quaternion_from_euler
+from quad_core.geometry import body_z, quaternion_from_euler
 from quad_core.types import Quat, Vec3
 from quad_dynamics import newton_euler as terms
 from quad_dynamics.paper import thrust_axis

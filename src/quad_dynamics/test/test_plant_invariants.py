@@ -6,9 +6,9 @@ from plant_cases import ASYMMETRIC, NO_DRAG, NONE, motion
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import CALM, Wrench
+from quad_core.vehicle import DragSign
 from quad_dynamics import rigid_body
 from quad_dynamics.parameters import (
-    DRAG_PRINTED,
     Initial,
     InitialAngles,
     InitialPosition,
@@ -73,7 +73,7 @@ def test_free_fall_is_a_parabola():
 def test_drag_takes_energy_and_the_printed_sign_adds_it():
     taken = np.array([energy(y) for y in fall(ASYMMETRIC, TUMBLING, 500)])
     assert np.diff(taken).max() < 0.0
-    fast = TUMBLING._replace(drag_sign=DRAG_PRINTED)
+    fast = TUMBLING._replace(drag_sign=DragSign.PRINTED)
     fast = fast._replace(initial=fast.initial._replace(omega=InitialRates(5.0, 4.0, 3.0)))
     added = np.array([energy(y) for y in fall(ASYMMETRIC, fast, 100)])
     assert np.diff(added).min() > 0.0

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from plant_cases import ASYMMETRIC, NONE, flat
 from scipy.spatial.transform import Rotation
 
+from quad_core.geometry import euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import ParameterError, build, flatten
-from quad_core.rotations import euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.types import CALM, Vec3, Wrench
+from quad_core.vehicle import DragSign
 from quad_dynamics import paper, rigid_body
-from quad_dynamics.parameters import DRAG_PRINTED, InertiaError, PlantParameters
+from quad_dynamics.parameters import InertiaError, PlantParameters
 
 ANGLE = st.floats(-3.1, 3.1)
 PITCH = st.floats(-1.45, 1.45)
@@ -81,7 +82,7 @@ def test_default_start_is_rest_in_the_origin():
 
 def test_parameters_are_named_and_checked():
     built = build(PlantParameters, {"drag_sign": "printed", "effectiveness.yaw": 0.5, "inertia_error.zz": 1e-3})
-    assert (built.drag_sign, built.effectiveness.yaw, built.inertia_error.zz) == (DRAG_PRINTED, 0.5, 1e-3)
+    assert (built.drag_sign, built.effectiveness.yaw, built.inertia_error.zz) == (DragSign.PRINTED, 0.5, 1e-3)
     assert flatten(PlantParameters())["drag_sign"] == "corrected"
     for bad in (
         {"substeps": 0},

@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_cases import numbers, under
 
-from quad_core.bounds import is_flyable
+from quad_core.cycle import is_flyable
 from quad_core.types import Vec3, Wrench
-from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X, Vehicle
+from quad_core.vehicle import Layout, Vehicle
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.parameters import (
     Initial,
@@ -32,7 +32,7 @@ VEHICLE = st.fixed_dictionaries(
         "drag_coefficient": st.sampled_from([0.0, 100.0]),
         "drag_torque_coefficient": st.sampled_from([0.0, 100.0]),
         "thrust_to_weight": st.sampled_from([1.05, 20.0]),
-        "layout": st.sampled_from([LAYOUT_PLUS, LAYOUT_X]),
+        "layout": st.sampled_from([Layout.PLUS, Layout.X]),
     }
 ).map(lambda fields: Vehicle(**fields))
 START = st.tuples(

@@ -6,10 +6,9 @@ from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench,
 from scipy.integrate import solve_ivp
 
 from quad_core.types import CALM, Vec3, Wrench
-from quad_core.vehicle import LAYOUT_X
+from quad_core.vehicle import DragSign, Layout
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.parameters import (
-    DRAG_PRINTED,
     Initial,
     InitialAngles,
     InitialPosition,
@@ -28,8 +27,8 @@ PLANTS = {"rigid_body": rigid_body, "paper": paper}
 CASES = [
     pytest.param(PlantParameters(), 0, id="nominal"),
     pytest.param(WRONG, 0, id="every error"),
-    pytest.param(WRONG, LAYOUT_X, id="every error, x layout"),
-    pytest.param(PlantParameters(drag_sign=DRAG_PRINTED), 0, id="printed drag"),
+    pytest.param(WRONG, Layout.X, id="every error, x layout"),
+    pytest.param(PlantParameters(drag_sign=DragSign.PRINTED), 0, id="printed drag"),
 ]
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from plant_cases import ASYMMETRIC, WRONG, flat, under, vector
 
-from quad_core.bounds import is_flyable
 from quad_core.compilation import compiled
+from quad_core.cycle import is_flyable
 from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
-from quad_core.vehicle import LAYOUT_X
+from quad_core.vehicle import DragSign, Layout
 from quad_dynamics import calm, held_gaussian, paper, rigid_body
-from quad_dynamics.parameters import DRAG_PRINTED, Ground, PlantParameters
+from quad_dynamics.parameters import Ground, PlantParameters
 
 STEPS = 10_000
 
@@ -21,7 +21,7 @@ def bits(value):
 @pytest.mark.parametrize("plant", [rigid_body, paper])
 def test_random_steps_are_bit_equal(plant):
     step, observe, lumped = compiled(plant.step), compiled(plant.observe), compiled(plant.lumped)
-    parameters, vehicle = WRONG._replace(substeps=2), ASYMMETRIC._replace(layout=LAYOUT_X)
+    parameters, vehicle = WRONG._replace(substeps=2), ASYMMETRIC._replace(layout=Layout.X)
     start = plant.init(parameters, vehicle)
     assert bits(compiled(plant.init)(parameters, vehicle)) == bits(start)
     rng = np.random.default_rng(6)
@@ -53,7 +53,7 @@ def test_random_steps_are_bit_equal(plant):
 def test_divergence_ends_at_the_same_step(plant):
     step, observe, flyable = compiled(plant.step), compiled(plant.observe), compiled(is_flyable)
     vehicle = ASYMMETRIC._replace(inertia_xx=1e-6, drag_torque_coefficient=5.0, drag_coefficient=50.0)
-    parameters = PlantParameters(substeps=3, drag_sign=DRAG_PRINTED)
+    parameters = PlantParameters(substeps=3, drag_sign=DragSign.PRINTED)
     here = there = plant.init(parameters, vehicle)
     wrench = Wrench(20.0, Vec3(5.0, 5.0, 5.0))
     for _ in range(3000):
@@ -77,7 +77,7 @@ def test_samples_are_bit_equal(weather):
 def test_random_steps_with_everything_on_are_bit_equal():
     step, lumped = compiled(rigid_body.step), compiled(rigid_body.lumped)
     vehicle = ASYMMETRIC._replace(
-        layout=LAYOUT_X, rotor_time_constant=0.03, rotor_speed_min=50.0, rotor_inertia=1e-4, rotor_drag_coefficient=5e-5
+        layout=Layout.X, rotor_time_constant=0.03, rotor_speed_min=50.0, rotor_inertia=1e-4, rotor_drag_coefficient=5e-5
     )
     parameters = WRONG._replace(substeps=2, ground=Ground(enabled=True, height=-0.2))
     rng = np.random.default_rng(12)

@@ -7,14 +7,14 @@ import pytest
 from plant_cases import ASYMMETRIC
 
 from quad_core.types import Rotors
-from quad_core.vehicle import LAYOUT_PLUS, LAYOUT_X
+from quad_core.vehicle import Layout
 from quad_dynamics import rotors
 
 D = ASYMMETRIC.arm_length
 S = D / math.sqrt(2.0)
 PLACES = {
-    LAYOUT_PLUS: {"rear": (-D, 0, 0), "right": (0, -D, 0), "front": (D, 0, 0), "left": (0, D, 0)},
-    LAYOUT_X: {
+    Layout.PLUS: {"rear": (-D, 0, 0), "right": (0, -D, 0), "front": (D, 0, 0), "left": (0, D, 0)},
+    Layout.X: {
         "rear right": (-S, -S, 0),
         "front right": (S, -S, 0),
         "front left": (S, S, 0),
@@ -41,7 +41,7 @@ def test_torque_of_each_rotor_is_its_lever_and_its_spin(layout, index, name, pla
 
 
 def test_lift_at_the_front_pitches_the_nose_up_which_is_negative_about_y():
-    made = rotors.wrench_from_rotors(ASYMMETRIC._replace(layout=LAYOUT_PLUS), Rotors(0.0, 0.0, 1.0, 0.0))
+    made = rotors.wrench_from_rotors(ASYMMETRIC._replace(layout=Layout.PLUS), Rotors(0.0, 0.0, 1.0, 0.0))
     assert made.torque_b.y == -D
     assert made.torque_b.x == 0.0
 

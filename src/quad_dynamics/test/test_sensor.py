@@ -87,6 +87,29 @@ def test_rate_holds_the_last_sample():
     assert [r.p_w.x for r in readings] == [0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0]
 
 
+def test_each_sample_has_a_noise_of_its_own():
+    readings = seen(Parameters(period_steps=4, position_noise=1.0), [HERE] * 9)
+    assert len({readings[k].p_w for k in range(9)}) == 3
+    assert [readings[k] == readings[k - k % 4] for k in range(9)] == [True] * 9
+
+
+def test_the_noise_of_the_first_sample_is_not_the_bias_again():
+    biased, noisy = (seen(Parameters(**{name: 1.0}), [HERE])[0] for name in ("position_bias", "position_noise"))
+    assert np.abs(np.subtract(biased.p_w, noisy.p_w)).min() > 1e-6
+
+
+def test_whether_a_sample_is_lost_does_not_depend_on_its_noise():
+    table = sensor.draw(NOISY, 5, 20_000)[1:]
+    related = np.corrcoef(table.T)[-1, :-1]
+    assert np.abs(related).max() < 4.5 / np.sqrt(20_000)
+
+
+def test_what_is_delayed_is_the_reading_with_its_noise():
+    noise = {"position_noise": 0.1, "dropout": 0.3, "period_steps": 2}
+    late, prompt = (seen(Parameters(delay=delay, **noise), moving(40)) for delay in (0.01, 0.0))
+    assert late[5:] == prompt[:-5]
+
+
 def test_dropouts_are_as_frequent_as_stated_and_hold_the_last_sample():
     x = np.array([r.p_w.x for r in seen(Parameters(dropout=0.3), moving(20_000))])
     lost = np.diff(x) == 0.0
@@ -116,6 +139,12 @@ def test_frozen_sensors_repeat_the_reading_of_the_first_frozen_step():
     faults = [SensorFault(frozen=3 <= k < 6) for k in range(9)]
     readings = seen(Parameters(), moving(9), faults=faults)
     assert [r.p_w.x for r in readings] == [0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 6.0, 7.0, 8.0]
+
+
+def test_a_jump_is_not_seen_while_the_sensors_are_frozen():
+    faults = [SensorFault(frozen=k >= 1, offset_w=Vec3(1.0, 0.0, 0.0) if k >= 2 else Vec3()) for k in range(5)]
+    readings = seen(Parameters(), moving(5), faults=faults)
+    assert [r.p_w.x for r in readings] == [0.0, 1.0, 1.0, 1.0, 1.0]
 
 
 def test_a_jump_shifts_the_position_and_turns_the_heading():

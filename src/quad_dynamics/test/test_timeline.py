@@ -99,6 +99,42 @@ def test_sensor_and_link_faults():
     assert np.mean([fault.lost for fault in faults]) == pytest.approx(0.25, abs=4.0 * math.sqrt(0.1875 / 10_000))
 
 
+def test_whether_a_command_is_lost_does_not_depend_on_its_delay():
+    parameters = Parameters("link delay=0.01 jitter=0.02 drop=0.25")
+    table = timeline.draw(parameters, ASYMMETRIC, 3, 20.0)
+    faults = [timeline.sample(parameters, table, 0.002 * k).link for k in range(10_000)]
+    related = np.corrcoef([fault.delay for fault in faults], [fault.lost for fault in faults])[0, 1]
+    assert abs(related) < 4.5 / math.sqrt(10_000)
+
+
+def test_sensors_stay_frozen_when_a_jump_comes_too():
+    text = "freeze start=1\njump start=1.5 offset=0.5,0,-1"
+    assert at(text, 2.0).sensor.frozen
+
+
+def test_an_event_begins_and_ends_at_the_step_that_rounding_puts_just_before():
+    assert at("push start=0 end=0.3 force=1,0,0", math.nextafter(0.3, 0.0)).force_w.x == 0.0
+    assert at("push start=0.3 end=0.6 force=1,0,0", math.nextafter(0.3, 0.0)).force_w.x == 1.0
+
+
+def test_turbulence_goes_straight_from_sample_to_sample():
+    air = [at("dryden wind=8 airspeed=6", 0.5 + t).wind_w for t in (0.0, 0.0025, 0.005, 0.01)]
+    for share, found in ((0.25, air[1]), (0.5, air[2])):
+        straight = np.array(air[0]) + share * np.subtract(air[3], air[0])
+        np.testing.assert_allclose(found, straight, atol=1e-6)
+    assert np.abs(np.subtract(air[3], air[0])).min() > 1e-4
+
+
+def test_turbulence_turns_with_the_direction_of_the_wind():
+    east, north = (at(f"dryden wind=8 airspeed=6 direction={turn}", 3.0).wind_w for turn in (0.0, math.pi / 2))
+    assert north == pytest.approx((-east.y, east.x, east.z), abs=1e-12)
+
+
+def test_each_value_of_the_paper_s_disturbance_holds_for_its_time():
+    text = "held_gaussian end=1.9 hold=0.5"
+    assert len({at(text, time).force_w for time in (0.1, 0.4, 0.6, 0.9, 1.1, 1.4, 1.6, 1.85)}) == 4
+
+
 def test_the_paper_s_disturbance_is_the_same_kind_as_on_its_own():
     parameters = Parameters("held_gaussian start=2 hold=0.5 acceleration_sd=0.4")
     table = timeline.draw(parameters, ASYMMETRIC, 5, 4000.0)
@@ -151,10 +187,10 @@ def test_what_is_refused_names_line_found_and_expected(line, problem):
 
 
 def test_announcements_are_in_order_of_time():
-    told = timeline.announcements(
+    announced = timeline.announcements(
         Parameters("gust start=2 end=4 velocity=1,0,0\nfreeze start=1 end=3\nwind velocity=1,0,0")
     )
-    assert [(time, kind, text.partition(":")[0]) for time, kind, text in told] == [
+    assert [(time, kind, text.partition(":")[0]) for time, kind, text in announced] == [
         (0.0, "wind", "begins"),
         (1.0, "freeze", "begins"),
         (2.0, "gust", "begins"),

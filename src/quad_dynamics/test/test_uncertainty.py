@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 import sympy
-from plant_cases import ASYMMETRIC, NONE, WRONG, flat, under, vector
+from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, motion, under, vector
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import NO_PAYLOAD, Vec3, Wrench
+from quad_core.types import NO_PAYLOAD, Quat, Vec3, VehicleState, Wrench
 from quad_dynamics import paper, rigid_body
-from quad_dynamics.allocation import allocate
+from quad_dynamics.newton_euler import nominal_body, true_body
 from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.uncertainty import nominal_body, true_body
+from quad_dynamics.rotors import allocate
 
 
 def test_lemma_1_holds_for_random_matrices():
@@ -65,7 +65,7 @@ def test_lumped_terms_are_those_of_eq_11(size):
         force, torque = vector(rng, 2.0), vector(rng, 0.1)
         rotation = Rotation.from_euler("ZYX", [angles.z, angles.y, angles.x])
         d_p, d_a = formulas(rotation.as_matrix(), np.array(v), np.array(rates), wrench, force, torque)
-        rigid = rigid_body.State(0.0, 0.0, 0.0, *v, *rotation.as_quat().tolist(), *rates)
+        rigid = rigid_body.State(VehicleState(NONE, v, Quat(*rotation.as_quat().tolist()), rates))
         euler = paper.State(angles.x, rates.x, angles.y, rates.y, angles.z, rates.z, 0.0, v.x, 0.0, v.y, 0.0, v.z)
         for plant, state in ((rigid_body, rigid), (paper, euler)):
             got = plant.lumped(WRONG, ASYMMETRIC, state, wrench, under(force, torque))
@@ -82,21 +82,15 @@ def test_nominal_model_plus_lumped_terms_is_the_true_motion(plant):
     for _ in range(50):
         state, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), 0.002)
     lumped = plant.lumped(WRONG, ASYMMETRIC, state, wrench, under(force, torque))
-    nominal = plant.derivative(
-        nominal_body(WRONG, ASYMMETRIC),
-        wrench.thrust,
-        NONE,
-        wrench.torque_b,
-        flat(state)[: 13 if plant is rigid_body else 12],
-    )
+    reference = Reference(ASYMMETRIC, PlantParameters())
+    model = reference.rigid_body if plant is rigid_body else reference.paper
+    nominal = model(wrench, NONE, NONE)(0.0, motion(state))
     ahead, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), 1e-5)
     behind, _ = plant.step(WRONG, ASYMMETRIC, state, wrench, under(force, torque), -1e-5)
-    motion = (flat(ahead) - flat(behind)) / 2e-5
+    flown = (flat(ahead) - flat(behind)) / 2e-5
     linear, angular = ([3, 4, 5], [10, 11, 12]) if plant is rigid_body else ([7, 9, 11], [1, 3, 5])
-    np.testing.assert_allclose(flat(nominal)[linear] + lumped.lumped_acceleration_w, motion[linear], atol=1e-7)
-    np.testing.assert_allclose(
-        flat(nominal)[angular] + lumped.lumped_angular_acceleration_b, motion[angular], atol=1e-7
-    )
+    np.testing.assert_allclose(nominal[linear] + lumped.lumped_acceleration_w, flown[linear], atol=1e-7)
+    np.testing.assert_allclose(nominal[angular] + lumped.lumped_angular_acceleration_b, flown[angular], atol=1e-7)
 
 
 @pytest.mark.parametrize("plant", [rigid_body, paper])

@@ -4,12 +4,13 @@ import argparse
 import contextlib
 import importlib
 import io
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn, Protocol, cast
+from typing import NoReturn, Protocol, TextIO, cast
 
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import FlightLogError, printable
 
 # Verb: module. A module is light to import (what is heavy it imports in ``run``).
 VERBS = {
@@ -28,6 +29,7 @@ VERBS = {
     "layouts": "quad_flight_log.verbs.layouts",
 }
 
+_LONGEST_LINE = 800
 _EXAMPLES = """examples:
   log info flights/case1-1-1
   log metrics flights/case1-1-1 flights/case1-2-1
@@ -86,17 +88,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     module = _verb(options.verb)
     try:
-        if options.out is None or getattr(module, "OWN_OUT", False):
-            return module.run(options)
-        return _run_and_keep(module, options)
+        with contextlib.redirect_stdout(cast("TextIO", _Printable(sys.stdout))):
+            if options.out is None or getattr(module, "OWN_OUT", False):
+                return module.run(options)
+            return _run_and_keep(module, options)
     except FlightLogError as error:
-        print(f"log {options.verb}: {error}", file=sys.stderr)
-        return 2
+        return _complain(options.verb, str(error))
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             return 0
-        print(f"log {options.verb}: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
-        return 2
+        return _complain(options.verb, f"{error.filename or ''}: {error.strerror or error}")
+    except (MemoryError, RecursionError) as error:
+        return _complain(options.verb, f"the bag asks for more than this machine gives ({type(error).__name__})")
+
+
+def _complain(verb: str, problem: str) -> int:
+    line = printable(" ".join(problem.split()))
+    print(f"log {verb}: {line if len(line) <= _LONGEST_LINE else line[:_LONGEST_LINE] + ' ...'}", file=sys.stderr)
+    return 2
+
+
+class _Printable:
+    """Standard output for what bags hold: no text of a bag reaches a terminal as a command."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        return self._stream.write(printable(text))
+
+    def flush(self) -> None:
+        self._stream.flush()
 
 
 def _run_and_keep(module: Verb, options: argparse.Namespace) -> int:
@@ -110,5 +132,16 @@ def _run_and_keep(module: Verb, options: argparse.Namespace) -> int:
     return code
 
 
+def console() -> None:
+    """Run the command line and leave; a defect of ours is one line too, its traceback with QUAD_LOG_TRACEBACK=1."""
+    try:
+        sys.exit(main())
+    except Exception as error:
+        if os.environ.get("QUAD_LOG_TRACEBACK"):
+            raise
+        about = f"{type(error).__name__}: {error}"
+        sys.exit(_complain(sys.argv[1], f"defect: {about} (QUAD_LOG_TRACEBACK=1 shows where; please report it)"))
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    console()

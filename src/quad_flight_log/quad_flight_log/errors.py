@@ -1,5 +1,14 @@
 """Everything that can be wrong with a flight log, rooted in one error."""
 
+import re
+
+_UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """Return ``text`` with whatever a terminal would obey (escapes, changes of direction) as visible characters."""
+    return _UNPRINTABLE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
+
 
 class FlightLogError(Exception):
     """Something is wrong with a flight log; the text names the file, what was found and what was expected."""

@@ -7,9 +7,9 @@ from typing import Any
 import flight_samples
 import numpy as np
 
+from quad_flight_log.bag.reader import Flight, open_flight
+from quad_flight_log.bag.verification import problems_of
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.reader import Flight, open_flight
-from quad_flight_log.verification import problems_of
 
 Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str], dict[str, Any], str]
 

@@ -6,7 +6,7 @@ from typing import Any
 import flight_samples
 import numpy as np
 
-from quad_flight_log.report_data import Run, run_from_tables
+from quad_flight_log.report.run import Run, run_from_tables
 
 PERIOD_NS = 10_000_000
 APPROACH = 2.0  # s
@@ -61,12 +61,18 @@ def run(name: str, trajectory: str = "case1", scale: float = 1.0, steps: int = 6
 
 def bag(directory: Path, trajectory: str = "case1", steps: int = 120, scale: float = 1.0) -> Path:
     """Write such a flight as a bag with the messages of the real topics; returns the bag directory."""
-    made, flown = tables(steps, scale), []
+    flight_samples.write_bag(directory, messages(tables(steps, scale), trajectory))
+    return directory
+
+
+def messages(made: dict[str, np.ndarray], trajectory: str = "case1") -> list[tuple[str, Any]]:
+    """Return (topic, message) of such tables, with a plan and an event."""
+    flown: list[tuple[str, Any]] = []
     plan = flight_samples.message("quad_msgs/msg/FlightPlan", trajectory=trajectory, start="approach")
     flown.append(("/flight/plan", plan))
     event = flight_samples.message("quad_msgs/msg/FlightEvent", node="/simulator", kind="wind", text="<b>gust</b> & 1")
     flown.append(("/flight/events", event))
-    for step in range(steps):
+    for step in range(len(made["truth"])):
         stamp = _stamp(step)
         for topic, kind in (("truth", "VehicleState"), ("reference", "TrajectoryPoint"), ("actuation", "Actuation"),
                             ("attitude_setpoint", "AttitudeThrust"), ("disturbance", "Disturbance"),
@@ -78,8 +84,7 @@ def bag(directory: Path, trajectory: str = "case1", steps: int = 120, scale: flo
                 (f"/{topic}", flight_samples.message(f"quad_msgs/msg/{kind}", stamp=stamp, step=step, **values))
             )
         flown.append(("/wrench_setpoint", _wrench(made["wrench_setpoint"][step], stamp)))
-    flight_samples.write_bag(directory, flown)
-    return directory
+    return flown
 
 
 def _stamp(step: int) -> Any:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from quad_flight_log.bag_writer import BagWriter
-from quad_flight_log.definitions import Definition, concatenated
+from quad_flight_log.bag.definitions import Definition, concatenated
+from quad_flight_log.bag.writer import BagWriter
 
 OUR_MESSAGES = Path(__file__).parents[2] / "quad_msgs" / "msg"
 STEP_NS = 2_000_000

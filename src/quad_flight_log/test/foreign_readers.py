@@ -13,7 +13,7 @@ from typing import Any
 import flight_samples
 import numpy as np
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 Digests = dict[str, tuple[int, str]]
 JAVASCRIPT = Path(__file__).parent / "javascript"
@@ -109,12 +109,12 @@ def _packages() -> Path:
     """Return a directory outside the repository with the script and its packages, installed once."""
     if not (shutil.which("node") and shutil.which("npm")):
         raise MissingToolError("node and npm are not installed")
-    wanted = (JAVASCRIPT / "package.json").read_bytes()
+    manifest = (JAVASCRIPT / "package.json").read_bytes()
     cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    home = cache / "quad_flight_log" / f"javascript-{hashlib.sha256(wanted).hexdigest()[:12]}"
+    home = cache / "quad_flight_log" / f"javascript-{hashlib.sha256(manifest).hexdigest()[:12]}"
     home.mkdir(parents=True, exist_ok=True)
     if not (home / "node_modules" / "fzstd" / "package.json").is_file():
-        (home / "package.json").write_bytes(wanted)
+        (home / "package.json").write_bytes(manifest)
         command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--no-package-lock"]
         done = subprocess.run(command, cwd=home, capture_output=True, text=True, timeout=120, check=False)
         if done.returncode != 0:

@@ -7,7 +7,7 @@ import flight_samples
 import numpy as np
 import yaml
 
-from quad_campaign.flight import Flight, Result, flight_from_parameters, fly
+from quad_flight.flight import Flight, Result, flight_from_parameters, fly
 
 TYPES = {
     "state": "quad_msgs/msg/VehicleState",
@@ -32,8 +32,8 @@ class FlownFlight(NamedTuple):
 
 def fly_short(duration: float = 1.0) -> FlownFlight:
     """Fly Case 1 from the origin for ``duration`` s: thrust and tilt meet their limits on the way."""
-    told = {"trajectory": {"trajectory": "case1", "case1.start": "printed", "case1.duration": duration}}
-    flight = flight_from_parameters(told)
+    overrides = {"trajectory": {"trajectory": "case1", "case1.start": "printed", "case1.duration": duration}}
+    flight = flight_from_parameters(overrides)
     result = fly(flight)
     assert result.outcome == "ended"
     rows = [(int(row["stamp_ns"]), topic, _message(topic, row)) for topic in TYPES for row in result.topics[topic]]

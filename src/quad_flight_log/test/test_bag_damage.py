@@ -13,9 +13,9 @@ import zstandard
 from damage import content
 from mcap.writer import CompressionType, Writer
 
-from quad_flight_log import mcap_records
+from quad_flight_log.bag import mcap_records
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError
-from quad_flight_log.reader import open_flight
 
 FLIPS = 600
 
@@ -51,9 +51,9 @@ def test_bit_flips_are_never_silently_wrong(bag, tmp_path):
     path = tmp_path / "flip.mcap"
     path.write_bytes(bag.read_bytes())
     closed = not open_flight(bag).truncated
-    for told, at, bit in damage.flips(path, content(open_flight(bag)), FLIPS, seed=5):
-        assert told != "WRONG", f"bit {bit} of byte {at}"
-        assert not (closed and told == "same"), f"bit {bit} of byte {at} is under no checksum"
+    for verdict, at, bit in damage.flips(path, content(open_flight(bag)), FLIPS, seed=5):
+        assert verdict != "WRONG", f"bit {bit} of byte {at}"
+        assert not (closed and verdict == "same"), f"bit {bit} of byte {at} is under no checksum"
 
 
 def test_bit_flips_in_metadata_yaml_are_found_by_verify(tmp_path):

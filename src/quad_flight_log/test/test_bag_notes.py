@@ -5,16 +5,16 @@ import subprocess
 import pytest
 import yaml
 
-from quad_flight_log.bag_metadata import Qos, checked_record, qos_of, qos_text, sealed_record
-from quad_flight_log.provenance import flight_metadata, git_commit
+from quad_flight_log.bag.metadata import Qos, checked_record, qos_of, qos_text, sealed_record
+from quad_flight_log.recorder.provenance import flight_metadata, git_commit
 
 
 def test_qos_is_written_as_rosbag2_writes_it_and_read_back():
     profile = Qos(3, "best_effort", "transient_local", "keep_all")
-    (told,) = yaml.safe_load(qos_text(profile))
-    assert told["reliability"] == "best_effort"
-    assert told["deadline"] == {"sec": 9223372036, "nsec": 854775807}
-    assert set(told) == {
+    (written,) = yaml.safe_load(qos_text(profile))
+    assert written["reliability"] == "best_effort"
+    assert written["deadline"] == {"sec": 9223372036, "nsec": 854775807}
+    assert set(written) == {
         "history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness",
         "liveliness_lease_duration", "avoid_ros_namespace_conventions",
     }  # fmt: skip
@@ -53,7 +53,7 @@ def test_a_flight_knows_commit_seed_and_versions(tmp_path):
     assert git_commit(tmp_path) == commit
     (tmp_path / "law.py").write_text("gain = 2\n")
     assert git_commit(tmp_path) == f"{commit}-dirty"
-    told = flight_metadata({"seed": 7}, {"numpy": "2"})
-    assert told["seed"] == "7"
-    assert told["version.numpy"] == "2"
-    assert told["started"].endswith("+00:00")
+    notes = flight_metadata({"seed": 7}, {"numpy": "2"})
+    assert notes["seed"] == "7"
+    assert notes["version.numpy"] == "2"
+    assert notes["started"].endswith("+00:00")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
-from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.errors import BagWriteError, LimitError, TopicError
-from quad_flight_log.reader import open_flight
 
 STEPS = 60
 
@@ -121,15 +121,15 @@ def test_mcap_ros2_support_reads_it_all(bag, flown):
 
 
 def test_metadata_yaml_is_rosbag2_version_9(bag, flown):
-    told = yaml.safe_load((bag.parent / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    assert told["version"] == 9
-    assert told["storage_identifier"] == "mcap"
-    assert told["message_count"] == len(flown)
-    assert told["relative_file_paths"] == [bag.name]
-    assert told["duration"]["nanoseconds"] == (len(flown) - 1) * 1000
-    assert told["custom_data"]["seed"] == "7"
-    assert all(isinstance(value, str) for value in told["custom_data"].values())
-    topic = told["topics_with_message_count"][0]["topic_metadata"]
+    information = yaml.safe_load((bag.parent / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert information["version"] == 9
+    assert information["storage_identifier"] == "mcap"
+    assert information["message_count"] == len(flown)
+    assert information["relative_file_paths"] == [bag.name]
+    assert information["duration"]["nanoseconds"] == (len(flown) - 1) * 1000
+    assert information["custom_data"]["seed"] == "7"
+    assert all(isinstance(value, str) for value in information["custom_data"].values())
+    topic = information["topics_with_message_count"][0]["topic_metadata"]
     assert topic["offered_qos_profiles"][0]["reliability"] == "reliable"
     assert topic["type_description_hash"].startswith("RIHS01_")
 

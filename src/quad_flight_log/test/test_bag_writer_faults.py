@@ -13,17 +13,18 @@ import flight_samples
 import numpy as np
 import pytest
 
-from quad_flight_log import bag_writer, cli
-from quad_flight_log.bag_writer import BagWriter
+from quad_flight_log import cli
+from quad_flight_log.bag import writer as bag_writer
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.bag.recover import recover
+from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.errors import BagWriteError
-from quad_flight_log.reader import open_flight
-from quad_flight_log.recover import recover
 
 FULL_DISK = """
     import resource, sys, time
     from pathlib import Path
     import flight_samples, numpy as np
-    from quad_flight_log.bag_writer import BagWriter
+    from quad_flight_log.bag.writer import BagWriter
 
     unlimited = resource.RLIM_INFINITY
     about = {"seed": "7"}
@@ -65,10 +66,10 @@ def test_a_full_disk_ends_the_recording_with_its_cause_and_counts_what_is_lost(f
     assert name == "bag_0.mcap.part"
     assert "File too large" in error
     flight = open_flight(directory)
-    kept = flight.topics["/state"].messages
+    recorded = flight.topics["/state"].messages
     assert flight.truncated
-    assert kept > 0
-    assert int(dropped) == int(written) + 3 - kept
+    assert recorded > 0
+    assert int(dropped) == int(written) + 3 - recorded
     assert not (directory / "metadata.yaml").exists()
 
 
@@ -104,8 +105,8 @@ def test_recover_works_from_any_prefix(flown_bag, tmp_path):
         new = open_flight(recover(flight, tmp_path / f"new{part}").report.path)
         assert not new.truncated
         for topic, (payloads, times) in new.payloads(*new.topics).items():
-            wanted, at = whole.payloads(topic)[topic]
-            assert payloads == wanted[: len(payloads)]
+            expected, at = whole.payloads(topic)[topic]
+            assert payloads == expected[: len(payloads)]
             assert times == at[: len(times)]
             assert new.topics[topic].type_hash == whole.topics[topic].type_hash
             assert new.topics[topic].offered_qos == whole.topics[topic].offered_qos
@@ -121,7 +122,7 @@ def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path
         fsync(number)
 
     monkeypatch.setattr(os, "fsync", note)
-    monkeypatch.setattr("quad_flight_log.bag_writer.SYNC_PERIOD", 0.1)
+    monkeypatch.setattr("quad_flight_log.bag.writer.SYNC_PERIOD", 0.1)
     bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
     topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
     began = time.monotonic()
@@ -155,8 +156,8 @@ def test_a_backlog_beyond_its_limit_is_dropped_and_counted_per_topic(tmp_path, m
     monkeypatch.undo()
     report = bag.close()
     assert (report.messages, report.dropped, report.error) == (9, 11, "")
-    told = open_flight(report.path).metadata
-    assert (told["dropped"], told["dropped./state"], told["dropped./truth"]) == ("11", "5", "6")
+    facts = open_flight(report.path).metadata
+    assert (facts["dropped"], facts["dropped./state"], facts["dropped./truth"]) == ("11", "5", "6")
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), ValueError("surprise")])
@@ -197,3 +198,16 @@ def test_the_file_has_its_name_only_when_it_is_verified(tmp_path, monkeypatch):
     assert "does not read back" in report.error
     assert report.path.name == "bag_0.mcap.part"
     assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap.part"]
+
+
+def test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written(tmp_path):
+    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
+    topic = bag.add_topic("/flight/events", "quad_msgs/msg/FlightEvent")
+    assert bag.write(topic, flight_samples.encoded(flight_samples.event(0, "before")), 0)
+    assert not bag.write(topic, flight_samples.encoded(flight_samples.event(1, "x" * 70_000_000)), 1)
+    assert bag.write(topic, flight_samples.encoded(flight_samples.event(2, "after")), 2)
+    report = bag.close()
+    assert (report.messages, report.dropped, report.error) == (2, 1, "")
+    flight = open_flight(report.path)
+    assert flight.array("flight/events")["text"].tolist() == ["before", "after"]
+    assert flight.metadata["dropped./flight/events"] == "1"

@@ -10,9 +10,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
 from quad_flight_log import cli
-from quad_flight_log.analysis import measured
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
-from quad_flight_log.reader import open_flight
 
 EPOCH = 1_700_000_000_000_000_000
 

@@ -8,7 +8,7 @@ import foreign_readers
 import numpy as np
 import pytest
 
-from quad_flight_log import cdr, columns, definitions
+from quad_flight_log.bag import cdr, columns, definitions
 from quad_flight_log.errors import SchemaError
 
 TYPES = [
@@ -115,3 +115,10 @@ def test_empty_tables_have_the_columns_of_the_type():
         "wrench.force.x", "wrench.force.y", "wrench.force.z",
         "wrench.torque.x", "wrench.torque.y", "wrench.torque.z",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("field", ["float64[0] x", "a/B[0] x"])
+def test_an_array_of_nothing_is_refused(field):
+    text = f"{field}\nuint8 y\n" + "=" * 80 + "\nMSG: a/B\nuint8 z\n"
+    with pytest.raises(SchemaError, match="'x' is an array of 0 items"):
+        definitions.parse("a/msg/A", text)

@@ -2,17 +2,20 @@
 
 import csv
 import json
+import struct
 import tracemalloc
+import warnings
 
 import flight_samples
+import hostile_bags
 import numpy as np
 import pytest
 import scipy.io
 
 from quad_flight_log import cli
-from quad_flight_log.bag_writer import BagWriter
-from quad_flight_log.export import ExportError, export
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.export import ExportError, export
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.bag.writer import BagWriter
 
 TOPICS = ["truth", "wrench_setpoint", "attitude_controller/internals", "flight/parameters"]
 
@@ -61,6 +64,22 @@ def test_matlab_gets_a_struct_per_topic(flown, flown_bag, tmp_path):
         flown.result.topics["wrench_setpoint"]["torque_b"][:, 0],
     )
     assert content["metadata"]["seed"].item() == "7"
+
+
+def test_names_that_matlab_does_not_admit_are_changed_and_nothing_is_lost(tmp_path):
+    topics = ["/", "/1st", "/_a", "/t_a", "/größe", "/a/b", "/a_b", "/metadata", "/" + "x" * 70]
+    path = tmp_path / "odd.mcap"
+    made = {name: ("a/msg/A", "float64 x", [struct.pack("<Id", 0x100, index)]) for index, name in enumerate(topics)}
+    hostile_bags.write(path, made, **{"": "empty", "1": "one", "ä": "two"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (file,) = export(open_flight(path), tmp_path, "mat", [])
+    content = scipy.io.loadmat(file)
+    theirs = [name for name in content if not name.startswith("__") and name not in ("metadata", "parameters")]
+    found = {name: content[name]["x"].item().item() for name in theirs}
+    assert sorted(found.values()) == list(range(len(topics)))
+    assert found["metadata_2"] == 7
+    assert sorted(str(np.squeeze(value)) for value in content["metadata"].item()) == ["empty", "one", "two"]
 
 
 def test_the_verb_names_its_files_and_never_overwrites(flown_bag, tmp_path, capsys):

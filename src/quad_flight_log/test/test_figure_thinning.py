@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.figures import Line, Panel, bounds, height, thin, thinned
+from quad_flight_log.report.figures import Line, Panel, bounds, height, thin, thinned
 
 COUNT = 45_000
 
@@ -17,22 +17,22 @@ def test_one_sample_spikes_survive(spike):
     times = np.arange(COUNT) * 0.002
     values = np.sin(times)
     values[spike] = 50.0
-    kept = thinned((times, values), 2000)
-    assert spike in kept
-    assert kept[0] == 0
-    assert kept[-1] == COUNT - 1
-    assert len(kept) <= 2002
-    assert (np.diff(kept) > 0).all()
+    drawn = thinned((times, values), 2000)
+    assert spike in drawn
+    assert drawn[0] == 0
+    assert drawn[-1] == COUNT - 1
+    assert len(drawn) <= 2002
+    assert (np.diff(drawn) > 0).all()
 
 
 def test_extremes_of_every_stretch_survive():
     rng = np.random.default_rng(3)
     values = rng.normal(size=COUNT).cumsum()
-    kept = thinned((np.arange(COUNT) * 1.0, values), 1000)
+    drawn = thinned((np.arange(COUNT) * 1.0, values), 1000)
     width = COUNT // 500
     for low in range(0, COUNT - 2 * width, 997):
         stretch = slice(low, low + 2 * width)
-        inside = values[kept[(kept >= low) & (kept < low + 2 * width)]]
+        inside = values[drawn[(drawn >= low) & (drawn < low + 2 * width)]]
         bucket = slice(-(-low // width) * width, -(-low // width) * width + width)
         assert inside.max() >= values[bucket].max() - 1e-12
         assert inside.min() <= values[bucket].min() + 1e-12
@@ -42,20 +42,20 @@ def test_extremes_of_every_stretch_survive():
 def test_paths_keep_the_extremes_of_each_coordinate():
     angle = np.linspace(0.0, 40.0, COUNT)
     path = (10.0 * np.cos(angle), 10.0 * np.sin(angle), 0.5 * angle)
-    kept = thinned(path, 3000)
-    assert len(kept) <= 3002
+    drawn = thinned(path, 3000)
+    assert len(drawn) <= 3002
     for coordinate in path:
-        assert coordinate[kept].max() == coordinate.max()
-        assert coordinate[kept].min() == coordinate.min()
-    points = np.stack([coordinate[kept] for coordinate in path], axis=1)
+        assert coordinate[drawn].max() == coordinate.max()
+        assert coordinate[drawn].min() == coordinate.min()
+    points = np.stack([coordinate[drawn] for coordinate in path], axis=1)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 40.0 * 10.02 / 750  # m of path in one of 750 buckets
 
 
 def test_a_ramp_needs_few_points_but_is_kept_evenly():
     times = np.arange(COUNT) * 0.002
-    kept = thinned((times, 2.0 * times), 1000)
-    assert len(kept) <= 1002
-    assert np.diff(kept).max() <= 2 * COUNT // 500
+    drawn = thinned((times, 2.0 * times), 1000)
+    assert len(drawn) <= 1002
+    assert np.diff(drawn).max() <= 2 * COUNT // 500
 
 
 def test_numbers_that_are_not_finite_are_left_out():

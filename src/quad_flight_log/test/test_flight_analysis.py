@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis import aligned_arrays, aligned_frame, frame
+from quad_flight_log.analysis.frames import aligned_arrays, aligned_frame, frame
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
-from quad_flight_log.reader import open_flight
 
 
 def test_a_frame_has_a_column_per_number(flown, flown_bag):
@@ -35,7 +35,7 @@ def test_alignment_keeps_the_stamps_that_all_have(flown, flown_bag):
 
 
 def test_held_takes_the_newest_of_the_slower_topic(flown, flown_bag):
-    found = aligned_arrays(open_flight(flown_bag), "truth", "reference", held=True)
+    found = aligned_arrays(open_flight(flown_bag), "truth", "reference", forward_fill=True)
     assert len(found["truth"]) == len(flown.result.topics["truth"])
     expected = np.repeat(flown.result.topics["reference"]["stamp_ns"], 5)[: len(found["truth"])]
     np.testing.assert_array_equal(found["reference"]["stamp_ns"], expected)
@@ -46,7 +46,10 @@ def test_held_leaves_out_what_comes_before_the_first(flown, tmp_path):
 
     late = [item for item in flown.messages if item[0] != "reference" or item[1].step >= 50]
     found = aligned_arrays(
-        open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late))), "truth", "reference", held=True
+        open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late))),
+        "truth",
+        "reference",
+        forward_fill=True,
     )
     assert found["truth"]["step"][0] == 50
 

@@ -4,27 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from metric_tables import seconds, table
 
-from quad_flight_log import arrays, estimates, metrics
-
-SECOND = 1_000_000_000
-
-
-def table(stamps, **columns):
-    count = len(stamps)
-    forms = [("stamp_ns", np.int64)]
-    for name, values in columns.items():
-        forms.append((name, np.asarray(values).dtype, np.asarray(values).shape[1:]))
-    out = np.zeros(count, forms)
-    out["stamp_ns"] = stamps
-    for name, values in columns.items():
-        out[name] = values
-    return out
-
-
-def seconds(*times):
-    return [round(time * SECOND) for time in times]
+from quad_flight_log.analysis import metrics
 
 
 def test_a_flight_of_four_references_by_hand():
@@ -91,100 +73,97 @@ def test_settling_is_for_good(errors, expected):
     assert metrics.settling_time(np.arange(float(len(errors))), np.array(errors), 0.1) == expected
 
 
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ([0.0, 0.0, 0.0, 0.0], 0.0),
-        ([1.0, 0.2, 0.2, 1.0, 0.2, 0.2, 0.2, 1.0], 4.0),
-        ([1.0, 0.2, 0.2, 0.2], 1.0),
-        ([1.0, 0.2, 0.2], None),
-        ([0.3, 0.3, 0.3, 0.3], None),
-    ],
-)
-def test_reaching_needs_its_dwell_and_may_be_left_later(values, expected):
-    s = np.zeros((len(values), 3))
-    s[:, 1] = -np.array(values)
-    assert estimates.reaching_time(np.arange(float(len(values))), s, bound=0.3, dwell=2.0) == expected
+def turned(*yaws):
+    return [[0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)] for yaw in yaws]
 
 
-def test_every_axis_must_be_below_the_bound_at_once():
-    s = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    assert estimates.reaching_time(np.arange(4.0), s, bound=0.3, dwell=1.0) == 2.0
+def test_only_what_is_after_the_approach_counts_and_only_truth():
+    # The trajectory starts at 1 s (trajectory time 0.25 s). Before it every error is huge; `state` is wrong throughout.
+    stamps = seconds(0.0, 1.0, 2.0, 3.0)
+    reference = table(stamps, p_w=[[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]],
+                      trajectory_time=[-0.75, 0.25, 1.25, 2.25])  # fmt: skip
+    more = seconds(0.0, 0.5, 1.0, 2.0, 3.0, 4.0)
+    setpoints = [0.0, -math.pi + 0.05, 1.0, 2.0]
+    yaws = [2.0, 0.0, math.pi - 0.05, 0.9, 1.9, 0.0]
+    flown = [[9.0, 9, 9], [9.0, 0, 0], [1.0, 0.4, 0], [2.0, 0.2, 0], [3.0, 0.2, 0], [9.0, 0, 0]]
+    found = metrics.flight_metrics(
+        {
+            "reference": reference,
+            "truth": table(more, p_w=flown, q_wb=turned(*yaws)),
+            "state": table(more, p_w=np.full((6, 3), 7.0), q_wb=turned(*yaws)),
+            "attitude_setpoint": table(stamps, angles=[[0.0, 0.0, yaw] for yaw in setpoints]),
+            "wrench_setpoint": table(stamps, thrust=[9.0, 1.0, 1.0, 1.0], torque_b=[[9.0, 0, 0], *[[0.0, 0, 0]] * 3]),
+            "actuation": table(
+                stamps,
+                thrust_low=[True, True, False, False],
+                **{name: [False] * 4 for name in ("thrust_high", "roll_limited", "pitch_limited", "yaw_limited")},
+            ),
+        }
+    )
+    assert found.duration == 3.0
+    assert found.position_max == pytest.approx(0.4)
+    assert found.position_iae == pytest.approx(0.3 + 0.2)
+    assert found.position_itae == pytest.approx((0.1 + 0.25) / 2 + (0.25 + 0.45) / 2)
+    assert found.attitude_rmse == pytest.approx(0.1)  # across half a turn, and not divided by the three axes
+    assert (found.thrust_effort, found.torque_total_variation) == (pytest.approx(3.0), 0.0)
+    assert found.saturation_time == 1.0
 
 
-def beliefs(**changes):
-    angles = [[0.0, 0.0, 0.0], [0.3, -0.2, 1.0]]
-    omega = [[0.0, 0.0, 0.0], [0.5, -0.4, 0.2]]
-    quaternions = Rotation.from_euler("ZYX", [angle[::-1] for angle in angles]).as_quat()
-    inside = {
-        "adaptive_constant": [[1.0, 1.0, 1.0], [0.5, 0.5, 0.5]],
-        "adaptive_angle": [[2.0, 2.0, 2.0]] * 2,
-        "adaptive_rate": [[4.0, 4.0, 4.0]] * 2,
-        "sliding_variable": [[0.4, 0.0, 0.0], [0.1, 0.0, 0.0]],
-        **changes,
-    }
-    stamps = seconds(0.0, 2.0)
-    return {
-        "attitude_controller/internals": table(stamps, **inside),
-        "truth": table(stamps, q_wb=quaternions, omega_b=omega),
-        "disturbance": table(stamps, lumped_angular_acceleration_b=[[-2.0, 0, 0], [2.0, 0, 0]]),
-    }
+def test_time_is_counted_from_where_it_starts():
+    assert metrics.settling_time(np.array([2.0, 3.0, 4.0]), np.array([0.2, 0.05, 0.05])) == 1.0
 
 
-def test_the_adaptive_bound_is_that_of_equation_60():
-    found = estimates.adaptive_bound(beliefs())
-    assert found is not None
-    phi, theta, (p, q, r) = 0.3, -0.2, (0.5, -0.4, 0.2)
-    rates = [
-        p + (q * math.sin(phi) + r * math.cos(phi)) * math.tan(theta),
-        q * math.cos(phi) - r * math.sin(phi),
-        (q * math.sin(phi) + r * math.cos(phi)) / math.cos(theta),
-    ]
-    expected = [0.5 + 2.0 * abs(angle) + 4.0 * abs(rate) for angle, rate in zip((phi, theta, 1.0), rates, strict=True)]
-    np.testing.assert_allclose(found.estimate, [[1.0, 1.0, 1.0], expected], rtol=1e-12)
-    np.testing.assert_array_equal(found.truth, [[2.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    told = estimates.belief_metrics(beliefs(), 0)
-    assert told["adaptive_bound_shortfall"] == 0.5  # 2.0 > 1.0 at first, 2.0 < 0.5 + 0.6 + 4 * 0.44 later
-    assert told["surface_reaching_time"] is None
+def test_each_command_counts_for_as_long_as_it_holds():
+    assert metrics.effort(np.array([1.0, 2.0]), np.array([3.0, 1.0])) == 11.0
+    stamps = seconds(0.0, 1.0, 2.0, 4.0)
+    wrench = table(stamps, thrust=[1.0, 1.0, 1.0, 2.0], torque_b=np.zeros((4, 3)))
+    found = metrics.flight_metrics(
+        {"reference": table(stamps, p_w=np.zeros((4, 3)), trajectory_time=[0.0, 1, 2, 4]), "wrench_setpoint": wrench}
+    )
+    assert found.thrust_effort == pytest.approx(1.0 + 1.0 + 2.0 + 4.0)
+    assert found.torque_high_frequency is None  # no spectrum of uneven steps
 
 
-def test_what_a_law_has_not_is_not_available():
-    nothing = np.zeros((2, 3))
-    tables = beliefs(adaptive_constant=nothing, adaptive_angle=nothing, adaptive_rate=nothing, sliding_variable=nothing)
-    assert estimates.belief_metrics(tables, 0) == {}
-    assert metrics.flight_metrics({}) == metrics.FlightMetrics()
+def test_a_constant_command_does_not_vary():
+    assert metrics.total_variation(np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])) == 0.0
+    assert metrics.total_variation(np.array([[0.0, 0.0, 0.0], [1.0, -2.0, 4.0]])) == 7.0
 
 
-def test_the_disturbance_estimate_is_held_against_what_acted():
-    stamps = seconds(0.0, 1.0)
-    tables = {
-        "position_controller/internals": table(stamps, disturbance_estimate=[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]),
-        "disturbance": table(seconds(0.0, 0.5, 1.0), lumped_acceleration_w=[[0.0, 0, 0], [9.0, 0, 0], [0, 0, 2.0]]),
-    }
-    told = estimates.belief_metrics(tables, 0)
-    assert told == {"disturbance_estimate_rmse": pytest.approx(math.sqrt((1.0 + 8.0) / 2))}
+def test_the_share_of_fast_torque_is_that_of_all_axes_above_the_limit():
+    stamps = list(range(0, 1_000_000_000, 2_000_000))
+    time = np.arange(500) * 0.002
+    torque = np.stack([2.0 * np.sin(2 * np.pi * 15 * time), 0 * time, np.sin(2 * np.pi * 40 * time)], axis=1)
+    reference = table(stamps, p_w=np.zeros((500, 3)), trajectory_time=time)
+    wrench = table(stamps, thrust=np.zeros(500), torque_b=torque)
+    found = metrics.flight_metrics({"reference": reference, "wrench_setpoint": wrench})
+    assert found.torque_high_frequency == pytest.approx(0.5, rel=1e-9)
+    assert found.chattering_index == pytest.approx(0.5 / 2.5, rel=1e-9)
 
 
-def test_angles_agree_with_scipy_and_rates_with_differences():
-    rng = np.random.default_rng(4)
-    angles = rng.uniform([-3.0, -1.4, -3.0], [3.0, 1.4, 3.0], size=(200, 3))
-    rotations = Rotation.from_euler("ZYX", angles[:, ::-1])
-    np.testing.assert_allclose(arrays.euler_angles(rotations.as_quat()), angles, atol=1e-9)
-    omega = rng.normal(size=(200, 3))
-    step = 1e-6
-    later = (rotations * Rotation.from_rotvec(omega * step)).as_euler("ZYX")[:, ::-1]
-    earlier = (rotations * Rotation.from_rotvec(-omega * step)).as_euler("ZYX")[:, ::-1]
-    slope = arrays.wrapped(later - earlier) / (2 * step)
-    np.testing.assert_allclose(arrays.euler_rates(angles, omega), slope, atol=1e-5)
+def test_a_wrench_message_gives_force_along_z_and_the_three_torques():
+    vector = [(axis, "f8") for axis in "xyz"]
+    row = np.array([(((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)),)], [("wrench", [("force", vector), ("torque", vector)])])
+    thrust, torque = metrics.thrust_and_torque(row)
+    assert thrust.tolist() == [3.0]
+    assert torque.tolist() == [[4.0, 5.0, 6.0]]
 
 
-def test_wrapping_keeps_plus_pi():
-    found = arrays.wrapped(np.array([math.pi, -math.pi, 3 * math.pi, 0.5, 2 * math.pi + 0.5]))
-    np.testing.assert_allclose(found, [math.pi, math.pi, math.pi, 0.5, 0.5], atol=1e-12)
+def test_with_modes_only_what_was_flown_in_mission_counts():
+    # TAKEOFF and HOLD 9 m off, MISSION from 1.0 s to before 2.0 s: 0.3 and 0.4 m; its approach (t < 0) is not counted
+    stamps = seconds(0.0, 0.5, 1.0, 1.5, 1.75, 2.0)
+    reference = table(stamps, p_w=np.zeros((6, 3)), trajectory_time=[0.0, 0.0, -0.5, 0.0, 0.25, 0.0])
+    position = [[9.0, 0, 0], [9.0, 0, 0], [7.0, 0, 0], [0.3, 0, 0], [0.4, 0, 0], [9.0, 0, 0]]
+    truth = table(stamps, p_w=position, q_wb=[[0.0, 0.0, 0.0, 1.0]] * 6)
+    modes = table(seconds(0.0, 0.5, 1.0, 1.25, 2.0), mode=np.array([2, 4, 3, 3, 4], dtype=np.uint8))
+    found = metrics.flight_metrics({"reference": reference, "truth": truth, "flight/mode": modes})
+    assert found.position_rmse == pytest.approx(math.sqrt((0.09 + 0.16) / 2), rel=1e-12)
+    assert found.position_max == pytest.approx(0.4)
+    assert found.duration == pytest.approx(0.25)
+    without = metrics.flight_metrics({"reference": reference, "truth": truth})
+    assert without.position_max == pytest.approx(9.0)
 
 
-def test_alignment_takes_equal_stamps_only_and_the_first_of_repeats():
-    rows = arrays.by_stamp(table([30, 10, 10, 20], value=[3.0, 1.0, 9.0, 2.0]))
-    assert rows["value"].tolist() == [1.0, 2.0, 3.0]
-    match = arrays.aligned(rows["stamp_ns"], np.array([5, 20, 30, 40]))
-    assert (match.stamp_ns.tolist(), match.left.tolist(), match.right.tolist()) == ([20, 30], [1, 2], [1, 2])
+def test_a_flight_that_was_never_in_mission_has_no_metrics():
+    reference = table(seconds(0.0), p_w=np.zeros((1, 3)), trajectory_time=[0.0])
+    modes = table(seconds(0.0), mode=np.array([4], dtype=np.uint8))
+    assert metrics.flight_metrics({"reference": reference, "flight/mode": modes}) == metrics.FlightMetrics()

@@ -7,7 +7,7 @@ import foreign_readers
 import numpy as np
 import pytest
 
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 
 @pytest.fixture(scope="module")

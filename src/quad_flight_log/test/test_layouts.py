@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import pytest
 from builtin_interfaces.msg import Time
 
+from quad_flight_log.bag.definitions import parse
 from quad_flight_log.cli import main
-from quad_flight_log.definitions import parse
 from quad_flight_log.errors import SchemaError
-from quad_flight_log.layouts import numbers, tabs
+from quad_flight_log.report.layouts import numbers, tabs
 from quad_flight_log.verbs.layouts import layout_files
 from quad_node.topics import TOPICS
 

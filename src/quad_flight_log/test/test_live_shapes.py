@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_core.types import Quat, Vec3
 from quad_flight_log.live.shapes import ARROW, STRIP, Sight, Trail, shapes
-from quad_flight_log.viewer_scene import ARM, DISTURBANCE_SCALE, THRUST_SCALE
+from quad_flight_log.report.vehicle_drawing import ARM, DISTURBANCE_SCALE, THRUST_SCALE
 
 PLACE = np.array([1.0, -2.0, 3.0])
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from quad_flight_log import cli
-from quad_flight_log.reader import open_flight
+from quad_flight_log.bag.reader import open_flight
 
 
 def run(capsys, *arguments):
@@ -21,11 +21,11 @@ def run(capsys, *arguments):
 def test_every_verb_explains_itself_with_examples(verb, capsys):
     with pytest.raises(SystemExit) as ended:
         cli.main([verb, "--help"])
-    told = capsys.readouterr().out
+    shown = capsys.readouterr().out
     assert ended.value.code == 0
-    assert "examples:" in told
-    assert f"log {verb} " in told
-    assert "--out DIR" in told
+    assert "examples:" in shown
+    assert f"log {verb} " in shown
+    assert "--out DIR" in shown
 
 
 @pytest.mark.parametrize(
@@ -54,22 +54,22 @@ def test_info_tells_bytes_rate_and_drops_of_each_topic(flown, flown_bag, capsys)
     (line,) = [line.split() for line in out.splitlines() if line.strip().startswith("/truth ")]
     assert line[1:3] == ["500", str(500 * 124)]
     assert line[-4:] == ["500.0", "Hz", "0", "quad_msgs/msg/VehicleState"]
-    told = json.loads(run(capsys, "info", flown_bag, "--json")[1])[0]
-    assert told["metadata"]["seed"] == "7"
-    by_name = {topic["name"]: topic for topic in told["topics"]}
+    shown = json.loads(run(capsys, "info", flown_bag, "--json")[1])[0]
+    assert shown["metadata"]["seed"] == "7"
+    by_name = {topic["name"]: topic for topic in shown["topics"]}
     assert by_name["/truth"]["messages"] == len(flown.result.topics["truth"])
-    assert told["bytes"] == next(flown_bag.glob("*.mcap")).stat().st_size
+    assert shown["bytes"] == next(flown_bag.glob("*.mcap")).stat().st_size
 
 
 def test_metrics_as_table_json_and_csv_agree(flown, flown_bag, capsys, tmp_path):
     code, out, _ = run(capsys, "metrics", flown_bag)
     assert code == 0
-    told = json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]
-    assert told["flight"] == "flight"
-    assert told["position_rmse"] == pytest.approx(flown.result.rmse, rel=1e-12)
+    shown = json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]
+    assert shown["flight"] == "flight"
+    assert shown["position_rmse"] == pytest.approx(flown.result.rmse, rel=1e-12)
     (row,) = csv.DictReader(run(capsys, "metrics", flown_bag, "--csv")[1].splitlines())
-    assert float(row["position_rmse [m]"]) == told["position_rmse"]
-    assert f"{told['position_rmse']:.5g}" in out
+    assert float(row["position_rmse [m]"]) == shown["position_rmse"]
+    assert f"{shown['position_rmse']:.5g}" in out
     assert run(capsys, "metrics", flown_bag, "--csv", "--out", tmp_path)[0] == 0
     assert (tmp_path / "metrics.csv").read_text().startswith("flight,duration [s]")
 
@@ -133,3 +133,16 @@ def test_a_closed_pipe_is_no_error(flown_bag):
     command = f"{sys.executable} -m quad_flight_log.cli info {flown_bag} | true"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=60, check=False)
     assert "Traceback" not in done.stderr
+
+
+def test_metrics_of_a_cut_bag_say_that_it_is_cut(flown_bag, tmp_path, capsys):
+    (path,) = flown_bag.glob("*.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[: path.stat().st_size * 2 // 3])
+    code, out, _ = run(capsys, "metrics", cut)
+    assert code == 0
+    assert "cut.mcap: the bag is cut (ends within a record" in out
+    assert "ends within a record" in json.loads(run(capsys, "metrics", cut, "--json")[1])[0]["damage"]
+    (row,) = csv.DictReader(run(capsys, "metrics", cut, "--csv")[1].splitlines())
+    assert "ends within a record" in row["damage"]
+    assert json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]["damage"] == ""

@@ -1,5 +1,6 @@
 """The markers node hears a flight and publishes what it saw, with tf2_msgs (a stand-in) and without."""
 
+import json
 import subprocess
 import sys
 import time
@@ -7,9 +8,10 @@ import types
 from itertools import pairwise
 from pathlib import Path
 
+import flight_samples
 import pytest
 import rclpy
-from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Path as StandInTransforms
@@ -122,6 +124,7 @@ def test_tf_is_published_where_its_message_is_installed(ros, monkeypatch):
 
 def test_without_tf2_msgs_there_is_no_tf(monkeypatch):
     monkeypatch.setitem(sys.modules, "tf2_msgs", None)
+    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
     assert tf_message() is None
 
 
@@ -138,3 +141,13 @@ def test_the_executable_explains_and_refuses():
         done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
         assert done.returncode == 2, done.stderr
         assert word in done.stderr
+
+
+def test_the_tf_of_this_installation_is_that_of_every_other():
+    """Jazzy's own hash of the type, as rosbags computes it: RViz and tf2_ros of a sourced ROS match it."""
+    kind = tf_message()
+    assert kind is not None, "tf2_msgs is built beside the wheels by scripts/setup, and comes with a sourced ROS"
+    expected = flight_samples.typestore().hash_rihs01("tf2_msgs/msg/TFMessage")
+    described = Path(get_package_share_directory("tf2_msgs"), "msg", "TFMessage.json").read_text("utf-8")
+    hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(described)["type_hashes"]}
+    assert hashes["tf2_msgs/msg/TFMessage"] == expected

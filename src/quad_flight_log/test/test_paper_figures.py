@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from drawn_flights import APPROACH, OFFSET, YAW_ERROR
 
-from quad_flight_log.figures import REFERENCE, runs_of
-from quad_flight_log.figures_inside import inside_figures
-from quad_flight_log.paper_figures import paper_figures
-from quad_flight_log.report_data import run_from_tables
+from quad_flight_log.report.figures import REFERENCE, runs_of
+from quad_flight_log.report.inside_figures import inside_figures
+from quad_flight_log.report.paper_figures import paper_figures
+from quad_flight_log.report.run import run_from_tables
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +85,8 @@ def test_different_references_are_both_drawn():
 
 
 def test_missing_topics_leave_lines_out():
-    kept = {topic: table for topic, table in drawn_flights.tables().items() if topic == "truth"}
-    run = run_from_tables("a", "", kept)
+    truth_only = {topic: table for topic, table in drawn_flights.tables().items() if topic == "truth"}
+    run = run_from_tables("a", "", truth_only)
     figures = paper_figures([run])
     assert [len(panel.lines) for panel in figures[1].panels] == [1, 0]
     assert figures[1].panels[0].lines[0].columns[0][0] == 0.0

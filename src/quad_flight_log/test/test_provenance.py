@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from quad_flight_log.provenance import COMMAND, flight_metadata, git_commit
+from quad_flight_log.recorder.provenance import COMMAND, LIMITS, flight_metadata, git_commit
 
 
 def test_the_command_is_noted_where_it_is_known(monkeypatch):
@@ -14,6 +14,14 @@ def test_the_command_is_noted_where_it_is_known(monkeypatch):
     assert datetime.fromisoformat(found["started"]).utcoffset().total_seconds() == 0.0
     monkeypatch.delenv(COMMAND)
     assert "command" not in flight_metadata({}, {})
+
+
+def test_the_limits_of_the_flight_are_noted(monkeypatch):
+    monkeypatch.setenv(LIMITS, "position_rmse=0.02,settling_time=5.0")
+    found = flight_metadata({}, {})
+    assert (found["limit.position_rmse"], found["limit.settling_time"]) == ("0.02", "5.0")
+    monkeypatch.setenv(LIMITS, "")
+    assert not any(name.startswith("limit.") for name in flight_metadata({}, {}))
 
 
 def test_outside_a_repository_there_is_no_commit(tmp_path):

@@ -1,4 +1,4 @@
-"""Recorded inputs through the laws again: equal bits with the recorded law, a told difference with any other."""
+"""Recorded inputs through the laws again: equal bits with the recorded law, a reported difference with any other."""
 
 import copy
 import json
@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from loop_flight import FlownFlight, write_flight
 
+from quad_core.cascade import STAGE
 from quad_flight_log import cli
+from quad_flight_log.analysis.recorded_parameters import RecordedParametersError, recorded_parameters
+from quad_flight_log.analysis.replay import replay
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
-from quad_flight_log.reader import open_flight
-from quad_flight_log.recorded_parameters import RecordedParametersError, recorded_parameters
-from quad_flight_log.replay import replay
-from quad_flight_log.replay_inputs import CONTROLLERS
 
 
-@pytest.mark.parametrize("role", CONTROLLERS)
+@pytest.mark.parametrize("role", STAGE)
 def test_the_recorded_law_gives_the_recorded_bits(role, flown, flown_bag):
     found = replay(open_flight(flown_bag), role)
     assert found.equal
@@ -24,10 +24,10 @@ def test_the_recorded_law_gives_the_recorded_bits(role, flown, flown_bag):
     assert found.missing == 0
     period = flown.flight.resolved[role].node.period_steps
     assert found.steps.tolist() == list(range(0, flown.result.steps, period))
-    output, internals = CONTROLLERS[role].output_topic, f"{role}/internals"
+    output, internals = STAGE[role].gives, f"{role}/internals"
     assert {name.split()[0] for name in found.recorded} == {output, internals}
-    wanted = "thrust" if role == "attitude_controller" else "angles"
-    values = flown.result.topics[output][wanted]
+    quantity = "thrust" if role == "attitude_controller" else "angles"
+    values = flown.result.topics[output][quantity]
     np.testing.assert_array_equal(
         found.replayed[f"{output} thrust" if values.ndim == 1 else f"{output} angles.x"],
         values if values.ndim == 1 else values[:, 0],
@@ -104,14 +104,19 @@ def test_attached_parameters_stand_in_for_published_ones(flown, tmp_path):
     assert replay(open_flight(path), "attitude_controller").equal
 
 
-def test_a_change_in_flight_is_told(flown, tmp_path):
-    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller")
+def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
+    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller", step=100)
     text = next(s.parameters for t, s in flown.messages if t == "flight/parameters" and s.role == later.role)
-    later.parameters = text.replace("period_steps: 1", "period_steps: 2")
+    gain = "abfnitsm.roll.linear_gain: 20.0"
+    assert gain in text
+    later.parameters = text.replace(gain, "abfnitsm.roll.linear_gain: 19.0")
     messages = [(f"/{topic}", sample) for topic, sample in flown.messages] + [("/flight/parameters", later)]
     path = flight_samples.write_bag(tmp_path / "bag", messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
     found = replay(open_flight(path), "attitude_controller")
-    assert any("changed in flight at 1.50 s" in note for note in found.notes)
+    assert any("changes them at step 100" in note for note in found.notes)
+    # the flight itself kept its gain, so a replay with the change must differ from that step on, and not before
+    assert not found.equal
+    assert min(item.first_step for item in found.differences() if item.differing) == 100
 
 
 def test_the_verb_proves_and_compares(flown_bag, tmp_path, capsys):
@@ -119,9 +124,9 @@ def test_the_verb_proves_and_compares(flown_bag, tmp_path, capsys):
     assert capsys.readouterr().out.count("every bit is equal") == 2
     changed = ["--position", "aibs", "--set", "position_controller.aibs.y.position_gain=2.0"]
     assert cli.main(["replay", str(flown_bag), *changed, "--json", "--out", str(tmp_path)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [item["equal"] for item in told] == [False, True]
-    assert json.loads((tmp_path / "replay.json").read_text()) == told
+    items = json.loads(capsys.readouterr().out)
+    assert [item["equal"] for item in items] == [False, True]
+    assert json.loads((tmp_path / "replay.json").read_text()) == items
     head, first, *_ = (tmp_path / "replay_position_controller.csv").read_text().splitlines()
     assert head.startswith("step,attitude_setpoint angles.x recorded,attitude_setpoint angles.x replayed")
     assert first.startswith("0,")

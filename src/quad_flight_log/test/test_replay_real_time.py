@@ -1,4 +1,4 @@
-"""In real time a node takes what came last: the recorded answers prove what that was, late or replaced."""
+"""In real time a node takes what came last, late or replaced: the internals say what that was."""
 
 import flight_samples
 import numpy as np
@@ -7,8 +7,9 @@ from loop_flight import TYPES
 
 from quad_core.safe import hold_position
 from quad_core.types import Actuation, PositionInputs, Quat, Rotors, TrajectoryPoint, Vec3, VehicleState
-from quad_flight_log.reader import open_flight
-from quad_flight_log.replay import replay
+from quad_flight_log.analysis.replay import replay
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.errors import TopicError
 from quad_position_ctrl import aibs
 
 ROLE = "position_controller"
@@ -47,22 +48,27 @@ def answered(flown, seed):
     step = 5
     while step < len(by_topic["state"]):
         late, later = int(rng.integers(0, 4)), int(rng.integers(1, 6))
-        seen = reference(by_topic["reference"][max(step // 5 - late, 0)])
+        given = max(step // 5 - late, 0)
+        seen = reference(by_topic["reference"][given])
         if len(found) == STALE:
             seen = hold_position(seen)
         inputs = PositionInputs(state(by_topic["state"][step]), seen, actuation(by_topic["actuation"][step - later]))
         dt = 0.01 if before is None else min(max((step - before) * 2_000_000, 5_000_000), 20_000_000) / 1e9
         output, memory, inside = aibs.step(law, vehicle, memory, inputs, dt)
-        found.append((step, output, inside))
+        taken = [int(by_topic["reference"][given].step), step - later, -1, -1]
+        record = {"dt": dt, "input_steps": np.array(taken), "replaced_inputs": int(len(found) == STALE)}
+        found.append((step, output, inside, record))
         before, step = step, step + 5 + int(rng.choice([0, 0, 0, 1, 7, 20]))
     return found
 
 
-def internals(step, inside):
+def internals(step, inside, record):
     fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[f"{ROLE}/internals"]][1]}
     values = {name: value for name, value in inside._asdict().items() if name in fields}
     values = {name: np.array(value) if isinstance(value, tuple) else value for name, value in values.items()}
-    return flight_samples.message(TYPES[f"{ROLE}/internals"], stamp=flight_samples.stamp(step), step=step, **values)
+    return flight_samples.message(
+        TYPES[f"{ROLE}/internals"], stamp=flight_samples.stamp(step), step=step, **{**values, **record}
+    )
 
 
 def setpoint(step, output):
@@ -79,22 +85,22 @@ def answers(flown):
     return answered(flown, seed=3)
 
 
-def bag(flown, answers, directory):
+def bag(flown, answers, directory, without=None):
     others = []
     for topic, sample in flown.messages:
         if topic == "flight/parameters":
             text = sample.parameters.replace("flight.mode: lockstep", "flight.mode: realtime")
             said = flight_samples.message("quad_msgs/msg/NodeParameters", role=sample.role, parameters=text)
             others.append((f"/{topic}", said))
-        elif topic in ("state", "reference", "actuation"):
+        elif topic in ("state", "reference", "actuation") and (topic, getattr(sample, "step", 0)) != without:
             others.append((f"/{topic}", sample))
-    for step, output, inside in answers:
+    for step, output, inside, record in answers:
         others.append(("/attitude_setpoint", setpoint(step, output)))
-        others.append((f"/{ROLE}/internals", internals(step, inside)))
+        others.append((f"/{ROLE}/internals", internals(step, inside, record)))
     return open_flight(flight_samples.write_bag(directory, others, log_ns=lambda *_: 0))
 
 
-def test_late_and_held_inputs_are_found(flown, answers, tmp_path):
+def test_late_and_replaced_inputs_give_every_bit_again(flown, answers, tmp_path):
     assert len(answers) > STALE + 5
     found = replay(bag(flown, answers, tmp_path / "bag"), ROLE)
     assert found.notes == []
@@ -102,7 +108,7 @@ def test_late_and_held_inputs_are_found(flown, answers, tmp_path):
     assert found.steps.tolist() == [step for step, *_ in answers]
 
 
-def test_another_gain_is_compared_on_the_inputs_that_were_found(flown, answers, tmp_path):
+def test_another_gain_is_compared_on_the_inputs_that_were_seen(flown, answers, tmp_path):
     found = replay(bag(flown, answers, tmp_path / "bag"), ROLE, settings={"aibs.x.position_gain": "3.5"})
     assert found.changed
     assert found.notes == []
@@ -110,10 +116,23 @@ def test_another_gain_is_compared_on_the_inputs_that_were_found(flown, answers, 
     assert "attitude_setpoint angles.y" in differing
 
 
-def test_an_answer_that_no_input_explains_is_told(flown, answers, tmp_path):
-    step, output, inside = answers[20]
-    wrong = [*answers[:20], (step, output._replace(thrust=output.thrust + 0.125), inside), *answers[21:]]
+def test_an_answer_that_the_law_did_not_give_differs_there_and_nowhere_else(flown, answers, tmp_path):
+    step, output, inside, record = answers[20]
+    wrong = [*answers[:20], (step, output._replace(thrust=output.thrust + 0.125), inside, record), *answers[21:]]
     found = replay(bag(flown, wrong, tmp_path / "bag"), ROLE)
     assert not found.equal
-    assert found.notes == [f"flown in real time: at {len(answers) - 20} steps no recorded input explains the answer"]
-    assert min(item.first_step for item in found.differences() if item.differing) == step
+    (difference,) = [item for item in found.differences() if item.differing]
+    assert (difference.name, difference.differing, difference.first_step) == ("attitude_setpoint thrust", 1, step)
+
+
+def test_an_input_that_was_not_recorded_is_said(flown, answers, tmp_path):
+    lost = int(answers[-1][3]["input_steps"][1])
+    found = replay(bag(flown, answers, tmp_path / "bag", without=("actuation", lost)), ROLE)
+    assert len(found.notes) == 1
+    assert "an input that the law had was not recorded" in found.notes[0]
+
+
+def test_a_bag_that_does_not_say_which_inputs_the_steps_had_is_refused(flown, answers, tmp_path):
+    silent = [(step, output, inside, {}) for step, output, inside, _ in answers]
+    with pytest.raises(TopicError, match="does not say which inputs"):
+        replay(bag(flown, silent, tmp_path / "bag"), ROLE)

@@ -4,10 +4,10 @@ import drawn_flights
 import pytest
 from headless_browser import Browser, browser_path
 
-from quad_flight_log.figures import REFERENCE
-from quad_flight_log.figures_inside import inside_figures
-from quad_flight_log.paper_figures import paper_figures
-from quad_flight_log.report_page import Page, Section, write_page
+from quad_flight_log.report.figures import REFERENCE
+from quad_flight_log.report.html_page import Page, Section, write_page
+from quad_flight_log.report.inside_figures import inside_figures
+from quad_flight_log.report.paper_figures import paper_figures
 
 pytest.importorskip("plotly")
 pytest.importorskip("websockets")

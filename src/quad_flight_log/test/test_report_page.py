@@ -1,21 +1,23 @@
 """The page holds its data exactly, is valid Plotly, escapes what it is given and needs no other file."""
 
 import base64
+import hashlib
 import json
 import re
+from html.parser import HTMLParser
 
 import drawn_flights
 import numpy as np
 import pytest
 
+from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.figures import Figure, Line, Panel, Table
-from quad_flight_log.figures_interactive import colours, specification
-from quad_flight_log.paper_figures import paper_figures
-from quad_flight_log.reader import open_flight
-from quad_flight_log.report import comparison_page, flight_page, names_of
-from quad_flight_log.report_page import Page, Section, page_text, write_page
+from quad_flight_log.report.figures import Figure, Line, Panel, Table
+from quad_flight_log.report.html_page import Page, Section, page_text, write_page
+from quad_flight_log.report.interactive_figures import colours, specification
+from quad_flight_log.report.pages import comparison_page, flight_page, names_of
+from quad_flight_log.report.paper_figures import paper_figures
 
 plotly = pytest.importorskip("plotly.graph_objects")
 
@@ -80,6 +82,56 @@ def test_page_is_alone(text):
     assert "@import" not in page
 
 
+class Scripts(HTMLParser):
+    """The scripts that a browser would run, and the policy that it would hold them to."""
+
+    def __init__(self):
+        super().__init__()
+        self.found, self.policy, self._inside = [], "", False
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self._inside = tag == "script" and "type" not in given
+        if given.get("http-equiv") == "Content-Security-Policy":
+            self.policy = given["content"]
+
+    def handle_endtag(self, tag):
+        self._inside = False
+
+    def handle_data(self, data):
+        if self._inside:
+            self.found.append(data)
+
+
+def test_the_policy_allows_the_two_scripts_of_the_page_and_no_other(text):
+    page = Scripts()
+    page.feed(text)
+    allowed = re.findall(r"'sha256-([^']+)'", page.policy)
+    assert allowed == [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in page.found]
+    assert len(allowed) == 2
+    assert page.policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert "'unsafe-inline'" not in page.policy.split("style-src")[0]
+    assert not re.search(r"https?:", page.policy)
+    assert "\r" not in "".join(page.found)  # a browser hashes the text after it made every line end one character
+
+
+def test_the_page_opens_with_the_verdict_and_the_limits(bag):
+    flight = open_flight(bag)
+    good = page_text(flight_page(flight, "circle", "c", {"position_rmse": 0.5}))
+    head = good[good.index("</h1>") : good.index("<pre>")]
+    assert '<p class="verdict good">Good: ended as planned, within its limits (position_rmse at most 0.5 m)</p>' in head
+    bad = page_text(flight_page(flight, "circle", "c", {"position_rmse": 0.25}))
+    assert '<p class="verdict bad">Failed: position_rmse is 0.3742, limit 0.25 m</p>' in bad
+    flight.metadata["limit.position_max"] = "0.3"
+    noted = page_text(flight_page(flight, "circle", "c"))
+    assert "Failed: position_max is 0.3742, limit 0.3 m" in noted
+    assert "<th>limit</th>" in noted
+
+
+def test_a_metric_says_on_hover_what_it_means(text):
+    assert '<tr title="root of the mean squared 3-D position error"><td>position_rmse</td>' in text
+
+
 def test_foreign_text_is_escaped(text):
     assert "&lt;b&gt;gust&lt;/b&gt; &amp; 1" in text
     assert "<b>gust" not in text
@@ -94,8 +146,8 @@ def test_foreign_text_is_escaped(text):
 
 
 def test_large_pages_are_thinned_further(monkeypatch):
-    monkeypatch.setattr("quad_flight_log.report_page._library", lambda: "")
-    monkeypatch.setattr("quad_flight_log.report_page.LARGEST", 40_000)
+    monkeypatch.setattr("quad_flight_log.report.html_page._library", lambda: "")
+    monkeypatch.setattr("quad_flight_log.report.html_page.LARGEST", 40_000)
     rng = np.random.default_rng(1)
     line = Line("a", "a", (np.arange(9000.0), rng.normal(size=9000)))
     section = Section("s", figures=tuple(Figure(f"k{i}", "", "", (Panel("", (line,)),)) for i in range(5)))

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from quad_flight_log.step_tracker import Arrival, StepTracker
+from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 
 PERIOD = 2_000_000
 
@@ -79,3 +79,40 @@ def test_impossible_periods_are_refused():
         StepTracker({"state": 0}, PERIOD)
     with pytest.raises(ValueError, match="positive"):
         StepTracker({"state": 1}, 0)
+
+
+def test_an_optional_topic_counts_from_its_first_message_on():
+    found = StepTracker({"state": 1}, PERIOD, optional={"truth": 1, "wind": 5})
+    for step in range(3):
+        add(found, "state", step)
+    assert found.complete_through() == 2
+    assert found.missing_through(2) == {}
+    assert add(found, "wind", 3) is Arrival.OFF_STEP
+    assert found.complete_through() == 2
+    assert add(found, "truth", 0) is Arrival.NEW
+    assert found.complete_through() == 0
+    assert found.missing_through(2) == {"truth": 2}
+    assert add(found, "truth", 0) is Arrival.REPEAT
+
+
+def test_what_an_optional_topic_began_without_is_missing_but_holds_up_nothing():
+    found = StepTracker({"state": 1}, PERIOD, optional={"truth": 1, "wind": 5})
+    for step in range(11):
+        add(found, "state", step)
+    for step in (7, 8, 9, 10):
+        add(found, "truth", step)
+    add(found, "wind", 10)
+    assert found.complete_through() == 10
+    assert found.missing_through(10) == {"truth": 7, "wind": 2}
+
+
+def test_it_names_the_topic_that_holds_up_the_rest():
+    found = StepTracker({"state": 1, "setpoint": 5}, PERIOD, optional={"truth": 1})
+    for step in range(4):
+        add(found, "state", step)
+    add(found, "setpoint", 0)
+    add(found, "truth", 0)
+    assert found.behind(4) == "truth"
+    for step in (1, 2, 3):
+        add(found, "truth", step)
+    assert found.behind(4) == ""

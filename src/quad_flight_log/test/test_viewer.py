@@ -9,10 +9,10 @@ from drawn_flights import OFFSET
 
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report_data import run_from_tables
-from quad_flight_log.verbs.view import viewer_command
-from quad_flight_log.viewer import TIMELINE, held_at, paced, write_recording
-from quad_flight_log.viewer_scene import DISTURBANCE_SCALE, THRUST_SCALE, rgb
+from quad_flight_log.report.rerun_command import viewer_command
+from quad_flight_log.report.rerun_recording import TIMELINE, held_at, paced, write_recording
+from quad_flight_log.report.run import run_from_tables
+from quad_flight_log.report.vehicle_drawing import DISTURBANCE_SCALE, THRUST_SCALE, rgb
 
 chunk = pytest.importorskip("rerun.chunk")
 

@@ -1,10 +1,10 @@
 """One free rigid body as a MuJoCo model, driven through a site so that the wrench turns with the body inside a step."""
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import mujoco
 
+from quad_core.types import Quat, Vec3, VehicleState
 from quad_dynamics.newton_euler import Body, Triple
 
 _MJCF = """
@@ -33,15 +33,6 @@ _VEHICLE = 1
 """Index of the vehicle among the bodies of the model; 0 is the world."""
 
 
-class Motion(NamedTuple):
-    """Position m and velocity m/s (world), quaternion xyzw, body rates rad/s, each as plain floats."""
-
-    p: Triple
-    v: Triple
-    q: tuple[float, float, float, float]
-    omega: Triple
-
-
 class FreeBody:
     """A free body under gravity and linear drag. It keeps nothing between calls that changes a result."""
 
@@ -53,15 +44,15 @@ class FreeBody:
         self._data = mujoco.MjData(self._model)
         self._drag_torque = body.drag_torque_coefficient
 
-    def moved(self, motion: Motion, thrust: float, torque_b: Triple, force_w: Triple, steps: int) -> Motion:
+    def moved(self, motion: VehicleState, thrust: float, torque_b: Triple, force_w: Triple, steps: int) -> VehicleState:
         """Return the motion ``steps`` steps later under thrust N along body z, torque N m (body) and force N (world).
 
         Drag torque is that of the rates at the start of each step: MuJoCo has no quadratic one.
         """
         data = self._data
-        x, y, z, w = motion.q
-        data.qpos[:] = (*motion.p, w, x, y, z)
-        data.qvel[:] = (*motion.v, *motion.omega)
+        x, y, z, w = motion.q_wb
+        data.qpos[:] = (*motion.p_w, w, x, y, z)
+        data.qvel[:] = (*motion.v_w, *motion.omega_b)
         data.xfrc_applied[_VEHICLE, :3] = force_w
         data.qacc_warmstart[:] = 0.0
         for _ in range(steps):
@@ -76,7 +67,7 @@ class FreeBody:
             mujoco.mj_step(self._model, data)
         px, py, pz, w, x, y, z = data.qpos.tolist()
         vx, vy, vz, p, q, r = data.qvel.tolist()
-        return Motion((px, py, pz), (vx, vy, vz), (x, y, z, w), (p, q, r))
+        return VehicleState(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
 
 
 @lru_cache(maxsize=64)

@@ -2,8 +2,8 @@
 
 import sys
 
+from quad_core.cascade import SIMULATOR
 from quad_dynamics.node import Simulator
-from quad_node import topics
 from quad_node.main import run
 
 SUMMARY = "Quadrotor simulated by MuJoCo: takes wrench_setpoint, publishes state and truth; plant is mujoco."
@@ -11,4 +11,4 @@ SUMMARY = "Quadrotor simulated by MuJoCo: takes wrench_setpoint, publishes state
 
 def main() -> None:
     """Run the simulator node with the plant ``mujoco`` whatever the parameter files say."""
-    sys.exit(run(topics.SIMULATOR, Simulator, SUMMARY, [*sys.argv, "--ros-args", "-p", "plant:=mujoco"]))
+    sys.exit(run(SIMULATOR, Simulator, SUMMARY, [*sys.argv, "--ros-args", "-p", "plant:=mujoco"]))

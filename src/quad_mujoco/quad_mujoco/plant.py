@@ -6,24 +6,24 @@ of a payload, no rotor-induced drag, no tau_G and no ground: those belong to ``r
 over a step. It is not made for Numba: it flies over ROS and in the Python loop.
 """
 
+from quad_core.geometry import add, scale
 from quad_core.types import NO_PAYLOAD, Actuation, Conditions, Wrench
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import DragSign, Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.allocation import allocate_within
-from quad_dynamics.parameters import DRAG_PRINTED, PlantParameters
+from quad_dynamics.newton_euler import true_body
+from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.rigid_body import State, lumped, observe
-from quad_dynamics.rotor_dynamics import (
-    each,
-    follow,
+from quad_dynamics.rotors import (
+    allocate_within,
+    decay,
     is_lagging,
-    most_thrust,
-    reported,
-    share_left,
-    thrusts_of,
-    true_push,
+    max_rotor_thrust,
+    reached,
+    rotor_lag,
+    rotor_thrusts,
+    rotor_wrench,
 )
-from quad_dynamics.uncertainty import true_body
-from quad_mujoco.model import Motion, free_body
+from quad_mujoco.model import free_body
 
 __all__ = ["Parameters", "State", "init", "lumped", "observe", "step"]
 
@@ -36,7 +36,7 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
 
     Raises ValueError if mass or inertia, errors included, are not physical, or printed drag or a ground is asked for.
     """
-    if parameters.drag_sign == DRAG_PRINTED:
+    if parameters.drag_sign == DragSign.PRINTED:
         raise ValueError("mujoco.drag_sign: found 'printed', expected 'corrected': MuJoCo's damping only slows down")
     if parameters.ground.enabled:
         raise ValueError("mujoco.ground.enabled: found true, expected false: this plant has no ground")
@@ -52,31 +52,27 @@ def step(
 
     Overflow shows in the state: MuJoCo's own reset of an unstable one is switched off.
     """
-    actuation = allocate_within(vehicle, wrench, most_thrust(vehicle, conditions))
+    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
     body = true_body(parameters, vehicle, conditions.payload)
-    wanted = each(actuation.rotor_speed)
-    lagging = is_lagging(vehicle)
-    turning = (state.r1, state.r2, state.r3, state.r4)
-    left = share_left(vehicle, 0.5 * dt) if lagging else 0.0
-    speeds, middle = follow(turning, wanted, left * left), follow(turning, wanted, left)
-    thrusts = thrusts_of(vehicle, middle) if lagging else each(actuation.rotor_thrust)
-    push = true_push(vehicle, parameters.effectiveness, conditions.rotor_effectiveness, thrusts, middle, wanted)
-    torque = conditions.torque_b
-    outer, wind, drag = conditions.force_w, conditions.wind_w, body.drag_coefficient
-    force = (outer.x + drag * wind.x, outer.y + drag * wind.y, outer.z + drag * wind.z)
-    motion = Motion(
-        (state.px, state.py, state.pz),
-        (state.vx, state.vy, state.vz),
-        (state.qx, state.qy, state.qz, state.qw),
-        (state.wx, state.wy, state.wz),
+    commanded = actuation.rotor_speed
+    speeds = middle = commanded
+    thrusts = actuation.rotor_thrust
+    if is_lagging(vehicle):
+        half_decay = decay(vehicle, 0.5 * dt)
+        middle = rotor_lag(state.rotor_speed, commanded, half_decay)
+        speeds = rotor_lag(state.rotor_speed, commanded, half_decay * half_decay)
+        thrusts = rotor_thrusts(vehicle, middle)
+        actuation = reached(vehicle, actuation, speeds)
+    rotors = rotor_wrench(
+        vehicle,
+        parameters.effectiveness,
+        conditions.rotor_effectiveness,
+        thrusts=thrusts,
+        speeds=middle,
+        commanded=commanded,
     )
-    moved = free_body(body, dt / parameters.substeps).moved(
-        motion,
-        push.thrust,
-        (push.torque_b[0] + torque.x, push.torque_b[1] + torque.y, push.torque_b[2] + torque.z),
-        force,
-        parameters.substeps,
+    force_w = add(conditions.force_w, scale(body.drag_coefficient, conditions.wind_w))
+    motion = free_body(body, dt / parameters.substeps).moved(
+        state.motion, rotors.thrust, add(rotors.torque_b, conditions.torque_b), force_w, parameters.substeps
     )
-    if lagging:
-        actuation = reported(vehicle, actuation, speeds, thrusts_of(vehicle, speeds))
-    return State(*moved.p, *moved.v, *moved.q, *moved.omega, *speeds), actuation
+    return State(motion, speeds), actuation

@@ -9,13 +9,12 @@ messages are equal payloads. Payloads in another encoding (a foreign middleware)
 import re
 import struct
 from collections.abc import Callable
-from math import isfinite
 from operator import itemgetter
 from typing import Any, NamedTuple, get_type_hints
 
 from rclpy.serialization import deserialize_message
 
-from quad_core.program import all_finite, flattener, leaves
+from quad_core.records import all_finite, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_node.conversion import NANOSECONDS, reader, stamp_ns
 
@@ -25,6 +24,9 @@ _BODY = 4  # bytes of encapsulation; alignment counts from behind them
 _CODES = {"boolean": "?", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "double": "d"}
 _STEP = struct.Struct("<Q")
 _FIELD = re.compile(r"(?P<kind>\w+)(?:\[(?P<count>\d+)\])?$")
+
+MALFORMED = (struct.error, RuntimeError, ValueError, AssertionError)
+"""What reading a payload that is not the message of its topic may raise."""
 
 Packer = Callable[[Any, int, int, int], bytes]
 
@@ -53,6 +55,8 @@ def packer(cls: type[Any], message_type: type[Any]) -> Packer:
     Fields that ``cls`` has not are zero; fields that the message has not go, in order, into its ``extra`` sequence.
     Raises TypeError if there is none, or for a message that is not flat.
     """
+    if cls is Wrench:
+        return _pack_stamped_wrench
     flat, pack = flattener(cls), numbers_packer(cls, message_type)
     return lambda value, step, next_step, stamp: pack(flat(value), step, next_step, stamp)
 
@@ -80,8 +84,13 @@ def numbers_packer(cls: type[Any], message_type: type[Any]) -> Packer:
     return write
 
 
-def unpacker(cls: type[Any], message_type: type[Any]) -> Callable[[bytes], Stamped]:
-    """Return ``unpack(payload)``; raises TypeError if the message is not made of exactly the fields of ``cls``."""
+def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0) -> Callable[[bytes], Stamped]:
+    """Return ``unpack(payload)``; raises TypeError if the message is not made of exactly the fields of ``cls``.
+
+    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped.
+    """
+    if cls is Wrench:
+        return lambda payload: _stamped_wrench(*unpack_wrench(payload), plant_period)
     layout = _layout(message_type, set(cls._fields))
     missing = [name for name in cls._fields if name not in layout.names]
     if missing:
@@ -104,16 +113,16 @@ def unpacker(cls: type[Any], message_type: type[Any]) -> Callable[[bytes], Stamp
         flat = unpack(payload)
         step = flat[3]
         value = make([flat[at] if kind is None else kind(flat[at:end]) for kind, at, end in plan])
-        # one sum of all is enough but for finite numbers that overflow it
-        finite = isfinite(sum(flat[1:])) or all_finite(value)
+        finite = numbers_finite(flat[1:])
         return Stamped(step, flat[4] if both else step + 1, flat[1] * NANOSECONDS + flat[2], value, finite)
 
     return read
 
 
 def step_of(payload: bytes) -> int:
-    """Return the step of a payload in our encoding, -1 of any other."""
-    return _STEP.unpack_from(payload, _BODY + 8)[0] if payload[:2] == _PLAIN else -1
+    """Return the step of a payload in our encoding, -1 of any other or of one that is cut before it."""
+    whole = len(payload) >= _BODY + 8 + _STEP.size
+    return _STEP.unpack_from(payload, _BODY + 8)[0] if whole and payload[:2] == _PLAIN else -1
 
 
 def _places(cls: type[Any], names: tuple[str, ...]) -> list[int]:
@@ -138,6 +147,8 @@ def _layout(message_type: type[Any], present: set[str]) -> _Layout:
         raise TypeError(f"{message_type.__name__} does not begin with stamp and step")
     code, names = "<4siI" + "Q" * (len(steps) - 1), []
     for name, kind in known.items():
+        if kind == "string":  # text comes last and is not read here
+            break
         if name in steps or name == "extra":
             continue
         match = _FIELD.match(kind)
@@ -196,6 +207,15 @@ def pack_odometry(state: VehicleState, velocity_b: Vec3, stamp: int) -> bytes:
         *velocity_b,
         *state.omega_b,
     )
+
+
+def _pack_stamped_wrench(wrench: Wrench, step: int, next_step: int, stamp: int) -> bytes:  # noqa: ARG001 (a Packer)
+    return pack_wrench(wrench, stamp)
+
+
+def _stamped_wrench(wrench: Wrench, stamp: int, plant_period: int) -> Stamped:
+    step = stamp // plant_period
+    return Stamped(step, step + 1, stamp, wrench, all_finite(wrench))
 
 
 def unpack_wrench(payload: bytes) -> tuple[Wrench, int]:

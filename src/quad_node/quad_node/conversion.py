@@ -1,9 +1,11 @@
 """Between the NamedTuples of ``quad_core.types`` and the messages of the same field names."""
 
 from collections.abc import Callable
-from typing import Any, get_type_hints
+from typing import Any
 
 from builtin_interfaces.msg import Time
+
+from quad_core.records import field_kinds, leaves
 
 NANOSECONDS = 1_000_000_000
 
@@ -34,18 +36,12 @@ def reader(cls: type[Any], message_type: type[Any]) -> Callable[[Any], Any]:
 def extra_names(cls: type[Any], message_type: type[Any]) -> list[str]:
     """Return the names of the numbers that travel in ``extra``, in order."""
     known = message_type.get_fields_and_field_types()
-    found: list[str] = []
-    for name in cls._fields:
-        if name not in known:
-            kind = get_type_hints(cls)[name]
-            parts = getattr(kind, "_fields", None)
-            found += [f"{name}.{part}" for part in parts] if parts else [name]
-    return found
+    return [leaf.name for leaf in leaves(cls) if leaf.name.partition(".")[0] not in known]
 
 
 def _fields(cls: type[Any], message_type: type[Any]) -> tuple[tuple[tuple[str, Any], ...], tuple[str, ...]]:
     known = message_type.get_fields_and_field_types()
-    hints = get_type_hints(cls)
+    hints = field_kinds(cls)
     shared = [name for name in cls._fields if name in known]
     groups = tuple((name, hints[name]) for name in shared if hasattr(hints[name], "_fields"))
     return groups, tuple(name for name in shared if not hasattr(hints[name], "_fields"))

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from rclpy.node import Node
+
 PATIENCE = 5  # s; leaving takes a tenth of one
 _CLOCK_MONOTONIC, _SIGEV_THREAD = 1, 2
 
@@ -26,6 +28,12 @@ class _Event(ctypes.Structure):
         ("attributes", ctypes.c_void_p),
         ("padding", ctypes.c_char * 32),
     )
+
+
+def leave(node: Node, exit_code: int) -> None:
+    """Destroy ``node``; a process that hangs meanwhile ends with ``exit_code``. No executor may spin it any more."""
+    with limited(exit_code):
+        node.destroy_node()
 
 
 @contextmanager

@@ -1,6 +1,8 @@
 """The executor of all nodes, and how a process ends."""
 
+import os
 import signal
+from collections.abc import Callable
 from types import FrameType
 
 import rclpy
@@ -8,6 +10,8 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+
+from quad_node.middleware import OUR_PROFILES, PROFILES, close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
 SPIN_TIMEOUT = 86_400.0
@@ -38,18 +42,32 @@ def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
         executor.remove_node(node)
 
 
-def init(args: list[str]) -> None:
-    """Initialise rclpy without its own signal handlers, so that a node can still say goodbye after SIGINT."""
+def init(args: list[str]) -> str:
+    """Initialise rclpy without its own signal handlers, so that a node can still publish after SIGINT.
+
+    Closed unless the user has chosen otherwise; returns who can see the nodes. Fast DDS reads how often writers ask for
+    acknowledgements from fastdds.xml, or from a file of the user's.
+    """
+    seen_by = close_unless_asked()
+    os.environ.setdefault(PROFILES, OUR_PROFILES)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    return seen_by
 
 
-def on_signals(stop: "list[str]", done: Future) -> None:
-    """Let SIGINT, SIGTERM and SIGHUP complete ``done``; the signal's name is appended to ``stop``."""
+def on_signals(stop: "list[str]", done: Future, goes_on: Callable[[str], bool] | None = None) -> None:
+    """Let SIGINT, SIGTERM and SIGHUP complete ``done``, one that is in ``stop`` already too; names go to ``stop``.
+
+    The first signal does not if ``goes_on``, called with its name, returns true.
+    """
 
     def handler(number: int, _frame: FrameType | None) -> None:
         stop.append(signal.Signals(number).name)
+        if goes_on is not None and len(stop) == 1 and goes_on(stop[0]):
+            return
         if not done.done():
             done.set_result(None)
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, handler)
+    if stop and not done.done():
+        done.set_result(None)

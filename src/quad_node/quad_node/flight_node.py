@@ -12,12 +12,15 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
-from quad_core.node_parameters import LOCKSTEP, SHADOWS, Resolved
+from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
+from quad_core.flight_parameters import LOCKSTEP
 from quad_core.parameters import Value
+from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import parameters, topics
 from quad_node.conversion import set_stamp
 from quad_node.interface import interface_hash, versions
+from quad_node.voice import Voice
 
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
@@ -32,55 +35,61 @@ class FlightNode(Node):
         super().__init__(role, automatically_declare_parameters_from_overrides=True)
         # A controller whose node is named shadow_<role> answers beside the one that is obeyed.
         self.shadow = self.get_name() in SHADOWS
-        role = self.get_name() if self.shadow else role
-        self.role = role
-        self.resolved: Resolved = parameters.resolve_overrides(self, role)
+        kind = self.get_name() if self.shadow else role
+        # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
+        self.role = role = SIMULATOR if kind in OWNERS else kind
+        self.resolved: Resolved = parameters.resolve_overrides(self, kind)
         parameters.declare(self, self.resolved)
-        parameters.on_change(self, role, self._on_parameters)
+        parameters.on_change(self, kind, self._on_parameters)
         self.flight = self.resolved.flight
         self.vehicle = self.resolved.vehicle
         self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
         self.lockstep = self.flight.mode == LOCKSTEP
+        self.voice = Voice(self.get_logger())
         self.exit_code = 1
         self.done: Future = Future()
         self.internals_names: list[str] = []
         self.counters: Counter[str] = Counter()
-        self.step = 0
+        self.current_step = 0
         self.flying = False
+        self.commanded = COMMANDER in self.roles
+        self.asked_to_end = ""
         self.started = time.monotonic()
-        self.heard = self.started
-        self._said: dict[str, float] = {}
+        self.last_heard = self.started
+        self._last_reported: dict[str, float] = {}
         self._ticks = 0
-        self._out: list[tuple[Publisher, int]] = []
-        self._in: list[str] = []
+        self._out: list[tuple[Publisher, int, str]] = []
+        self._in: dict[str, str] = {}
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
-        self._diagnostics_out = self.create_publisher(DiagnosticArray, "/diagnostics", topics.stream())
+        self._diagnostics_out = self.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
         self._state = NodeStatus.STARTING
         self._waiting = ("", "")
-        self.say_status("matching")
-        self.say_parameters()
-        if role != topics.SIMULATOR:
+        self.publish_status("matching")
+        self.publish_parameters()
+        if role != SIMULATOR:
             self.subscribe("flight/state", self._on_flight_state)
         self.create_timer(_HOUSEKEEPING, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def publisher(self, topic: str, match: bool = True) -> Publisher:
         """Return a publisher of a topic of the table; READY waits for its subscribers if ``match``."""
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if self.shadow and topics.TOPICS[topic].step else topic]
-        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history))
+        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self.lockstep)))
         if match:
-            self._out.append((publisher, sum(role in self.roles for role in entry.subscribers)))
+            readers = entry.hearers(self.roles)
+            self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
     def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
-        """Subscribe to a topic of the table; READY waits for its publishers."""
+        """Subscribe to a topic of the table; READY waits for the publishers of a required one."""
         entry = topics.TOPICS[topic]
         if self.shadow:  # the plant does not wait for it
-            depth = max(depth, entry.history)
+            depth = max(depth, entry.history(self.lockstep))
         self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw)
-        if any(role in self.roles for role in entry.publishers):
-            self._in.append(entry.name)
+        sources = [role for role in entry.publishers if role in self.roles]
+        if entry.required and entry.exists(self.roles) and sources:
+            self._in[entry.name] = " or ".join(sources)
 
     @property
     def period_steps(self) -> int:
@@ -88,21 +97,26 @@ class FlightNode(Node):
         return int(getattr(self.resolved.node, "period_steps", 1))
 
     @property
-    def priority(self) -> int:
-        """SCHED_FIFO priority of this node's process; 0: none, for nobody hurries in lockstep or to log."""
-        return 0 if self.lockstep or self.stands_aside else self.flight.realtime_priority
+    def next_step(self) -> int:
+        """First plant step for which the present parameters hold."""
+        return 0
 
     @property
-    def stands_aside(self) -> bool:
+    def priority(self) -> int:
+        """SCHED_FIFO priority of this process; 0 (default scheduling) in lockstep and for recorder and shadows."""
+        return 0 if self.lockstep or self.in_background else self.flight.realtime_priority
+
+    @property
+    def in_background(self) -> bool:
         """Whether no other node waits for this one at every step."""
-        return self.shadow or self.role == topics.RECORDER
+        return self.shadow or self.role == RECORDER
 
     def scheduled(self, refused: str) -> None:
         """Report why the system refused the scheduling that was asked for."""
         if refused:
             self.event(FlightEvent.WARNING, "not_punctual", refused)
 
-    def say_status(self, detail: str) -> None:
+    def publish_status(self, detail: str) -> None:
         """Publish who this node is and how it is."""
         topic, role = self._waiting
         self._status_out.publish(
@@ -112,7 +126,7 @@ class FlightNode(Node):
                 run_id=self.flight.run_id,
                 interface_hash=interface_hash(),
                 state=self._state,
-                step=self.step,
+                step=self.current_step,
                 period_steps=self.period_steps,
                 plant_period=self.flight.plant_period,
                 waiting_topic=topic,
@@ -124,9 +138,9 @@ class FlightNode(Node):
     def set_status(self, state: int, detail: str, waiting: tuple[str, str] = ("", "")) -> None:
         """Change this node's state and publish it."""
         self._state, self._waiting = state, waiting
-        self.say_status(detail)
+        self.publish_status(detail)
 
-    def say_parameters(self) -> None:
+    def publish_parameters(self) -> None:
         """Publish all resolved parameters as a parameter file."""
         content = {self.get_fully_qualified_name(): {"ros__parameters": parameters.current_values(self)}}
         self._parameters_out.publish(
@@ -136,6 +150,7 @@ class FlightNode(Node):
                 parameters=yaml.safe_dump(content, sort_keys=True),
                 versions=yaml.safe_dump(versions()),
                 internals_names=self.internals_names,
+                step=self.next_step,
             )
         )
 
@@ -143,9 +158,9 @@ class FlightNode(Node):
         """Count ``kind``; publish and log it, at most once a second for the same kind unless ``always`` or an error."""
         self.counters[kind] += 1
         now = time.monotonic()
-        if not always and severity < FlightEvent.ERROR and now - self._said.get(kind, -1.0) < 1.0:
+        if not always and severity < FlightEvent.ERROR and now - self._last_reported.get(kind, -1.0) < 1.0:
             return
-        self._said[kind] = now
+        self._last_reported[kind] = now
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
         self._events_out.publish(message)
@@ -161,6 +176,7 @@ class FlightNode(Node):
         """End this node's work; the process leaves with ``exit_code``."""
         if not self.done.done():
             self.exit_code = exit_code
+            self.voice.ended(exit_code, detail)
             self.set_status(NodeStatus.DONE if exit_code == 0 else NodeStatus.FAULT, detail)
             self.done.set_result(None)
 
@@ -178,6 +194,16 @@ class FlightNode(Node):
     def on_parameters(self, changes: dict[str, Value]) -> None:
         """React to an accepted live change; ``self.resolved`` is new already."""
 
+    def on_signal(self, name: str) -> bool:
+        """Return whether this node goes on after the first signal, because something has to come down first.
+
+        Where a commander flies, the first Ctrl-C lands the vehicle, and nobody leaves before.
+        """
+        if not (self.commanded and self.flying) or name != "SIGINT":
+            return False
+        self.asked_to_end = name
+        return True
+
     def on_interrupt(self, name: str) -> None:
         """React to SIGINT, SIGTERM or SIGHUP: the node still can publish."""
         self.event(FlightEvent.INFO, "interrupted", f"{self.role} stopped by {name}")
@@ -188,28 +214,41 @@ class FlightNode(Node):
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
         deadline = time.monotonic() + patience
-        for publisher, needed in self._out:
+        for publisher, needed, _ in self._out:
             left = deadline - time.monotonic()
             if needed and left > 0.0:
                 publisher.wait_for_all_acked(Duration(seconds=left))
 
     def missing_links(self) -> list[str]:
-        """Return the topics that are not matched with all the nodes they need."""
-        missing = [pub.topic_name for pub, needed in self._out if pub.get_subscription_count() < needed]
-        return missing + [name for name in self._in if self.count_publishers(name) == 0]
+        """Return the topics that are not matched with all the nodes they need, and whose part that is."""
+        missing = [
+            f"a reader of {publisher.topic_name} ({readers})"
+            for publisher, needed, readers in self._out
+            if publisher.get_subscription_count() < needed
+        ]
+        return missing + [f"{name} of {role}" for name, role in self._in.items() if self.count_publishers(name) == 0]
+
+    def waits_for(self) -> list[str]:
+        """Return what must come before this node can fly."""
+        missing = self.missing_links() if self._state == NodeStatus.STARTING else []
+        return missing or ["flight/state FLYING of simulator"]
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
         self.resolved = resolved
         self.on_parameters(changes)
+        self.publish_parameters()
         self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
 
     def _on_flight_state(self, message: FlightState) -> None:
         if self.flight.run_id and message.run_id and message.run_id != self.flight.run_id:
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/state of run {message.run_id!r} ignored")
             return
-        self.heard = time.monotonic()
+        self.last_heard = time.monotonic()
         self.flying = message.state == FlightState.FLYING
+        if self.flying:
+            self.voice.flying()
         if message.state in (FlightState.ENDED, FlightState.FAILED):
+            self.voice.over()
             self.on_flight_ended(message)
 
     def _housekeeping(self) -> None:
@@ -219,28 +258,31 @@ class FlightNode(Node):
         if self._state == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
-        if self.role != topics.SIMULATOR:
+        if look and not self.flying and not self.done.done():
+            self.voice.waiting(", ".join(self.waits_for()))
+        if self.role != SIMULATOR:
             self._watch_flight()
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
-            self._publish_diagnostics()
+            self.publish_diagnostics()
 
     def _watch_flight(self) -> None:
-        quiet = time.monotonic() - self.heard
+        quiet = time.monotonic() - self.last_heard
         if self.flying and quiet > self.flight.silence_timeout:
             self.event(
                 FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"
             )
             self.finish(1, "flight/state: the simulator is silent")
         elif not self.flying and not self.done.done() and quiet > self.flight.start_timeout:
-            text = f"no flight after {quiet:.1f} s; not matched: {', '.join(self.missing_links()) or 'none'}"
+            text = f"no flight after {quiet:.1f} s; waiting for {', '.join(self.waits_for())}"
             self.event(FlightEvent.ERROR, "start_timeout", text)
             self.finish(1, text)
 
-    def _publish_diagnostics(self) -> None:
+    def publish_diagnostics(self) -> None:
+        """Publish counters and measurements on diagnostics."""
         waiting = self._state != NodeStatus.READY
         level = DiagnosticStatus.WARN if waiting or self.counters["rejected"] else DiagnosticStatus.OK
-        values = {"step": self.step, **self.counters, **self.measurements()}
+        values = {"step": self.current_step, **self.counters, **self.measurements()}
         status = DiagnosticStatus(
             level=level,
             name=f"{self.get_name()}: flight",
@@ -253,5 +295,5 @@ class FlightNode(Node):
         self._diagnostics_out.publish(message)
 
     def measurements(self) -> dict[str, Any]:
-        """Return further numbers for /diagnostics."""
+        """Return further numbers for diagnostics."""
         return {}

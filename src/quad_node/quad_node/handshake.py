@@ -2,7 +2,8 @@
 
 from typing import Protocol
 
-from quad_core.node_parameters import SHADOWS, FlightParameters
+from quad_core.cascade import COMMAND, COMMANDER, COMMANDING, SHADOWS, SIGNALS, STAGES, TRAJECTORY
+from quad_core.flight_parameters import FlightParameters
 
 
 class Status(Protocol):
@@ -20,6 +21,25 @@ class Status(Protocol):
 
 
 READY, WAITING, FAULT, DONE = 1, 2, 3, 4
+LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
+_TAKEN = (
+    *((stage.role, taken.topic) for stage in STAGES for taken in stage.takes),
+    (TRAJECTORY, "flight/mode"),
+    (COMMANDER, "mission/reference"),
+)
+
+
+def plan_refusal(end_step: int, planned: int, plant_period: int) -> str:
+    """Return why a plan that ends at ``end_step`` is refused, empty if it is not.
+
+    ``planned`` is the end of the plan that is flown, 0 before the first; ``plant_period`` in ns.
+    """
+    longest = LONGEST_FLIGHT * 1_000_000_000 // plant_period
+    if not 0 < end_step <= longest:
+        return f"end_step {end_step}, expected 1 to {longest}"
+    if planned and end_step != planned:
+        return f"a second plan with end_step {end_step}, expected the first one's, {planned}"
+    return ""
 
 
 class Handshake:
@@ -30,7 +50,7 @@ class Handshake:
         self._flight, self._hash, self._expected = flight, interface_hash, expected
         self._known: dict[str, Status] = {}
 
-    def hear(self, status: Status) -> str:
+    def on_status(self, status: Status) -> str:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
         if status.role not in self._expected:
             return ""
@@ -49,6 +69,20 @@ class Handshake:
             )
         if status.state == FAULT and status.role not in SHADOWS:
             return f"{status.role} failed: {status.detail}"
+        return self._misfit()
+
+    def _misfit(self) -> str:
+        """Return which stage would wait for ever, because its period and that of its input do not divide."""
+        for role, topic in _TAKEN:
+            commanded = topic == "reference" and COMMANDER in self._known
+            giver = COMMANDER if commanded else SIGNALS[topic].publisher
+            if role in self._known and giver in self._known:
+                given, taken = self._known[giver].period_steps, self._known[role].period_steps
+                if given % taken and taken % given:
+                    return (
+                        f"flight/nodes: {role} answers every {taken} plant steps and takes {topic}, which "
+                        f"{giver} gives every {given}; expected one to be a multiple of the other"
+                    )
         return ""
 
     def missing(self) -> list[str]:
@@ -56,7 +90,7 @@ class Handshake:
         return [role for role in self._expected if self.state(role) not in (READY, WAITING)]
 
     def state(self, role: str) -> int:
-        """Return the state that ``role`` said last, 0 if it is not known."""
+        """Return the state that ``role`` published last, 0 if it is not known."""
         return self._known[role].state if role in self._known else 0
 
     def period(self, role: str) -> int:
@@ -64,10 +98,10 @@ class Handshake:
         return self._known[role].period_steps if role in self._known else 1
 
     def detail(self, role: str) -> str:
-        """Return the last line that ``role`` said."""
+        """Return the last line that ``role`` published."""
         return self._known[role].detail if role in self._known else ""
 
-    def culprit(self, step: int, acked: int, answered: bool, planned: bool) -> str:
+    def blame(self, step: int, acked: int, answered: bool, planned: bool) -> str:
         """Return why step ``step`` cannot go on: the role that others wait for and that itself waits for none."""
         waiting = {role: status for role, status in self._known.items() if status.state == WAITING}
         for role, status in waiting.items():
@@ -79,5 +113,5 @@ class Handshake:
         if not planned:
             return f"trajectory does not answer step {step}: no flight/plan"
         if not answered:
-            return f"attitude_controller does not answer step {step}: no wrench_setpoint"
-        return f"recorder does not answer: flight/recorded stands at step {acked}, the plant at {step}"
+            return f"{COMMANDING} does not answer step {step}: no {COMMAND}"
+        return f"recorder does not answer: flight/recorded is at step {acked}, the plant at {step}"

@@ -1,18 +1,23 @@
-"""A responder that runs one control law and publishes its internals."""
+"""A node that runs one stage of the cascade: its law, its inputs and its output are those of the table's row."""
 
 import time
+from collections.abc import Iterator
 from typing import Any
 
 from rclpy.publisher import Publisher
 
-from quad_core import programs
-from quad_core.machine_code import MachineCode, stepper
-from quad_core.node_parameters import ROLES, SHADOW
+from quad_core.cascade import SHADOW, SIGNALS, STAGE
+from quad_core.cycle import finite_check
 from quad_core.parameters import Value
+from quad_core.records import flattener, joined
+from quad_core.safe import safe_input
+from quad_core.types import InputSteps, StepRecord
 from quad_msgs.msg import FlightEvent, FlightState
-from quad_node.codec import numbers_packer
+from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
-from quad_node.responder import Held, Moment, Responder, age
+from quad_node.native import NATIVE, native_step
+from quad_node.responder import Arrival, Responder, Sample, age
+from quad_node.topics import message_type
 
 _CATCH_UP = 2.0  # s that a shadow has for its last answers
 
@@ -20,67 +25,89 @@ _CATCH_UP = 2.0  # s that a shadow has for its last answers
 class LawNode(Responder):
     """Holds a law's memory between steps."""
 
-    def __init__(self, role: str, internals_type: type[Any]) -> None:
+    def __init__(self, role: str) -> None:
         """Load the law of parameter ``law``; raises as FlightNode."""
         super().__init__(role)
-        self.law = self.resolved.plugins["law"]
-        self._last: tuple[FlightState, float] | None = None
-        group = ROLES[self.role.removeprefix(SHADOW)].slots["law"]
-        memory = self.law.module.init(self.law.parameters, self.vehicle)
-        start = {"parameters": self.law.parameters, "vehicle": self.vehicle, "memory": memory}
-        self._stepper = stepper(programs.law(group, self.law.module), self.flight.machine_code, start)
-        internals = self.law.module.Internals
-        self._pack_internals = numbers_packer(internals, internals_type)
-        self._internals_out = self.publisher(f"{role}/internals")
-        self.internals_names = extra_names(internals, internals_type)
-        self.say_parameters()
+        self.stage = STAGE[self.role.removeprefix(SHADOW)]
+        self._ended: tuple[FlightState, float] | None = None
+        self.law = self.resolved.law
+        module = self.law.module
+        self.step, self.engine = native_step(self, module)
+        self.memory = module.init(self.law.parameters, self.vehicle)
+        self._is_finite = finite_check(self.stage.output)
+        self._is_memory_finite = finite_check(module.Memory)
+        for taken in self.stage.takes:
+            self.take(taken.topic, taken.lag)
+        self._output = self.publisher(self.stage.gives)
+        self._pack = packer(self.stage.output, message_type(self.stage.output))
+        internals_message = message_type(self.stage.internals)
+        self._internals = self.publisher(self.stage.internals_topic)
+        self._flat_internals = flattener(module.Internals)
+        recorded = joined("Recorded", StepRecord, module.Internals)
+        self._pack_internals = numbers_packer(recorded, internals_message)
+        self.internals_names = extra_names(module.Internals, internals_message)
+        self.publish_parameters()
 
-    def run_law(self, inputs: Any, moment: Moment) -> Any:
-        """Step the law; returns its output, None (and the memory unchanged) if a number in it is not finite."""
-        law = self._stepper
-        law.put("inputs", inputs)
-        law.put("dt", moment.dt)
-        law.run("step")
-        if not (law.is_finite("output") and law.is_finite("next")):
-            self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", moment.stamp_ns)
-            self.finish(1, f"{self.law.name}: non-finite output at step {moment.step}")
-            return None
-        law.copy("next", "memory")
-        return law.get("output")
+    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Give the output and the internals of one step."""
+        values, replaced = self._values_of(sample, arrivals)
+        if values is None:
+            return
+        inputs = self.stage.inputs(sample.state, *values)
+        output, memory, internals = self.step(self.law.parameters, self.vehicle, self.memory, inputs, sample.dt)
+        if not (self._is_finite(output) and self._is_memory_finite(memory)):
+            self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", sample.stamp_ns)
+            self.finish(1, f"{self.law.name}: non-finite output at step {sample.step}")
+            return
+        self.memory = memory
+        yield self._output, self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
+        steps = [arrival.step if arrival else -1 for arrival in arrivals]
+        steps += [-1] * (len(InputSteps._fields) - len(steps))
+        numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
+        yield self._internals, self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
 
-    def internals_answer(self, moment: Moment) -> tuple[Publisher, bytes]:
-        """Return the internals of the last step as an answer to ``moment``."""
-        numbers = self._stepper.numbers("internals")
-        return self._internals_out, self._pack_internals(numbers, moment.step, moment.step, moment.stamp_ns)
+    def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
+        """Return the law's inputs beside the state, None if one is too old and has no replacement.
+
+        The second result has bit k set if a safe value replaces input k.
+        """
+        values, replaced = [], 0
+        for place, (taken, arrival) in enumerate(zip(self.stage.takes, arrivals, strict=True)):
+            value = arrival.value if arrival else SIGNALS[taken.topic].kind()
+            if arrival and not self.lockstep and not taken.lag and age(arrival) > self.resolved.node.input_timeout:
+                self._report_stale(taken.topic, arrival)
+                value = safe_input(taken.topic, value, self.vehicle, sample.state)
+                replaced |= 1 << place
+                if value is None:
+                    return None, replaced
+            values.append(value)
+        return values, replaced
 
     def on_flight_ended(self, message: FlightState) -> None:
         """Leave; a shadow first answers what it has not answered yet, because nobody waited for it."""
-        if self._last is None:
-            self._last = (message, time.monotonic())
+        if self._ended is None:
+            self._ended = (message, time.monotonic())
         if not self.shadow or self._caught_up():
             super().on_flight_ended(message)
 
     def on_tick(self) -> None:
         """Let a shadow leave."""
-        if self._last is not None and self._caught_up():
-            super().on_flight_ended(self._last[0])
+        if self._ended is not None and self._caught_up():
+            super().on_flight_ended(self._ended[0])
 
     def _caught_up(self) -> bool:
-        assert self._last is not None
-        message, since = self._last
+        assert self._ended is not None
+        message, since = self._ended
         due = message.step // self.period_steps * self.period_steps
-        return not self.lockstep or self.step >= due or time.monotonic() - since > _CATCH_UP
+        return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
 
     def measurements(self) -> dict[str, Any]:
-        """Return whether the law is run as machine code, 1 or 0."""
-        return {"machine_code": int(isinstance(self._stepper, MachineCode))}
+        """Return whether machine code runs the law, 1 or 0."""
+        return {"machine_code": int(self.engine == NATIVE)}
 
-    def stale(self, topic: str, held: Held) -> None:
-        """Report that a held input is too old to be used as it is."""
-        self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(held) * 1e3:.0f} ms old; safe output")
+    def _report_stale(self, topic: str, arrival: Arrival) -> None:
+        self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(arrival) * 1e3:.0f} ms old; safe output")
 
     def on_parameters(self, changes: dict[str, Value]) -> None:  # noqa: ARG002
         """Let the law run on with its new parameters; its memory is kept."""
-        self.law = self.resolved.plugins["law"]
-        self._stepper.put("parameters", self.law.parameters)
-        self.say_parameters()
+        self.law = self.resolved.law

@@ -1,13 +1,15 @@
 """From the command line to a running node, and to an exit code that tells the truth."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.task import Future
 
 from quad_core import plugins
-from quad_core.node_parameters import ALL_ROLES, FlightParameters
+from quad_core.cascade import ALL_ROLES
+from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_node import departure, executor, parameters, scheduling
@@ -24,28 +26,35 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
         print(help_text(role, summary))
         return 0
     try:
-        parameters.check_files(given)
-        executor.init(given)
+        parameters.check_arguments(given)
+        seen_by = executor.init(given)
     except ParameterError as error:
         return parameters.fail(role, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return parameters.fail(role, " ".join(str(error).split()))
     try:
-        return _spin(role, make)
+        return _spin(role, lambda: _introduced(make(), seen_by), given)
     finally:
         rclpy.try_shutdown()
 
 
-def _spin(role: str, make: Callable[[], FlightNode]) -> int:
+def _introduced(node: FlightNode, seen_by: str) -> FlightNode:
+    node.voice.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
+    return node
+
+
+def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -> int:
     stop: list[str] = []
+    # a node that is half made could not close what it has opened
+    executor.on_signals(stop, Future())
     try:
         node = make()
     except (ValueError, InvalidParameterTypeException, InvalidParameterValueException) as error:
-        return parameters.fail(role, str(error))
+        return parameters.fail(role, parameters.placed(str(error), list(args), role))
     except OSError as error:
         return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
-    executor.on_signals(stop, node.done)
-    node.scheduled(scheduling.settle(node.priority, node.stands_aside))
+    executor.on_signals(stop, node.done, node.on_signal)
+    node.scheduled(scheduling.settle(node.priority, node.in_background))
     try:
         executor.spin([node], node.done)
         if stop:
@@ -54,8 +63,7 @@ def _spin(role: str, make: Callable[[], FlightNode]) -> int:
         node.close()
         return node.exit_code
     finally:
-        with departure.limited(node.exit_code):
-            node.destroy_node()
+        departure.leave(node, node.exit_code)
 
 
 def help_text(role: str, summary: str) -> str:
@@ -71,6 +79,11 @@ def help_text(role: str, summary: str) -> str:
     lines += [_row(field) for field in (*fields(FlightParameters, "flight."), *fields(Vehicle, "vehicle."))]
     lines += ["", "examples:", f"  ros2 run <package> {role} --ros-args -p flight.seed:=7"]
     lines += [f"  ros2 run <package> {role} --ros-args --params-file flight.yaml -r __ns:=/second"]
+    lines += [
+        "",
+        "-p NODE:NAME:=VALUE sets a parameter of that node alone: several nodes can be given the same words, as in",
+    ]
+    lines += ["  -p trajectory:hover.duration:=5.0 -p flight.seed:=7"]
     return "\n".join(lines)
 
 

@@ -4,8 +4,9 @@ import sys
 
 from nav_msgs.msg import Odometry
 
-from quad_core.bounds import is_flyable
-from quad_core.rotations import normalized, rotate
+from quad_core.cascade import RELAY
+from quad_core.cycle import is_flyable
+from quad_core.geometry import normalized, rotate
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -24,7 +25,7 @@ class OdometryRelay(FlightNode):
 
     def __init__(self) -> None:
         """Subscribe to the estimator; raises as FlightNode."""
-        super().__init__(topics.RELAY)
+        super().__init__(RELAY)
         self._settings = self.resolved.node
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg)
@@ -34,7 +35,7 @@ class OdometryRelay(FlightNode):
     def missing_links(self) -> list[str]:
         """Return what is not matched yet, the estimator included."""
         name = self._settings.odometry
-        return super().missing_links() + ([name] if self.count_publishers(name) == 0 else [])
+        return super().missing_links() + ([f"{name} of the estimator"] if self.count_publishers(name) == 0 else [])
 
     def _on_odometry(self, message: Odometry) -> None:
         stamp = stamp_ns(message.header.stamp)
@@ -55,8 +56,8 @@ class OdometryRelay(FlightNode):
         if elapsed < 0:
             self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
             return
-        self.step = elapsed // self.flight.plant_period
-        self._state_out.publish(self._pack(state, self.step, self.step + 1, elapsed))
+        self.current_step = elapsed // self.flight.plant_period
+        self._state_out.publish(self._pack(state, self.current_step, self.current_step + 1, elapsed))
 
     def _refuse(self, kind: str, found: str, stamp: int) -> None:
         self.counters["rejected"] += 1
@@ -80,4 +81,4 @@ def state_from_odometry(message: Odometry) -> VehicleState | None:
 
 def main() -> None:
     """Run the odometry relay."""
-    sys.exit(run(topics.RELAY, OdometryRelay, "Odometry relay: an estimator's nav_msgs/Odometry becomes state."))
+    sys.exit(run(RELAY, OdometryRelay, "Odometry relay: an estimator's nav_msgs/Odometry becomes state."))

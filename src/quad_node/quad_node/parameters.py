@@ -14,24 +14,49 @@ from rcl_interfaces.msg import (
 )
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.utilities import remove_ros_args
 
-from quad_core.node_parameters import Resolved, resolve
-from quad_core.parameter_files import read_parameter_file
+from quad_core.parameter_files import place_of, read_parameter_file
 from quad_core.parameters import Choice, Field, ParameterError, Real, Value, Whole
 from quad_core.plugins import PluginError
+from quad_core.resolution import Resolved, resolve
 
+BAD_SETUP = 2  # exit code
 _ROS_OWN = ("use_sim_time", "start_type_description_service")
 
 
-def check_files(args: list[str]) -> None:
-    """Read every ``--params-file`` of ``args`` strictly; raises ParameterError for what rcl would swallow."""
-    for flag, value in pairwise(args):
-        if flag == "--params-file":
-            read_parameter_file(Path(value))
+def check_arguments(args: list[str]) -> None:
+    """Refuse what rclpy would pass over: words that are no ROS arguments, and parameter files with mistakes.
+
+    ``args``: the command line, the program first. Raises ParameterError naming the word, or the file and its mistake.
+    """
+    check_words(args)
+    for path in _files(args):
+        read_parameter_file(path)
+
+
+def check_words(args: list[str]) -> None:
+    """Raise ParameterError for a word of a command line that is no ROS argument."""
+    try:
+        stray = remove_ros_args(args)[1:]
+    except Exception as error:  # rclpy's own RCLError and UnknownROSArgsError
+        text = " ".join(str(error).split())
+        raise ParameterError(f"found {text}, expected ROS arguments after --ros-args") from error
+    if stray:
+        raise ParameterError(f"found {stray[0]!r}, expected --ros-args before it, or nothing (--help explains)")
+
+
+def placed(problem: str, args: list[str], role: str = "") -> str:
+    """Return ``problem`` with the parameter file of ``args`` that holds the value it complains of, if one does."""
+    return place_of(problem, _files(args), role) + problem
+
+
+def _files(args: list[str]) -> list[Path]:
+    return [Path(value) for flag, value in pairwise(args) if flag == "--params-file"]
 
 
 def resolve_overrides(node: Node, role: str) -> Resolved:
-    """Return what ``node`` was told; ``node`` was made with automatically declared parameters.
+    """Return the resolved parameters of ``node``; ``node`` was made with automatically declared parameters.
 
     The automatic declarations are taken back, so that ``declare`` can put descriptors and ranges in their place.
     """
@@ -66,22 +91,29 @@ def descriptor(field: Field) -> ParameterDescriptor:
     return found
 
 
-def on_change(node: Node, role: str, accept: Callable[[Resolved, dict[str, Value]], None]) -> None:
-    """Check every later change as a whole; ``accept`` gets the new parameter sets only when all are good."""
+def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value]], None]) -> None:
+    """Check every later change as a whole; once it is in force, ``commit`` gets the new parameter sets and the changes.
+
+    What ``commit`` publishes therefore is what the node runs with.
+    """
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         changes = {item.name: item.value for item in parameters if item.name not in _ROS_OWN}
         if any(item.type_ == ParameterType.PARAMETER_NOT_SET for item in parameters):
             return SetParametersResult(successful=False, reason="a parameter cannot be removed")
-        if not changes:
-            return SetParametersResult(successful=True)
         try:
-            accept(resolve(role, {**current_values(node), **changes}), changes)
+            resolve(role, {**current_values(node), **changes})
         except (ParameterError, PluginError) as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
+    def accept(parameters: list[Parameter]) -> None:
+        changes = {item.name: item.value for item in parameters if item.name not in _ROS_OWN}
+        if changes:
+            commit(resolve(role, current_values(node)), changes)
+
     node.add_on_set_parameters_callback(check)
+    node.add_post_set_parameters_callback(accept)
 
 
 def current_values(node: Node) -> dict[str, Value]:
@@ -96,4 +128,4 @@ def current_values(node: Node) -> dict[str, Value]:
 def fail(role: str, message: str) -> int:
     """Print one line of what was wrong with the set-up and return exit code 2."""
     print(f"{role}: {message}", file=sys.stderr)
-    return 2
+    return BAD_SETUP

@@ -2,25 +2,27 @@
 
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from rclpy.publisher import Publisher
 
-from quad_core.bounds import is_flyable
-from quad_core.timing import seconds
+from quad_core.cascade import SIGNALS
+from quad_core.cycle import is_flyable, seconds
 from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import step_of, unpacker
+from quad_node.codec import MALFORMED, Stamped, step_of, unpacker
+from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 
-_MEMORY = 64
+_KEPT_ARRIVALS = 64
+_LARGEST_GAP = 0.5  # s between two states that follow each other
 
 
-class Held(NamedTuple):
-    """A companion of the state: for which steps it holds and when it came (steady s)."""
+class Arrival(NamedTuple):
+    """A value of an input topic: the steps [``step``, ``next_step``) that it holds for, when it came (steady s)."""
 
     step: int
     next_step: int
@@ -28,7 +30,7 @@ class Held(NamedTuple):
     arrived: float
 
 
-class Moment(NamedTuple):
+class Sample(NamedTuple):
     """One state to be answered. ``dt`` is the time in s since the last answer."""
 
     step: int
@@ -37,30 +39,29 @@ class Moment(NamedTuple):
     dt: float
 
 
-class Companion:
-    """One topic that a step needs beside the state."""
+class InputTopic:
+    """What has come of one topic that a step needs beside the state."""
 
-    def __init__(self, topic: str, lag: int) -> None:
-        """``lag`` 0: the value whose [step, next_step) holds the step; 1: the value of the step before."""
-        self.topic, self.lag = topic, lag
+    def __init__(self, topic: str, lag: int, role: str) -> None:
+        """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before. ``role`` gives it."""
+        self.topic, self.lag, self.role = topic, lag, role
         self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
-        self.role = topics.TOPICS[topic].publishers[0]
-        self._held: deque[Held] = deque(maxlen=_MEMORY)
+        self._arrivals: deque[Arrival] = deque(maxlen=_KEPT_ARRIVALS)
 
-    def put(self, held: Held) -> None:
+    def put(self, arrival: Arrival) -> None:
         """Keep a value."""
-        self._held.append(held)
+        self._arrivals.append(arrival)
 
-    def newest(self) -> Held | None:
+    def newest(self) -> Arrival | None:
         """Return the value that came last."""
-        return self._held[-1] if self._held else None
+        return self._arrivals[-1] if self._arrivals else None
 
-    def at(self, step: int) -> Held | None:
+    def at(self, step: int) -> Arrival | None:
         """Return the value that belongs to ``step``, None if it has not come."""
-        wanted = step - self.lag
-        for held in reversed(self._held):
-            if held.step <= wanted < held.next_step:
-                return held
+        due = step - self.lag
+        for arrival in reversed(self._arrivals):
+            if arrival.step <= due < arrival.next_step:
+                return arrival
         return None
 
 
@@ -69,116 +70,163 @@ class Responder(FlightNode):
 
     def __init__(self, role: str) -> None:
         """Subscribe to ``state``; raises as FlightNode."""
+        self._pending: deque[tuple[int, int, VehicleState]] = deque()
+        self._due = 0
         super().__init__(role)
         self._read_state = unpacker(VehicleState, VehicleStateMsg)
-        self._companions: list[Companion] = []
-        self._pending: deque[tuple[int, int, VehicleState]] = deque()
+        self._inputs: list[InputTopic] = []
         self._answers: list[tuple[Publisher, Any]] = []
         self._answered = -1
         self._seen = -1
         self._answered_stamp = 0
-        self._due = 0
+        self._jumped = -1
+        self.states_seen = 0
+        self.state_heard = self.started
         self.subscribe("state", self._on_state, raw=True)
 
-    def companion(self, topic: str, cls: type[Any], lag: int = 0) -> Companion:
-        """Subscribe to a topic whose values belong to steps; messages that are not finite are refused."""
-        found = Companion(topic, lag)
-        read = unpacker(cls, topics.TOPICS[topic].type)
+    @property
+    def next_step(self) -> int:
+        """First plant step that is not answered yet."""
+        return self._pending[0][0] if self._pending else self._due
+
+    def take(self, topic: str, lag: int = 0) -> InputTopic:
+        """Subscribe to a topic whose values belong to steps; malformed messages are refused."""
+        taken = InputTopic(topic, lag, topics.TOPICS[topic].giver(self.roles))
+        read = unpacker(SIGNALS[topic].kind, topics.TOPICS[topic].type, self.flight.plant_period)
 
         def keep(payload: bytes) -> None:
-            if self._is_spared(found, payload):
+            if self._is_needless(taken, payload):
                 return
-            step, next_step, stamp, value, finite = read(payload)
-            if not finite:
-                self.reject(topic, "a non-finite number", stamp)
+            stamped = self._read(topic, payload, read)
+            if stamped is None:
                 return
-            found.put(Held(step, next_step, value, time.monotonic()))
+            if not stamped.finite:
+                self.reject(topic, "a non-finite number", stamped.stamp_ns)
+                return
+            taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
             self._answer_pending()
 
         self.subscribe(topic, keep, raw=True)
-        self._companions.append(found)
-        return found
+        self._inputs.append(taken)
+        return taken
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, Any]]:
-        """Compute the messages of one step, what others wait for first; ``values``: companions as declared."""
+    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Compute the messages of one step, what others wait for first; ``arrivals``: inputs in the order taken."""
         raise NotImplementedError
 
-    def reject(self, topic: str, found: str, stamp: int) -> None:
+    def reject(self, topic: str, found: str, stamp: int, kind: str = "rejected_nonfinite") -> None:
         """Count and report a message that is not acted on."""
         self.counters["rejected"] += 1
-        self.event(FlightEvent.WARNING, "rejected_nonfinite", f"{topic}: {found}; message ignored", stamp)
+        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
+
+    def is_needed(self, taken: InputTopic, step: int) -> bool:
+        """Return whether ``step`` waits for an input that has not come."""
+        return step >= taken.lag and (self.lockstep or taken.lag == 0)
+
+    def _read(self, topic: str, payload: bytes, read: Callable[[bytes], Stamped]) -> Stamped | None:
+        """Return what a payload holds; None, reported, if it is not the message that the topic carries."""
+        try:
+            return read(payload)
+        except MALFORMED as error:
+            self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", 0, "rejected_malformed")
+            return None
 
     def _on_state(self, payload: bytes) -> None:
-        self.heard = time.monotonic()
+        self.last_heard = self.state_heard = time.monotonic()
         self.flying = True
         step = step_of(payload)
+        self.states_seen += step != self._seen
         if self._seen < step < self._due:
             self._seen = step
             return
-        step, _, stamp, state, _ = self._read_state(payload)
+        stamped = self._read("state", payload, self._read_state)
+        if stamped is None:
+            return
+        step, _, stamp, state, _ = stamped
+        if not self._follows(step):
+            text = f"step {step}, more than {_LARGEST_GAP:g} s after {self._seen}"
+            self.reject("state", text, stamp, "rejected_future")
+            return
+        if step >= self._due and not is_flyable(state):
+            self.reject("state", "a number that is not finite or out of range", stamp)
+            return
         asked_again, self._seen = step == self._seen, step
         if asked_again and self._pending:
-            self._say_waiting(step)
+            self.report_waiting(step)
+            self._answer_pending()
         elif asked_again:
             self.counters["repeated"] += 1
             for publisher, message in self._answers:
                 publisher.publish(message)
         elif step >= self._due:
-            if not is_flyable(state):
-                self.reject("state", "a number that is not finite or out of range", stamp)
-                return
             self._due = step + self.period_steps
             if not self.lockstep:
                 self._pending.clear()
             self._pending.append((step, stamp, state))
             self._answer_pending()
 
-    def _is_spared(self, companion: Companion, payload: bytes) -> bool:
-        """Tell that a value belongs to no step which this node will answer: most of a slow node's are not even read."""
-        if not self.lockstep or self._pending or not companion.one_step:
+    def _follows(self, step: int) -> bool:
+        """Return whether a state may come next: at most ``_LARGEST_GAP`` after the last, or after another such jump.
+
+        One absurd step would make every later state old; after a real gap the second state is believed.
+        """
+        largest = _LARGEST_GAP * NANOSECONDS / self.flight.plant_period
+        if self._seen < 0 or step - self._seen <= largest:
+            return True
+        jumped, self._jumped = self._jumped, step
+        return jumped >= 0 and 0 <= step - jumped <= largest
+
+    def _is_needless(self, taken: InputTopic, payload: bytes) -> bool:
+        """Return whether to skip this value: no step this node answers will use it."""
+        if not self.lockstep or self._pending or not taken.one_step:
             return False
         step = step_of(payload)
-        return 0 <= step < self._due - companion.lag
+        return 0 <= step < self._due - taken.lag
 
     def _answer_pending(self) -> None:
         while self._pending:
             step, stamp, state = self._pending[0]
-            values = [companion.at(step) if self.lockstep else companion.newest() for companion in self._companions]
-            if self._missing(step, values) is not None:
+            arrivals = [taken.at(step) if self.lockstep else taken.newest() for taken in self._inputs]
+            if self._missing(step, arrivals) is not None:
                 return
             self._pending.popleft()
             if self._state_waiting():
                 self.set_status(NodeStatus.READY, "going on")
-            moment = Moment(step, stamp, state, self._elapsed(stamp))
-            self._answered, self._answered_stamp, self.step = step, stamp, step
+            sample = Sample(step, stamp, state, self._elapsed(stamp))
+            self._answered, self._answered_stamp, self.current_step = step, stamp, step
             self._answers = []
-            for publisher, message in self.answer(moment, values):
+            for publisher, message in self.answer(sample, arrivals):
                 publisher.publish(message)
                 self._answers.append((publisher, message))
 
-    def _missing(self, step: int, values: list[Held | None]) -> Companion | None:
-        for companion, value in zip(self._companions, values, strict=True):
-            if value is None and step >= companion.lag and (self.lockstep or companion.lag == 0):
-                return companion
+    def _missing(self, step: int, arrivals: list[Arrival | None]) -> InputTopic | None:
+        for taken, arrival in zip(self._inputs, arrivals, strict=True):
+            if arrival is None and self.is_needed(taken, step):
+                return taken
         return None
 
     def _elapsed(self, stamp: int) -> float:
         nominal = self.period_steps * self.flight.plant_period
         if self.lockstep or self._answered < 0:
             return seconds(self.period_steps, self.flight.plant_period)
-        return seconds(min(max(stamp - self._answered_stamp, nominal // 2), 2 * nominal), 1)
+        elapsed = stamp - self._answered_stamp
+        bounded = min(max(elapsed, nominal // 2), 2 * nominal)
+        if bounded != elapsed:
+            self.counters["dt_clamped"] += 1
+        return seconds(bounded, 1)
 
     def _state_waiting(self) -> bool:
         return self._state == NodeStatus.WAITING
 
-    def _say_waiting(self, step: int) -> None:
+    def report_waiting(self, step: int) -> None:
+        """Say what is missing: the state of ``step`` came again and could not be answered."""
         first = self._pending[0][0]
-        missing = self._missing(first, [companion.at(first) for companion in self._companions])
+        missing = self._missing(first, [taken.at(first) for taken in self._inputs])
         if missing is not None:
             text = f"step {step}: no {missing.topic} from {missing.role}"
             self.set_status(NodeStatus.WAITING, text, (missing.topic, missing.role))
 
 
-def age(held: Held) -> float:
-    """Return how long ago a companion came, s on the steady clock."""
-    return time.monotonic() - held.arrived
+def age(arrival: Arrival) -> float:
+    """Return how long ago a value came, s on the steady clock."""
+    return time.monotonic() - arrival.arrived

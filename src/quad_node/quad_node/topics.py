@@ -1,5 +1,9 @@
-"""The topics of a flight: one table for the nodes, the recorder, the docs and the tests."""
+"""The topics of a flight: one table for the nodes, the recorder, the docs and the tests.
 
+The step topics come from ``quad_core.cascade``; here stand their messages, the topics of the flight itself and QoS.
+"""
+
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import WrenchStamped
@@ -7,38 +11,41 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from quad_core.node_parameters import SHADOW
+import quad_msgs.msg
+from quad_core.cascade import (
+    COMMAND,
+    COMMANDER,
+    RECORDER,
+    RELAY,
+    SHADOW,
+    SHADOWS,
+    SIGNALS,
+    SIMULATOR,
+    STAGE,
+    STAGES,
+    TRAJECTORY,
+    Signal,
+    takers,
+)
+from quad_core.types import Wrench
 from quad_msgs.msg import (
-    Actuation,
-    AttitudeInternals,
-    AttitudeThrust,
-    Disturbance,
     FlightEvent,
     FlightPlan,
+    FlightRequest,
     FlightState,
+    GuardStatus,
     NodeParameters,
     NodeStatus,
-    PositionInternals,
     RecorderAck,
-    TrajectoryPoint,
-    VehicleState,
 )
 
-SIMULATOR = "simulator"
-TRAJECTORY = "trajectory"
-POSITION = "position_controller"
-ATTITUDE = "attitude_controller"
-RECORDER = "recorder"
-RELAY = "odometry_relay"
-SHADOW_POSITION = SHADOW + POSITION
-SHADOW_ATTITUDE = SHADOW + ATTITUDE
-
-
-SHADOW_TOPICS = "shadow/"  # where shadow controllers answer, so that nobody obeys them
+SHADOW_TOPICS = "shadow/"
+"""Namespace in which shadow controllers answer, so that no vehicle obeys them."""
 
 # The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much, and some repeats.
-# No more: DDS walks through all of it at every acknowledgement, 2 ms for 1200.
-STEP_HISTORY = 256
+LOCKSTEP_HISTORY = 256
+# Who is stopped for a second gets what it missed: 2 s at 1 kHz, and what an acknowledgement takes.
+REALTIME_HISTORY = 2048
 
 
 def stream(depth: int = 10) -> QoSProfile:
@@ -53,8 +60,19 @@ def latched(depth: int = 1) -> QoSProfile:
     return profile
 
 
+REQUIRED = frozenset(
+    {"state", "actuation", "reference", "flight/plan", "flight/state", "flight/nodes", "flight/recorded"}
+    | {"mission/reference", "flight/mode"}
+    | {stage.gives for stage in STAGES}
+)
+"""Topics without which there is no flight. Whoever sends another one may leave it out; a step topic then altogether."""
+
+
 class Topic(NamedTuple):
-    """One topic. ``publishers`` and ``subscribers`` are roles; a step topic has a message per step of its publisher."""
+    """One topic. ``publishers`` and ``subscribers`` are roles; a step topic has a message per step of its publisher.
+
+    ``only_with``: the role without which a flight does not have it, empty if every flight has.
+    """
 
     name: str
     type: type[Any]
@@ -63,61 +81,93 @@ class Topic(NamedTuple):
     step: bool
     latched: bool
     paper: str
+    only_with: str = ""
+
+    def exists(self, roles: Collection[str]) -> bool:
+        """Return whether a flight of ``roles`` has this topic."""
+        return not self.only_with or self.only_with in roles
+
+    def giver(self, roles: Collection[str]) -> str:
+        """Return which role gives it in a flight of ``roles``: a guest that publishes it stands in for the first."""
+        return next((role for role in reversed(self.publishers) if role in roles), self.publishers[0])
+
+    def hearers(self, roles: Collection[str]) -> list[str]:
+        """Return which roles of a flight of ``roles`` subscribe to it."""
+        return [role for role in self.subscribers if role in roles and role != self.giver(roles)]
 
     @property
-    def history(self) -> int:
-        """How much its publisher keeps: with a message per step, as much as the plant may run ahead and more."""
-        return STEP_HISTORY if self.step or self.name.startswith(SHADOW_TOPICS) else 10
+    def required(self) -> bool:
+        """Return whether a flight needs it: nobody waits for a topic that its publisher may leave out."""
+        return self.name in REQUIRED
+
+    def history(self, lockstep: bool) -> int:
+        """Return how many samples its publisher keeps for those that do not follow."""
+        if self.step or self.name.startswith(SHADOW_TOPICS):
+            return LOCKSTEP_HISTORY if lockstep else REALTIME_HISTORY
+        return 10
 
     def qos(self, depth: int = 10) -> QoSProfile:
         """Return its QoS profile."""
         return latched(depth) if self.latched else stream(depth)
 
 
-_ALL = (SIMULATOR, TRAJECTORY, POSITION, ATTITUDE, RECORDER)
-_LAWS = (POSITION, ATTITUDE, SHADOW_POSITION, SHADOW_ATTITUDE)
+def message_type(kind: type[Any]) -> type[Any]:
+    """Return the message class that carries a NamedTuple of ``quad_core.types``: the one of the same name."""
+    return WrenchStamped if kind is Wrench else getattr(quad_msgs.msg, kind.__name__)
+
+
+_GUEST_PUBLISHERS = {"state": RELAY, "reference": COMMANDER}
+_TAKERS = {
+    "state": (TRAJECTORY, COMMANDER),
+    "reference": (TRAJECTORY,),
+    "mission/reference": (COMMANDER,),
+    "flight/mode": (SIMULATOR, TRAJECTORY),
+    "attitude_setpoint": (COMMANDER,),
+    "actuation": (COMMANDER,),
+    COMMAND: (SIMULATOR, COMMANDER),
+}
+_COMMANDERS = ("mission/reference", "flight/mode")
+
+
+def _step_topic(signal: Signal) -> Topic:
+    name = signal.topic
+    guest = _GUEST_PUBLISHERS.get(name)
+    publishers = (signal.publisher, guest) if guest else (signal.publisher,)
+    stages = takers(name)
+    shadows = tuple(SHADOW + role for role in stages)
+    subscribers = (*_TAKERS.get(name, ()), *stages, *shadows, RECORDER)
+    latched, only_with = name == "flight/mode", COMMANDER if name in _COMMANDERS else ""
+    # a mission's trajectory may cease, and the flight goes on
+    step = name != "mission/reference"
+    return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
+
+
+def _shadow_topics(role: str) -> tuple[Topic, Topic]:
+    """Return the answer of a shadow controller and its internals."""
+    stage = STAGE[role.removeprefix(SHADOW)]
+    answer, inside = message_type(stage.output), message_type(stage.internals)
+    return (
+        Topic(SHADOW_TOPICS + stage.gives, answer, (role,), (RECORDER,), False, False, stage.paper, role),
+        Topic(SHADOW_TOPICS + stage.internals_topic, inside, (role,), (RECORDER,), False, False, "", role),
+    )
+
+
+_STAGES = tuple(stage.role for stage in STAGES)
+_ALL = (SIMULATOR, TRAJECTORY, *_STAGES, RECORDER)
+_LISTENERS = (TRAJECTORY, *_STAGES, *SHADOWS, RECORDER, RELAY, COMMANDER)
 
 TOPICS = {
     topic.name: topic
     for topic in (
-        Topic("state", VehicleState, (SIMULATOR, RELAY), (TRAJECTORY, *_LAWS, RECORDER), True, False, "x1..x12"),
-        Topic("truth", VehicleState, (SIMULATOR,), (RECORDER,), True, False, "x1..x12 without noise or delay"),
-        Topic("disturbance", Disturbance, (SIMULATOR,), (RECORDER,), True, False, "D_P, D_A of eqs. 10-12"),
-        Topic("actuation", Actuation, (SIMULATOR,), (*_LAWS, RECORDER), True, False, "eqs. 3, 8"),
-        Topic(
-            "reference",
-            TrajectoryPoint,
-            (TRAJECTORY,),
-            (POSITION, SHADOW_POSITION, RECORDER),
-            True,
-            False,
-            "eqs. 61-68",
-        ),
-        Topic(
-            "attitude_setpoint",
-            AttitudeThrust,
-            (POSITION,),
-            (ATTITUDE, SHADOW_ATTITUDE, RECORDER),
-            True,
-            False,
-            "eq. 38",
-        ),
-        Topic("wrench_setpoint", WrenchStamped, (ATTITUDE,), (SIMULATOR, RECORDER), True, False, "eq. 56"),
-        Topic("position_controller/internals", PositionInternals, (POSITION,), (RECORDER,), True, False, "eqs. 18-37"),
-        Topic("attitude_controller/internals", AttitudeInternals, (ATTITUDE,), (RECORDER,), True, False, "eqs. 40-60"),
-        Topic("shadow/attitude_setpoint", AttitudeThrust, (SHADOW_POSITION,), (RECORDER,), False, False, "eq. 38"),
-        Topic("shadow/wrench_setpoint", WrenchStamped, (SHADOW_ATTITUDE,), (RECORDER,), False, False, "eq. 56"),
-        Topic(
-            "shadow/position_controller/internals", PositionInternals, (SHADOW_POSITION,), (RECORDER,), False, False, ""
-        ),
-        Topic(
-            "shadow/attitude_controller/internals", AttitudeInternals, (SHADOW_ATTITUDE,), (RECORDER,), False, False, ""
-        ),
+        *map(_step_topic, SIGNALS.values()),
+        *(topic for role in SHADOWS for topic in _shadow_topics(role)),
         Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY), False, False, ""),
-        Topic("/clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
-        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, RECORDER), False, True, ""),
-        Topic("flight/state", FlightState, (SIMULATOR,), (TRAJECTORY, *_LAWS, RECORDER, RELAY), False, True, ""),
-        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, RECORDER), False, True, ""),
+        Topic("clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
+        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
+        Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, False, True, ""),
+        Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
+        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
+        Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), False, False, "", COMMANDER),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), False, True, ""),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,), False, False, ""),
         Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), False, False, ""),

@@ -8,11 +8,13 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from quad_core.timing import seconds
+from quad_core.cycle import seconds
 from quad_msgs.msg import FlightState
 from quad_node import topics
 from quad_node.conversion import stamp_ns
+from quad_node.departure import leave
 
+_HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
 _PHASES = {
     FlightState.WAITING: WAITING,
@@ -23,7 +25,7 @@ _PHASES = {
 
 
 class Sighting(NamedTuple):
-    """What ``flight/state`` said last. Times in s; ``end_step`` 0 while not known."""
+    """The newest ``flight/state``. Times in s; ``end_step`` 0 while not known."""
 
     phase: str
     reason: str
@@ -72,7 +74,7 @@ class FlightWatch:
     def close(self) -> None:
         """Leave the domain."""
         self._executor.shutdown()
-        self._node.destroy_node()
+        leave(self._node, _HUNG)
         self._context.try_shutdown()
 
     def _on_state(self, message: FlightState) -> None:

@@ -1,7 +1,8 @@
-"""The executor of all nodes: it ends when it is told, by a callback or by a signal, and hides no exception."""
+"""The executor of all nodes: it ends when it is asked to, by a callback or by a signal, and hides no exception."""
 
 import os
 import signal
+from xml.etree import ElementTree
 
 import pytest
 import rclpy
@@ -10,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from quad_node import executor
+from quad_node import executor, main
 
 
 @pytest.fixture
@@ -76,3 +77,66 @@ def test_a_second_signal_is_noted_and_does_no_harm(node):
 
 def test_the_plain_executor_can_be_asked_for(node):
     assert isinstance(executor.make_executor("single"), SingleThreadedExecutor)
+
+
+class Opened:
+    """Stands in for a node that opened a file while it was made."""
+
+    def __init__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        self.done, self.said, self.exit_code, self.priority, self.in_background = Future(), [], 0, 0, False
+
+    def scheduled(self, text):
+        pass
+
+    def on_signal(self, name):
+        return False
+
+    def on_interrupt(self, name):
+        self.said.append(name)
+        self.exit_code = 1
+
+    def drain(self, patience):
+        self.said.append("drained")
+
+    def close(self):
+        self.said.append("closed")
+
+
+def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch):
+    made = []
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    monkeypatch.setattr(executor, "spin", lambda nodes, done: made.append((nodes[0], done.done())))
+    monkeypatch.setattr(main.departure, "leave", lambda node, code: None)
+    try:
+        assert main._spin("recorder", Opened) == 1
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    [(node, was_done)] = made
+    assert was_done
+    assert node.said == ["SIGINT", "drained", "closed"]
+
+
+def test_fast_dds_gets_our_profile_unless_the_user_has_one(monkeypatch):
+    monkeypatch.setattr(rclpy, "init", lambda **_: None)
+    name = "FASTRTPS_DEFAULT_PROFILES_FILE"
+    monkeypatch.setenv(name, "/theirs.xml")
+    executor.init([])
+    assert os.environ[name] == "/theirs.xml"
+    monkeypatch.delenv(name)
+    executor.init([])
+    tree = ElementTree.parse(os.environ.pop(name))
+    space = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
+    writer = tree.find(f"{space}data_writer[@is_default_profile='true']")
+    period = writer.find(f"{space}times/{space}heartbeatPeriod")
+    assert [int(part.text) for part in period] == [0, 100_000_000]
+
+
+def test_the_first_signal_may_be_asked_to_wait_but_not_the_second():
+    done, stop = Future(), []
+    executor.on_signals(stop, done, lambda name: name == "SIGINT")
+    os.kill(os.getpid(), signal.SIGINT)
+    assert (stop, done.done()) == (["SIGINT"], False)
+    os.kill(os.getpid(), signal.SIGINT)
+    assert done.done()

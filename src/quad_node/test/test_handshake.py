@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from quad_core.node_parameters import FlightParameters
-from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake
+from quad_core.flight_parameters import FlightParameters
+from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, plan_refusal
 
 ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 
@@ -25,14 +25,14 @@ class Said:
 
 def shake(*said: Said, run_id: str = "") -> tuple[Handshake, list[str]]:
     handshake = Handshake(FlightParameters(run_id=run_id), "abc", ROLES)
-    return handshake, [handshake.hear(status) for status in said]
+    return handshake, [handshake.on_status(status) for status in said]
 
 
 def test_all_roles_must_be_ready():
     handshake, problems = shake(*(Said(role) for role in ROLES[:-1]))
     assert problems == ["", "", ""]
     assert handshake.missing() == ["recorder"]
-    handshake.hear(Said("recorder"))
+    handshake.on_status(Said("recorder"))
     assert handshake.missing() == []
 
 
@@ -57,9 +57,9 @@ def test_a_node_that_does_not_fit_is_named(said, words):
 def test_a_shadow_that_fails_is_nobodys_problem():
     handshake = Handshake(FlightParameters(), "abc", ["shadow_attitude_controller"])
     assert handshake.missing() == ["shadow_attitude_controller"]
-    assert handshake.hear(Said("shadow_attitude_controller")) == ""
+    assert handshake.on_status(Said("shadow_attitude_controller")) == ""
     assert handshake.missing() == []
-    assert handshake.hear(Said("shadow_attitude_controller", state=FAULT, detail="burst")) == ""
+    assert handshake.on_status(Said("shadow_attitude_controller", state=FAULT, detail="burst")) == ""
 
 
 def test_nodes_of_another_run_and_unknown_roles_are_not_counted():
@@ -72,22 +72,22 @@ def waits(role: str, topic: str, source: str) -> Said:
     return Said(role, state=WAITING, waiting_topic=topic, waiting_role=source)
 
 
-def test_culprit_is_the_one_that_others_wait_for_and_that_waits_for_none():
+def test_blame_is_the_one_that_others_wait_for_and_that_waits_for_none():
     handshake, _ = shake(
         waits("attitude_controller", "attitude_setpoint", "position_controller"),
         waits("position_controller", "reference", "trajectory"),
     )
-    reason = handshake.culprit(7, 6, answered=False, planned=True)
+    reason = handshake.blame(7, 6, answered=False, planned=True)
     assert reason.startswith("trajectory does not answer step 7: no reference")
 
 
 @pytest.mark.parametrize(
-    ("answered", "planned", "culprit"),
+    ("answered", "planned", "blame"),
     [(False, True, "attitude_controller"), (True, False, "trajectory"), (True, True, "recorder")],
 )
-def test_culprit_without_complaints_follows_from_what_the_plant_misses(answered, planned, culprit):
+def test_blame_without_complaints_follows_from_what_the_plant_misses(answered, planned, blame):
     handshake, _ = shake(*(Said(role) for role in ROLES))
-    assert handshake.culprit(7, 6, answered, planned).startswith(f"{culprit} does not answer")
+    assert handshake.blame(7, 6, answered, planned).startswith(f"{blame} does not answer")
 
 
 def test_period_and_end_are_taken_from_the_last_word():
@@ -95,3 +95,26 @@ def test_period_and_end_are_taken_from_the_last_word():
     assert handshake.period("attitude_controller") == 4
     assert handshake.period("position_controller") == 1
     assert (handshake.state("recorder"), handshake.detail("recorder")) == (DONE, "saved")
+
+
+@pytest.mark.parametrize(
+    ("trajectory", "position", "attitude", "misfit"),
+    [(5, 5, 1, ""), (5, 10, 2, ""), (1, 1, 1, ""), (5, 5, 2, "attitude_controller"), (3, 5, 1, "position_controller")],
+)
+def test_a_stage_whose_period_does_not_fit_its_input_is_refused(trajectory, position, attitude, misfit):
+    periods = {"trajectory": trajectory, "position_controller": position, "attitude_controller": attitude}
+    _, problems = shake(*(Said(role, period_steps=periods.get(role, 1)) for role in ROLES))
+    found = [problem for problem in problems if problem]
+    assert bool(found) == bool(misfit)
+    assert all(problem.startswith(f"flight/nodes: {misfit} answers every {periods[misfit]}") for problem in found)
+
+
+@pytest.mark.parametrize("end_step", [0, 2**63, 100_000_001])
+def test_a_plan_that_is_no_flight_is_refused(end_step):
+    assert f"end_step {end_step}, expected 1 to 100000000" in plan_refusal(end_step, 0, 2_000_000)
+
+
+def test_the_first_plan_holds():
+    assert plan_refusal(500, 0, 2_000_000) == ""
+    assert plan_refusal(500, 500, 2_000_000) == ""
+    assert "expected the first one's, 500" in plan_refusal(1, 500, 2_000_000)

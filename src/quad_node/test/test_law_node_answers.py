@@ -1,71 +1,137 @@
 """A node that runs a law: what is not finite is not sent, and parameters change live only where that is safe."""
 
+import itertools
 import math
-from types import SimpleNamespace
+import types
 
 import pytest
 import rclpy
+import yaml
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 
-from quad_core import plugins, programs
-from quad_core.program import Interpreted
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
+from quad_flight import flight
 from quad_msgs.msg import PositionInternals
 from quad_node import executor
 from quad_node.law_node import LawNode
-from quad_node.responder import Moment
+from quad_node.responder import Arrival, Sample
 from quad_position_ctrl import aibs
 
-MOMENT = Moment(7, 14_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
+SAMPLE = Sample(7, 14_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
+
+
+class Wire:
+    """Stands in for a publisher and keeps what was sent."""
+
+    def __init__(self):
+        self.sent = []
+
+    def publish(self, message):
+        self.sent.append(message)
 
 
 @pytest.fixture
 def node(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "72")
     executor.init(["--ros-args", "-p", "aibs.x.position_gain:=3.5"])
-    made = LawNode("position_controller", PositionInternals)
+    made = LawNode("position_controller")
     yield made
     made.destroy_node()
     rclpy.try_shutdown()
 
 
-def with_law(node, step):
-    """Let ``node`` run ``step`` in the place of its law, on the values that it has."""
-    names = ("Parameters", "Memory", "Internals")
-    law = SimpleNamespace(__name__="law", step=step, **{name: getattr(aibs, name) for name in names})
-    before, node._stepper = node._stepper, Interpreted(programs.law(plugins.POSITION_LAW, law))
-    for name in ("parameters", "vehicle", "memory"):
-        node._stepper.put(name, before.get(name))
-
-
-def test_memory_and_internals_are_those_of_the_step(node):
+def test_the_law_gets_parameters_memory_inputs_and_time_and_its_answer_is_sent(node):
     seen = []
 
     def step(parameters, vehicle, memory, inputs, dt):
         seen.append((parameters.x.position_gain, memory, inputs, dt))
-        return Wrench(4.0), aibs.Memory(thrust=len(seen)), aibs.Internals(lyapunov=9.0)
+        return AttitudeThrust(thrust=4.0), aibs.Memory(thrust=float(len(seen))), aibs.Internals(lyapunov=9.0)
 
-    with_law(node, step)
-    assert node.run_law("inputs", MOMENT) == Wrench(4.0)
-    assert node.run_law("inputs", MOMENT) == Wrench(4.0)
+    node.step = step
+    for _ in range(2):
+        answers = list(node.answer(SAMPLE, [None, None]))
     gain, memory, inputs, dt = seen[1]
-    assert (gain, memory.thrust, inputs, dt) == (3.5, 1, "inputs", 0.01)
-    _, payload = node.internals_answer(MOMENT)
+    assert (gain, memory.thrust, inputs.state, dt) == (3.5, 1.0, SAMPLE.state, 0.01)
+    (setpoint, _), (internals, payload) = answers
+    assert setpoint.topic_name.endswith("/attitude_setpoint")
+    assert internals.topic_name.endswith("/position_controller/internals")
     message = deserialize_message(payload, PositionInternals)
     assert (message.step, message.stamp.nanosec, message.lyapunov) == (7, 14_000_000, 9.0)
     assert not node.done.done()
 
 
+def test_inputs_stand_in_the_order_of_the_table(node):
+    reference, actuation = TrajectoryPoint(yaw=0.5), Actuation(thrust=3.0)
+    seen = []
+
+    def step(parameters, vehicle, memory, inputs, dt):
+        seen.append(inputs)
+        return AttitudeThrust(thrust=4.0), memory, aibs.Internals(lyapunov=9.0)
+
+    node.step = step
+    arrivals = [Arrival(5, 10, reference, math.inf), Arrival(6, 7, actuation, math.inf)]
+    _, (_, payload) = node.answer(SAMPLE, arrivals)
+    assert seen == [PositionInputs(SAMPLE.state, reference, actuation)]
+    message = deserialize_message(payload, PositionInternals)
+    assert message.input_steps.tolist() == [5, 6, -1, -1]
+    assert (message.dt, message.replaced_inputs, message.lyapunov) == (0.01, 0, 9.0)
+
+
+def test_an_input_that_is_too_old_in_real_time_is_replaced_and_the_answer_says_so(node):
+    seen = []
+
+    def step(parameters, vehicle, memory, inputs, dt):
+        seen.append(inputs)
+        return AttitudeThrust(thrust=4.0), memory, aibs.Internals()
+
+    node.step, node.lockstep = step, False
+    moving = TrajectoryPoint(p_w=Vec3(1.0, 2.0, 3.0), v_w=Vec3(4.0, 0.0, 0.0), yaw=0.5)
+    _, (_, payload) = node.answer(SAMPLE, [Arrival(5, 10, moving, -math.inf), None])
+    assert (seen[0].reference.p_w, seen[0].reference.v_w, seen[0].reference.yaw) == (moving.p_w, Vec3(), 0.5)
+    message = deserialize_message(payload, PositionInternals)
+    assert (message.input_steps.tolist(), message.replaced_inputs) == ([5, -1, -1, -1], 1)
+
+
 @pytest.mark.parametrize(
-    ("output", "memory"), [(Wrench(math.nan), aibs.Memory()), (Wrench(1.0), aibs.Memory(thrust=math.inf))]
+    ("output", "memory"),
+    [
+        (AttitudeThrust(thrust=math.nan), aibs.Memory()),
+        (AttitudeThrust(thrust=1.0), aibs.Memory(thrust=math.inf)),
+    ],
 )
 def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, output, memory):
-    with_law(node, lambda *_: (output, memory, aibs.Internals()))
-    before = node._stepper.get("memory")
-    assert node.run_law("inputs", MOMENT) is None
-    assert node._stepper.get("memory") == before
+    node.step = lambda *_: (output, memory, aibs.Internals())
+    before = node.memory
+    assert list(node.answer(SAMPLE, [None, None])) == []
+    assert node.memory == before
     assert (node.done.done(), node.exit_code, node.counters["law_nonfinite"]) == (True, 1, 1)
+
+
+def remembering_infinity(at_call):
+    """Return a step of aibs whose memory is no longer finite at a call; what it gives stays finite."""
+    calls = itertools.count(1)
+
+    def step(*arguments):
+        setpoint, memory, internals = aibs.step(*arguments)
+        return setpoint, memory._replace(thrust=math.inf) if next(calls) == at_call else memory, internals
+
+    return step
+
+
+def test_memory_that_is_not_finite_is_refused_at_the_step_at_which_the_loop_refuses_it(node):
+    planned = flight.from_names("hover", duration=0.1)
+    law = types.ModuleType("law_of_this_test")
+    vars(law).update({**vars(aibs), "step": remembering_infinity(at_call=4)})
+    modules = planned.modules._replace(stages=planned.modules.stages._replace(position_controller=law))
+    flown = flight.fly(planned._replace(modules=modules))
+    assert (flown.outcome, flown.refused, flown.steps) == ("refused", "position_controller", 3 * node.period_steps)
+    node.step = remembering_infinity(at_call=4)
+    steps = iter(range(0, 100 * node.period_steps, node.period_steps))
+    while not node.done.done():
+        step = next(steps)
+        list(node.answer(SAMPLE._replace(step=step), [None, None]))
+    assert step == flown.steps
 
 
 def outcome(node, name, value):
@@ -75,8 +141,23 @@ def outcome(node, name, value):
 
 def test_a_gain_changes_live_and_reaches_the_law(node):
     assert outcome(node, "aibs.x.position_gain", 2.5).successful
-    assert node.resolved.plugins["law"].parameters.x.position_gain == 2.5
-    assert node._stepper.get("parameters").x.position_gain == 2.5
+    assert node.law.parameters.x.position_gain == 2.5
+
+
+def test_what_is_published_and_recorded_of_a_live_change_is_what_the_law_runs_with(node):
+    node._parameters_out = wire = Wire()
+    node._due = 15
+    assert outcome(node, "aibs.x.position_gain", 2.5).successful
+    (message,) = wire.sent
+    recorded = yaml.safe_load(message.parameters)["/position_controller"]["ros__parameters"]
+    assert recorded["aibs.x.position_gain"] == 2.5 == node.law.parameters.x.position_gain
+    assert message.step == 15
+
+
+def test_a_refused_change_publishes_nothing(node):
+    node._parameters_out = wire = Wire()
+    assert not outcome(node, "aibs.x.position_gain", 1e6).successful
+    assert wire.sent == []
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 import rclpy
 from rclpy.serialization import serialize_message
 
-from quad_core.types import Actuation, TrajectoryPoint
+from quad_core.types import TrajectoryPoint
 from quad_msgs import msg
 from quad_msgs.msg import NodeStatus
 from quad_node import executor
@@ -27,21 +27,21 @@ class Wire:
 
 
 class Echo(Responder):
-    """Notes each moment; its answer is the number of moments so far."""
+    """Notes each sample; its answer is the number of samples so far."""
 
     def __init__(self):
         self.callbacks = {}
         super().__init__("position_controller")
-        self.wire, self.moments = Wire(), []
-        self.companion("reference", TrajectoryPoint)
-        self.companion("actuation", Actuation, lag=1)
+        self.wire, self.samples = Wire(), []
+        self.take("reference")
+        self.take("actuation", lag=1)
 
     def subscribe(self, topic, callback, depth=10, raw=False):
         self.callbacks[topic] = callback
 
-    def answer(self, moment, values):
-        self.moments.append((moment, [held.value if held else None for held in values]))
-        return [(self.wire, len(self.moments))]
+    def answer(self, sample, arrivals):
+        self.samples.append((sample, [arrival.value if arrival else None for arrival in arrivals]))
+        return [(self.wire, len(self.samples))]
 
     def state(self, step, x=0.0, stamp=None):
         message = msg.VehicleState(step=step)
@@ -58,7 +58,7 @@ class Echo(Responder):
         self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
 
     def steps(self):
-        return [moment.step for moment, _ in self.moments]
+        return [sample.step for sample, _ in self.samples]
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_a_step_waits_for_its_reference_and_the_actuation_before_it(make):
     assert node.steps() == [0]
     node.actuation(0, thrust=7.0)
     assert node.steps() == [0, 1]
-    _, (reference, actuation) = node.moments[1]
+    _, (reference, actuation) = node.samples[1]
     assert isinstance(reference, TrajectoryPoint)
     assert actuation.thrust == 7.0
 
@@ -98,7 +98,7 @@ def test_the_first_step_needs_no_actuation_and_sees_none(make):
     node = make("period_steps:=1")
     node.reference(0, 1)
     node.state(0)
-    assert node.moments[0][1][1] is None
+    assert node.samples[0][1][1] is None
 
 
 def test_a_reference_holds_from_its_step_until_the_next(make):
@@ -111,7 +111,7 @@ def test_a_reference_holds_from_its_step_until_the_next(make):
     assert node.steps() == [0, 1, 2]
     node.reference(3, 6, x=20.0)
     assert node.steps() == [0, 1, 2, 3]
-    assert [reference.p_w.x for _, (reference, _) in node.moments] == [10.0, 10.0, 10.0, 20.0]
+    assert [reference.p_w.x for _, (reference, _) in node.samples] == [10.0, 10.0, 10.0, 20.0]
 
 
 def test_a_reference_of_later_steps_is_not_taken_too_early(make):
@@ -119,7 +119,7 @@ def test_a_reference_of_later_steps_is_not_taken_too_early(make):
     node.reference(0, 1, x=10.0)
     node.reference(1, 2, x=20.0)
     node.state(0)
-    assert node.moments[0][1][0].p_w.x == 10.0
+    assert node.samples[0][1][0].p_w.x == 10.0
 
 
 def test_only_multiples_of_the_period_are_answered(make):
@@ -129,8 +129,8 @@ def test_only_multiples_of_the_period_are_answered(make):
         node.actuation(step)
         node.state(step)
     assert node.steps() == [0, 5, 10]
-    assert {moment.dt for moment, _ in node.moments} == {0.01}
-    assert [moment.stamp_ns for moment, _ in node.moments] == [0, 10_000_000, 20_000_000]
+    assert {sample.dt for sample, _ in node.samples} == {0.01}
+    assert [sample.stamp_ns for sample, _ in node.samples] == [0, 10_000_000, 20_000_000]
 
 
 def test_what_belongs_to_no_answered_step_is_not_even_read(make):
@@ -147,7 +147,7 @@ def test_what_belongs_to_no_answered_step_is_not_even_read(make):
         node.state(step, x=math.nan if step < 5 else 0.0)
     assert node.counters["rejected"] == 1
     assert node.steps() == [0, 5]
-    _, (reference, actuation) = node.moments[1]
+    _, (reference, actuation) = node.samples[1]
     assert (reference.p_w.x, actuation.thrust) == (10.0, 7.0)
 
 
@@ -157,7 +157,7 @@ def test_in_real_time_the_newest_value_is_always_read(make):
     node.state(0)
     node.actuation(2, thrust=7.0)
     node.state(5)
-    assert node.moments[1][1][1].thrust == 7.0
+    assert node.samples[1][1][1].thrust == 7.0
 
 
 def test_a_repeated_state_gets_the_same_answer_without_a_new_step(make):
@@ -190,7 +190,7 @@ def test_a_companion_that_is_not_finite_is_counted_and_not_used(make, bad):
     assert node.steps() == []
     assert node.counters["rejected"] == 1
     node.reference(0, 1, x=3.0)
-    assert node.moments[0][1][0].p_w.x == 3.0
+    assert node.samples[0][1][0].p_w.x == 3.0
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1.1e4])
@@ -214,8 +214,8 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
     node.reference(1, 2, x=2.0)
     node.state(8)
     assert node.steps() == [0, 7, 8]
-    assert [values[0].p_w.x for _, values in node.moments] == [1.0, 1.0, 2.0]
-    assert [values[1] for _, values in node.moments] == [None, None, None]
+    assert [values[0].p_w.x for _, values in node.samples] == [1.0, 1.0, 2.0]
+    assert [values[1] for _, values in node.samples] == [None, None, None]
 
 
 @pytest.mark.parametrize(
@@ -226,4 +226,32 @@ def test_in_real_time_the_step_is_the_time_that_passed_within_half_and_twice_the
     node.reference(0, 1)
     node.state(10)
     node.state(11, stamp=10 * PERIOD + gap)
-    assert [moment.dt for moment, _ in node.moments] == [0.002, dt]
+    assert [sample.dt for sample, _ in node.samples] == [0.002, dt]
+
+
+def test_one_absurd_step_is_refused_and_does_not_make_the_node_deaf(make):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 10)
+    node.state(0)
+    node.state(2**62, stamp=PERIOD)
+    assert node.counters["rejected"] == 1
+    node.state(1)
+    assert node.steps() == [0, 1]
+
+
+def test_after_a_real_gap_the_second_state_is_answered(make):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 10)
+    for step in (0, 1, 1000, 1001, 1002):
+        node.state(step)
+    assert node.steps() == [0, 1, 1001, 1002]
+
+
+@pytest.mark.parametrize("payload", [b"", b"\x00\x01\x00\x00", b"\x00\x00\x00\x00" + bytes(200), bytes(3)])
+@pytest.mark.parametrize("topic", ["state", "reference", "actuation"])
+def test_a_malformed_message_is_refused_and_does_not_end_the_node(make, topic, payload):
+    node = make("period_steps:=1")
+    node.callbacks[topic](payload)
+    node.reference(0, 1)
+    node.state(0)
+    assert node.steps() == [0]

@@ -34,8 +34,8 @@ def thawed():
 )
 def test_all_threads_are_scheduled_alike(priority, aside, policy):
     text = ALL_THREADS.format(priority=priority, aside=aside)
-    told = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.strip()
-    assert told == str([int(policy)]) or (policy == os.SCHED_FIFO and "not permitted" in told)
+    printed = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.strip()
+    assert printed == str([int(policy)]) or (policy == os.SCHED_FIFO and "not permitted" in printed)
 
 
 def test_a_refusal_is_told(monkeypatch, thawed):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from quad_core.node_parameters import ALL_ROLES, SHADOWS
+from quad_core.cascade import ALL_ROLES, COMMANDER, GUESTS, RECORDER, RELAY, ROLES, SHADOWS, SIMULATOR
 from quad_node import topics
 
 STEP = [topic for topic in topics.TOPICS.values() if topic.step]
@@ -13,14 +13,14 @@ def test_publishers_and_subscribers_are_roles_and_the_recorder_hears_all_but_its
     assert set(topic.publishers) | set(topic.subscribers) <= set(ALL_ROLES)
     assert topic.publishers
     assert topic.subscribers
-    if topic.publishers != (topics.RECORDER,):
-        assert topics.RECORDER in topic.subscribers
+    if topic.publishers != (RECORDER,):
+        assert RECORDER in topic.subscribers
 
 
 @pytest.mark.parametrize("topic", STEP, ids=lambda topic: topic.name)
-def test_step_topics_have_one_publisher_beside_the_relay_and_carry_stamp_and_step(topic):
-    assert len([role for role in topic.publishers if role != topics.RELAY]) == 1
-    assert not topic.latched
+def test_step_topics_have_one_publisher_beside_the_guests_and_carry_stamp_and_step(topic):
+    assert len([role for role in topic.publishers if role not in GUESTS]) == (topic.name != "flight/mode")
+    assert topic.latched == (topic.name == "flight/mode")
     known = topic.type.get_fields_and_field_types()
     assert ("step" in known and "stamp" in known) or "header" in known
 
@@ -30,27 +30,45 @@ def test_what_is_held_says_until_when(name):
     assert "next_step" in topics.TOPICS[name].type.get_fields_and_field_types()
 
 
+def test_a_guest_that_gives_a_topic_stands_in_for_the_node_that_gives_it_otherwise():
+    reference = topics.TOPICS["reference"]
+    assert (reference.giver(ROLES), len(reference.hearers(ROLES))) == ("trajectory", 2)
+    assert (reference.giver((*ROLES, COMMANDER)), len(reference.hearers((*ROLES, COMMANDER)))) == ("commander", 3)
+    assert topics.TOPICS["state"].giver((*ROLES, RELAY)) == RELAY
+
+
+def test_the_topics_of_the_commander_are_those_of_flights_that_have_one():
+    own = {topic.name for topic in topics.TOPICS.values() if topic.only_with == COMMANDER}
+    assert own == {"mission/reference", "flight/mode", "flight/request"}
+    assert not any(topics.TOPICS[name].exists(ROLES) for name in own)
+    assert all(topics.TOPICS[name].exists((*ROLES, COMMANDER)) for name in own)
+
+
 def test_only_the_wrench_and_the_plan_command_a_simulator_in_flight():
-    commands = {topic.name for topic in topics.TOPICS.values() if topics.SIMULATOR in topic.subscribers}
-    assert commands == {"wrench_setpoint", "flight/plan", "flight/nodes", "flight/recorded"}
+    commands = {topic.name for topic in topics.TOPICS.values() if SIMULATOR in topic.subscribers}
+    assert commands == {"wrench_setpoint", "flight/plan", "flight/nodes", "flight/recorded", "flight/mode"}
 
 
 def test_what_a_shadow_answers_only_the_recorder_hears():
-    told = [topic for topic in topics.TOPICS.values() if set(topic.publishers) & set(SHADOWS)]
-    assert len(told) == 4
-    for topic in told:
+    listed = [topic for topic in topics.TOPICS.values() if set(topic.publishers) & set(SHADOWS)]
+    assert len(listed) == 4
+    for topic in listed:
         assert topic.name.startswith(topics.SHADOW_TOPICS)
-        assert topic.subscribers == (topics.RECORDER,)
+        assert topic.subscribers == (RECORDER,)
         obeyed = topics.TOPICS[topic.name.removeprefix(topics.SHADOW_TOPICS)]
         assert topic.type is obeyed.type
-        assert topic.history == obeyed.history == topics.STEP_HISTORY
+        assert [topic.history(mode) for mode in (True, False)] == [obeyed.history(mode) for mode in (True, False)]
+
+
+def test_who_is_stopped_for_a_second_at_1_khz_gets_what_it_missed():
+    assert all(topic.history(lockstep=False) >= 2000 for topic in topics.TOPICS.values() if topic.step)
 
 
 def test_quality_of_service_loses_nothing():
     from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
     for topic in topics.TOPICS.values():
-        profile = topic.qos(topics.STEP_HISTORY) if topic.step else topic.qos()
+        profile = topic.qos(topics.REALTIME_HISTORY) if topic.step else topic.qos()
         assert profile.reliability == ReliabilityPolicy.RELIABLE
         late = DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
         assert profile.durability == late

@@ -1,8 +1,16 @@
-"""Adaptive integral backstepping, one scalar function per equation and axis (eqs. 18-37).
+"""Adaptive integral backstepping on one axis: a scalar function per equation (eqs. 18-37), then the whole axis.
 
-Written with the x axis in mind (e_7, e_8, xi_7, k_7, alpha_8, a_7); y and z are the same law with the indices
-9, 10, a_8 and 11, 12, a_9. World frame, SI units. Every function is pure text (decision record 0001).
+The equations stand in ``aibs``. Written with the x axis in mind (e_7, e_8, xi_7, k_7, alpha_8, a_7); y and z are the
+same law with the indices 9, 10, a_8 and 11, 12, a_9. World frame, SI units. Every function is pure text (decision
+record 0001).
 """
+
+from typing import Annotated, NamedTuple
+
+from quad_core.geometry import clamp
+from quad_core.parameters import Real
+from quad_core.types import TrajectoryPoint, VehicleState
+from quad_core.vehicle import DragSign
 
 
 def tracking_error(actual: float, desired: float) -> float:
@@ -15,16 +23,17 @@ def correction_velocity(position_gain: float, integral_gain: float, position_err
     return -position_gain * position_error - integral_gain * integral
 
 
-def virtual_velocity(
-    position_gain: float, integral_gain: float, position_error: float, integral: float, reference_velocity: float
-) -> float:
-    """Return x_8d = -xi_7 e_7 + x_7d' - k_7 Gamma_7 in m/s (Eq. 23)."""
-    return correction_velocity(position_gain, integral_gain, position_error, integral) + reference_velocity
+def virtual_velocity(correction: float, reference_velocity: float) -> float:
+    """Return x_8d = x_7d' - xi_7 e_7 - k_7 Gamma_7 in m/s (Eq. 23).
+
+    ``correction`` is that of ``correction_velocity`` in m/s, bounded or not; ``reference_velocity`` x_7d' in m/s.
+    """
+    return correction + reference_velocity
 
 
 def drag_model(drag_coefficient: float, mass: float, drag_sign: int) -> float:
-    """Return a_7 in 1/s (Eq. 17): -k_F/m, or +k_F/m as printed when ``drag_sign`` is 1."""
-    if drag_sign == 1:
+    """Return a_7 in 1/s (Eq. 17): -k_F/m, or +k_F/m as printed; ``drag_coefficient`` k_F in N s/m, ``mass`` in kg."""
+    if drag_sign == DragSign.PRINTED:
         return drag_coefficient / mass
     return -drag_coefficient / mass
 
@@ -79,27 +88,17 @@ def adaptive_rate(adaptation_rate: float, velocity_error: float) -> float:
 
 
 def next_adaptive_gain(gain: float, rate: float, leak: float, initial_gain: float, max_gain: float, dt: float) -> float:
-    """Return xi_hat_8 one step later, forward Euler, kept in [0, ``max_gain``].
+    """Return xi_hat_8 in 1/s one step later, forward Euler, within [0, ``max_gain``].
 
     Eq. 37 plus two additions: a leak towards xi_hat_8(0) (the sigma modification of Ioannou and Kokotovic, 1984)
     and a bound (projection; Ioannou and Sun, Robust Adaptive Control, 1996). Leak 0 and a huge bound give Eq. 37.
     """
-    moved = gain + dt * (rate - leak * (gain - initial_gain))
-    if moved > max_gain:
-        return max_gain
-    if moved < 0.0:
-        return 0.0
-    return moved
+    return clamp(gain + dt * (rate - leak * (gain - initial_gain)), 0.0, max_gain)
 
 
 def next_integral(integral: float, position_error: float, max_integral: float, dt: float) -> float:
-    """Return Gamma_7 in m s one step later (Eq. 21), forward Euler, kept within +-``max_integral``."""
-    moved = integral + dt * position_error
-    if moved > max_integral:
-        return max_integral
-    if moved < -max_integral:
-        return -max_integral
-    return moved
+    """Return Gamma_7 in m s one step later (Eq. 21), forward Euler, within +-``max_integral``."""
+    return clamp(integral + dt * position_error, -max_integral, max_integral)
 
 
 def lyapunov(integral_gain: float, position_error: float, velocity_error: float, integral: float) -> float:
@@ -115,3 +114,119 @@ def lyapunov_rate(position_gain: float, adaptive_gain: float, position_error: fl
     True for d = 0 and an attitude that follows at once; a disturbance d adds e_8 d.
     """
     return -position_gain * position_error * position_error - adaptive_gain * velocity_error * velocity_error
+
+
+class AxisGains(NamedTuple):
+    """Gains of one axis; named after the x axis, the same on y (9, 10) and z (11, 12)."""
+
+    position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
+    integral_gain: Annotated[float, Real("1/s^2", "k_7", 0.0, 100.0, "Table 2, Eq. 23")] = 0.01
+    max_integral: Annotated[float, Real("m s", "bound of Gamma_7; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = 20.0
+    adaptation_rate: Annotated[float, Real("s/m^2", "alpha_8; 0: fixed gain", 0.0, 1e4, "Table 2, Eq. 37")] = 2.5
+    initial_gain: Annotated[
+        float, Real("1/s", "xi_hat_8(0), which the paper does not give", 0.0, 1e3, "assumed, Eq. 37")
+    ] = 7.0
+    max_gain: Annotated[float, Real("1/s", "bound of xi_hat_8; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = 10.0
+    adaptation_leak: Annotated[
+        float,
+        Real("1/s", "rate at which xi_hat_8 returns to xi_hat_8(0); 0: as printed", 0.0, 100.0, "addition to Eq. 37"),
+    ] = 0.05
+
+
+class AxisState(NamedTuple):
+    """Vehicle and reference along one world axis: positions m, velocities m/s, acceleration m/s^2."""
+
+    position: float
+    velocity: float
+    reference_position: float
+    reference_velocity: float
+    reference_acceleration: float
+
+
+Axes = tuple[AxisState, AxisState, AxisState]
+"""Vehicle and reference along x, y and z."""
+
+
+class AxisCorrection(NamedTuple):
+    """One axis of ``speed_limit.BoundedCorrection``: m/s, its derivative m/s^2, its shortening, whether it is any."""
+
+    velocity: float
+    rate: float
+    scale: float
+    limited: bool
+
+
+class AxisCommand(NamedTuple):
+    """One axis of eqs. 18, 23, 25 and 30: e_7 in m, x_8d in m/s, e_8 in m/s, U_x in m/s^2."""
+
+    error: float
+    virtual_velocity: float
+    velocity_error: float
+    acceleration: float
+
+
+def axis_states(state: VehicleState, reference: TrajectoryPoint) -> Axes:
+    """Return what the equations of each axis look at."""
+    p, v, p_d, v_d, a_d = state.p_w, state.v_w, reference.p_w, reference.v_w, reference.a_w
+    return (
+        AxisState(p.x, v.x, p_d.x, v_d.x, a_d.x),
+        AxisState(p.y, v.y, p_d.y, v_d.y, a_d.y),
+        AxisState(p.z, v.z, p_d.z, v_d.z, a_d.z),
+    )
+
+
+def axis_command(
+    gains: AxisGains,
+    state: AxisState,
+    correction: AxisCorrection,
+    adaptive_gain: float,
+    integral: float,
+    drag: float,
+    disturbance: float,
+) -> AxisCommand:
+    """Return eqs. 18, 23, 25 and 30 of one axis, or their bounded form where ``correction`` is limited.
+
+    ``adaptive_gain`` xi_hat_8 in 1/s, ``integral`` Gamma_7 in m s, ``drag`` a_7 in 1/s, ``disturbance`` in m/s^2.
+    """
+    error = tracking_error(state.position, state.reference_position)
+    virtual = virtual_velocity(correction.velocity, state.reference_velocity)
+    velocity_error = tracking_error(state.velocity, virtual)
+    if correction.limited:
+        acceleration = bounded_acceleration_command(
+            adaptive_gain=adaptive_gain,
+            drag=drag,
+            bounded_error=correction.scale * error,
+            velocity_error=velocity_error,
+            velocity=state.velocity,
+            virtual_acceleration=state.reference_acceleration + correction.rate,
+            disturbance=disturbance,
+        )
+        return AxisCommand(error, virtual, velocity_error, acceleration)
+    acceleration = acceleration_command(
+        position_gain=gains.position_gain,
+        integral_gain=gains.integral_gain,
+        adaptive_gain=adaptive_gain,
+        drag=drag,
+        position_error=error,
+        velocity_error=velocity_error,
+        integral=integral,
+        velocity=state.velocity,
+        reference_acceleration=state.reference_acceleration,
+        disturbance=disturbance,
+    )
+    return AxisCommand(error, virtual, velocity_error, acceleration)
+
+
+def updated_gain(gains: AxisGains, adaptive_gain: float, velocity_error: float, dt: float) -> float:
+    """Return xi_hat_8 in 1/s after a step of ``dt`` s (Eq. 37 with leak and bound).
+
+    ``velocity_error`` e_8 in m/s.
+    """
+    return next_adaptive_gain(
+        gain=adaptive_gain,
+        rate=adaptive_rate(gains.adaptation_rate, velocity_error),
+        leak=gains.adaptation_leak,
+        initial_gain=gains.initial_gain,
+        max_gain=gains.max_gain,
+        dt=dt,
+    )

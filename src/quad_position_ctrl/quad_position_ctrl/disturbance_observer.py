@@ -1,5 +1,7 @@
 """An estimate of the disturbance d of Eq. 16 from velocity and thrust, to fill the -d of Eq. 30 (an addition).
 
+    d_hat(k) = d_hat(k-1) + (1 - e^(-L dt)) (dv/dt - (F_T/m b_z - g e_z + a v) - d_hat(k-1))
+
 A first-order observer on the velocity: what the velocity did over the last step minus what thrust, gravity and drag
 explain is the disturbance, low-passed with the bandwidth L. Source: the momentum observer of De Luca et al., IROS 2006,
 for a point mass; on multirotors: Tomic, Ott and Haddadin, IEEE T-RO 33(6), 2017. The estimate has the transfer
@@ -7,13 +9,20 @@ function L/(s + L); as thrust and attitude enter as they *are*, limits cannot wi
 """
 
 import math
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
+from quad_core.geometry import clamp
 from quad_core.parameters import Choice, Real
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
 
-THRUST_ACHIEVED = 0
+
+class ThrustSource(IntEnum):
+    """Which thrust the observer counts with: what `actuation` says, or what was commanded."""
+
+    ACHIEVED = 0
+    COMMANDED = 1
 
 
 class Observer(NamedTuple):
@@ -25,10 +34,19 @@ class Observer(NamedTuple):
     max_estimate: Annotated[float, Real("m/s^2", "bound of the estimate per axis", 0.0, 100.0, "addition")] = 5.0
     thrust: Annotated[
         int,
-        Choice(
-            ("achieved", "commanded"), "thrust that is counted with: as `actuation` says, or as commanded", "addition"
-        ),
-    ] = THRUST_ACHIEVED
+        Choice(ThrustSource, "thrust that is counted with: as `actuation` says, or as commanded", "addition"),
+    ] = ThrustSource.ACHIEVED.value
+
+
+class ObservedStep(NamedTuple):
+    """The step that just ended: velocity m/s and body z axis (world frame) at both ends, thrust N during it."""
+
+    velocity_before: Vec3
+    velocity_now: Vec3
+    axis_before: Vec3
+    axis_now: Vec3
+    commanded_thrust: float
+    achieved_thrust: float
 
 
 def known_acceleration(
@@ -58,42 +76,25 @@ def next_estimate(
     """
     gain = 1.0 - math.exp(-bandwidth * dt)
     seen = (velocity_now - velocity_before) / dt - acceleration
-    moved = estimate + gain * (seen - estimate)
-    if moved > max_estimate:
-        return max_estimate
-    if moved < -max_estimate:
-        return -max_estimate
-    return moved
+    return clamp(estimate + gain * (seen - estimate), -max_estimate, max_estimate)
 
 
-def estimate(
-    observer: Observer,
-    vehicle: Vehicle,
-    before: Vec3,
-    velocity_before: Vec3,
-    velocity_now: Vec3,
-    axis_before: Vec3,
-    axis_now: Vec3,
-    commanded_thrust: float,
-    achieved_thrust: float,
-    drag: float,
-    dt: float,
-) -> Vec3:
-    """Return the estimate of d in m/s^2, world frame, from what happened over the last step of ``dt`` s.
+def estimate(observer: Observer, vehicle: Vehicle, before: Vec3, step: ObservedStep, drag: float, dt: float) -> Vec3:
+    """Return the estimate of d in m/s^2, world frame, after a ``step`` of ``dt`` s.
 
-    ``before`` is the estimate so far; velocities in m/s and body z axes in the world at both ends of the step; thrusts
-    in N that were commanded and achieved over it; ``drag`` a_7 in 1/s.
+    ``before`` is the estimate so far in m/s^2; ``drag`` a_7 in 1/s.
     """
     if observer.bandwidth <= 0.0:
         return before
-    thrust = achieved_thrust if observer.thrust == THRUST_ACHIEVED else commanded_thrust
+    thrust = step.achieved_thrust if observer.thrust == ThrustSource.ACHIEVED else step.commanded_thrust
     lift = thrust / vehicle.mass
-    known_x = known_acceleration(lift, axis_before.x, axis_now.x, 0.0, drag, velocity_now.x)
-    known_y = known_acceleration(lift, axis_before.y, axis_now.y, 0.0, drag, velocity_now.y)
-    known_z = known_acceleration(lift, axis_before.z, axis_now.z, vehicle.gravity, drag, velocity_now.z)
-    width, most = observer.bandwidth, observer.max_estimate
+    old, now, z_old, z_now = step.velocity_before, step.velocity_now, step.axis_before, step.axis_now
+    known_x = known_acceleration(lift, z_old.x, z_now.x, 0.0, drag, now.x)
+    known_y = known_acceleration(lift, z_old.y, z_now.y, 0.0, drag, now.y)
+    known_z = known_acceleration(lift, z_old.z, z_now.z, vehicle.gravity, drag, now.z)
+    bandwidth, bound = observer.bandwidth, observer.max_estimate
     return Vec3(
-        next_estimate(before.x, velocity_before.x, velocity_now.x, known_x, width, most, dt),
-        next_estimate(before.y, velocity_before.y, velocity_now.y, known_y, width, most, dt),
-        next_estimate(before.z, velocity_before.z, velocity_now.z, known_z, width, most, dt),
+        next_estimate(before.x, old.x, now.x, known_x, bandwidth, bound, dt),
+        next_estimate(before.y, old.y, now.y, known_y, bandwidth, bound, dt),
+        next_estimate(before.z, old.z, now.z, known_z, bandwidth, bound, dt),
     )

@@ -1,5 +1,7 @@
 """IBS: integral backstepping with a fixed gain, a ``quad.position_law`` plug-in; the paper's baseline (sect. 4).
 
+    U_x = x_7d'' + (xi_7^2 - 1 - k_7) e_7 - (xi_7 + xi_8) e_8 - a_7 x_8 + xi_7 k_7 Gamma_7       (30, per axis)
+
 Eqs. 18-30 with a constant xi_8 in the place of the adaptive xi_hat_8 (Eq. 37 left out) and no disturbance estimate: the
 text of ``aibs`` with both switched off, its limits unchanged. Source of the form: Bouabdallah and Siegwart, Full
 control of a quadrotor, IROS 2007.
@@ -9,20 +11,20 @@ from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Flag, Real
 from quad_core.types import AttitudeThrust, PositionInputs
-from quad_core.vehicle import Vehicle
-from quad_position_ctrl.aibs import HEADING_MEASURED, THRUST_PROJECTED, Internals, Memory
+from quad_core.vehicle import DragSign, Vehicle
+from quad_position_ctrl.aibs import Internals, Memory
 from quad_position_ctrl.aibs import Parameters as AdaptiveParameters
 from quad_position_ctrl.aibs import init as adaptive_init
 from quad_position_ctrl.aibs import step as adaptive_step
-from quad_position_ctrl.axis import Axis as AdaptiveAxis
-from quad_position_ctrl.disturbance_observer import THRUST_ACHIEVED, Observer
+from quad_position_ctrl.backstepping import AxisGains as AdaptiveGains
+from quad_position_ctrl.disturbance_observer import Observer, ThrustSource
+from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, TiltHeading
 from quad_position_ctrl.speed_limit import SpeedLimits
-from quad_position_ctrl.thrust_vector import Limits
 
-__all__ = ["Axis", "Internals", "Memory", "Parameters", "init", "step"]
+__all__ = ["Gains", "Internals", "Memory", "Parameters", "init", "step"]
 
 
-class Axis(NamedTuple):
+class Gains(NamedTuple):
     """Gains of one axis; named after the x axis."""
 
     position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
@@ -34,14 +36,17 @@ class Axis(NamedTuple):
 class Parameters(NamedTuple):
     """Parameters of IBS."""
 
-    x: Axis = Axis()
-    y: Axis = Axis()
-    z: Axis = Axis()
+    x: Gains = Gains()
+    y: Gains = Gains()
+    z: Gains = Gains()
     anti_windup: Annotated[
         bool, Flag("the integrals rest while a limit is met, here or in `actuation`", "addition to Eq. 21")
     ] = True
     speed: SpeedLimits = SpeedLimits()
-    limits: Limits = Limits()
+    limits: LiftLimits = LiftLimits()
+    feed_forward: Annotated[
+        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+    ] = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:
@@ -62,26 +67,27 @@ def step(
 def _adaptive(parameters: Parameters) -> AdaptiveParameters:
     """Return the parameters of AIBS that make it IBS."""
     return AdaptiveParameters(
-        x=_axis(parameters.x),
-        y=_axis(parameters.y),
-        z=_axis(parameters.z),
-        drag_sign=0,
-        thrust_form=THRUST_PROJECTED,
-        tilt_heading=HEADING_MEASURED,
+        x=_adaptive_gains(parameters.x),
+        y=_adaptive_gains(parameters.y),
+        z=_adaptive_gains(parameters.z),
+        drag_sign=DragSign.CORRECTED,
+        thrust_form=ThrustForm.PROJECTED,
+        tilt_heading=TiltHeading.MEASURED,
         anti_windup=parameters.anti_windup,
         speed=parameters.speed,
         limits=parameters.limits,
-        observer=Observer(bandwidth=0.0, max_estimate=0.0, thrust=THRUST_ACHIEVED),
+        observer=Observer(bandwidth=0.0, max_estimate=0.0, thrust=ThrustSource.ACHIEVED),
+        feed_forward=parameters.feed_forward,
     )
 
 
-def _axis(axis: Axis) -> AdaptiveAxis:
-    return AdaptiveAxis(
-        position_gain=axis.position_gain,
-        integral_gain=axis.integral_gain,
-        max_integral=axis.max_integral,
+def _adaptive_gains(gains: Gains) -> AdaptiveGains:
+    return AdaptiveGains(
+        position_gain=gains.position_gain,
+        integral_gain=gains.integral_gain,
+        max_integral=gains.max_integral,
         adaptation_rate=0.0,
-        initial_gain=axis.velocity_gain,
-        max_gain=axis.velocity_gain,
+        initial_gain=gains.velocity_gain,
+        max_gain=gains.velocity_gain,
         adaptation_leak=0.0,
     )

@@ -1,22 +1,35 @@
 """Cascaded PID as common autopilots fly it: position P, velocity PID, a ``quad.position_law`` plug-in.
 
+    v_d     = v_r - K_p (p - p_r), the correction bounded                                    velocity, m/s
+    a       = a_r - K_v (v - v_d) + I - K_d dv/dt, low-passed                                command, m/s^2
+    I'      = -K_i (v - v_d), |I| <= max                                                     I part, m/s^2
+    F_T     = m (a + g e_z) . b_z, and the attitude that points a + g e_z (Eq. 38)           thrust, N
+
 Source: the multicopter position controller of the PX4 autopilot (``PositionControl``): the position error in proportion
 gives a bounded velocity on top of the reference's, the velocity error gives an acceleration through P and I, the D part
 acts on the measured acceleration, the reference's acceleration is fed forward, and thrust and attitude follow from the
-acceleration (``thrust_vector``). The bound on the velocity is that of AIBS (``speed_limit``).
+acceleration (Eq. 38). Limits and set-up are those of AIBS (``speed_limit``, ``setpoint``).
 """
 
 import math
 from typing import Annotated, NamedTuple
 
+from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, negate, subtract
 from quad_core.parameters import Flag, Real
-from quad_core.rotations import body_z, euler_from_quaternion
-from quad_core.types import AttitudeThrust, PositionInputs, Vec3
+from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl.aibs import Internals
-from quad_position_ctrl.cascade import approach, difference, is_limited, plain_internals, reach, setpoint
-from quad_position_ctrl.speed_limit import SpeedLimits
-from quad_position_ctrl.thrust_vector import Limits, clamped, desired_angles
+from quad_position_ctrl.setpoint import (
+    LiftLimits,
+    ThrustForm,
+    attitude_setpoint,
+    desired_angles,
+    integrals_frozen,
+    plain_internals,
+    thrust_command,
+)
+from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
+
+Internals = PositionInternals
 
 
 class Gains(NamedTuple):
@@ -39,7 +52,10 @@ class Parameters(NamedTuple):
     ] = 60.0
     anti_windup: Annotated[bool, Flag("the I part rests while a limit is met, here or in `actuation`")] = True
     speed: SpeedLimits = SpeedLimits()
-    limits: Limits = Limits()
+    limits: LiftLimits = LiftLimits()
+    feed_forward: Annotated[
+        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+    ] = False
 
 
 class Memory(NamedTuple):
@@ -48,13 +64,12 @@ class Memory(NamedTuple):
     integral: Vec3 = Vec3()
     acceleration: Vec3 = Vec3()
     velocity: Vec3 = Vec3()
-    initialised: float = 0.0
+    initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no I part."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Memory(zero, zero, zero, 0.0)
+    return Memory(integral=ZERO, acceleration=ZERO, velocity=ZERO, initialised=False)
 
 
 def step(
@@ -66,40 +81,47 @@ def step(
     """
     state, reference = inputs.state, inputs.reference
     xy, z = parameters.xy, parameters.z
-    error = difference(state.p_w, reference.p_w)
-    wanted = approach(xy.position, z.position, error, parameters.speed)
-    v_d = Vec3(
-        reference.v_w.x + wanted.velocity.x, reference.v_w.y + wanted.velocity.y, reference.v_w.z + wanted.velocity.z
-    )
-    error_v = difference(state.v_w, v_d)
+    position_error = subtract(state.p_w, reference.p_w)
+    correction = proportional_correction(position_error, xy.position, z.position, parameters.speed)
+    desired_velocity = add(reference.v_w, correction_vector(correction))
+    velocity_error = subtract(state.v_w, desired_velocity)
     acceleration = _acceleration(parameters.derivative_bandwidth, memory, state.v_w, dt)
     a_d, part = reference.a_w, memory.integral
     command = Vec3(
-        a_d.x - xy.velocity * error_v.x + part.x - xy.derivative * acceleration.x,
-        a_d.y - xy.velocity * error_v.y + part.y - xy.derivative * acceleration.y,
-        a_d.z - z.velocity * error_v.z + part.z - z.derivative * acceleration.z,
+        a_d.x - xy.velocity * velocity_error.x + part.x - xy.derivative * acceleration.x,
+        a_d.y - xy.velocity * velocity_error.y + part.y - xy.derivative * acceleration.y,
+        a_d.z - z.velocity * velocity_error.z + part.z - z.derivative * acceleration.z,
     )
-    reached = reach(command, vehicle, parameters.limits, body_z(state.q_wb))
+    thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
     heading = euler_from_quaternion(state.q_wb).z
-    angles = desired_angles(reached.limits.lift, heading, reference.yaw)
-    answer = setpoint(vehicle, reference, angles, reached.thrust)
+    angles = desired_angles(thrust.lift.lift, heading, reference.yaw)
+    setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, heading, parameters.feed_forward)
 
-    frozen = parameters.anti_windup and is_limited(reached, wanted.limited, inputs.actuation)
+    frozen = integrals_frozen(parameters.anti_windup, correction, thrust, inputs.actuation)
     integral = part
     if not frozen:
         integral = Vec3(
-            _integrated(xy, part.x, error_v.x, dt),
-            _integrated(xy, part.y, error_v.y, dt),
-            _integrated(z, part.z, error_v.z, dt),
+            _integrated(xy, part.x, velocity_error.x, dt),
+            _integrated(xy, part.y, velocity_error.y, dt),
+            _integrated(z, part.z, velocity_error.z, dt),
         )
-    kept = Memory(integral, acceleration, state.v_w, 1.0)
-    estimate = Vec3(-part.x, -part.y, -part.z)
-    return answer, kept, plain_internals(error, error_v, v_d, command, estimate, wanted, reached, frozen)
+    next_memory = Memory(integral=integral, acceleration=acceleration, velocity=state.v_w, initialised=True)
+    internals = plain_internals(
+        position_error=position_error,
+        velocity_error=velocity_error,
+        virtual_velocity=desired_velocity,
+        acceleration_command=command,
+        disturbance_estimate=negate(part),
+        correction=correction,
+        thrust=thrust,
+        frozen=frozen,
+    )
+    return setpoint, next_memory, internals
 
 
 def _acceleration(bandwidth: float, memory: Memory, velocity: Vec3, dt: float) -> Vec3:
     """Return the low-passed acceleration in m/s^2 from the change of velocity over the last step."""
-    if memory.initialised <= 0.0:
+    if not memory.initialised:
         return memory.acceleration
     gain = 1.0 - math.exp(-bandwidth * dt)
     before, last = memory.acceleration, memory.velocity
@@ -112,4 +134,4 @@ def _acceleration(bandwidth: float, memory: Memory, velocity: Vec3, dt: float) -
 
 def _integrated(gains: Gains, part: float, velocity_error: float, dt: float) -> float:
     """Return the I part in m/s^2 after a step of ``dt`` s."""
-    return clamped(part - gains.integral * velocity_error * dt, -gains.max_integral, gains.max_integral)
+    return clamp(part - gains.integral * velocity_error * dt, -gains.max_integral, gains.max_integral)

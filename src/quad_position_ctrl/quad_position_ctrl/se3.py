@@ -1,23 +1,26 @@
 """Position part of geometric tracking control on SE(3), a ``quad.position_law`` plug-in.
 
-Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010, position mode:
-F = m (-k_x e_x - k_v e_v + g e_3 + a_d), thrust f = F . R e_3, desired axes b_3 = F/|F|, b_2 = b_3 x b_1d / |..|,
-b_1 = b_2 x b_3. Written for a world with z up; gains are divided by the mass. It has no integral, as in the source.
-Added: the limits of AIBS, k_x e_x bounded as its virtual velocity is. The rates that the source derives from b_3 are
-left to the attitude law's command filter.
+    F   = m (-k_x e_x - k_v e_v + g e_3 + a_d)                 force, N; e_x, e_v position and velocity error
+    f   = F . R e_3                                            collective thrust, N
+    b_3 = F/|F|,  b_2 = b_3 x b_1d / |b_3 x b_1d|,  b_1 = b_2 x b_3      desired body axes, b_1d the heading
+
+Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010, position mode.
+Written for a world with z up; gains are divided by the mass. It has no integral, as in the source. Added: the limits
+of AIBS, k_x e_x bounded as its virtual velocity is. The rates that the source derives from b_3 are left to the attitude
+law's command filter.
 """
 
 import math
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Real
-from quad_core.rotations import body_z
-from quad_core.types import AttitudeThrust, PositionInputs, Vec3
+from quad_core.geometry import ZERO, add, body_z, clamp, cross, norm, subtract
+from quad_core.parameters import Flag, Real
+from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl.aibs import Internals
-from quad_position_ctrl.cascade import approach, difference, plain_internals, reach, setpoint
-from quad_position_ctrl.speed_limit import SpeedLimits
-from quad_position_ctrl.thrust_vector import Limits, clamped
+from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, attitude_setpoint, plain_internals, thrust_command
+from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
+
+Internals = PositionInternals
 
 
 class Gains(NamedTuple):
@@ -33,7 +36,10 @@ class Parameters(NamedTuple):
     xy: Gains = Gains()
     z: Gains = Gains()
     speed: SpeedLimits = SpeedLimits()
-    limits: Limits = Limits()
+    limits: LiftLimits = LiftLimits()
+    feed_forward: Annotated[
+        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+    ] = False
 
 
 class Memory(NamedTuple):
@@ -57,41 +63,49 @@ def step(
     """Return setpoint, memory and internals of one step. Raises nothing on flyable inputs."""
     state, reference = inputs.state, inputs.reference
     xy, z = parameters.xy, parameters.z
-    error = difference(state.p_w, reference.p_w)
-    error_v = difference(state.v_w, reference.v_w)
-    # k_x e_x = k_v (k_x/k_v e_x): the inner factor is a velocity, bounded like the others'
-    wanted = approach(xy.position / xy.velocity, z.position / z.velocity, error, parameters.speed)
+    position_error = subtract(state.p_w, reference.p_w)
+    velocity_error = subtract(state.v_w, reference.v_w)
+    # k_x e_x = k_v (k_x/k_v e_x): the inner factor is a velocity, bounded like that of the other laws
+    correction = proportional_correction(
+        position_error, xy.position / xy.velocity, z.position / z.velocity, parameters.speed
+    )
+    correcting = correction_vector(correction)
     command = Vec3(
-        reference.a_w.x + xy.velocity * (wanted.velocity.x - error_v.x),
-        reference.a_w.y + xy.velocity * (wanted.velocity.y - error_v.y),
-        reference.a_w.z + z.velocity * (wanted.velocity.z - error_v.z),
+        reference.a_w.x + xy.velocity * (correcting.x - velocity_error.x),
+        reference.a_w.y + xy.velocity * (correcting.y - velocity_error.y),
+        reference.a_w.z + z.velocity * (correcting.z - velocity_error.z),
     )
-    reached = reach(command, vehicle, parameters.limits, body_z(state.q_wb))
-    angles = desired_attitude(reached.limits.lift, reference.yaw)
-    answer = setpoint(vehicle, reference, angles, reached.thrust)
-    v_d = Vec3(
-        reference.v_w.x + wanted.velocity.x, reference.v_w.y + wanted.velocity.y, reference.v_w.z + wanted.velocity.z
+    thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
+    angles = desired_attitude(thrust.lift.lift, reference.yaw)
+    setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, reference.yaw, parameters.feed_forward)
+    internals = plain_internals(
+        position_error=position_error,
+        velocity_error=velocity_error,
+        virtual_velocity=add(reference.v_w, correcting),
+        acceleration_command=command,
+        disturbance_estimate=ZERO,
+        correction=correction,
+        thrust=thrust,
+        frozen=False,
     )
-    none = Vec3(0.0, 0.0, 0.0)
-    internals = plain_internals(error, error_v, v_d, command, none, wanted, reached, False)
-    return answer, Memory(memory.steps + 1.0), internals
+    return setpoint, Memory(memory.steps + 1.0), internals
 
 
 def desired_attitude(lift: Vec3, yaw: float) -> Vec3:
     """Return (phi, theta, psi) in rad of Lee's desired axes for ``lift`` (m/s^2, world) and heading ``yaw`` in rad.
 
     The heading vector is projected on the plane normal to the thrust, so that psi differs a little from ``yaw`` when
-    tilted to the side. A lift of no length, or one along the heading vector, counts as upright.
+    tilted to the side. Without lift, or with lift along the heading vector, the answer is the untilted attitude.
     """
-    length = math.sqrt(lift.x * lift.x + lift.y * lift.y + lift.z * lift.z)
+    length = norm(lift)
     if length < 1e-9:
         return Vec3(0.0, 0.0, yaw)
-    x3, y3, z3 = lift.x / length, lift.y / length, lift.z / length
+    b3 = Vec3(lift.x / length, lift.y / length, lift.z / length)
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
-    x2, y2, z2 = -z3 * sin_yaw, z3 * cos_yaw, x3 * sin_yaw - y3 * cos_yaw
-    across = math.sqrt(x2 * x2 + y2 * y2 + z2 * z2)
-    if across < 1e-9:
+    across = Vec3(-b3.z * sin_yaw, b3.z * cos_yaw, b3.x * sin_yaw - b3.y * cos_yaw)
+    width = norm(across)
+    if width < 1e-9:
         return Vec3(0.0, 0.0, yaw)
-    x2, y2, z2 = x2 / across, y2 / across, z2 / across
-    x1, y1, z1 = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
-    return Vec3(math.atan2(z2, z3), -math.asin(clamped(z1, -1.0, 1.0)), math.atan2(y1, x1))
+    b2 = Vec3(across.x / width, across.y / width, across.z / width)
+    b1 = cross(b2, b3)
+    return Vec3(math.atan2(b2.z, b3.z), -math.asin(clamp(b1.z, -1.0, 1.0)), math.atan2(b1.y, b1.x))

@@ -1,15 +1,19 @@
 """The bound on the virtual velocity of Eq. 23: no faster than what can be braked (an addition to the paper).
 
+    |v_bounded| = min(|v|, sqrt(2 a d - (a/xi)^2), v_max)      with d = |v|/xi the distance and a the deceleration
+
 Far from the reference Eq. 23 asks for a speed in proportion to the distance, so that the vehicle arrives faster than
-it can stop, and with bounded thrust never settles. The bound is linear near the reference (Eq. 23 untouched), then
-v = sqrt(2 a distance) as for a constant deceleration a, then a constant speed. Source of the shape: the square-root
-position controller of the ArduPilot autopilot (AC_PosControl, ``sqrt_controller``).
+it can stop, and with bounded thrust never settles. The bound is linear near the reference (Eq. 23 untouched), then the
+speed of a constant deceleration a, then a constant speed. All laws of this package share this text. Source of the
+shape: the square-root position controller of the ArduPilot autopilot (AC_PosControl, ``sqrt_controller``).
 """
 
 import math
 from typing import Annotated, NamedTuple
 
+from quad_core.geometry import ZERO
 from quad_core.parameters import Real
+from quad_core.types import Vec3
 
 
 class SpeedLimits(NamedTuple):
@@ -42,6 +46,13 @@ class BoundedPair(NamedTuple):
     rate_y: float
     scale: float
     limited: bool
+
+
+class BoundedCorrection(NamedTuple):
+    """Velocity towards the reference, bounded in the horizontal plane and along z (the x of ``vertical``)."""
+
+    horizontal: BoundedPair
+    vertical: BoundedPair
 
 
 def speed_limit(speed: float, gain: float, braking: float, max_speed: float) -> Shortening:
@@ -86,3 +97,35 @@ def bounded_pair(
         limit.scale,
         True,
     )
+
+
+def bounded_correction(
+    velocity: Vec3, rate: Vec3, gain_xy: float, gain_z: float, limits: SpeedLimits
+) -> BoundedCorrection:
+    """Return the correction ``velocity`` in m/s, horizontally bounded by its length, vertically by its size.
+
+    ``rate`` is its derivative in m/s^2; ``gain_xy``, ``gain_z`` > 0 in 1/s are correction over distance.
+    """
+    return BoundedCorrection(
+        bounded_pair(velocity.x, velocity.y, rate.x, rate.y, gain_xy, limits.braking_xy, limits.max_xy),
+        bounded_pair(velocity.z, 0.0, rate.z, 0.0, gain_z, limits.braking_z, limits.max_z),
+    )
+
+
+def proportional_correction(error: Vec3, gain_xy: float, gain_z: float, limits: SpeedLimits) -> BoundedCorrection:
+    """Return the bounded -gain times ``error`` (actual - desired, m); its rate is not needed and left at 0.
+
+    ``gain_xy``, ``gain_z`` > 0 in 1/s.
+    """
+    velocity = Vec3(-gain_xy * error.x, -gain_xy * error.y, -gain_z * error.z)
+    return bounded_correction(velocity, ZERO, gain_xy, gain_z, limits)
+
+
+def correction_vector(correction: BoundedCorrection) -> Vec3:
+    """Return the bounded correction in m/s, world frame."""
+    return Vec3(correction.horizontal.x, correction.horizontal.y, correction.vertical.x)
+
+
+def is_speed_limited(correction: BoundedCorrection) -> bool:
+    """Return whether a bound was met, in the plane or along z."""
+    return correction.horizontal.limited or correction.vertical.limited

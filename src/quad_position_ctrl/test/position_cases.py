@@ -7,8 +7,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl import aibs
@@ -96,15 +96,15 @@ def any_inputs() -> st.SearchStrategy[PositionInputs]:
 
 def any_memory(parameters: aibs.Parameters) -> st.SearchStrategy[aibs.Memory]:
     """Return memories as a flight may leave them, within the bounds that the law keeps."""
-    most = parameters.observer.max_estimate
+    bound = parameters.observer.max_estimate
     gains = st.floats(0.0, min(parameters.x.max_gain, 1e6))
     return st.builds(
         aibs.Memory,
         vectors(min(parameters.x.max_integral, 1e6)),
         st.builds(Vec3, gains, gains, gains),
-        vectors(most),
+        vectors(bound),
         vectors(1e3),
         vectors(0.57),
         st.floats(0.0, 100.0),
-        st.sampled_from((0.0, 1.0)),
+        st.booleans(),
     )

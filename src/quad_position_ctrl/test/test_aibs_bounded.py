@@ -9,8 +9,8 @@ import random
 import numpy as np
 import pytest
 
+from quad_core.geometry import body_z, quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import body_z, quaternion_from_euler
 from quad_core.types import Actuation, PositionInputs, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_position_ctrl import aibs
@@ -43,24 +43,24 @@ def stepped(law, error, velocity, integral, gain, acceleration=(0.0, 0.0, 0.0)):
     state = VehicleState(Vec3(*error), Vec3(*velocity), quaternion_from_euler(Vec3(0.1, -0.2, 0.7)), Vec3())
     reference = TrajectoryPoint(v_w=Vec3(0.4, -0.3, 0.2), a_w=Vec3(*acceleration), yaw=0.7)
     memory = aibs.init(law, VEHICLE)._replace(
-        error_integral=Vec3(*integral), adaptive_gain=Vec3(*gain), initialised=1.0
+        error_integral=Vec3(*integral), adaptive_gain=Vec3(*gain), initialised=True
     )
     return aibs.step(law, VEHICLE, memory, PositionInputs(state, reference, Actuation()), 0.01)
 
 
-def bounded(length, gain, braking, most):
+def bounded(length, gain, braking, max_speed):
     linear = braking / gain
-    return min(math.sqrt(linear * (2.0 * length - linear)), most) if length > linear else min(length, most)
+    return min(math.sqrt(linear * (2.0 * length - linear)), max_speed) if length > linear else min(length, max_speed)
 
 
 def correction(error, integral):
     """Return the bounded correction of Eq. 23 and by how much it was shortened, per axis."""
-    wanted = -XI * error - K * integral
-    level, upright = float(np.linalg.norm(wanted[:2])), abs(float(wanted[2]))
-    flat = bounded(level, max(XI[0], XI[1]), BOUNDS["speed.braking_xy"], BOUNDS["speed.max_xy"]) / level
-    tall = bounded(upright, XI[2], BOUNDS["speed.braking_z"], BOUNDS["speed.max_z"]) / upright
-    scale = np.array([flat, flat, tall])
-    return wanted * scale, scale
+    unbounded = -XI * error - K * integral
+    horizontal, vertical = float(np.linalg.norm(unbounded[:2])), abs(float(unbounded[2]))
+    scale_xy = bounded(horizontal, max(XI[0], XI[1]), BOUNDS["speed.braking_xy"], BOUNDS["speed.max_xy"]) / horizontal
+    scale_z = bounded(vertical, XI[2], BOUNDS["speed.braking_z"], BOUNDS["speed.max_z"]) / vertical
+    scale = np.array([scale_xy, scale_xy, scale_z])
+    return unbounded * scale, scale
 
 
 @pytest.mark.parametrize("far", [4.0, 60.0], ids=["braking", "at the largest speed"])
@@ -100,8 +100,8 @@ def test_thrust_that_is_not_enough_is_taken_from_the_horizontal_part():
     assert internals.thrust_limited
     assert setpoint.thrust == pytest.approx(0.8 * max_thrust(VEHICLE), rel=1e-12)
     vertical = setpoint.thrust * body_z(setpoint.q_wb).z
-    wanted = VEHICLE.mass * (VEHICLE.gravity + internals.acceleration_command.z)
-    assert vertical == pytest.approx(wanted, rel=1e-12)
+    commanded = VEHICLE.mass * (VEHICLE.gravity + internals.acceleration_command.z)
+    assert vertical == pytest.approx(commanded, rel=1e-12)
 
 
 def test_what_is_kept_for_the_observer_is_what_was_commanded():
@@ -109,4 +109,4 @@ def test_what_is_kept_for_the_observer_is_what_was_commanded():
     assert memory.thrust == setpoint.thrust < max_thrust(VEHICLE)
     assert memory.velocity == (1.0, 2.0, 3.0)
     assert memory.thrust_axis == body_z(quaternion_from_euler(Vec3(0.1, -0.2, 0.7)))
-    assert memory.initialised == 1.0
+    assert memory.initialised is True

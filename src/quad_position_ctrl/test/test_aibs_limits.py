@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from position_cases import DT, PRESETS, VEHICLE, any_inputs, any_memory, numbers
 
+from quad_core.geometry import body_z
 from quad_core.parameters import Choice, build, fields
-from quad_core.rotations import body_z
 from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_position_ctrl import aibs
 
-MOST = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
+MAX_THRUST = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
 LIVE = [field for field in fields(aibs.Parameters) if field.spec.live]
 FREEZING = ("velocity_limited", "acceleration_limited", "tilt_limited", "thrust_limited", "descent_limited")
 
@@ -35,8 +35,8 @@ def test_every_number_is_finite(preset, data):
 @settings(max_examples=100, deadline=None)
 def test_thrust_stays_within_its_limits(data):
     *_, setpoint, _, _ = stepped("tuned", data)
-    assert 0.02 * MOST <= setpoint.thrust <= MOST
-    assert setpoint.thrust_fraction == pytest.approx(setpoint.thrust / MOST, rel=1e-12)
+    assert 0.02 * MAX_THRUST <= setpoint.thrust <= MAX_THRUST
+    assert setpoint.thrust_fraction == pytest.approx(setpoint.thrust / MAX_THRUST, rel=1e-12)
 
 
 @pytest.mark.parametrize("preset", ["tuned", "minimal"])
@@ -106,7 +106,7 @@ def test_live_parameters_may_change_to_anything_they_admit(data):
         setpoint, memory, internals = aibs.step(changed, VEHICLE, memory, data.draw(any_inputs()), DT)
         assert all(math.isfinite(number) for number in numbers((setpoint, memory, internals)))
         limits = changed.limits
-        assert setpoint.thrust <= max(limits.thrust, limits.min_thrust) * MOST
+        assert setpoint.thrust <= max(limits.thrust, limits.min_thrust) * MAX_THRUST
         if not internals.adaptation_frozen:
             for name, gain, integral in zip("xyz", memory.adaptive_gain, memory.error_integral, strict=True):
                 assert 0.0 <= gain <= getattr(changed, name).max_gain

@@ -23,7 +23,7 @@ def errors(t, y):
     p, v, integral, _ = y
     p_d, v_d, _ = reference(t)
     e7 = law.tracking_error(p, p_d)
-    e8 = law.tracking_error(v, law.virtual_velocity(XI7, K7, e7, integral, v_d))
+    e8 = law.tracking_error(v, law.virtual_velocity(law.correction_velocity(XI7, K7, e7, integral), v_d))
     return e7, e8
 
 
@@ -63,10 +63,10 @@ def test_eqs_34_and_36_without_disturbance_the_function_only_falls(p, v, integra
 @given(p=positions, v=velocities, gain=gains, true_gain=gains, phase=st.floats(0.0, 6.0), speed=st.floats(0.0, 9.0))
 @settings(max_examples=15, deadline=None)
 def test_with_disturbance_the_rate_keeps_the_bound_that_replaces_eq_34(p, v, gain, true_gain, phase, speed):
-    most = 1.5
+    bound = 1.5
 
     def disturbance(t):
-        return most * math.cos(speed * t + phase)
+        return bound * math.cos(speed * t + phase)
 
     times, states = flown([p, v, 0.0, gain], disturbance)
     values = np.array([total(t, y, true_gain) for t, y in zip(times, states, strict=True)])
@@ -75,15 +75,15 @@ def test_with_disturbance_the_rate_keeps_the_bound_that_replaces_eq_34(p, v, gai
         e7, e8 = errors(t, y)
         exact = stability.lyapunov_total_rate(XI7, true_gain, e7, e8, disturbance(t))
         assert slope == pytest.approx(exact, rel=2e-2, abs=2e-2 * (1.0 + abs(values[0])))
-        assert exact <= stability.rate_bound(XI7, true_gain, e7, e8, most) + 1e-12
+        assert exact <= stability.rate_bound(XI7, true_gain, e7, e8, bound) + 1e-12
 
 
 @given(e7=positions, e8=velocities, true_gain=gains, share=st.floats(-1.0, 1.0))
 def test_outside_the_ellipse_the_function_falls_for_every_disturbance(e7, e8, true_gain, share):
-    most = 1.5
-    half7, half8 = stability.largest_errors(XI7, true_gain, most)
+    bound = 1.5
+    half7, half8 = stability.largest_errors(XI7, true_gain, bound)
     if (e7 / half7) ** 2 + (e8 / half8) ** 2 > 1.0 + 1e-9:
-        assert stability.lyapunov_total_rate(XI7, true_gain, e7, e8, share * most) < 0.0
+        assert stability.lyapunov_total_rate(XI7, true_gain, e7, e8, share * bound) < 0.0
 
 
 def test_eq_34_is_wrong_next_to_the_reference_in_any_disturbance():
@@ -110,7 +110,7 @@ def test_static_error_is_where_the_flight_comes_to_rest():
     dt, d, gain = 1e-3, 1.2, 7.0
     for _ in range(5000):
         p, v, integral = y
-        e8 = law.tracking_error(v, law.virtual_velocity(XI7, K7, p, integral, 0.0))
+        e8 = law.tracking_error(v, law.virtual_velocity(law.correction_velocity(XI7, K7, p, integral), 0.0))
         u = law.acceleration_command(XI7, K7, gain, DRAG, p, e8, integral, v, 0.0, 0.0)
         y = y + dt * np.array([v, DRAG * v + u + d, p])
     assert stability.static_error(XI7, gain, d) == pytest.approx(1.2 / 30.75)

@@ -11,9 +11,9 @@ from quad_core.compilation import compiled
 from quad_core.parameters import build
 from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl import cascade, ibs, pid, se3
-from quad_position_ctrl.speed_limit import SpeedLimits
-from quad_position_ctrl.thrust_vector import Limits
+from quad_position_ctrl import ibs, pid, se3
+from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, integrals_frozen, thrust_command
+from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, is_speed_limited, proportional_correction
 
 DT = 0.01
 VEHICLE = Vehicle(mass=0.8, gravity=9.7, drag_coefficient=0.016)
@@ -66,7 +66,7 @@ def test_ibs_is_eq_30_with_a_constant_gain():
     parameters = build(ibs.Parameters, WIDE | gains)
     integral = np.array([0.4, -0.6, 0.8])
     memory = ibs.init(parameters, VEHICLE)._replace(error_integral=vec(integral))
-    answer, kept, seen = ibs.step(parameters, VEHICLE, memory, inputs(), DT)
+    answer, next_memory, seen = ibs.step(parameters, VEHICLE, memory, inputs(), DT)
     xi, xi8, k = np.array([3.0, 4.0, 2.5]), np.array([5.0, 6.0, 7.0]), np.array([0.2, 0.3, 0.1])
     e = P - P_D
     virtual = -xi * e + V_D - k * integral
@@ -75,7 +75,7 @@ def test_ibs_is_eq_30_with_a_constant_gain():
     assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
     assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
     assert seen.adaptive_gain == tuple(xi8)
-    assert kept.error_integral == pytest.approx(integral + DT * e)
+    assert next_memory.error_integral == pytest.approx(integral + DT * e)
     for _ in range(200):
         _, memory, seen = ibs.step(parameters, VEHICLE, memory, inputs(), DT)
     assert seen.adaptive_gain == tuple(xi8)
@@ -91,8 +91,8 @@ PID_GAINS = {
 def test_pid_is_its_formula():
     parameters = build(pid.Parameters, WIDE | PID_GAINS)
     part, filtered, before = np.array([0.3, -0.4, 0.5]), np.array([1.0, -2.0, 0.5]), V - [0.02, 0.01, -0.03]
-    memory = pid.Memory(vec(part), vec(filtered), vec(before), 1.0)
-    answer, kept, seen = pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    memory = pid.Memory(vec(part), vec(filtered), vec(before), True)
+    answer, next_memory, seen = pid.step(parameters, VEHICLE, memory, inputs(), DT)
     gain, p_gain = np.array([5.0, 5.0, 7.0]), np.array([2.0, 2.0, 3.0])
     measured = filtered + (1.0 - math.exp(-0.2)) * (np.array([2.0, 1.0, -3.0]) - filtered)
     virtual = V_D + p_gain * (P_D - P)
@@ -100,8 +100,8 @@ def test_pid_is_its_formula():
     assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
     assert seen.virtual_velocity == pytest.approx(virtual)
     assert seen.disturbance_estimate == pytest.approx(-part)
-    assert kept.acceleration == pytest.approx(measured)
-    assert kept.integral == pytest.approx(part + [1.5, 1.5, 0.5] * (virtual - V) * DT)
+    assert next_memory.acceleration == pytest.approx(measured)
+    assert next_memory.integral == pytest.approx(part + [1.5, 1.5, 0.5] * (virtual - V) * DT)
     assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
     # thrust along +lift in the frame of the measured heading; the setpoint's own yaw is the reference's
     tilted = Rotation.from_euler("ZYX", [ANGLES[2], answer.angles.y, answer.angles.x]).as_matrix()[:, 2]
@@ -113,9 +113,9 @@ def test_pid_is_its_formula():
 
 def test_pid_knows_no_acceleration_at_its_first_step():
     parameters = build(pid.Parameters, WIDE | PID_GAINS)
-    _, kept, _ = pid.step(parameters, VEHICLE, pid.init(parameters, VEHICLE), inputs(), DT)
-    assert kept.acceleration == (0.0, 0.0, 0.0)
-    assert kept.velocity == vec(V)
+    _, next_memory, _ = pid.step(parameters, VEHICLE, pid.init(parameters, VEHICLE), inputs(), DT)
+    assert next_memory.acceleration == (0.0, 0.0, 0.0)
+    assert next_memory.velocity == vec(V)
 
 
 @pytest.mark.parametrize("case", ["free", "vehicle", "law", "speed", "off"])
@@ -124,10 +124,10 @@ def test_pid_integral_rests_while_a_limit_is_met(case):
     parameters = build(pid.Parameters, WIDE | PID_GAINS | changes.get(case, {}))
     actuation = Actuation(thrust_high=case in ("vehicle", "off"))
     start = pid.init(parameters, VEHICLE)
-    _, kept, seen = pid.step(parameters, VEHICLE, start, inputs(actuation=actuation), DT)
+    _, next_memory, seen = pid.step(parameters, VEHICLE, start, inputs(actuation=actuation), DT)
     rests = case in ("vehicle", "law", "speed")
     assert seen.adaptation_frozen is rests
-    assert (kept.integral == start.integral) is rests
+    assert (next_memory.integral == start.integral) is rests
 
 
 def test_pid_integral_is_bounded():
@@ -139,8 +139,8 @@ def test_pid_integral_is_bounded():
     assert memory.integral == pytest.approx(np.sign(virtual - V) * [0.7, 0.7, 0.2])
 
 
-def test_pid_takes_a_constant_push_away():
-    """A point mass pushed by 1 m/s^2 ends on its reference: the I part equals the push."""
+def test_pid_rejects_a_constant_force():
+    """A point mass under a constant 1 m/s^2 ends on its reference: the I part equals the disturbance."""
     parameters = build(pid.Parameters, {"xy.integral": 4.0})
     memory, p, v = pid.init(parameters, VEHICLE), np.zeros(3), np.zeros(3)
     reference = TrajectoryPoint()
@@ -186,31 +186,36 @@ def test_se3_is_its_formula():
     assert Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix() == pytest.approx(lee_axes(lift, YAW), abs=1e-12)
 
 
-def test_approach_keeps_direction_and_speed():
+def test_proportional_correction_keeps_direction_and_speed():
     speed = SpeedLimits(max_xy=2.0, max_z=1.0, braking_xy=1e6, braking_z=1e6)
-    near = cascade.approach(2.0, 3.0, Vec3(0.3, -0.4, 0.1), speed)
-    assert near.velocity == pytest.approx((-0.6, 0.8, -0.3))
-    assert not near.limited
-    far = cascade.approach(2.0, 3.0, Vec3(30.0, -40.0, -5.0), speed)
-    assert far.velocity == pytest.approx((-1.2, 1.6, 1.0))
-    assert far.limited
-    assert cascade.approach(2.0, 3.0, Vec3(0.0, 0.0, -5.0), speed).limited
-    assert cascade.approach(2.0, 3.0, Vec3(5.0, 0.0, 0.0), speed).limited
+    near = proportional_correction(Vec3(0.3, -0.4, 0.1), 2.0, 3.0, speed)
+    assert correction_vector(near) == pytest.approx((-0.6, 0.8, -0.3))
+    assert not is_speed_limited(near)
+    far = proportional_correction(Vec3(30.0, -40.0, -5.0), 2.0, 3.0, speed)
+    assert correction_vector(far) == pytest.approx((-1.2, 1.6, 1.0))
+    assert is_speed_limited(far)
+    assert is_speed_limited(proportional_correction(Vec3(0.0, 0.0, -5.0), 2.0, 3.0, speed))
+    assert is_speed_limited(proportional_correction(Vec3(5.0, 0.0, 0.0), 2.0, 3.0, speed))
 
 
-def test_reach_says_what_was_limited():
-    limits = Limits(acceleration_xy=1e6, acceleration_z=1e6, min_lift=-1e6, tilt=1.58, thrust=0.5, min_thrust=0.1)
-    up = Vec3(0.0, 0.0, 1.0)
-    most = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
-    free = cascade.reach(Vec3(0.0, 0.0, 1.0), VEHICLE, limits, up)
+def test_thrust_command_says_what_was_limited():
+    limits = LiftLimits(acceleration_xy=1e6, acceleration_z=1e6, min_lift=-1e6, tilt=1.58, thrust=0.5, min_thrust=0.1)
+    up, max_thrust = Vec3(0.0, 0.0, 1.0), VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
+    near = proportional_correction(Vec3(), 1.0, 1.0, SpeedLimits())
+    far = proportional_correction(Vec3(99.0, 0.0, 0.0), 1.0, 1.0, SpeedLimits())
+
+    def commanded(z):
+        return thrust_command(Vec3(0.0, 0.0, z), VEHICLE, limits, up, ThrustForm.PROJECTED)
+
+    free = commanded(1.0)
     assert free.thrust == pytest.approx(VEHICLE.mass * (VEHICLE.gravity + 1.0))
-    assert not cascade.is_limited(free, False, Actuation())
-    assert cascade.is_limited(free, True, Actuation())
-    assert cascade.is_limited(free, False, Actuation(thrust_low=True))
-    high = cascade.reach(Vec3(0.0, 0.0, 30.0), VEHICLE, limits, up)
-    assert high.thrust == pytest.approx(0.5 * most)
-    low = cascade.reach(Vec3(0.0, 0.0, -9.0), VEHICLE, limits, up)
-    assert low.thrust == pytest.approx(0.1 * most)
+    assert not integrals_frozen(True, near, free, Actuation())
+    assert integrals_frozen(True, far, free, Actuation())
+    assert integrals_frozen(True, near, free, Actuation(thrust_low=True))
+    assert not integrals_frozen(False, far, free, Actuation(thrust_low=True))
+    high, low = commanded(30.0), commanded(-9.0)
+    assert high.thrust == pytest.approx(0.5 * max_thrust)
+    assert low.thrust == pytest.approx(0.1 * max_thrust)
     assert high.thrust_limited
     assert low.thrust_limited
 
@@ -220,7 +225,7 @@ def test_numba_gives_the_same_bits_within_the_limits(law):
     parameters, draw = law.Parameters(), random.Random(7)
     fast = compiled(law.step)
     memory = other = law.init(parameters, VEHICLE)
-    most = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
+    max_thrust = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
     for _ in range(3000):
         spread = draw.choice((0.01, 1.0, 100.0))
         given = inputs(
@@ -232,7 +237,7 @@ def test_numba_gives_the_same_bits_within_the_limits(law):
         answer, memory, seen = law.step(parameters, VEHICLE, memory, given, DT)
         answer_2, other, seen_2 = fast(parameters, VEHICLE, other, given, DT)
         assert (answer, memory, seen) == (answer_2, other, seen_2)
-        assert 0.02 * most <= answer.thrust <= most
-        upright = math.cos(answer.angles.x) * math.cos(answer.angles.y)
-        assert upright >= math.cos(0.87) - 1e-9
+        assert 0.02 * max_thrust <= answer.thrust <= max_thrust
+        cos_tilt = math.cos(answer.angles.x) * math.cos(answer.angles.y)
+        assert cos_tilt >= math.cos(0.87) - 1e-9
         assert all(map(math.isfinite, (*answer.angles, *answer.q_wb, answer.thrust_fraction)))

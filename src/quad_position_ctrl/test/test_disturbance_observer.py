@@ -6,7 +6,7 @@ import pytest
 
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl.disturbance_observer import Observer, estimate, known_acceleration, next_estimate
+from quad_position_ctrl.disturbance_observer import ObservedStep, Observer, estimate, known_acceleration, next_estimate
 
 DT = 0.01
 ZERO = Vec3(0.0, 0.0, 0.0)
@@ -38,7 +38,9 @@ def test_constant_disturbance_is_met_with_the_time_constant():
     estimated, velocity = ZERO, Vec3(3.0, -2.0, 1.0)
     for k in range(1, 101):
         now = Vec3(*(v + DT * a for v, a in zip(velocity, acceleration, strict=True)))
-        estimated = estimate(observer, VEHICLE, estimated, velocity, now, axis, axis, -99.0, thrust, 0.0, DT)
+        estimated = estimate(
+            observer, VEHICLE, estimated, ObservedStep(velocity, now, axis, axis, -99.0, thrust), 0.0, DT
+        )
         velocity = now
         share = 1.0 - math.exp(-8.0 * k * DT)
         assert estimated == pytest.approx([share * part for part in d], abs=1e-10)
@@ -48,7 +50,7 @@ def test_drag_is_explained_with_the_present_velocity():
     observer = Observer(bandwidth=1e2, max_estimate=5.0, thrust=0)
     now = Vec3(4.0, 0.0, 0.0)
     before = Vec3(4.0 + 0.5 * 4.0 * DT, 0.0, 0.0)
-    found = estimate(observer, VEHICLE, ZERO, before, now, UP, UP, 0.0, 20.0, -0.5, DT)
+    found = estimate(observer, VEHICLE, ZERO, ObservedStep(before, now, UP, UP, 0.0, 20.0), -0.5, DT)
     assert found == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
@@ -56,12 +58,13 @@ def test_drag_is_explained_with_the_present_velocity():
 def test_thrust_is_what_was_achieved_or_commanded(source, believed):
     """In hover at 20 N, 24 N commanded: who believes the command sees 2 m/s^2 that pull down."""
     observer = Observer(bandwidth=1e2, max_estimate=5.0, thrust=source)
-    found = estimate(observer, VEHICLE, ZERO, ZERO, ZERO, UP, UP, 24.0, 20.0, 0.0, DT)
+    found = estimate(observer, VEHICLE, ZERO, ObservedStep(ZERO, ZERO, UP, UP, 24.0, 20.0), 0.0, DT)
     share = 1.0 - math.exp(-1.0)
     assert found == pytest.approx((0.0, 0.0, share * (10.0 - believed / 2.0)), abs=1e-12)
 
 
 def test_without_bandwidth_nothing_is_estimated():
     off = Observer(bandwidth=0.0, max_estimate=5.0, thrust=0)
-    kept = Vec3(0.1, 0.2, 0.3)
-    assert estimate(off, VEHICLE, kept, ZERO, Vec3(9.0, 9.0, 9.0), UP, UP, 0.0, 0.0, 0.0, DT) is kept
+    before = Vec3(0.1, 0.2, 0.3)
+    step = ObservedStep(ZERO, Vec3(9.0, 9.0, 9.0), UP, UP, 0.0, 0.0)
+    assert estimate(off, VEHICLE, before, step, 0.0, DT) is before

@@ -6,40 +6,29 @@ from typing import Annotated, NamedTuple
 from quad_core.parameters import Choice, Real
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory.approach import Approach, held, no_approach, plan_approach, point, sample_approach
-from quad_trajectory.limits import PRINTED, SMOOTH, MotionLimits, yaw_turn
-from quad_trajectory.polynomial import Motion
+from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_trajectory.limits import MotionLimits, YawShaping, yaw_turn
+from quad_trajectory.polynomial import AxisPoint, at_rest, point
 
 Plan = Approach
-
-APPROACH = 0
 
 
 class Parameters(NamedTuple):
     """Case 2: how it is entered, how long and how large it is flown."""
 
-    start: Annotated[
-        int,
-        Choice(
-            ("approach", "printed"),
-            "approach: a smooth way from where the vehicle is; printed: a step to the curve at take-off",
-            "eqs. 65-68",
-        ),
-    ] = APPROACH
+    start: Entry = Start.APPROACH.value
     duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "Eq. 65", live=False)] = 80.0
     position_scale: Annotated[float, Real("", "factor on all lengths", 0.001, 100.0, "eqs. 66-68", live=False)] = 1.0
     time_scale: Annotated[float, Real("", "factor on all times; 2 is half as fast", 0.01, 100.0, "", live=False)] = 1.0
     yaw_shaping: Annotated[
-        int, Choice(("smooth", "printed"), "smooth: a turn within the yaw limits; printed: steps", "Eq. 65")
-    ] = SMOOTH
+        int, Choice(YawShaping, "smooth: a turn within the yaw limits; printed: steps", "Eq. 65")
+    ] = YawShaping.SMOOTH.value
     limits: MotionLimits = MotionLimits(6.5, 3.5, 5.0, 0.4, 1.0, 2.0)
 
 
 def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
-    """Return how the curve is reached from ``start``."""
-    if parameters.start == PRINTED:
-        return no_approach()
-    return plan_approach(parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+    """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
+    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
 
 
 def duration(parameters: Parameters, plan: Plan) -> float:
@@ -53,12 +42,12 @@ def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
     if t < 0.0:
         return sample_approach(plan, time)
     if t >= parameters.duration:
-        return held(curve(parameters, parameters.duration), t)
+        return at_rest(curve(parameters, parameters.duration), t)
     return curve(parameters, t)
 
 
 def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
-    """Return the point of eqs. 65-68 and its derivatives at ``t`` s >= 0, yaw shaped as told."""
+    """Return the point of eqs. 65-68 and its derivatives at ``t`` s >= 0, yaw shaped."""
     rate = 0.5 / parameters.time_scale
     rate2 = rate * rate
     radius = 10.0 * parameters.position_scale
@@ -67,8 +56,8 @@ def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
     sine = radius * math.sin(rate * t)
     return point(
         t,
-        Motion(cosine, -rate * sine, -rate2 * cosine, rate * rate2 * sine, rate2 * rate2 * cosine),
-        Motion(sine, rate * cosine, -rate2 * sine, -rate * rate2 * cosine, rate2 * rate2 * sine),
-        Motion(radius + climb * t, climb, 0.0, 0.0, 0.0),
+        AxisPoint(cosine, -rate * sine, -rate2 * cosine, rate * rate2 * sine, rate2 * rate2 * cosine),
+        AxisPoint(sine, rate * cosine, -rate2 * sine, -rate * rate2 * cosine, rate2 * rate2 * sine),
+        AxisPoint(radius + climb * t, climb, 0.0, 0.0, 0.0),
         yaw_turn(parameters.limits, parameters.yaw_shaping, math.pi / 3.0, 0.0, t - 40.0 * parameters.time_scale),
     )

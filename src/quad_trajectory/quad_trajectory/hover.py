@@ -2,16 +2,14 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Choice, Real
+from quad_core.parameters import Real
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory.approach import Approach, no_approach, plan_approach, point, sample_approach
-from quad_trajectory.limits import PRINTED, MotionLimits
-from quad_trajectory.polynomial import Motion
+from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_trajectory.limits import MotionLimits
+from quad_trajectory.polynomial import AxisPoint, point
 
 Plan = Approach
-
-APPROACH = 0
 
 
 class Position(NamedTuple):
@@ -25,13 +23,7 @@ class Position(NamedTuple):
 class Parameters(NamedTuple):
     """Hover: where, with which heading, for how long."""
 
-    start: Annotated[
-        int,
-        Choice(
-            ("approach", "printed"),
-            "approach: a smooth way from where the vehicle is; printed: a step to the point at take-off",
-        ),
-    ] = APPROACH
+    start: Entry = Start.APPROACH.value
     duration: Annotated[float, Real("s", "flight time from the end of the approach", 0.01, 1e5, "", live=False)] = 20.0
     position: Position = Position()
     yaw: Annotated[float, Real("rad", "heading", -6.3, 6.3, "", live=False)] = 0.0
@@ -39,10 +31,8 @@ class Parameters(NamedTuple):
 
 
 def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
-    """Return how the point is reached from ``start``."""
-    if parameters.start == PRINTED:
-        return no_approach()
-    return plan_approach(parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+    """Return how the point is reached from ``start``; raises ValueError if no approach keeps the limits."""
+    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
 
 
 def duration(parameters: Parameters, plan: Plan) -> float:
@@ -62,8 +52,8 @@ def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
     """Return the point held; ``t`` in s since the end of the approach."""
     return point(
         t,
-        Motion(parameters.position.x, 0.0, 0.0, 0.0, 0.0),
-        Motion(parameters.position.y, 0.0, 0.0, 0.0, 0.0),
-        Motion(parameters.position.z, 0.0, 0.0, 0.0, 0.0),
-        Motion(parameters.yaw, 0.0, 0.0, 0.0, 0.0),
+        AxisPoint(parameters.position.x, 0.0, 0.0, 0.0, 0.0),
+        AxisPoint(parameters.position.y, 0.0, 0.0, 0.0, 0.0),
+        AxisPoint(parameters.position.z, 0.0, 0.0, 0.0, 0.0),
+        AxisPoint(parameters.yaw, 0.0, 0.0, 0.0, 0.0),
     )

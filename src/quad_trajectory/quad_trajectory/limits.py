@@ -1,16 +1,19 @@
-"""What the approach and shaped yaw turns keep within."""
+"""What the approach and shaped yaw turns keep within, and whether a polynomial does."""
 
 import math
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
+from quad_core.geometry import norm
 from quad_core.parameters import Real
-from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, Motion, smooth_step
+from quad_core.types import TrajectoryPoint, VehicleState
+from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, AxisPoint, Segment, axes_at, smooth_step
 
 
 class MotionLimits(NamedTuple):
     """Limits of the approach and of shaped yaw turns.
 
-    Where the start or the curve itself asks for more, the approach may use 1.25 times of that.
+    Where the start or the curve's first point itself asks for more, the approach may use 1.25 times that.
     """
 
     speed: Annotated[float, Real("m/s", "speed limit of the approach", 0.01, 100.0, live=False)] = 3.0
@@ -26,9 +29,15 @@ class MotionLimits(NamedTuple):
     ] = 2.0
 
 
-SMOOTH = 0
-PRINTED = 1
+class YawShaping(IntEnum):
+    """How yaw changes: by a turn within the yaw limits, or by the steps that the paper prints."""
+
+    SMOOTH = 0
+    PRINTED = 1
+
+
 SHORTEST_TURN = 1e-3
+"""s"""
 
 
 def turn_duration(limits: MotionLimits, angle: float) -> float:
@@ -39,11 +48,71 @@ def turn_duration(limits: MotionLimits, angle: float) -> float:
     return duration if duration > SHORTEST_TURN else SHORTEST_TURN
 
 
-def yaw_turn(limits: MotionLimits, shaping: int, low: float, high: float, time: float) -> Motion:
-    """Return yaw (rad) and its derivatives at ``time`` s after a turn from ``low`` to ``high`` was due.
+def yaw_turn(limits: MotionLimits, shaping: int, first: float, last: float, time: float) -> AxisPoint:
+    """Return yaw (rad) and its derivatives at ``time`` s after a turn from ``first`` to ``last`` was due.
 
     ``shaping`` PRINTED: the step of eqs. 61 and 65, derivatives 0. SMOOTH: begins then, within the yaw limits.
     """
-    if shaping == PRINTED:
-        return Motion(low if time < 0.0 else high, 0.0, 0.0, 0.0, 0.0)
-    return smooth_step(low, high, turn_duration(limits, high - low), time)
+    if shaping == YawShaping.PRINTED:
+        return AxisPoint(first if time < 0.0 else last, 0.0, 0.0, 0.0, 0.0)
+    return smooth_step(first, last, turn_duration(limits, last - first), time)
+
+
+SAMPLES = 100
+END_MARGIN = 1.25
+"""Factor on what the ends of the approach ask for themselves, where that is above a limit."""
+
+SAMPLING_MARGIN = 0.995
+"""Factor on the limits, for what lies between two samples."""
+
+
+class Allowed(NamedTuple):
+    """Limits of a search: speed m/s, acceleration m/s^2, jerk m/s^3, tangent of tilt, gravity m/s^2."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+    tilt_tangent: float
+    gravity: float
+
+
+def allowed_between(limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Allowed:
+    """Return ``limits``, raised to END_MARGIN times of what ``start`` and ``first`` themselves ask for."""
+    end_speed = larger(norm(start.v_w), norm(first.v_w))
+    lift = larger(gravity + first.a_w.z, 0.1 * gravity)
+    end_tangent = horizontal(first.a_w.x, first.a_w.y) / lift
+    return Allowed(
+        larger(limits.speed, END_MARGIN * end_speed),
+        larger(limits.acceleration, END_MARGIN * norm(first.a_w)),
+        larger(limits.jerk, END_MARGIN * norm(first.jerk_w)),
+        larger(math.tan(limits.tilt), END_MARGIN * end_tangent),
+        gravity,
+    )
+
+
+def is_within(allowed: Allowed, segment: Segment) -> bool:
+    """Return whether all samples of a segment keep the limits; a number that is not finite keeps none."""
+    speed = SAMPLING_MARGIN * allowed.speed
+    acceleration = SAMPLING_MARGIN * allowed.acceleration
+    jerk = SAMPLING_MARGIN * allowed.jerk
+    for i in range(SAMPLES + 1):
+        x, y, z = axes_at(segment, segment.duration * i / SAMPLES)
+        if not x.v * x.v + y.v * y.v + z.v * z.v <= speed * speed:
+            return False
+        if not x.a * x.a + y.a * y.a + z.a * z.a <= acceleration * acceleration:
+            return False
+        if not x.jerk * x.jerk + y.jerk * y.jerk + z.jerk * z.jerk <= jerk * jerk:
+            return False
+        if not horizontal(x.a, y.a) <= SAMPLING_MARGIN * allowed.tilt_tangent * (allowed.gravity + z.a):
+            return False
+    return True
+
+
+def larger(a: float, b: float) -> float:
+    """Return the larger of two numbers."""
+    return a if a > b else b
+
+
+def horizontal(x: float, y: float) -> float:
+    """Return the length of the horizontal part of a vector."""
+    return math.sqrt(x * x + y * y)

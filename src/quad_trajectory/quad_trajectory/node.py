@@ -1,4 +1,8 @@
-"""The trajectory node: plans at the first state, then publishes the reference of each of its steps."""
+"""The trajectory node: plans at the first state, then publishes the reference of each of its steps.
+
+With a commander it answers on `mission/reference`, begins when the mode becomes MISSION, from the reference flown then,
+and rests in every other mode: what it has not flown yet it flies when MISSION comes back.
+"""
 
 import sys
 from collections.abc import Iterator
@@ -6,16 +10,18 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
+from quad_core.cascade import COMMANDER, TRAJECTORY
+from quad_core.cycle import seconds, steps_to_cover
+from quad_core.geometry import euler_from_quaternion, quaternion_from_euler
 from quad_core.parameters import Choice, fields
-from quad_core.timing import seconds, steps_to_cover
-from quad_core.types import TrajectoryPoint
-from quad_msgs.msg import FlightPlan
+from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
+from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
-from quad_node import topics
 from quad_node.codec import packer
 from quad_node.conversion import set_stamp
 from quad_node.main import run
-from quad_node.responder import Held, Moment, Responder
+from quad_node.responder import Arrival, Responder, Sample
+from quad_trajectory.extent import extent_of
 
 
 class Trajectory(Responder):
@@ -23,34 +29,81 @@ class Trajectory(Responder):
 
     def __init__(self) -> None:
         """Load the trajectory named by the parameters; raises as FlightNode."""
-        super().__init__(topics.TRAJECTORY)
+        super().__init__(TRAJECTORY)
         self._plugin = self.resolved.plugins["trajectory"]
         self._plan: Any = None
-        self._first_stamp = 0
+        self._first_stamp = self._last_stamp = self._length = 0
+        self._commanded = COMMANDER in self.roles
+        self._begun = not self._commanded
+        if self._commanded:
+            self.take("flight/mode", lag=1)
+            self.take("reference", lag=1)
         self._plan_out = self.publisher("flight/plan")
-        self._reference_out = self.publisher("reference")
+        self._reference_out = self.publisher("mission/reference" if self._commanded else "reference")
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
 
-    def answer(self, moment: Moment, values: list[Held | None]) -> Iterator[tuple[Publisher, Any]]:  # noqa: ARG002
-        """Give the reference of one step, and before the first one the plan."""
+    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Give the reference of one step, and whenever it begins the plan."""
+        reference, flies = None, True
+        if self._commanded:
+            mode, reference = (arrival.value if arrival else None for arrival in arrivals)
+            flies = mode is not None and mode.mode == FlightMode.MISSION
+            self._obey(sample, flies, mode is not None and mode.mode <= FlightMode.ARMING)
         if self._plan is None:
-            yield self._plan_out, self._make_plan(moment)
-        time = seconds(moment.stamp_ns - self._first_stamp, 1)
-        point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
-        next_step = moment.step + self.period_steps
-        yield self._reference_out, self._pack(point, moment.step, next_step, moment.stamp_ns)
+            try:
+                plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)
+            except ValueError as error:  # a plug-in's plan() refuses what it cannot fly within its limits
+                self._refuse(str(error), sample)
+                return
+            yield self._plan_out, plan
+        next_step = sample.step + self.period_steps
+        if flies and (not self._commanded or self._is_left(sample)):
+            time = seconds(sample.stamp_ns - self._first_stamp, 1)
+            point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
+        else:
+            point = (reference or _standing(sample.state))._replace(trajectory_time=NOT_BEGUN)
+        yield self._reference_out, self._pack(point, sample.step, next_step, sample.stamp_ns)
 
-    def _make_plan(self, moment: Moment) -> FlightPlan:
+    def _obey(self, sample: Sample, flies: bool, is_on_ground: bool) -> None:
+        """Begin, go on, rest or forget what was flown, as the commander's mode wants it."""
+        passed, self._last_stamp = sample.stamp_ns - self._last_stamp, sample.stamp_ns
+        if flies and not self._begun:
+            self._plan, self._begun = None, True  # from where the reference is now
+        elif not flies and self._begun:
+            self._begun = not is_on_ground and self._is_left(sample)
+            self._first_stamp += passed
+
+    def _is_left(self, sample: Sample) -> bool:
+        """Return whether some of the trajectory is still to be flown."""
+        return sample.stamp_ns - self._first_stamp < self._length
+
+    def _refuse(self, why: str, sample: Sample) -> None:
+        text = f"{self._plugin.name}: no plan from this start: {why}"
+        self.event(FlightEvent.ERROR, "plan_refused", text, sample.stamp_ns)
+        self.finish(1, text)
+
+    def _make_plan(self, sample: Sample, start: VehicleState) -> FlightPlan:
         module, parameters = self._plugin.module, self._plugin.parameters
-        self._plan = module.plan(parameters, self.vehicle, moment.state)
-        self._first_stamp = moment.stamp_ns
+        self._plan = module.plan(parameters, self.vehicle, start)
+        self._first_stamp = sample.stamp_ns
         approach = -module.sample(parameters, self._plan, 0.0).trajectory_time
         length = module.duration(parameters, self._plan)
-        end_step = moment.step + steps_to_cover(length, self.flight.plant_period)
-        message = FlightPlan(trajectory=self._plugin.name, start=self._start_mode(), end_step=end_step)
-        set_stamp(message.stamp, moment.stamp_ns)
-        set_stamp(message.trajectory_start, moment.stamp_ns + round(approach * 1e9))
-        set_stamp(message.end, end_step * self.flight.plant_period)
+        steps = steps_to_cover(length, self.flight.plant_period)
+        self._length = steps * self.flight.plant_period
+        extent = extent_of(module, parameters, self._plan, length, self.vehicle.gravity)
+        message = FlightPlan(
+            trajectory=self._plugin.name,
+            start=self._start_mode(),
+            low=list(extent.low),
+            high=list(extent.high),
+            speed=extent.speed,
+            acceleration=extent.acceleration,
+            tilt=extent.tilt,
+            end_step=sample.step + steps,
+        )
+        set_stamp(message.stamp, sample.stamp_ns)
+        set_stamp(message.trajectory_start, sample.stamp_ns + round(approach * 1e9))
+        set_stamp(message.end, message.end_step * self.flight.plant_period)
         return message
 
     def _start_mode(self) -> str:
@@ -60,6 +113,16 @@ class Trajectory(Responder):
         return "approach"
 
 
+def _standing(state: VehicleState) -> TrajectoryPoint:
+    return TrajectoryPoint(p_w=state.p_w, yaw=euler_from_quaternion(state.q_wb).z)
+
+
+def _as_state(reference: TrajectoryPoint) -> VehicleState:
+    """Return a level vehicle that is where the reference is and moves as it does."""
+    turned = quaternion_from_euler(Vec3(0.0, 0.0, reference.yaw))
+    return VehicleState(reference.p_w, reference.v_w, turned, Vec3())
+
+
 def main() -> None:
     """Run the trajectory node."""
-    sys.exit(run(topics.TRAJECTORY, Trajectory, "Reference generator: answers state with reference (eqs. 61-68)."))
+    sys.exit(run(TRAJECTORY, Trajectory, "Reference generator: answers state with reference (eqs. 61-68)."))

@@ -1,10 +1,16 @@
-"""Polynomials of degree 7 in one coordinate, and the smooth step made of one."""
+"""Polynomials of degree 7 in one coordinate, the smooth step made of one, and points put together of coordinates.
+
+p(u) = c0 + c1 u + c4 u^4 + c5 u^5 + c6 u^6 + c7 u^7,    u = time / duration
+"""
 
 from typing import NamedTuple
 
+from quad_core.geometry import ZERO
+from quad_core.types import TrajectoryPoint, Vec3
+
 
 class Septic(NamedTuple):
-    """c0 + c1 u + c4 u^4 + ... + c7 u^7 with u = time / duration; starts without acceleration and jerk."""
+    """Coefficients of p(u), all in the unit of the coordinate; p starts without acceleration and jerk."""
 
     c0: float
     c1: float
@@ -14,8 +20,8 @@ class Septic(NamedTuple):
     c7: float
 
 
-class Motion(NamedTuple):
-    """One coordinate at one instant and its first four derivatives by time."""
+class AxisPoint(NamedTuple):
+    """One coordinate (m or rad) at one instant and its first four derivatives by time in s."""
 
     p: float
     v: float
@@ -31,7 +37,7 @@ PEAK_ACCELERATION = 7.513188404399293
 """Largest curvature of the smooth step over unit time: 84 sqrt(5) / 25, at 1/2 -+ sqrt(5)/10."""
 
 
-def septic(p: float, v: float, end: Motion, duration: float) -> Septic:
+def septic(p: float, v: float, end: AxisPoint, duration: float) -> Septic:
     """Return the polynomial from (p, v, a = 0, jerk = 0) to the p, v, a and jerk of ``end``.
 
     ``duration`` in s, > 0. The snap of ``end`` is not met.
@@ -50,7 +56,19 @@ def septic(p: float, v: float, end: Motion, duration: float) -> Septic:
     )
 
 
-def run_up_length(end: Motion, duration: float) -> float:
+def settling(end: AxisPoint, duration: float) -> Septic:
+    """Return the polynomial from a steady velocity to the p, v, a and jerk of ``end`` in ``duration`` s, > 0.
+
+    Its acceleration is the cubic from (0, 0) to (a, jerk) of ``end``; the steady velocity before it follows from that.
+    """
+    jerk = duration * end.jerk
+    quartic = duration * duration * (end.a / 4.0 - jerk / 12.0)
+    quintic = duration * duration * (jerk / 20.0 - end.a / 10.0)
+    steady = duration * (end.v - duration * (end.a / 2.0 - jerk / 12.0))
+    return Septic(end.p - steady - quartic - quintic, steady, quartic, quintic, 0.0, 0.0)
+
+
+def run_up_length(end: AxisPoint, duration: float) -> float:
     """Return how far ``septic`` from rest should lead so that its u^7 term vanishes.
 
     The velocity then is the polynomial of least degree (5) that reaches the v, a and jerk of ``end``: it does not
@@ -59,12 +77,12 @@ def run_up_length(end: Motion, duration: float) -> float:
     return duration * (end.v / 2.0 + duration * (-end.a / 10.0 + duration * end.jerk / 120.0))
 
 
-def evaluate(c: Septic, duration: float, time: float) -> Motion:
+def evaluate(c: Septic, duration: float, time: float) -> AxisPoint:
     """Return the polynomial and its derivatives at ``time`` s of ``duration`` s."""
     u = time / duration
     rate = 1.0 / duration
     rate2 = rate * rate
-    return Motion(
+    return AxisPoint(
         c.c0 + u * (c.c1 + u * u * u * (c.c4 + u * (c.c5 + u * (c.c6 + u * c.c7)))),
         rate * (c.c1 + u * u * u * (4.0 * c.c4 + u * (5.0 * c.c5 + u * (6.0 * c.c6 + u * (7.0 * c.c7))))),
         rate2 * (u * u * (12.0 * c.c4 + u * (20.0 * c.c5 + u * (30.0 * c.c6 + u * (42.0 * c.c7))))),
@@ -73,10 +91,54 @@ def evaluate(c: Septic, duration: float, time: float) -> Motion:
     )
 
 
-def smooth_step(low: float, high: float, duration: float, time: float) -> Motion:
-    """Return the turn from rest at ``low`` to rest at ``high`` in ``duration`` s (> 0); constant before and after."""
+def smooth_step(first: float, last: float, duration: float, time: float) -> AxisPoint:
+    """Return the step from rest at ``first`` to rest at ``last`` in ``duration`` s (> 0); constant before and after."""
     if time <= 0.0:
-        return Motion(low, 0.0, 0.0, 0.0, 0.0)
+        return AxisPoint(first, 0.0, 0.0, 0.0, 0.0)
     if time >= duration:
-        return Motion(high, 0.0, 0.0, 0.0, 0.0)
-    return evaluate(septic(low, 0.0, Motion(high, 0.0, 0.0, 0.0, 0.0), duration), duration, time)
+        return AxisPoint(last, 0.0, 0.0, 0.0, 0.0)
+    return evaluate(septic(first, 0.0, AxisPoint(last, 0.0, 0.0, 0.0, 0.0), duration), duration, time)
+
+
+class Segment(NamedTuple):
+    """One polynomial per world axis over a common duration in s; duration 0: there is no such segment."""
+
+    duration: float
+    x: Septic
+    y: Septic
+    z: Septic
+
+
+def no_segment() -> Segment:
+    """Return a segment of duration 0."""
+    nothing = Septic(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Segment(0.0, nothing, nothing, nothing)
+
+
+def axes_at(segment: Segment, time: float) -> tuple[AxisPoint, AxisPoint, AxisPoint]:
+    """Return x, y and z at ``time`` s since the start of a segment of some duration."""
+    return (
+        evaluate(segment.x, segment.duration, time),
+        evaluate(segment.y, segment.duration, time),
+        evaluate(segment.z, segment.duration, time),
+    )
+
+
+def point(time: float, x: AxisPoint, y: AxisPoint, z: AxisPoint, yaw: AxisPoint) -> TrajectoryPoint:
+    """Return the reference with these coordinates; ``time`` in s is t of eqs. 61-68."""
+    return TrajectoryPoint(
+        time,
+        Vec3(x.p, y.p, z.p),
+        Vec3(x.v, y.v, z.v),
+        Vec3(x.a, y.a, z.a),
+        Vec3(x.jerk, y.jerk, z.jerk),
+        Vec3(x.snap, y.snap, z.snap),
+        yaw.p,
+        yaw.v,
+        yaw.a,
+    )
+
+
+def at_rest(last: TrajectoryPoint, time: float) -> TrajectoryPoint:
+    """Return ``last`` at rest: the reference once the trajectory is over. ``time`` in s is t of eqs. 61-68."""
+    return TrajectoryPoint(time, last.p_w, ZERO, ZERO, ZERO, ZERO, last.yaw, 0.0, 0.0)

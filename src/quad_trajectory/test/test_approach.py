@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
-from quad_core.rotations import quaternion_from_euler
 from quad_core.types import Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory import approach, case1, case2, hover
-from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, Motion, evaluate, septic, smooth_step
+from quad_trajectory import approach, case1, case2, hover, lemniscate
+from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, AxisPoint, evaluate, septic, smooth_step
 
 VEHICLE = Vehicle()
-MODULES = (case1, case2, hover)
+MODULES = (case1, case2, hover, lemniscate)
 
 
 def vectors(bound):
@@ -84,23 +84,29 @@ def test_joint_and_limits_from_anywhere(module, start):
         assert abs(point.yaw_acceleration) <= parameters.limits.yaw_acceleration * (1 + 1e-9)
 
 
+limit_values = {
+    "limits.speed": st.floats(0.05, 50.0),
+    "limits.acceleration": st.floats(0.05, 50.0),
+    "limits.jerk": st.floats(0.05, 50.0),
+    "limits.tilt": st.floats(0.02, 1.3),
+}
+scales = {"position_scale": st.floats(0.01, 10.0), "time_scale": st.floats(0.1, 20.0)}
+figures = {"speed": st.floats(0.1, 20.0), "half_width": st.floats(0.5, 50.0), "inclination": st.floats(-1.5, 1.5)}
+
+
+@pytest.mark.parametrize(("module", "values"), [(case1, scales), (case2, scales), (lemniscate, figures)])
 @settings(max_examples=20, deadline=None)
-@given(
-    start=states,
-    scale=st.floats(0.01, 10.0),
-    slow=st.floats(0.1, 20.0),
-    speed=st.floats(0.05, 50.0),
-    acceleration=st.floats(0.05, 50.0),
-    jerk=st.floats(0.05, 50.0),
-    tilt=st.floats(0.02, 1.3),
-)
-def test_case2_is_reached_within_limits_at_any_scale(start, scale, slow, speed, acceleration, jerk, tilt):
-    values = {"limits.speed": speed, "limits.acceleration": acceleration}
-    values |= {"limits.jerk": jerk, "limits.tilt": tilt}
-    parameters = build(case2.Parameters, {"position_scale": scale, "time_scale": slow, **values})
-    plan = case2.plan(parameters, VEHICLE, start)
-    speed, acceleration, jerk, tangent = allowed_of(parameters, start, case2.curve(parameters, 0.0))
-    for point in walk(case2, parameters, plan, 200):
+@given(start=states, data=st.data())
+def test_a_curve_of_any_scale_is_reached_within_limits_or_refused(module, values, start, data):
+    parameters = build(module.Parameters, data.draw(st.fixed_dictionaries(limit_values | values)))
+    try:
+        plan = module.plan(parameters, VEHICLE, start)
+    except ValueError as error:
+        assert module is lemniscate
+        assert "not reached within them" in str(error)
+        return
+    speed, acceleration, jerk, tangent = allowed_of(parameters, start, module.curve(parameters, 0.0))
+    for point in walk(module, parameters, plan, 200):
         assert norm(point.v_w) <= speed
         assert norm(point.a_w) <= acceleration
         assert norm(point.jerk_w) <= jerk
@@ -160,6 +166,14 @@ def test_hover_duration_is_the_shortest_that_the_tilt_limit_allows():
     assert plan.duration == 9.75
 
 
+def test_the_tilt_limit_counts_the_thrust_lost_while_sinking():
+    """Down at 45 deg both accelerations peak at a = 90.16 / T^2: a <= 0.995 tan(0.1) (9.8 - a): T >= 10.067 s."""
+    values = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
+    values |= {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
+    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState(p_w=Vec3(0.0, 0.0, 12.0)))
+    assert plan.duration == 10.25
+
+
 def test_hover_duration_is_the_shortest_that_the_jerk_limit_allows():
     """The jerk from rest to rest peaks at 52.5 times way / T^3: 52.5 * 12 / T^3 <= 0.995 * 1 m/s^3: T >= 8.588 s."""
     values = {"position.z": 12.0, "limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1.0}
@@ -198,7 +212,7 @@ def test_printed_start_has_no_approach(module):
 
 
 def test_polynomial_meets_its_ends():
-    end = Motion(-7.0, 3.0, 1.5, -0.75, 0.0)
+    end = AxisPoint(-7.0, 3.0, 1.5, -0.75, 0.0)
     c = septic(2.0, -1.0, end, 4.0)
     assert evaluate(c, 4.0, 0.0)[:4] == pytest.approx((2.0, -1.0, 0.0, 0.0), abs=1e-12)
     assert evaluate(c, 4.0, 4.0)[:4] == pytest.approx(end[:4], abs=1e-12)

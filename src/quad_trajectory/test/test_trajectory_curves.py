@@ -82,8 +82,16 @@ def test_scales_of_case1():
     point = case1.sample(parameters, plan, 5.0)
     assert point.p_w == pytest.approx((1.0, 0.5, 1.1), abs=1e-12)
     assert point.v_w == pytest.approx((0.1, 0.0, 0.0), abs=1e-12)
-    assert case1.sample(parameters, plan, 19.99).yaw == math.pi / 3
-    assert case1.sample(parameters, plan, 20.0).yaw == 0.0
+
+
+@pytest.mark.parametrize("module", CASES)
+def test_yaw_turns_at_40_s_times_the_time_scale(module):
+    parameters, plan = printed(module, time_scale=0.5)
+    assert module.sample(parameters, plan, 19.99).yaw == math.pi / 3
+    assert module.sample(parameters, plan, 20.0).yaw == 0.0
+    shaped, plan = printed(module, time_scale=2.0, duration=100.0, yaw_shaping="smooth")
+    assert module.sample(shaped, plan, 80.0).yaw == math.pi / 3
+    assert module.sample(shaped, plan, 80.5).yaw < math.pi / 3
 
 
 @pytest.mark.parametrize("module", CASES)

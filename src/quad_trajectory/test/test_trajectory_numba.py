@@ -5,10 +5,10 @@ import random
 import pytest
 
 from quad_core.compilation import compiled
-from quad_core.rotations import quaternion_from_euler
+from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory import case1, case2, hover
+from quad_trajectory import case1, case2, hover, lemniscate, waypoints
 
 pytest.importorskip("numba")
 
@@ -20,7 +20,7 @@ def random_state(rng):
     return VehicleState(p, v, quaternion_from_euler(angles), Vec3(0.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("module", [case1, case2, hover])
+@pytest.mark.parametrize("module", [case1, case2, hover, lemniscate])
 def test_ten_thousand_samples_have_the_same_bits(module):
     rng = random.Random(5)
     plan, sample, duration = compiled(module.plan), compiled(module.sample), compiled(module.duration)
@@ -33,3 +33,24 @@ def test_ten_thousand_samples_have_the_same_bits(module):
         for _ in range(500):
             time = rng.uniform(0.0, 120.0)
             assert sample(parameters, path, time) == module.sample(parameters, path, time)
+
+
+def test_waypoints_have_the_same_bits():
+    parameters = waypoints.Parameters(points="0 0 2; 4.25 -1 3 0.5 # turn\n 40 0.125 2.5; -20 5 12 -2")
+    start = random_state(random.Random(7))
+    expected = waypoints.plan(parameters, VEHICLE, start)
+    found = compiled(waypoints.plan)(parameters, VEHICLE, start)
+    assert found.approach == expected.approach
+    assert found.duration == expected.duration
+    assert found.path.tobytes() == expected.path.tobytes()
+    sample = compiled(waypoints.sample)
+    for i in range(2000):
+        time = expected.approach.duration + 1.01 * expected.duration * i / 2000
+        assert sample(parameters, found, time) == waypoints.sample(parameters, expected, time)
+
+
+def test_a_refusal_says_the_same():
+    parameters = waypoints.Parameters(thrust=0.3)
+    for plan in (waypoints.plan, compiled(waypoints.plan)):
+        with pytest.raises(ValueError, match="does not carry the vehicle's weight"):
+            plan(parameters, VEHICLE, VehicleState())

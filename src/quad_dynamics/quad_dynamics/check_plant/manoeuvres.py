@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from quad_core.rotations import euler_from_quaternion
+from quad_core.geometry import euler_from_quaternion
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 

@@ -3,26 +3,29 @@
 import math
 import sys
 import time
+from collections.abc import Callable
 
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from quad_core.bounds import is_flyable
-from quad_core.rotations import rotate
-from quad_core.timing import steps_to_cover
+from quad_core.cascade import COMMAND, COMMANDING, SIMULATOR
+from quad_core.cycle import steps_to_cover
+from quad_core.geometry import rotate
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_dynamics.check_plant import rules
 from quad_dynamics.check_plant.manoeuvres import Manoeuvre, manoeuvres
 from quad_dynamics.check_plant.report import Report
 from quad_msgs.msg import Actuation as ActuationMsg
-from quad_msgs.msg import FlightPlan, FlightState
+from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import pack_wrench
+from quad_node.codec import pack_wrench, step_of
 from quad_node.conversion import reader, set_stamp, stamp_ns
 from quad_node.flight_node import FlightNode
+from quad_node.interface import interface_hash
 from quad_node.main import run
 
-ROLES = f"{topics.SIMULATOR},{topics.ATTITUDE}"
+ROLES = f"{SIMULATOR},{COMMANDING}"
 HELP = f"""Checks a plant or hardware bridge against docs/swap_the_plant.md, as the only other node of its flight.
 
 usage: ros2 run quad_dynamics check_plant [--ros-args -p flight.mode:=realtime -p vehicle.mass:=0.56 ...]
@@ -36,48 +39,75 @@ HARDWARE: only without propellers. Takes every flight.* and vehicle.* parameter.
 Exit code: 0 kept, 1 broken, 2 bad usage."""
 
 _STILL = 0.3
-_OWN = ("an unanswered state is repeated, unchanged", "a command for another step is ignored")
+_OWN = (rules.REPEAT, "a command for another step is ignored")
 _NONFINITE = "a command that is not finite is ignored"
+_SILENT = "a silent controller ends the flight as FAILED, named"
+_GOES_ON = "the vehicle goes on once its state is answered"
 _OUT = (topics.TOPICS["state"], topics.TOPICS["actuation"], topics.TOPICS["flight/state"])
-_TOOLS = (topics.TOPICS["truth"], topics.TOPICS["disturbance"], topics.TOPICS["odom"], topics.TOPICS["/clock"])
+_TOOLS = tuple(topic for topic in topics.TOPICS.values() if topic.publishers[0] == SIMULATOR and not topic.required)
+_ANSWER, _END, _LONGEST = 10.0, 30.0, 200.0  # s: the next step, the end of a silent flight, the whole check
+_SILENCE = 3.0  # s; flight/state comes once a second
 
 
 class PlantCheck(FlightNode):
-    """Answers `state` with manoeuvres; first it withholds answers, last it falls silent."""
+    """Answers `state` with manoeuvres; first it withholds answers, last it falls silent.
+
+    At any time one thing is expected of the vehicle. What does not come in time is the broken rule, and ends the check.
+    """
 
     def __init__(self, report: Report) -> None:
         """Subscribe to all that a plant may send; raises as FlightNode."""
-        super().__init__(topics.ATTITUDE)
         self._report = report
+        self._left: list[Manoeuvre] = []
+        super().__init__(COMMANDING)
+        self._rules = rules.Rules(report, self.flight, interface_hash())
         self._read = reader(VehicleState, VehicleStateMsg)
         self._plan_out = self.publisher("flight/plan")
-        self._wrench_out = self.publisher("wrench_setpoint")
-        self._left: list[Manoeuvre] = manoeuvres(self.vehicle)
+        self._wrench_out = self.publisher(COMMAND)
+        self._left = manoeuvres(self.vehicle)
         self._until = 0
         self._before: VehicleState | None = None
-        self._last: tuple[int, VehicleState] | None = None
         self._probe = [*_OWN, _NONFINITE] if self.lockstep else []
         self._probed = 0.0
-        self._actuated = -1
+        self._expect("the vehicle sends and takes what it must, and says READY", self.flight.start_timeout)
         self.subscribe("state", self._on_state, depth=64)
         self.subscribe("actuation", self._on_actuation, depth=64)
+        self.subscribe("flight/nodes", self._on_node, depth=64)
         self.create_subscription(Odometry, "odom", self._on_odometry, topics.stream(64))
+        for topic in _TOOLS:
+            if topic.step:
+                self.subscribe(topic.name, self._on_optional(topic.name), depth=64, raw=True)
+
+    def _expect(self, rule: str, patience: float) -> None:
+        self._expected, self._deadline = rule, time.monotonic() + patience
+
+    def _watch_flight(self) -> None:
+        """Leave the time limits to ``on_tick``, which names the rule."""
+
+    def _on_node(self, message: NodeStatus) -> None:
+        if message.node == self.get_fully_qualified_name():
+            return
+        first = not self._rules.ready
+        self._rules.status(message)
+        if first and self._rules.ready and self._rules.last is None:
+            self._expect("the vehicle sends state 0 once all are READY", _ANSWER)
+
+    def _on_flight_state(self, message: FlightState) -> None:
+        self._rules.phase(message)
+        super()._on_flight_state(message)
+
+    def _on_optional(self, topic: str) -> Callable[[bytes], None]:
+        return lambda payload: self._rules.optional(topic, step_of(payload))
 
     def _on_state(self, message: VehicleStateMsg) -> None:
         state, step = self._read(message), message.step
-        self.heard = time.monotonic()
         self.flying = True
-        if self._last is None:
+        if self._rules.last is None:
             self._first(state, step)
-        self._judge_state(state, step, stamp_ns(message.stamp))
-        again = self._last is not None and self._last[0] == step
-        if self._last is not None and again:
-            same = "" if self._last[1] == state else f"step {step} came again with other numbers"
-            self._report.add(_OWN[0], same)
+        if self._rules.state(state, step, stamp_ns(message.stamp)):
             if self._probe and self._probe[0] == _OWN[0]:
                 self._next_probe(step)
             return
-        self._last = (step, state)
         if not self._probe:
             self._answer(state, step)
         elif step > 0:
@@ -86,28 +116,18 @@ class PlantCheck(FlightNode):
             self._answer(state, step)
 
     def _first(self, state: VehicleState, step: int) -> None:
-        self._report.add("the first state is step 0", "" if step == 0 else f"found step {step}")
         self._before = state
         steps = sum(steps_to_cover(part.duration, self.flight.plant_period) for part in self._left)
         plan = FlightPlan(trajectory="check_plant", start="printed", end_step=step + 2 * steps + 100_000)
         set_stamp(plan.end, plan.end_step * self.flight.plant_period)
         self._plan_out.publish(plan)
         self._endpoints()
-
-    def _judge_state(self, state: VehicleState, step: int, stamp: int) -> None:
-        expected = step * self.flight.plant_period
-        wrong = "" if stamp == expected else f"step {step} has stamp {stamp} ns, expected {expected}"
-        self._report.add("stamp of state = step x flight.plant_period", wrong)
-        wrong = "" if is_flyable(state) else f"step {step}: {state}"
-        self._report.add("state is finite, within bounds, its quaternion of norm 1", wrong)
-        if self._last is not None and step != self._last[0]:
-            late = step - self._last[0] - 1
-            wrong = "" if (late == 0 if self.lockstep else late >= 0) else f"{step} after {self._last[0]}"
-            self._report.add("steps come in order" + (", none left out" if self.lockstep else ""), wrong)
+        self._expect(_OWN[0] if self.lockstep else "the state goes on", _ANSWER)
 
     def _next_probe(self, step: int) -> None:
         """Lockstep: send what must not move the plant; ``on_tick`` goes on when it did not."""
         self._probe.pop(0)
+        self._expect(_GOES_ON, _ANSWER)
         self._probed = time.monotonic()
         if self._probe and self._probe[0] == _OWN[1]:
             self._send(Wrench(self.vehicle.mass * self.vehicle.gravity, Vec3()), step + 3)
@@ -115,13 +135,30 @@ class PlantCheck(FlightNode):
             self._send(Wrench(math.nan, Vec3()), step)
 
     def on_tick(self) -> None:
-        """Go on after a probe that the plant withstood."""
-        if self._last is None or not self._probe or not self._probed or time.monotonic() - self._probed < _STILL:
+        """Go on after a probe that the plant withstood; end what does not go on."""
+        now = time.monotonic()
+        if self._rules.last and self._probe and self._probed and now - self._probed >= _STILL:
+            step, state = self._rules.last
+            self._report.add(self._probe[0])
+            self._next_probe(step)
+            if not self._probe:
+                self._answer(state, step)
+        if self.done.done():
             return
-        self._report.add(self._probe[0])
-        self._next_probe(self._last[0])
-        if not self._probe:
-            self._answer(self._last[1], self._last[0])
+        quiet = now - self.last_heard
+        if self._rules.flown and quiet > _SILENCE:
+            self._break("flight/state comes once a second", f"nothing for {quiet:.1f} s")
+        elif now > self._deadline:
+            found = ", ".join(self.missing_links())
+            self._break(self._expected, "it did not in time" + (f"; not matched: {found}" if found else ""))
+        elif now - self.started > _LONGEST + self.flight.start_timeout:
+            self._break("a check is over in time", f"the manoeuvres take longer than {_LONGEST:g} s")
+
+    def _break(self, rule: str, problem: str) -> None:
+        self._report.add(rule, problem)
+        if not self._rules.last:
+            self._endpoints()
+        self.finish(1, problem)
 
     def _answer(self, state: VehicleState, step: int) -> None:
         if step >= self._until and self._until and self._left:
@@ -129,8 +166,12 @@ class PlantCheck(FlightNode):
             assert self._before is not None
             self._report.add(done.name, done.judge(self._before, state))
             self._until = 0
+            if not self._left:
+                self._rules.flight()
+                self._expect(_SILENT, _END)
         if not self._left:
             return
+        self._expect(_GOES_ON, _ANSWER)
         if not self._until:
             self._before = state
             self._until = step + steps_to_cover(self._left[0].duration, self.flight.plant_period)
@@ -140,36 +181,31 @@ class PlantCheck(FlightNode):
         self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
 
     def _on_actuation(self, message: ActuationMsg) -> None:
-        if self.lockstep and message.step not in (self._actuated, self._actuated + 1):
-            self._report.add("actuation of every step", f"step {message.step} after {self._actuated}")
-        self._report.add("actuation of every step")
-        self._actuated = message.step
-        finite = math.isfinite(message.thrust) and all(math.isfinite(part) for part in message.torque_b)
-        self._report.add("actuation is finite", "" if finite else f"step {message.step}")
+        self._rules.actuation(message.step, (message.thrust, *message.torque_b))
 
     def _on_odometry(self, message: Odometry) -> None:
         frames = (message.header.frame_id, message.child_frame_id)
         wrong = "" if frames == ("map", "base_link") else f"found {frames}"
         self._report.add("odom is in map and base_link (REP 105)", wrong, optional=True)
-        if self._last is None or stamp_ns(message.header.stamp) != self._last[0] * self.flight.plant_period:
+        if self._rules.last is None or stamp_ns(message.header.stamp) != self._rules.last[0] * self.flight.plant_period:
             return
         q, v = message.pose.pose.orientation, message.twist.twist.linear
         found = rotate(Quat(q.x, q.y, q.z, q.w), Vec3(v.x, v.y, v.z))
-        off = max(abs(a - b) for a, b in zip(found, self._last[1].v_w, strict=True))
+        off = max(abs(a - b) for a, b in zip(found, self._rules.last[1].v_w, strict=True))
         wrong = "" if off < 0.1 else f"turned into the world it misses v_w by {off:.3g} m/s"
         self._report.add("twist of odom is in the body frame", wrong, optional=True)
 
     def _endpoints(self) -> None:
         for topic in (*_OUT, *_TOOLS):
             optional = topic in _TOOLS
-            name = topic.name if topic.name.startswith("/") else self.resolve_topic_name(topic.name)
-            found = self.get_publishers_info_by_topic(name)
+            found = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
             label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
             label += ", latched" if topic.latched else ""
             if not found:
                 self._report.add(label, "nobody publishes it", optional)
                 continue
-            wrong = []
+            owners = sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in found})
+            wrong = [f"{len(found)} publishers ({', '.join(owners)}), expected one"] if len(found) > 1 else []
             for info in found:
                 if info.topic_type.rsplit("/", 1)[-1] != topic.type.__name__:
                     wrong.append(f"type {info.topic_type}")
@@ -182,13 +218,11 @@ class PlantCheck(FlightNode):
     def on_flight_ended(self, message: FlightState) -> None:
         """Judge how the plant takes silence, and leave."""
         if self._left:
-            self._report.add(
-                "all manoeuvres flown", f"the flight ended before {self._left[0].name!r}: {message.reason}"
-            )
-        named = "wrench_setpoint" in message.reason or topics.ATTITUDE in message.reason
+            self._report.add(self._expected, f"the vehicle ended the flight before: {message.reason}")
+        named = COMMAND in message.reason or COMMANDING in message.reason
         failed = message.state == FlightState.FAILED
         wrong = "" if failed and named else f"flight/state {message.state}, reason {message.reason!r}"
-        self._report.add("a silent controller ends the flight as FAILED, named", wrong)
+        self._report.add(_SILENT, wrong)
         self.finish(0, "checked")
 
 
@@ -199,10 +233,10 @@ def main() -> None:
         sys.exit(0)
     report = Report()
     arguments = [*sys.argv, "--ros-args", "-p", f"flight.roles:={ROLES}"]
-    code = run(topics.ATTITUDE, lambda: PlantCheck(report), "", arguments)
+    code = run(COMMANDING, lambda: PlantCheck(report), "", arguments)
     if code == 2:
         sys.exit(2)
-    if code == 1:
+    if code == 1 and not report.failed:
         report.add("a flight", "none was flown to its end: see the messages above")
     sys.stdout.write(report.text() + "\n")
     sys.exit(1 if report.failed else 0)

@@ -1,10 +1,7 @@
-"""Nodes that watch a flight and take no part in it: markers and transforms, and the live view."""
+"""Nodes that watch a flight and take no part in it; among them markers and transforms for RViz and Foxglove."""
 
-import socket
 import struct
-import subprocess
 import sys
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import rclpy
@@ -21,14 +18,12 @@ from visualization_msgs.msg import Marker, MarkerArray
 from quad_core.types import Quat, Vec3
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.live import shapes
-from quad_flight_log.live.scene import LiveScene
 from quad_flight_log.live.shapes import Shape, Sight, Trail
-from quad_flight_log.verbs.view import viewer_command
-from quad_flight_log.viewer_scene import rgb
+from quad_flight_log.report.vehicle_drawing import rgb
 from quad_msgs.msg import FlightState
-from quad_node import executor, topics
+from quad_node import departure, executor, topics
 from quad_node.conversion import set_stamp
-from quad_node.parameters import fail
+from quad_node.parameters import check_words, fail
 
 _STAMP = struct.Struct("<iI")
 _WATCHED = ("truth", "state", "reference", "actuation", "disturbance")
@@ -42,7 +37,7 @@ _HEAD = 2.2  # width of an arrow's head over that of its shaft
 _HELP = """Publishes what RViz and Foxglove draw of a flight, and takes no part in it: it may come and go.
 
 `markers` (visualization_msgs/MarkerArray): vehicle, reference, flown and planned path, thrust, disturbance.
-`pose` (geometry_msgs/TransformStamped): map to base_link; also on `/tf` where tf2_msgs is installed.
+`pose` (geometry_msgs/TransformStamped): map to base_link; the same on `/tf`.
 
 usage: ros2 run quad_flight_log markers [--ros-args -p NAME:=VALUE -r __ns:=/NAMESPACE]
 
@@ -210,79 +205,6 @@ def transform_of(sight: Sight, body: str) -> TransformStamped:
     return found
 
 
-class LiveView(Visitor):
-    """Feeds a viewer; completes ``done`` at the end of the flight if ``until_over``."""
-
-    def __init__(self, scene: LiveScene, namespace: str, until_over: bool) -> None:
-        """Subscribe in ``namespace``."""
-        super().__init__("live_view", 0.02, namespace)
-        self._scene, self._until_over = scene, until_over
-
-    def on_sight(self, sight: Sight) -> None:
-        """Show one instant."""
-        self._scene.show(sight)
-
-    def on_again(self) -> None:
-        """Forget the paths of the flight before."""
-        self._scene.again()
-
-    def on_over(self) -> None:
-        """Leave, if there is nothing more to wait for."""
-        self._scene.flush()
-        if self._until_over and not self.done.done():
-            self.done.set_result(None)
-
-
-def view(namespace: str = "", *, save: Path | None = None, web: bool = False) -> int:
-    """Follow a flight of this ROS domain in a viewer, or record it to ``save`` until it is over; the exit code.
-
-    Raises FlightLogError if rerun is not installed or ``save`` cannot be written.
-    """
-    scene = LiveScene()
-    viewer: subprocess.Popen[bytes] | None = None
-    if save:
-        scene.save(save)
-    else:
-        port = _free_port()
-        viewer = subprocess.Popen(viewer_command("--expect-data-soon", web=web, port=port))
-        scene.connect(port)
-    executor.init([])
-    stop: list[str] = []
-    node = LiveView(scene, namespace, until_over=save is not None)
-    executor.on_signals(stop, node.done)
-    try:
-        if viewer:
-            node.create_timer(0.5, lambda: _leave_with(viewer, node))
-        executor.spin([node], node.done)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-        code = _closed(scene, viewer)
-    return code
-
-
-def _closed(scene: LiveScene, viewer: "subprocess.Popen[bytes] | None") -> int:
-    """Hand over the last of the flight and end the viewer; returns its exit code if it had left by itself."""
-    if viewer and viewer.poll() is not None:
-        return int(bool(viewer.returncode))
-    scene.flush()
-    if viewer:
-        viewer.terminate()
-        viewer.wait()
-    return 0
-
-
-def _leave_with(viewer: "subprocess.Popen[bytes]", node: Visitor) -> None:
-    if viewer.poll() is not None and not node.done.done():
-        node.done.set_result(None)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def markers_main() -> None:
     """Run the markers node."""
     if "--help" in sys.argv or "-h" in sys.argv:
@@ -293,6 +215,7 @@ def markers_main() -> None:
 
 def _run_markers() -> int:
     try:
+        check_words(sys.argv)
         executor.init(sys.argv)
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return fail("markers", " ".join(str(error).split()))
@@ -306,6 +229,6 @@ def _run_markers() -> int:
     try:
         executor.spin([node], node.done)
     finally:
-        node.destroy_node()
+        departure.leave(node, 0)
         rclpy.try_shutdown()
     return 0

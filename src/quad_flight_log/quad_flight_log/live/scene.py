@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from quad_core.rotations import rotate
+from quad_core.geometry import rotate
 from quad_core.types import Vec3
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.figures_interactive import PALETTE
 from quad_flight_log.live.shapes import Sight, Trail
-from quad_flight_log.viewer import APPLICATION, TIMELINE, blueprint, log_scene, rerun
-from quad_flight_log.viewer_scene import DISTURBANCE_SCALE, THRUST_SCALE, rgb
+from quad_flight_log.report.interactive_figures import PALETTE
+from quad_flight_log.report.rerun_recording import APPLICATION, TIMELINE, blueprint, log_scene, rerun
+from quad_flight_log.report.vehicle_drawing import DISTURBANCE_SCALE, THRUST_SCALE, rgb
 
 _PATH_POINTS = 4000
 _PATH_EVERY = 10  # instants between two redrawn paths

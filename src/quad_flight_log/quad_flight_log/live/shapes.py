@@ -4,10 +4,10 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quad_core.rotations import rotate
+from quad_core.geometry import rotate
 from quad_core.types import Quat, Vec3
-from quad_flight_log.figures_interactive import PALETTE, REFERENCE_COLOUR
-from quad_flight_log.viewer_scene import ARM, DISTURBANCE_SCALE, ROTORS, THRUST_SCALE
+from quad_flight_log.report.interactive_figures import PALETTE, REFERENCE_COLOUR
+from quad_flight_log.report.vehicle_drawing import ARM, DISTURBANCE_SCALE, ROTORS, THRUST_SCALE
 
 Point = tuple[float, float, float]
 LINES, STRIP, DOTS, ARROW = "lines", "strip", "dots", "arrow"

@@ -1,10 +1,12 @@
-"""Compare every flight with limits; 1 if one is not kept or a bag is truncated."""
+"""Compare every flight with limits; 1 if one is not met, a bag is truncated or the guard took over."""
 
 import argparse
 
-from quad_flight_log.analysis import measured
-from quad_flight_log.metrics import METRICS
-from quad_flight_log.presentation import judged, read_limits
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.metrics import METRICS
+from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.analysis.takeovers import described, takeovers
+from quad_flight_log.report.text import judged, read_limits
 from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 EXAMPLES = """examples:
@@ -27,12 +29,17 @@ def run(options: argparse.Namespace) -> int:
         name = flight_name(flight)
         verdicts = judged(measured(flight), limits)
         for verdict in verdicts:
-            mark = "ok  " if verdict.kept else "FAIL"
+            mark = "ok  " if verdict.met else "FAIL"
             found = "n/a" if verdict.value is None else f"{verdict.value:.5g}"
             print(
                 f"{mark} {name}: {verdict.metric} = {found}, limit {verdict.limit:.5g} {METRICS[verdict.metric].unit}"
             )
+        if truth_note(flight):
+            print(f"note {name}: {truth_note(flight)}")
         if flight.truncated:
             print(f"FAIL {name}: {flight.damage}")
-        good &= all(verdict.kept for verdict in verdicts) and not flight.truncated
+        flown_by_guard = described(takeovers(flight))
+        if flown_by_guard:
+            print(f"FAIL {name}: {flown_by_guard}")
+        good &= all(verdict.met for verdict in verdicts) and not flight.truncated and not flown_by_guard
     return 0 if good else 1

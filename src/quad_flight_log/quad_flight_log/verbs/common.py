@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from quad_flight_log.reader import Flight, find_mcap, open_flight
+from quad_flight_log.bag.reader import Flight, find_mcap, open_flight
 
 _SHOW_FROM = 16 << 20  # bytes; smaller bags are read before a bar can be seen
 

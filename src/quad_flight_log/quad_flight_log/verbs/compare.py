@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from quad_flight_log.presentation import table
+from quad_flight_log.report.text import table
 from quad_flight_log.verbs.common import add_bags, opened
 from quad_flight_log.verbs.report import command_line
 
@@ -23,17 +23,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the table of metrics; write comparison.html into --out or here."""
+    from quad_flight_log.analysis.tables import truth_note
     from quad_flight_log.errors import FlightLogError
-    from quad_flight_log.report import comparison_page, names_of
-    from quad_flight_log.report_data import run_from_flight
-    from quad_flight_log.report_page import write_page
+    from quad_flight_log.report.html_page import write_page
+    from quad_flight_log.report.pages import comparison_page, names_of
+    from quad_flight_log.report.run import run_from_flight
 
     flights = opened(options)
     names = [name.strip() for name in options.names.split(",")] if options.names else names_of(flights)
     if len(names) != len(flights) or len(set(names)) != len(names) or not all(names):
         raise FlightLogError(f"--names: found {options.names!r}, expected {len(flights)} different names")
     values = [run_from_flight(flight, name).metrics for flight, name in zip(flights, names, strict=True)]
-    print(table(names, values))
+    print(table(names, values, notes=[truth_note(flight) for flight in flights]))
     path = (options.out or Path()) / "comparison.html"
     print(write_page(comparison_page(flights, names, command_line()), path))
     return 0

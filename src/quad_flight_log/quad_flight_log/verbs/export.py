@@ -6,7 +6,7 @@ Names: wrench.force.z for nested messages, p_w[0] for arrays (in MATLAB nested s
 import argparse
 from pathlib import Path
 
-from quad_flight_log.export import FORMATS, export
+from quad_flight_log.bag.export import FORMATS, export
 from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 OWN_OUT = True

@@ -2,7 +2,7 @@
 
 import argparse
 
-from quad_flight_log.payload_hash import payload_hash, topic_hashes
+from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.verbs.common import add_bags, opened
 
 EXAMPLES = """examples:

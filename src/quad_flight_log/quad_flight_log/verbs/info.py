@@ -2,7 +2,7 @@
 
 import argparse
 
-from quad_flight_log.presentation import info_json, info_text
+from quad_flight_log.report.text import info_json, info_text
 from quad_flight_log.verbs.common import add_bags, opened
 
 EXAMPLES = """examples:

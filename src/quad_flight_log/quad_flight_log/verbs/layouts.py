@@ -27,9 +27,9 @@ def run(options: argparse.Namespace) -> int:
 
 def layout_files(namespace: str = "") -> dict[str, str]:
     """Return {file name: text} of the layouts of this installation's topics."""
-    from quad_flight_log.definitions import installed, parse
+    from quad_flight_log.bag.definitions import installed, parse
     from quad_flight_log.errors import FlightLogError
-    from quad_flight_log.layouts import foxglove, plotjuggler, tabs
+    from quad_flight_log.report.layouts import foxglove, plotjuggler, tabs
 
     try:
         from quad_node.topics import TOPICS

@@ -1,9 +1,10 @@
-"""Print the metrics of one or more flights."""
+"""Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said."""
 
 import argparse
 
-from quad_flight_log.analysis import measured
-from quad_flight_log.presentation import as_csv, as_json, table
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.report.text import as_csv, as_json, table
 from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 EXAMPLES = """examples:
@@ -25,5 +26,7 @@ def run(options: argparse.Namespace) -> int:
     flights = opened(options)
     names, values = [flight_name(flight) for flight in flights], [measured(flight) for flight in flights]
     form = as_json if options.json else as_csv if options.csv else table
-    print(form(names, values).rstrip("\n"))
+    damage = [flight.damage if flight.truncated else "" for flight in flights]
+    notes = [truth_note(flight) for flight in flights]
+    print(form(names, values, damage=damage, notes=notes).rstrip("\n"))
     return 0

@@ -24,9 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the figures and print where each is."""
     from quad_flight_log.errors import FlightLogError
-    from quad_flight_log.figures_print import write_figures
-    from quad_flight_log.report import flight_figures, names_of
-    from quad_flight_log.report_data import run_from_flight
+    from quad_flight_log.report.pages import flight_figures, names_of
+    from quad_flight_log.report.printed_figures import write_figures
+    from quad_flight_log.report.run import run_from_flight
 
     flights = opened(options)
     if len(flights) > 1 and options.out is None:

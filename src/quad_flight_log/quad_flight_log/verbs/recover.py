@@ -6,7 +6,7 @@ Everything up to the first damage is kept with its metadata, parameters and time
 import argparse
 from pathlib import Path
 
-from quad_flight_log.recover import recover
+from quad_flight_log.bag.recover import recover
 from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
 OWN_OUT = True

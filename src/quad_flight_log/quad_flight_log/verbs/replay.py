@@ -7,13 +7,13 @@ the difference is shown. --out writes every replayed number beside the recorded 
 import argparse
 import json
 
+from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.parameters import ParameterError
-from quad_core.settings import parse_settings
+from quad_core.resolution import parse_settings
+from quad_flight_log.analysis.replay import Replay, replay
+from quad_flight_log.bag.export import write_csv
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.export import write_csv
-from quad_flight_log.presentation import text_table
-from quad_flight_log.replay import Replay, replay
-from quad_flight_log.replay_inputs import CONTROLLERS
+from quad_flight_log.report.text import text_table
 from quad_flight_log.verbs.common import add_bags, opened, progress
 
 OWN_OUT = True
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bags(parser, several=False)
     parser.add_argument("--position", metavar="LAW", help="another position law")
     parser.add_argument("--attitude", metavar="LAW", help="another attitude law")
-    parser.add_argument("--only", choices=sorted(CONTROLLERS), help="replay only this controller")
+    parser.add_argument("--only", choices=sorted(STAGE), help="replay only this controller")
     parser.add_argument(
         "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
     )
@@ -42,14 +42,14 @@ def run(options: argparse.Namespace) -> int:
         settings = parse_settings(options.settings)
     except ParameterError as error:
         raise FlightLogError(str(error)) from error
-    strangers = [role for role in settings if role not in (*CONTROLLERS, "/**")]
+    strangers = [role for role in settings if role not in (*STAGE, "/**")]
     if strangers:
-        raise FlightLogError(f"--set {strangers[0]}: only {' and '.join(CONTROLLERS)} are replayed")
+        raise FlightLogError(f"--set {strangers[0]}: only {' and '.join(STAGE)} are replayed")
     found = []
-    for role in [options.only] if options.only else CONTROLLERS:
-        told = {**settings.get("/**", {}), **settings.get(role, {})}
-        law = options.position if role == "position_controller" else options.attitude
-        found.append(replay(flight, role, law=law, settings=told, progress=progress(role, " steps")))
+    for role in [options.only] if options.only else STAGE:
+        changes = {**settings.get("/**", {}), **settings.get(role, {})}
+        law = {POSITION: options.position, ATTITUDE: options.attitude}
+        found.append(replay(flight, role, law=law.get(role), settings=changes, progress=progress(role, " steps")))
     print(as_json(found) if options.json else "\n".join(as_text(item) for item in found))
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)

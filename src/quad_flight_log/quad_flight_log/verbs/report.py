@@ -15,19 +15,23 @@ The page holds everything: it opens from disk without a network."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add BAG."""
+    """Add BAG and --limits."""
     add_bags(parser)
+    text = "limits to judge by, as for `log check` (default: those that the flight was held to when it was flown)"
+    parser.add_argument("--limits", action="append", metavar="FILE|METRIC=VALUE", help=text)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write a page per bag and print where it is."""
-    from quad_flight_log.report import flight_page
-    from quad_flight_log.report_page import write_page
+    from quad_flight_log.report.html_page import write_page
+    from quad_flight_log.report.pages import flight_page
+    from quad_flight_log.report.text import read_limits
 
+    limits = read_limits(options.limits) if options.limits else None
     for flight in opened(options):
         name = flight_name(flight)
         path = options.out / f"{name}.html" if options.out else flight.path.parent / "report.html"
-        print(write_page(flight_page(flight, name, command_line()), path))
+        print(write_page(flight_page(flight, name, command_line(), limits), path))
     return 0
 
 

@@ -2,8 +2,8 @@
 
 import argparse
 
+from quad_flight_log.bag.verification import problems_of
 from quad_flight_log.verbs.common import add_bags, opened
-from quad_flight_log.verification import problems_of
 
 EXAMPLES = """examples:
   log verify flights/case1-1-1

@@ -2,10 +2,10 @@
 
 import argparse
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
+from quad_flight_log.report.rerun_command import viewer_command
 from quad_flight_log.verbs.common import flight_name, opened
 
 OWN_OUT = True
@@ -15,7 +15,6 @@ EXAMPLES = """examples:
   log view flights/case1-1-1 --save case1.rrd      writes the recording, opens nothing
   log view --live                                  follows the flight of this ROS domain
   log view --live --namespace uav1 --web"""
-_HOST = "127.0.0.1"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         raise FlightLogError("expected one BAG or --live")
     if options.live:
         try:
-            from quad_flight_log.live.node import view
+            from quad_flight_log.live.view import view
         except ImportError as error:
             raise FlightLogError(f"--live needs ROS 2 and the messages of this workspace ({error})") from error
         return view(options.namespace, save=options.save, web=options.web)
@@ -48,19 +47,16 @@ def run(options: argparse.Namespace) -> int:
         return subprocess.run(viewer_command(str(path), web=options.web), check=False).returncode
 
 
-def viewer_command(*arguments: str, web: bool, port: int | None = None) -> list[str]:
-    """Return the command that starts the viewer of this Python's rerun, listening to this machine only."""
-    shown = ["--web-viewer", "--web-viewer-port", "0"] if web else []
-    return [sys.executable, "-m", "rerun_cli", "--bind", _HOST, "--port", str(port or "auto"), *shown, *arguments]
-
-
 def _recorded(options: argparse.Namespace, path: Path) -> Path:
-    from quad_flight_log.report_data import run_from_flight
-    from quad_flight_log.viewer import write_recording
+    from quad_flight_log.analysis.tables import text_table, truth_note
+    from quad_flight_log.report.rerun_recording import write_recording
+    from quad_flight_log.report.run import run_from_flight
 
     (flight,) = opened(options)
+    if truth_note(flight):
+        print(truth_note(flight))
     events = []
     if flight.has("flight/events"):
-        table = flight.array("flight/events")
+        table = text_table(flight, "flight/events")
         events = [(float(row["stamp_ns"]) * 1e-9, f"{row['node']}: {row['kind']}: {row['text']}") for row in table]
     return write_recording(run_from_flight(flight, flight_name(flight)), path, events)

@@ -1,0 +1,5 @@
+"""Install with: python -m pip install --no-build-isolation examples/my_law."""
+
+from setuptools import setup
+
+setup()

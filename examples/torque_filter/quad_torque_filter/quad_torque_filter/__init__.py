@@ -1,0 +1,1 @@
+"""A stage between attitude law and plant: a low-pass of the torque."""

@@ -1,0 +1,229 @@
+"""ABFNITSM on SO(3): the paper's attitude law without Euler angles, a ``quad.attitude_law`` plug-in.
+
+With q = q_d^-1 q_wb (scalar part q_w >= 0) and Omega_d of the command filter, per body axis i:
+
+    e     = 2 (q_x, q_y, q_z)                                                attitude error, rad         (for 40)
+    w     = Omega - R_e^T Omega_d                                            rate error, rad/s           (for 41)
+    I_i'  = delta_1 |e_i|^eta_1 sat(e_i) + delta_2 |w_i|^eta_2 sat(w_i)
+    s     = w + I                                                            surface, rad/s              (45, 46)
+    U_i   = -I_i' - e_i - (rho_1 s_i + rho_2 |s_i|^sigma sat(s_i) + Phi_hat_i sat(s_i))     rad/s^2      (52, 53)
+    torque = J (U + R_e^T Omega_d' - Omega x R_e^T Omega_d) + Omega x J Omega - tau_D       N m          (56, 1)
+
+It has no singularity, as w, not e', stands in the surface: V = 4 (1 - q_w) + |s|^2 / 2 has e . w in the place of e e',
+so the paper's Eq. 58 holds word for word, with its -e . I that Eq. 59 forgets. It never takes the long way round: q and
+-q are one attitude, and the sign changes only ``margin`` beyond 180 degrees, so that noise there cannot hold it. Near
+level e, w and U are those of Eqs. 40, 41, 52, 53. What Eq. 60 calls x_1 is 2 (q_x, q_y, q_z) of q_wb, x_2 is Omega.
+At exactly 180 degrees a continuous law has to stand still (Bhat and Bernstein, 2000); this one turns.
+"""
+
+from typing import Annotated, NamedTuple
+
+from quad_attitude_ctrl.abfnitsm import initial_axis, shown
+from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired
+from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, relative, turned_by
+from quad_attitude_ctrl.sliding_control import (
+    AdaptationForm,
+    AxisGains,
+    AxisMemory,
+    AxisState,
+    axis_control,
+    next_axis_memory,
+)
+from quad_attitude_ctrl.torque import (
+    TorqueLimits,
+    body_acceleration,
+    integrals_frozen,
+    inverse_dynamics,
+    limited_torque,
+)
+from quad_core.geometry import (
+    ZERO,
+    add,
+    body_rates,
+    cross,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    rotate_inverse,
+    subtract,
+)
+from quad_core.parameters import Choice, Flag, Real, Value
+from quad_core.types import AttitudeInputs, AttitudeInternals, AttitudeThrust, AxisFlags, Quat, Vec3, Wrench
+from quad_core.vehicle import DragSign, Vehicle
+
+Internals = AttitudeInternals
+
+
+class Parameters(NamedTuple):
+    """Parameters of ABFNITSM on SO(3); the defaults are the preset ``tuned``, the gains those of ``abfnitsm``."""
+
+    roll: AxisGains = AxisGains()
+    pitch: AxisGains = AxisGains(angle_gain=50.0)
+    yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
+    command: Annotated[
+        int, Choice(CommandSource, "where Omega_d and Omega_d' come from: as in abfnitsm", "addition")
+    ] = CommandSource.FILTER.value
+    adaptation_form: Annotated[
+        int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
+    ] = AdaptationForm.ABS.value
+    anti_windup: Annotated[
+        bool, Flag("surface integral and estimates of an axis rest while its torque is limited, here or in `actuation`")
+    ] = True
+    widest: Annotated[
+        float, Real("rad", "longest way that the command filter is led by at once", 0.01, 6.3, "addition")
+    ] = 0.6
+    margin: Annotated[
+        float, Real("", "q_w beyond 180 degrees at which the other way round is taken", 0.0, 0.5, "addition")
+    ] = 0.05
+
+
+class Memory(NamedTuple):
+    """What the law keeps: per axis, the command filter, and which of q, -q it follows (1 or -1)."""
+
+    roll: AxisMemory = AxisMemory()
+    pitch: AxisMemory = AxisMemory()
+    yaw: AxisMemory = AxisMemory()
+    filter: RotationState = RotationState()
+    side: float = 1.0
+    initialised: bool = False
+
+
+class Goal(NamedTuple):
+    """Desired attitude, its body rates in rad/s and their derivative in rad/s^2, in its own body axes."""
+
+    attitude: Quat
+    rates: Vec3
+    accelerations: Vec3
+
+
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
+    """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
+    return Memory(
+        roll=initial_axis(parameters.roll),
+        pitch=initial_axis(parameters.pitch),
+        yaw=initial_axis(parameters.yaw),
+        filter=at_rest(IDENTITY),
+        side=1.0,
+        initialised=False,
+    )
+
+
+def step(
+    parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, dt: float
+) -> tuple[Wrench, Memory, Internals]:
+    """Return wrench, memory and internals of one step of ``dt`` s. Raises nothing on flyable inputs.
+
+    In the internals angles and rates are those of body axes, ``desired_angles`` the Euler angles of the goal.
+    """
+    setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
+    filtered = memory.filter if memory.initialised else at_rest(q_wb)
+    goal = goal_of(parameters.command, filtered, setpoint)
+    q = relative(goal.attitude, q_wb)
+    side = chosen_side(memory, q.w, parameters.margin)
+    error = doubled(q, side)
+    turned_rates = rotate_inverse(q, goal.rates)
+    error_rate = subtract(omega_b, turned_rates)
+    states = _axis_states(q_wb, omega_b, error, error_rate)
+    form = parameters.adaptation_form
+    roll = axis_control(parameters.roll, memory.roll, states[0], form)
+    pitch = axis_control(parameters.pitch, memory.pitch, states[1], form)
+    yaw = axis_control(parameters.yaw, memory.yaw, states[2], form)
+
+    carried = subtract(rotate_inverse(q, goal.accelerations), cross(omega_b, turned_rates))
+    acceleration = add(Vec3(roll.control, pitch.control, yaw.control), carried)
+    command = inverse_dynamics(vehicle, omega_b, acceleration, DragSign.CORRECTED)
+    limits = TorqueLimits(parameters.roll.max_torque, parameters.pitch.max_torque, parameters.yaw.max_torque)
+    torque = limited_torque(command, limits)
+
+    rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
+    frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)
+    shown_goal = Desired(euler_from_quaternion(goal.attitude), goal.rates, goal.accelerations)
+    axes = (memory.roll, memory.pitch, memory.yaw)
+    internals = shown(axes, shown_goal, states, (roll, pitch, yaw), torque.limited, frozen)
+    next_memory = Memory(
+        roll=next_axis_memory(parameters.roll, memory.roll, roll, rest.x, dt),
+        pitch=next_axis_memory(parameters.pitch, memory.pitch, pitch, rest.y, dt),
+        yaw=next_axis_memory(parameters.yaw, memory.yaw, yaw, rest.z, dt),
+        filter=_next_filter(parameters, filtered, setpoint, dt),
+        side=side,
+        initialised=True,
+    )
+    return Wrench(setpoint.thrust, torque.torque), next_memory, internals
+
+
+def goal_of(source: int, filtered: RotationState, setpoint: AttitudeThrust) -> Goal:
+    """Return what the law follows; ``source`` is a ``CommandSource``."""
+    if source == CommandSource.FEED_FORWARD:
+        return set_goal(setpoint)
+    if source == CommandSource.RAW:
+        return Goal(quaternion_from_euler(setpoint.angles), ZERO, ZERO)
+    return Goal(filtered.attitude, filtered.rates, filtered.accelerations)
+
+
+def set_goal(setpoint: AttitudeThrust) -> Goal:
+    """Return the setpoint with its derivatives, in body axes."""
+    angles, rates = setpoint.angles, setpoint.rates
+    return Goal(
+        quaternion_from_euler(angles),
+        body_rates(angles, rates),
+        body_acceleration(angles, rates, setpoint.accelerations),
+    )
+
+
+def chosen_side(memory: Memory, scalar: float, margin: float) -> float:
+    """Return 1 or -1, with which q must be multiplied for the short way round; ``scalar`` is its q_w.
+
+    Once chosen it stays until the other way is shorter by ``margin``.
+    """
+    if not memory.initialised:
+        return 1.0 if scalar >= 0.0 else -1.0
+    return -memory.side if memory.side * scalar < -margin else memory.side
+
+
+def doubled(q: Quat, side: float) -> Vec3:
+    """Return 2 side (q_x, q_y, q_z): near 0 the rotation vector in rad."""
+    return Vec3(2.0 * side * q.x, 2.0 * side * q.y, 2.0 * side * q.z)
+
+
+def _axis_states(q_wb: Quat, omega_b: Vec3, error: Vec3, error_rate: Vec3) -> tuple[AxisState, AxisState, AxisState]:
+    """Return what the law of each axis looks at; acceleration and model terms are added for all axes at once."""
+    angle = doubled(q_wb, 1.0 if q_wb.w >= 0.0 else -1.0)
+    return (
+        AxisState(angle.x, omega_b.x, error.x, error_rate.x, 0.0, 0.0),
+        AxisState(angle.y, omega_b.y, error.y, error_rate.y, 0.0, 0.0),
+        AxisState(angle.z, omega_b.z, error.z, error_rate.z, 0.0, 0.0),
+    )
+
+
+def _next_filter(parameters: Parameters, state: RotationState, setpoint: AttitudeThrust, dt: float) -> RotationState:
+    """Return the command filter one step later."""
+    roll, pitch, yaw = parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter
+    target = quaternion_from_euler(setpoint.angles)
+    if parameters.command == CommandSource.LED:
+        goal = set_goal(setpoint)
+        v, a = goal.rates, goal.accelerations
+        lead = Vec3(
+            3.0 * (v.x + a.x / roll.bandwidth) / roll.bandwidth,
+            3.0 * (v.y + a.y / pitch.bandwidth) / pitch.bandwidth,
+            3.0 * (v.z + a.z / yaw.bandwidth) / yaw.bandwidth,
+        )
+        target = turned_by(target, lead)
+    return next_rotation(state, target, roll, pitch, yaw, parameters.widest, dt)
+
+
+_AXES = ("roll", "pitch", "yaw")
+
+PRESETS: dict[str, dict[str, Value]] = {
+    "tuned": {},
+    "minimal": {
+        "anti_windup": False,
+        **{f"{axis}.linear_gain": 3.0 for axis in _AXES},
+        **{f"{axis}.surface_width": 1.0 for axis in _AXES},
+        **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
+        **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
+        **{f"{axis}.max_torque": 1e6 for axis in _AXES},
+        "yaw.filter.bandwidth": 40.0,
+        "yaw.filter.max_rate": 1e6,
+        "widest": 6.3,
+    },
+}
+"""As those of ``abfnitsm``; ``minimal``: Table 2 and no bounds."""

@@ -1,0 +1,205 @@
+"""ABFNITSM on SO(3): the paper's law near level, no singularity, no long way round, its proof's first step."""
+
+import math
+import random
+import struct
+
+import numpy as np
+import pytest
+import sympy as sp
+from attitude_cases import VEHICLE, any_inputs, numbers
+from hypothesis import given
+from scipy.spatial.transform import Rotation
+
+from quad_attitude_ctrl import abfnitsm, abfnitsm_so3
+from quad_attitude_ctrl.abfnitsm_so3 import chosen_side, doubled
+from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
+from quad_attitude_ctrl.rotation_filter import at_rest, next_rotation, relative, turned_by, way_to
+from quad_core.geometry import quaternion_from_euler
+from quad_core.parameters import build
+from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
+
+DT = 0.002
+ZERO = Vec3(0.0, 0.0, 0.0)
+FED = build(abfnitsm_so3.Parameters, {"command": "feed_forward"})
+EULER = build(abfnitsm.Parameters, {"command": "feed_forward"})
+PLAIN = CommandFilter(bandwidth=40.0, max_rate=1e6)
+SLOW = CommandFilter(bandwidth=8.0, max_rate=1.5)
+
+
+def quaternion(rotation):
+    return Quat(*map(float, rotation.as_quat()))
+
+
+def inputs(angles, omega, goal=ZERO, rates=ZERO, accelerations=ZERO):
+    setpoint = AttitudeThrust(goal, rates, accelerations, quaternion_from_euler(goal), 5.0, 0.3)
+    return AttitudeInputs(VehicleState(ZERO, ZERO, quaternion_from_euler(angles), omega), setpoint, Actuation())
+
+
+def vector(rng, size):
+    return Vec3(*(rng.uniform(-size, size) for _ in range(3)))
+
+
+def test_near_level_it_is_the_paper_s_law():
+    rng = random.Random(4)
+    for _ in range(200):
+        # angles in the middle of the surface's layer, where the law is all but linear
+        small = 1e-4
+        given_ = inputs(
+            vector(rng, small), vector(rng, small), vector(rng, small), vector(rng, small), vector(rng, 1.0)
+        )
+        memory, other = abfnitsm_so3.init(FED, VEHICLE), abfnitsm.init(EULER, VEHICLE)
+        mine, _, shown = abfnitsm_so3.step(FED, VEHICLE, memory, given_, DT)
+        theirs, _, expected = abfnitsm.step(EULER, VEHICLE, other, given_, DT)
+        # but for products of angle and acceleration
+        assert list(mine.torque_b) == pytest.approx(list(theirs.torque_b), rel=1e-3, abs=1e-5)
+        assert list(shown.angle_error) == pytest.approx(list(expected.angle_error), abs=1e-7)
+        assert list(shown.rate_error) == pytest.approx(list(expected.rate_error), abs=1e-7)
+        assert list(shown.sliding_variable) == pytest.approx(list(expected.sliding_variable), abs=1e-7)
+
+
+def test_near_level_its_error_is_that_of_equation_40_as_sympy_has_it():
+    size = sp.Symbol("size")
+    phi, theta, psi, phi_d, theta_d, psi_d = sp.symbols("phi theta psi phi_d theta_d psi_d")
+
+    def turn(axis, angle):
+        parts = [0, 0, 0]
+        parts[axis] = 1
+        return sp.Quaternion.from_axis_angle(parts, size * angle)
+
+    def attitude(x, y, z):
+        return turn(2, z) * turn(1, y) * turn(0, x)
+
+    error = attitude(phi_d, theta_d, psi_d).inverse() * attitude(phi, theta, psi)
+    parts = [2 * part for part in (error.b, error.c, error.d)]
+    first = [sp.simplify(sp.series(part, size, 0, 2).removeO().coeff(size, 1)) for part in parts]
+    assert [sp.simplify(a - b) for a, b in zip(first, (phi - phi_d, theta - theta_d, psi - psi_d), strict=True)] == [
+        0
+    ] * 3
+
+
+def test_the_rate_of_four_times_one_less_q_w_is_error_times_rate_error():
+    rng = np.random.default_rng(7)
+    for _ in range(50):
+        q, omega, h = Rotation.random(random_state=rng), rng.normal(size=3), 1e-6
+        side = math.copysign(1.0, q.as_quat()[3])
+        before, after = ((q * Rotation.from_rotvec(sign * h * omega)).as_quat()[3] * side for sign in (-1, 1))
+        slope = -4.0 * (after - before) / (2.0 * h)
+        assert slope == pytest.approx(np.dot(doubled(quaternion(q), side), omega), abs=1e-5)
+
+
+def test_q_and_minus_q_are_one_attitude():
+    rng = np.random.default_rng(9)
+    for _ in range(100):
+        q = Rotation.random(random_state=rng).as_quat()
+        answers = []
+        for sign in (1.0, -1.0):
+            state = VehicleState(ZERO, ZERO, Quat(*map(float, sign * q)), Vec3(1.0, -2.0, 0.5))
+            given_ = AttitudeInputs(state, AttitudeThrust(thrust=5.0), Actuation())
+            wrench, _, _ = abfnitsm_so3.step(FED, VEHICLE, abfnitsm_so3.init(FED, VEHICLE), given_, DT)
+            answers.append(wrench.torque_b)
+        assert answers[0] == pytest.approx(answers[1], abs=1e-12)
+
+
+def test_it_turns_the_short_way():
+    for degrees, sign in ((170.0, -1.0), (190.0, 1.0), (-170.0, 1.0), (-190.0, -1.0)):
+        given_ = inputs(Vec3(math.radians(degrees), 0.0, 0.0), ZERO)
+        wrench, _, _ = abfnitsm_so3.step(FED, VEHICLE, abfnitsm_so3.init(FED, VEHICLE), given_, DT)
+        assert math.copysign(1.0, wrench.torque_b.x) == sign, degrees
+
+
+def test_the_side_changes_only_beyond_the_margin():
+    memory = abfnitsm_so3.init(FED, VEHICLE)
+    assert [chosen_side(memory, scalar, 0.05) for scalar in (0.0, 0.1, -0.01)] == [1.0, 1.0, -1.0]
+    flown = memory._replace(initialised=True)
+    assert [chosen_side(flown, scalar, 0.05) for scalar in (0.1, -0.04, -0.06)] == [1.0, 1.0, -1.0]
+    assert chosen_side(flown._replace(side=-1.0), 0.06, 0.05) == 1.0
+
+
+@given(any_inputs())
+def test_it_answers_any_flyable_input(given_):
+    parameters = abfnitsm_so3.Parameters()
+    memory = abfnitsm_so3.init(parameters, VEHICLE)
+    for _ in range(3):
+        wrench, memory, internals = abfnitsm_so3.step(parameters, VEHICLE, memory, given_, DT)
+        assert all(map(math.isfinite, (*numbers(wrench), *numbers(memory), *numbers(internals))))
+        assert max(map(abs, wrench.torque_b)) <= 0.5
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.6, -0.8, 0.0), (0.0, 0.0, 1.0)])
+def test_exactly_turned_over_it_comes_back(axis):
+    parameters, inertia = abfnitsm_so3.Parameters(), np.array([0.011, 0.017, 0.026])
+    memory, attitude, omega = (
+        abfnitsm_so3.init(parameters, VEHICLE),
+        Rotation.from_rotvec(np.pi * np.array(axis)),
+        np.zeros(3),
+    )
+    for _ in range(1500):
+        state = VehicleState(ZERO, ZERO, quaternion(attitude), Vec3(*map(float, omega)))
+        given_ = AttitudeInputs(state, AttitudeThrust(thrust=5.0), Actuation())
+        wrench, memory, _ = abfnitsm_so3.step(parameters, VEHICLE, memory, given_, DT)
+        omega = omega + DT * (np.array(wrench.torque_b) - np.cross(omega, inertia * omega)) / inertia
+        attitude = attitude * Rotation.from_rotvec(DT * omega)
+    assert attitude.magnitude() < (0.05 if axis[2] == 0.0 else 0.6)
+
+
+def test_a_way_is_the_tilt_and_then_the_turn_about_the_thrust():
+    rng = np.random.default_rng(2)
+    for _ in range(300):
+        q = Rotation.random(random_state=rng)
+        way = way_to(quaternion(q))
+        again = Rotation.from_rotvec([way.x, way.y, 0.0]) * Rotation.from_rotvec([0.0, 0.0, way.z])
+        assert (again.inv() * q).magnitude() < 1e-9
+        up = q.apply([0.0, 0.0, 1.0])
+        assert math.hypot(way.x, way.y) == pytest.approx(math.acos(up[2]), abs=1e-7)
+        assert -math.pi < way.z <= math.pi
+
+
+def test_small_ways_are_filtered_as_angles_are():
+    target = Vec3(1e-3, -2e-3, 1.5e-3)
+    state = at_rest(Quat(0.0, 0.0, 0.0, 1.0))
+    axes = [FilterState(0.0, 0.0, 0.0, 0.0)] * 3
+    for _ in range(100):
+        state = next_rotation(state, quaternion_from_euler(target), PLAIN, PLAIN, SLOW, 0.6, DT)
+        axes = [
+            next_filter_state(axis, raw, kind.bandwidth, kind.max_rate, DT)
+            for axis, raw, kind in zip(axes, target, (PLAIN, PLAIN, SLOW), strict=True)
+        ]
+    found = Rotation.from_quat(state.attitude).as_rotvec()
+    assert list(found) == pytest.approx([axis.angle for axis in axes], abs=1e-5)
+    assert state.rates == pytest.approx([axis.rate for axis in axes], abs=1e-4)
+
+
+def test_a_filter_that_is_far_off_asks_for_no_more_than_its_way_admits():
+    state, fastest, hardest = at_rest(Quat(1.0, 0.0, 0.0, 0.0)), 0.0, 0.0
+    for _ in range(600):
+        state = next_rotation(state, Quat(0.0, 0.0, 0.0, 1.0), PLAIN, PLAIN, SLOW, 0.6, DT)
+        fastest, hardest = max(fastest, abs(state.rates.x)), max(hardest, abs(state.accelerations.x))
+    # a constant way w moves a filter of three poles b at b w / 3
+    assert fastest < 1.01 * 40.0 * 0.6 / 3.0
+    assert hardest < 0.35 * 0.6 * 1600.0
+    assert Rotation.from_quat(state.attitude).magnitude() < 1e-3
+
+
+def test_relative_and_turned_by_are_those_of_scipy():
+    rng = np.random.default_rng(11)
+    for _ in range(50):
+        a, b, turn = Rotation.random(random_state=rng), Rotation.random(random_state=rng), rng.normal(size=3)
+        assert (Rotation.from_quat(relative(quaternion(a), quaternion(b))).inv() * a.inv() * b).magnitude() < 1e-12
+        moved = Rotation.from_quat(turned_by(quaternion(a), Vec3(*map(float, turn))))
+        assert (moved.inv() * a * Rotation.from_rotvec(turn)).magnitude() < 1e-12
+
+
+def test_compiled_it_gives_the_same_bits():
+    pytest.importorskip("numba")
+    from quad_core.compilation import compiled
+
+    parameters = build(abfnitsm_so3.Parameters, {"command": "led"})
+    machine, rng = compiled(abfnitsm_so3.step), random.Random(3)
+    mine = theirs = abfnitsm_so3.init(parameters, VEHICLE)
+    for _ in range(300):
+        given_ = inputs(vector(rng, 3.0), vector(rng, 20.0), vector(rng, 1.5), vector(rng, 5.0), vector(rng, 30.0))
+        one, mine, _ = abfnitsm_so3.step(parameters, VEHICLE, mine, given_, DT)
+        two, theirs, _ = machine(parameters, VEHICLE, theirs, given_, DT)
+        bits = [struct.pack("4d", wrench.thrust, *wrench.torque_b) for wrench in (one, two)]
+        assert bits[0] == bits[1]

@@ -1,0 +1,43 @@
+"""What a flight with a commander is besides: the trajectory of its mission, and what its nodes are told."""
+
+import secrets
+
+from quad_commander.missions import Kind, MissionError, parse
+from quad_core import plugins
+from quad_core.cascade import COMMANDER, ROLES, SIMULATOR, TRAJECTORY
+from quad_core.parameters import ParameterError, Value
+from quad_dynamics.ground import SINK
+from quad_dynamics.parameters import Ground
+
+
+def trajectory_of(mission: str) -> str | None:
+    """Return the name of the trajectory that ``mission`` flies, None if it flies none.
+
+    Raises ParameterError for a mission that cannot be flown.
+    """
+    try:
+        items = parse(mission, plugins.names(plugins.TRAJECTORY))
+    except MissionError as error:
+        raise ParameterError(f"--{error}") from error
+    names = list(dict.fromkeys(item.name for item in items if item.kind == Kind.TRAJECTORY))
+    if len(names) > 1:
+        raise ParameterError(
+            f"--mission: found {', '.join(names)}, expected one trajectory: a flight has one such node"
+        )
+    return names[0] if names else None
+
+
+def launched(mission: str) -> dict[str, dict[str, Value]]:
+    """Return {role: parameters} with which a launch file flies ``mission`` from the origin of plant rigid_body.
+
+    Raises ParameterError as ``trajectory_of``.
+    """
+    name = trajectory_of(mission)
+    roles = (*ROLES, COMMANDER)
+    shared: dict[str, Value] = {"flight.roles": ",".join(roles), "flight.run_id": f"mission-{secrets.token_hex(4)}"}
+    own: dict[str, dict[str, Value]] = {
+        SIMULATOR: {"rigid_body.ground.enabled": True, "rigid_body.ground.height": SINK - Ground().foot_depth},
+        TRAJECTORY: {"trajectory": name} if name else {},
+        COMMANDER: {"mission": mission},
+    }
+    return {role: {**shared, **own.get(role, {})} for role in roles}

@@ -1,0 +1,137 @@
+"""One flight: five processes in a domain, watched to their end, judged by the bag."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from quad_bringup import one_process, results, surroundings
+from quad_bringup.processes import Processes, describe_exit, executable
+from quad_bringup.progress import Progress
+from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
+from quad_core.cascade import ROLES, SHADOWS
+from quad_core.parameters import ParameterError
+from quad_core.resolution import Resolved
+from quad_flight.set_up import parameter_file, summary
+from quad_flight_log.recorder.provenance import LIMITS
+from quad_node.command_link import STARTER
+from quad_node.watch import FlightWatch
+
+GOOD = 0
+FAILED = 1
+BAD_SETUP = 2
+
+
+class Planned(NamedTuple):
+    """One flight, checked and ready to start. ``limits``: {metric: largest value}; ``own``: {role: its command}."""
+
+    name: str
+    directory: Path
+    run_id: str
+    namespace: str
+    nodes: dict[str, Resolved]
+    limits: dict[str, float]
+    one_process: bool = False
+    own: Mapping[str, Sequence[str]] = {}
+
+
+def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
+    """Fly ``flight`` in ``domain``, print what its bag shows, and return the exit code."""
+    about = summary(flight.nodes)
+    _say(
+        f"{flight.name}: {about['position']} + {about['attitude']} ({about['preset']}), plant {about['plant']}, "
+        f"start {about['start']}, {about['mode']}, seed {about['seed']}"
+    )
+    _say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
+    # gone with whatever a full disk did not let move into the bag
+    with tempfile.TemporaryDirectory(prefix="quad-fly-", ignore_cleanup_errors=True) as logs:
+        return _fly(flight, domain, interrupted, Path(logs))
+
+
+def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> int:
+    # A process that crashes, or hangs and is aborted, leaves in its log where it was.
+    limits = ",".join(f"{metric}={limit!r}" for metric, limit in flight.limits.items())
+    own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
+    processes = Processes(logs, {**os.environ, **own})
+    try:
+        watch = FlightWatch(flight.run_id, domain, flight.namespace)
+    except RuntimeError as error:  # rclpy's own: no shared memory is left, for one
+        problem = " ".join(str(error).split())
+        raise ParameterError(f"ROS 2 cannot start in domain {domain} (is /dev/shm full?): {problem}") from error
+    progress = Progress(flight.name, sys.stderr)
+    try:
+        _start(processes, flight, logs / "parameters.yaml")
+        outcome = supervise(processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show)
+    finally:
+        progress.close()
+        watch.close()
+        processes.stop()
+    if interrupted.name and not any(flight.directory.glob("*.mcap*")):
+        # Before anything was recorded: the directory stays free for another try.
+        cause = outcome.cause or f"interrupted by {interrupted.name}"
+        _complain(f"{flight.name}: {cause} before anything was recorded")
+        return FAILED
+    lost = processes.move_logs(flight.directory / "logs") if flight.directory.is_dir() else ""
+    code = _judge(flight, processes, outcome)
+    if lost:
+        _complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
+    return code
+
+
+def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
+    recorder = flight.nodes["recorder"]
+    settings = recorder._replace(node=recorder.node._replace(parameters_file=str(parameters)))
+    parameters.write_text(parameter_file({**flight.nodes, "recorder": settings}, flight.namespace), encoding="utf-8")
+    arguments = ["--ros-args", "--params-file", str(parameters)]
+    if flight.namespace:
+        arguments += ["-r", f"__ns:=/{flight.namespace}"]
+    composed = set(ROLES) if flight.one_process else set()
+    if composed:
+        processes.start(one_process.NAME, [sys.executable, "-m", one_process.__name__, *arguments])
+    for role in flight.nodes:
+        if role in composed:
+            continue
+        name = ["-r", f"__node:={role}"] if role in SHADOWS else []
+        processes.start(role, [*flight.own.get(role, [executable(role)]), *arguments, *name])
+
+
+def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
+    """Print the table and what went wrong; returns the exit code."""
+    for role, code in processes.codes.items():
+        if code == BAD_SETUP:
+            _complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
+            return BAD_SETUP
+    found = results.report(flight.directory, flight.limits, flight.namespace)
+    _say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
+    problems = ([outcome.cause] if outcome.cause else []) + found.problems
+    if found.problems and surroundings.is_full(flight.directory):
+        problems.append(f"{flight.directory}: No space left on device")
+    if outcome.cause.startswith("interrupted"):
+        # What was not flown cannot be measured, and that is no fault of the flight.
+        problems = [problem for problem in problems if "found not available" not in problem]
+    ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
+    problems = problems or [text for role, text in ends.items() if role not in (*SHADOWS, *outcome.late)]
+    for role in outcome.late:
+        _complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
+    for role in set(ends) & set(SHADOWS):
+        _complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
+    for problem in problems:
+        _complain(f"{flight.name}: {problem}")
+    for role, code in processes.codes.items():
+        if code != 0 and (outcome.cause.startswith(f"{role} ") or role in outcome.late):
+            for line in processes.last_lines(role, 3):
+                _complain(f"{role}: {line}")
+    _say(f"{flight.name}: {'failed' if problems else 'good'}")
+    return FAILED if problems else GOOD
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def _complain(line: str) -> None:
+    sys.stderr.write(f"fly: {line}\n")
+    sys.stderr.flush()

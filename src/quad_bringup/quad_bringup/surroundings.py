@@ -1,0 +1,138 @@
+"""What a flight finds around it before it starts: other nodes in its domain, shared memory, a folder for ROS's logs."""
+
+import os
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from quad_bringup.domains import occupied
+from quad_core.ownership import private_folder
+from quad_core.parameters import ParameterError
+from quad_node.middleware import RANGE, TRANSPORTS
+
+DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
+SHARED_MEMORY = Path("/dev/shm")
+LEAST_SHARED_MEMORY = 16_000_000  # bytes; the nodes of a flight take some 6 MB
+LEAST_DISK, FULL_DISK = 8_000_000, 65_536  # bytes; 20 s of flight; less than two chunks of a bag
+
+
+def make_visible() -> None:
+    """Let every shell of this machine see the nodes that are started from now on, and no other host."""
+    os.environ.pop(TRANSPORTS, None)
+    os.environ[RANGE] = "LOCALHOST"
+
+
+def how_to_look_on(domain: int) -> str:
+    """Return the line that makes a flight's nodes visible to ``ros2`` in another shell."""
+    where = f"ROS_DOMAIN_ID={domain}"
+    root = os.environ.get("QUAD_ROOT", "")
+    if os.environ.get(TRANSPORTS, "") == "SHM":
+        if root:
+            return f"to look on from another shell: source {root}/scripts/env.sh; export {where}"
+        return f"to look on from another shell: export {TRANSPORTS}=SHM {where}; unset {RANGE}"
+    if os.environ.get(RANGE, ""):
+        where += f" {RANGE}={os.environ[RANGE]}"
+    return f"to look on from another shell: unset {TRANSPORTS}; export {where}"
+
+
+def check_shared_memory() -> None:
+    """Raise ParameterError if there is no room for what the nodes talk through."""
+    free = shutil.disk_usage(SHARED_MEMORY).free if SHARED_MEMORY.is_dir() else 0
+    if free < LEAST_SHARED_MEMORY:
+        raise ParameterError(
+            f"{SHARED_MEMORY}: found {free / 1e6:.1f} MB free, expected at least {LEAST_SHARED_MEMORY / 1e6:.0f} MB: "
+            "the nodes talk through it"
+        )
+
+
+def check_disk(directory: Path) -> None:
+    """Raise ParameterError if a flight could not be recorded in ``directory``, which exists."""
+    free = shutil.disk_usage(directory).free
+    if free < LEAST_DISK:
+        raise ParameterError(
+            f"{directory}: found {free / 1e6:.1f} MB free, expected at least {LEAST_DISK / 1e6:.0f} MB"
+        )
+
+
+def is_full(directory: Path) -> bool:
+    """Return whether nothing more can be written in ``directory``."""
+    return directory.is_dir() and shutil.disk_usage(directory).free < FULL_DISK
+
+
+def find_room_for_logs() -> str:
+    """See that ROS has a folder for its logs, without which no node starts; returns what was done about it, if any."""
+    if os.environ.get("ROS_LOG_DIR"):
+        return ""
+    home = os.environ.get("ROS_HOME") or Path(os.environ.get("HOME") or "/", ".ros")
+    folder = Path(home, "log").expanduser()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return ""
+    except OSError as error:
+        other = private_folder(Path(tempfile.gettempdir(), f"quad-{os.geteuid()}", "ros-log"))
+        os.environ["ROS_LOG_DIR"] = str(other)
+        return f"{folder}: {error.strerror}; ROS's logs go to {other}"
+
+
+def check_domain(domain: int, namespace: str) -> None:
+    """Raise ParameterError if somebody else in ``domain`` would be obeyed: whoever publishes a topic of this flight."""
+    others = publishers(domain, namespace) if may_hold_others(domain) else {}
+    if others:
+        listed = "; ".join(f"{node} publishes {shortened(names)}" for node, names in sorted(others.items()))
+        raise ParameterError(
+            f"--domain: domain {domain} is not empty: {listed}. End them, or choose another --domain or --namespace"
+        )
+
+
+def shortened(names: list[str]) -> str:
+    """Return the first of ``names`` and how many more there are."""
+    return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
+
+
+def may_hold_others(domain: int) -> bool:
+    """Return whether looking costs its time: over shared memory alone, nobody is where no port is."""
+    return os.environ.get(TRANSPORTS, "") != "SHM" or domain in occupied()
+
+
+def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict[str, list[str]]:
+    """Return {node: topics} of all that publish a topic of a flight in ``namespace``, looking for ``patience`` s.
+
+    Nobody in a flight obeys its clock, so whoever else sends one does no harm.
+    """
+    import rclpy
+    from rclpy.context import Context
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+
+    from quad_node.topics import TOPICS
+
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    probe = Node(
+        "flight_probe", context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False
+    )
+    found: dict[str, list[str]] = {}
+    try:
+        deadline = time.monotonic() + patience
+        # A publisher may be known a moment before the name of its node is.
+        while (not found or any("UNKNOWN" in node for node in found)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+            found = _publishers(probe, [name for name in TOPICS if name != "clock"])
+    finally:
+        probe.destroy_node()
+        context.try_shutdown()
+    return found
+
+
+def _publishers(probe: Any, names: list[str]) -> dict[str, list[str]]:
+    """Return {node: topics} of those that publish the relative ``names`` in the namespace of ``probe``."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        for info in probe.get_publishers_info_by_topic(f"{probe.get_namespace().rstrip('/')}/{name}"):
+            node = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            if name not in found.setdefault(node, []):
+                found[node].append(name)
+    return found

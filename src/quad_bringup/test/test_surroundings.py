@@ -1,0 +1,72 @@
+"""What a flight finds around it: refused in one line if it could not fly, or would not fly alone."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from quad_bringup import surroundings
+from quad_core.parameters import ParameterError
+
+
+@pytest.fixture
+def clean(tmp_path, monkeypatch):
+    for name in ("FASTDDS_BUILTIN_TRANSPORTS", "ROS_AUTOMATIC_DISCOVERY_RANGE", "QUAD_ROOT", "ROS_LOG_DIR", "ROS_HOME"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr(surroundings.tempfile, "tempdir", str(tmp_path))
+    tmp_path.chmod(0o700)
+    return tmp_path
+
+
+def test_a_full_dev_shm_is_refused(clean, monkeypatch):
+    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: SimpleNamespace(free=1_500_000))
+    with pytest.raises(ParameterError, match=r"/dev/shm: found 1\.5 MB free, expected at least 16 MB"):
+        surroundings.check_shared_memory()
+
+
+def test_a_full_disk_is_refused_and_known(clean, monkeypatch):
+    surroundings.check_disk(clean)
+    assert not surroundings.is_full(clean)
+    assert not surroundings.is_full(clean / "nowhere")
+    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: SimpleNamespace(free=20_000))
+    with pytest.raises(ParameterError, match=r"found 0\.0 MB free, expected at least 8 MB"):
+        surroundings.check_disk(clean)
+    assert surroundings.is_full(clean)
+
+
+def test_a_home_where_nothing_can_be_written_does_not_stop_a_flight(clean, monkeypatch):
+    assert surroundings.find_room_for_logs() == ""
+    (clean / "file").touch()
+    monkeypatch.setenv("HOME", str(clean / "file"))
+    notice = surroundings.find_room_for_logs()
+    assert str(clean / "file") in notice
+    assert surroundings.os.environ["ROS_LOG_DIR"] in notice
+
+
+def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):
+    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "SHM")
+    assert "export FASTDDS_BUILTIN_TRANSPORTS=SHM ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
+    monkeypatch.setenv("QUAD_ROOT", "/here")
+    assert "source /here/scripts/env.sh; export ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
+    surroundings.make_visible()
+    line = surroundings.how_to_look_on(57)
+    assert "export ROS_DOMAIN_ID=57 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST" in line
+    assert "SHM" not in line
+
+
+def test_whoever_publishes_our_topics_is_named(clean, monkeypatch):
+    found = {"/uav1/simulator": ["state", "actuation"]}
+    monkeypatch.setattr(surroundings, "publishers", lambda domain, namespace: found if namespace == "uav1" else {})
+    with pytest.raises(ParameterError, match=r"domain 57 is not empty: /uav1/simulator publishes state and 1 more"):
+        surroundings.check_domain(57, "uav1")
+    surroundings.check_domain(57, "uav2")
+
+
+def test_over_shared_memory_nobody_is_looked_for_where_no_port_is(clean, monkeypatch):
+    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "SHM")
+    monkeypatch.setattr(surroundings, "occupied", lambda: {57})
+    assert surroundings.may_hold_others(57)
+    assert not surroundings.may_hold_others(58)
+    surroundings.make_visible()
+    assert surroundings.may_hold_others(58)

@@ -1,0 +1,122 @@
+"""Ask a flight's commander for something: `ros2 run quad_commander command land`.
+
+Prints the answer with its reason. Exit codes: 0 done, 1 refused, 2 no answer or bad usage.
+"""
+
+import argparse
+import secrets
+import sys
+import time
+from collections.abc import Sequence
+from typing import NoReturn
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from quad_commander.mode_table import Request
+from quad_msgs.msg import FlightMode, FlightRequest
+from quad_node import departure, topics
+
+DONE, REFUSED, NO_ANSWER = 0, 1, 2
+WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
+_HUNG = NO_ANSWER
+_FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(NO_ANSWER, f"command: {message} (--help explains)\n")
+
+
+class Asker(Node):
+    """Asks once and waits for the answer on `flight/mode`."""
+
+    def __init__(self, request: Request, namespace: str) -> None:
+        """Join the flight in ``namespace``."""
+        super().__init__(
+            f"command_{secrets.token_hex(4)}",
+            namespace=namespace,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+        self.sender = self.get_name()
+        self.answer: FlightMode | None = None
+        self._request = request
+        entry = topics.TOPICS["flight/request"]
+        self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
+        entry = topics.TOPICS["flight/mode"]
+        self._modes = self.create_subscription(entry.type, entry.name, self._on_mode, entry.qos())
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether a commander listens, and is heard."""
+        return bool(self._requests.get_subscription_count() and self._modes.get_publisher_count())
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a recorder listens beside the commander."""
+        return self._requests.get_subscription_count() > 1
+
+    def settle(self) -> None:
+        """Wait until all who listen have the request."""
+        self._requests.wait_for_all_acked(Duration(seconds=_FOR_RECORDER))
+
+    def ask(self) -> None:
+        """Send the request."""
+        self._requests.publish(FlightRequest(request=int(self._request), sender=self.sender))
+
+    def _on_mode(self, message: FlightMode) -> None:
+        if message.sender == self.sender:
+            self.answer = message
+
+
+def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
+    """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
+    asker = Asker(request, namespace)
+    try:
+        deadline = time.monotonic() + patience
+        while not asker.is_heard and time.monotonic() < deadline:
+            rclpy.spin_once(asker, timeout_sec=0.05)
+        where = f"in namespace {namespace!r}" if namespace else "without a namespace"
+        if not asker.is_heard:
+            return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
+        # a recorder found late holds nothing up for long, and KILL not at all
+        recorded_by = time.monotonic() + (0.0 if request == Request.KILL else _FOR_RECORDER)
+        while not asker.is_recorded and time.monotonic() < min(deadline, recorded_by):
+            rclpy.spin_once(asker, timeout_sec=0.05)
+        asker.ask()
+        while asker.answer is None and time.monotonic() < deadline:
+            rclpy.spin_once(asker, timeout_sec=0.05)
+        answer = asker.answer
+        asker.settle()
+    finally:
+        departure.leave(asker, _HUNG)
+    if answer is None:
+        return NO_ANSWER, f"flight/mode: found no answer within {patience:g} s, expected one"
+    if answer.answer == FlightMode.REFUSED:
+        return REFUSED, f"refused: {answer.answer_text}; the mode is {answer.name}"
+    more = f"; waits for: {answer.answer_text}" if answer.answer_text else ""
+    return DONE, f"done at step {answer.request_step}: the mode is {answer.name}{more}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Ask what the command line says."""
+    parser = _Parser(prog="command", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("request", choices=list(WORDS), metavar="REQUEST", help=", ".join(WORDS))
+    parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
+    parser.add_argument("--patience", type=float, default=10.0, metavar="S", help="how long to wait (default: 10)")
+    options = parser.parse_args(arguments)
+    try:
+        rclpy.init(args=[])
+        code, line = ask(WORDS[options.request], options.namespace.strip("/"), options.patience)
+    except InvalidNamespaceException as error:
+        code, line = NO_ANSWER, f"--namespace: {str(error).splitlines()[0]}"
+    except (KeyboardInterrupt, ExternalShutdownException):
+        code, line = NO_ANSWER, "interrupted before the answer"
+    finally:
+        rclpy.try_shutdown()
+    print(f"command: {options.request}: {line}", file=sys.stdout if code == DONE else sys.stderr)
+    sys.exit(code)

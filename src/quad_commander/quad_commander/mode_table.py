@@ -1,0 +1,206 @@
+"""The mode table: which mode follows when a condition is raised or a request is made. Everything else is made from it.
+
+``TABLE[mode][condition]`` and ``ANSWERS[mode][request]`` are modes. ``docs/safety.md`` shows both (``mode_pages``), the
+tests walk them, and ``modes.step`` obeys them. The rows below are the source; the rest of the module spells them out.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class Mode(IntEnum):
+    """What the vehicle does; the larger number is the more severe."""
+
+    DISARMED = 0
+    ARMING = 1
+    TAKEOFF = 2
+    MISSION = 3
+    HOLD = 4
+    LAND = 5
+    DESCEND = 6
+    PILOT = 7
+    KILL = 8
+
+
+class Condition(IntEnum):
+    """What can be wrong, then what can be achieved (from READY on)."""
+
+    REFERENCE_LATE = 0
+    REFERENCE_LOST = 1
+    SETPOINT_LOST = 2
+    WRENCH_LOST = 3
+    STATE_LOST = 4
+    STATE_GONE = 5
+    STATE_REFUSED = 6
+    POSITION_LOST = 7
+    TILT = 8
+    EXTREME_TILT = 9
+    EXTREME_TILT_LOW = 10
+    POSITION_ERROR = 11
+    LARGE_POSITION_ERROR = 12
+    FENCE = 13
+    BATTERY_LOW = 14
+    ESTIMATOR_RESET = 15
+    OVERRUNS = 16
+    RECORDER_LOST = 17
+    GUARD_DESCENDS = 18
+    GUARD_KILLED = 19
+    PILOT_TOOK_OVER = 20
+    END_ASKED = 21
+    TAKEOFF_LATE = 22
+    LANDING_LATE = 23
+    ARMING_LATE = 24
+    READY = 25
+    AT_HEIGHT = 26
+    PLAN_ENDED = 27
+    CONTACT = 28
+
+
+class Request(IntEnum):
+    """What an operator or a mission may ask for."""
+
+    NONE = 0
+    ARM = 1
+    TAKEOFF = 2
+    MISSION = 3
+    HOLD = 4
+    LAND = 5
+    DESCEND = 6
+    DISARM = 7
+    KILL = 8
+
+
+class Row(NamedTuple):
+    """One condition: the limit in words, the mode that follows in the air, whether it lasts until disarmed.
+
+    ``text`` may name parameters in braces. ``only``: the modes in which it means anything; empty: all in the air.
+    ``on_ground``: the mode that follows in ARMING.
+    """
+
+    condition: Condition
+    text: str
+    then: Mode
+    lasts: bool = False
+    only: tuple[Mode, ...] = ()
+    on_ground: Mode = Mode.DISARMED
+
+
+IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
+FLOWN_BY_REFERENCE = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND)
+
+FAULTS = (
+    Row(
+        Condition.REFERENCE_LATE,
+        "mission reference older than {reference_late}",
+        Mode.HOLD,
+        only=(Mode.MISSION,),
+        on_ground=Mode.ARMING,
+    ),
+    Row(
+        Condition.REFERENCE_LOST,
+        "mission reference older than {reference_lost}, also while holding for it",
+        Mode.LAND,
+        only=(Mode.MISSION, Mode.HOLD),
+        on_ground=Mode.ARMING,
+    ),
+    Row(
+        Condition.SETPOINT_LOST,
+        "attitude setpoint older than {setpoint_lost}",
+        Mode.DESCEND,
+        only=FLOWN_BY_REFERENCE,
+    ),
+    Row(Condition.WRENCH_LOST, "wrench older than {wrench_lost}", Mode.DESCEND),
+    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND),
+    Row(Condition.STATE_GONE, "state older than {state_gone}", Mode.KILL),
+    Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
+    Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
+    Row(Condition.TILT, "tilt above {tilt} for {tilt_time}", Mode.DESCEND),
+    Row(Condition.EXTREME_TILT, "tilt above {extreme_tilt} for {extreme_tilt_time}", Mode.DESCEND),
+    Row(Condition.EXTREME_TILT_LOW, "the same below {low_height}", Mode.KILL),
+    Row(
+        Condition.POSITION_ERROR,
+        "position error above {position_error}",
+        Mode.LAND,
+        only=FLOWN_BY_REFERENCE,
+    ),
+    Row(
+        Condition.LARGE_POSITION_ERROR,
+        "position error above {large_position_error}",
+        Mode.DESCEND,
+        only=FLOWN_BY_REFERENCE,
+    ),
+    Row(Condition.FENCE, "outside the fence", Mode.LAND),
+    Row(Condition.BATTERY_LOW, "battery below {battery_low}", Mode.LAND, lasts=True),
+    Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
+    Row(Condition.OVERRUNS, "more than {overruns} of a second's cycles late", Mode.HOLD),
+    Row(
+        Condition.RECORDER_LOST,
+        "recorder lost, and asked to land then",
+        Mode.LAND,
+    ),
+    Row(Condition.GUARD_DESCENDS, "guard flies its backup law", Mode.DESCEND),
+    Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
+    Row(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
+    Row(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
+    Row(
+        Condition.TAKEOFF_LATE,
+        "not at height after {takeoff_late}",
+        Mode.LAND,
+        only=(Mode.TAKEOFF,),
+        on_ground=Mode.ARMING,
+    ),
+    Row(
+        Condition.LANDING_LATE,
+        "no contact {landing_late} after the landing ended",
+        Mode.DESCEND,
+        only=(Mode.LAND,),
+        on_ground=Mode.ARMING,
+    ),
+)
+"""What is wrong. The more severe mode wins; none leads to a less severe one."""
+
+PROGRESS = (
+    (Mode.ARMING, Condition.ARMING_LATE, Mode.DISARMED, "no take-off within {arming_late}"),
+    (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up} of spool-up"),
+    (Mode.TAKEOFF, Condition.AT_HEIGHT, Mode.HOLD, "at the height of take-off"),
+    (Mode.MISSION, Condition.PLAN_ENDED, Mode.HOLD, "the trajectory has ended"),
+    (Mode.LAND, Condition.CONTACT, Mode.DISARMED, "slower than {contact_speed} for {contact_time} at low thrust"),
+    (Mode.DESCEND, Condition.CONTACT, Mode.DISARMED, "the same, or the guard has landed"),
+)
+"""What is achieved: the only way on without a request."""
+
+GRANTED: dict[Request, dict[Mode, Mode]] = {
+    Request.ARM: {Mode.DISARMED: Mode.ARMING, Mode.ARMING: Mode.ARMING},
+    Request.TAKEOFF: {Mode.DISARMED: Mode.ARMING, Mode.ARMING: Mode.ARMING},
+    Request.MISSION: {Mode.HOLD: Mode.MISSION},
+    Request.HOLD: dict.fromkeys(IN_THE_AIR, Mode.HOLD),
+    Request.LAND: dict.fromkeys(IN_THE_AIR, Mode.LAND),
+    Request.DESCEND: dict.fromkeys(IN_THE_AIR, Mode.DESCEND),
+    Request.DISARM: {Mode.DISARMED: Mode.DISARMED, Mode.ARMING: Mode.DISARMED, Mode.PILOT: Mode.DISARMED},
+    Request.KILL: dict.fromkeys(Mode, Mode.KILL),
+}
+"""What a request leads to; not named: refused. DISARM in PILOT needs contact with the ground."""
+
+REFUSED = -1
+
+
+def _row(mode: Mode) -> tuple[int, ...]:
+    following = [int(mode)] * len(Condition)
+    for fault in FAULTS:
+        if mode == Mode.ARMING:
+            following[fault.condition] = int(fault.on_ground)
+        elif mode in (fault.only or IN_THE_AIR):
+            following[fault.condition] = int(max(mode, fault.then))
+    if mode == Mode.DISARMED:
+        following[Condition.GUARD_KILLED] = int(Mode.KILL)
+        following[Condition.PILOT_TOOK_OVER] = int(Mode.PILOT)
+    for here, condition, then, _ in PROGRESS:
+        if here == mode:
+            following[condition] = int(then)
+    return tuple(following)
+
+
+TABLE = tuple(_row(mode) for mode in Mode)
+ANSWERS = tuple(tuple(int(GRANTED.get(request, {}).get(mode, REFUSED)) for request in Request) for mode in Mode)
+LASTING = tuple(any(row.lasts and row.condition == condition for row in FAULTS) for condition in Condition)
+FAULT_COUNT = len(FAULTS)

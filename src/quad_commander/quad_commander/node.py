@@ -1,0 +1,220 @@
+"""The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests."""
+
+import shutil
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+from rclpy.publisher import Publisher
+from std_srvs.srv import Trigger
+
+from quad_commander import missions
+from quad_commander.arming import refusals
+from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed, Said
+from quad_commander.mode_message import ModePayload
+from quad_commander.mode_table import Mode, Request
+from quad_commander.observation import thrust_over_weight
+from quad_commander.preflight import Preflight
+from quad_core import plugins
+from quad_core.cascade import COMMAND, COMMANDER
+from quad_core.cycle import seconds
+from quad_core.guard import KILL as GUARD_KILL
+from quad_core.types import TrajectoryPoint
+from quad_msgs.msg import FlightEvent, FlightPlan, FlightRequest, GuardStatus, NodeStatus
+from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
+from quad_node.codec import packer
+from quad_node.main import run
+from quad_node.responder import Arrival, InputTopic, Responder, Sample
+
+SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
+_CHECKS_EVERY = 0.3  # s
+_WINDOW = 1.0  # s over which late cycles are counted
+
+
+class Commander(Responder):
+    """Decides which mode is flown, and makes its reference."""
+
+    def __init__(self) -> None:
+        """Read the mission and join; raises as FlightNode, or MissionError."""
+        super().__init__(COMMANDER)
+        self.settings = self.resolved.node
+        known = plugins.names(plugins.TRAJECTORY)
+        text = self.settings.mission
+        self._mission = missions.parse(text, known) if text else ()
+        self._conduct: Conduct | None = None
+        self._asked: deque[Asked] = deque()
+        self._end_asked = ""
+        self._preflight = Preflight(self.flight, self.settings)
+        self._since_check = 0.0
+        self._cycles: deque[int] = deque()
+        self._lost: set[str] = set()
+        self._asked_again = 0
+        self._last: Sample | None = None
+        self._guard = GuardSeen()
+        self._stepped_at = 0.0
+        self._heard = {"attitude_setpoint": self.started, COMMAND: self.started}
+        self._mission_in = self.take("mission/reference")
+        self.take("actuation", lag=1)
+        for topic in self._heard:
+            self.subscribe(topic, partial(self._on_life, topic), raw=True)
+        self.subscribe("flight/plan", self._on_plan)
+        self.subscribe("flight/nodes", self._on_node, depth=64)
+        self.subscribe("flight/request", self._on_request)
+        self.subscribe("flight/guard", self._on_guard)
+        self._reference_out = self.publisher("reference")
+        self._mode_out = self.publisher("flight/mode")
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
+        self._mode_payload = ModePayload(self.flight.run_id)
+        self._offered = [
+            self.create_service(Trigger, request.name.lower(), partial(self._on_call, request)) for request in SERVICES
+        ]
+
+    def is_needed(self, taken: InputTopic, step: int) -> bool:
+        """Return whether ``step`` waits for an input: not for one that was given up."""
+        return taken.topic not in self._lost and super().is_needed(taken, step)
+
+    def report_waiting(self, step: int) -> None:
+        """Say what is missing; a mission reference that stays away is given up: it becomes HOLD, then LAND."""
+        super().report_waiting(step)
+        self._asked_again += 1
+        if self._asked_again >= self.settings.give_up and self._mission_in.topic not in self._lost:
+            self._lost.add(self._mission_in.topic)
+            self.event(FlightEvent.WARNING, "mission_lost", f"step {step}: no mission/reference; going on without it")
+
+    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Give reference and mode of one step, both from one decision."""
+        self._asked_again = 0
+        if arrivals[0] is not None and self.lockstep:
+            self._lost.clear()
+        self._last, self._stepped_at = sample, time.monotonic()
+        yield from self._messages(sample, self._step(sample, arrivals, 0.0))
+
+    def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Said:
+        if self._conduct is None:
+            self._conduct = Conduct(self.settings, self._mission, sample.state)
+        _, actuation = arrivals
+        mission = self._mission_in.newest()
+        lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
+        asked = [self._asked.popleft() for _ in range(len(self._asked))]
+        seen = Observed(
+            step=sample.step,
+            dt=sample.dt,
+            state=sample.state,
+            mission=mission.value if mission else None,
+            mission_lag=max(lag, 0.0),
+            thrust=thrust_over_weight(self.vehicle, actuation.value) if actuation else 1.0,
+            setpoint_age=self._age("attitude_setpoint"),
+            wrench_age=self._age(COMMAND),
+            state_age=state_age,
+            overruns=self._late_cycles(sample.step),
+            guard=self._guard_now(),
+            refusals=self._checks(sample),
+            end_asked=self._end_asked,
+        )
+        said = self._conduct.step(seen, asked)
+        for kind, text in said.news:
+            self.event(FlightEvent.INFO, kind, text, sample.stamp_ns, always=True)
+        return said
+
+    def _messages(self, sample: Sample, said: Said) -> Iterator[tuple[Publisher, Any]]:
+        step, next_step = sample.step, sample.step + self.period_steps
+        yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
+        yield self._mode_out, self._mode_payload.of(said, step, next_step, sample.stamp_ns)
+
+    def on_tick(self) -> None:
+        """Take in a signal; in real time decide also when no state comes any more."""
+        if self.asked_to_end and not self._end_asked:
+            self._end_asked = self.asked_to_end
+        if self.lockstep or self._last is None or not self.flying:
+            return
+        now = time.monotonic()
+        quiet = now - self.state_heard
+        if quiet <= self.settings.modes.state_lost:
+            return
+        passed = int(quiet * 1e9) // self.flight.plant_period
+        step = self._last.step + passed // self.period_steps * self.period_steps
+        stamp = step * self.flight.plant_period
+        sample = Sample(step, stamp, self._last.state, now - self._stepped_at)
+        self._stepped_at = now
+        for publisher, message in self._messages(sample, self._step(sample, [None, None], quiet)):
+            publisher.publish(message)
+
+    def _age(self, topic: str) -> float:
+        """Return the age in s of a topic; in lockstep the plant waits for it, so it is never old."""
+        return 0.0 if self.lockstep else time.monotonic() - self._heard[topic]
+
+    def _on_life(self, topic: str, payload: bytes) -> None:  # noqa: ARG002 (its value matters to others)
+        self._heard[topic] = time.monotonic()
+        self._preflight.count(topic)
+
+    def _late_cycles(self, step: int) -> float:
+        """Return the share of this node's cycles of the last second that did not take place."""
+        if self.lockstep:
+            return 0.0
+        window = round(_WINDOW * 1e9 / self.flight.plant_period)
+        self._cycles.append(step)
+        while self._cycles[0] < step - window:
+            self._cycles.popleft()
+        due = (step - self._cycles[0]) / self.period_steps
+        return 1.0 - (len(self._cycles) - 1) / due if due * self.period_steps >= 0.9 * window else 0.0
+
+    def _checks(self, sample: Sample) -> list[str] | None:
+        """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING."""
+        if self._conduct is None or self._conduct.mode != Mode.ARMING:
+            self._since_check = 0.0
+            self._preflight.begin(sample.step, self.states_seen)
+            return None
+        self._since_check += sample.dt
+        if self._since_check < _CHECKS_EVERY:
+            return None
+        self._since_check = 0.0
+        free = shutil.disk_usage(".").free / 1e9
+        observed = self._preflight.observed(sample, self.states_seen, self.count_publishers, free)
+        return refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
+
+    def _on_guard(self, message: GuardStatus) -> None:
+        if not self.flight.run_id or message.run_id == self.flight.run_id:
+            self._guard = GuardSeen(message.mode, message.condition, message.land, message.stopped)
+
+    def _guard_now(self) -> GuardSeen:
+        """Return what the guard said last; disarmed it rests, and what it did before is over."""
+        on_ground = self._conduct is None or self._conduct.mode <= Mode.ARMING
+        return GuardSeen() if on_ground and self._guard.mode != GUARD_KILL else self._guard
+
+    def _on_plan(self, message: FlightPlan) -> None:
+        flying = self._conduct is not None and self._conduct.mode > Mode.ARMING
+        self._preflight.on_plan(message, flying)
+
+    def _on_node(self, message: NodeStatus) -> None:
+        self._preflight.on_node(message)
+
+    def _on_request(self, message: FlightRequest) -> None:
+        if message.run_id and message.run_id != self.flight.run_id:
+            self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")
+        elif message.request == FlightRequest.END:
+            self._end_asked = self._end_asked or message.sender or "end asked for"
+        elif not FlightRequest.NONE < message.request < FlightRequest.END or not message.sender:
+            found = f"request {message.request} of {message.sender!r}"
+            self.event(
+                FlightEvent.WARNING, "bad_request", f"flight/request: found {found}, expected one of its constants"
+            )
+        else:
+            self._asked.append(Asked(Request(message.request), message.sender))
+
+    def _on_call(self, request: Request, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        refusal = self._conduct.foresee(request) if self._conduct else "the flight has not begun"
+        if not refusal:
+            self._asked.append(Asked(request, "service"))
+        response.success = not refusal
+        response.message = (
+            refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"
+        )
+        return response
+
+
+def main() -> None:
+    """Run the commander node."""
+    sys.exit(run(COMMANDER, Commander, "Commander: modes, missions and the reference of every mode."))

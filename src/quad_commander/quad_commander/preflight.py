@@ -1,0 +1,87 @@
+"""What is looked at before arming: rates and publishers of the streams, identity, plan; counted, not judged."""
+
+from collections import Counter
+from collections.abc import Callable
+
+from quad_commander.arming import Extent, Observed, Stream
+from quad_commander.observation import tilt
+from quad_core.cascade import ATTITUDE, COMMAND, POSITION
+from quad_core.commander_parameters import CommanderParameters
+from quad_core.cycle import seconds
+from quad_core.flight_parameters import FlightParameters
+from quad_core.geometry import norm
+from quad_core.types import Vec3
+from quad_msgs.msg import FlightPlan, NodeStatus
+from quad_node.responder import Sample
+
+_STREAMS = {"attitude_setpoint": POSITION, COMMAND: ATTITUDE}
+
+
+class Preflight:
+    """Counts since ``begin``, and what the other nodes said last."""
+
+    def __init__(self, flight: FlightParameters, settings: CommanderParameters) -> None:
+        """Start with nothing heard."""
+        self._flight, self._settings = flight, settings
+        self._nodes: dict[str, NodeStatus] = {}
+        self._plan: FlightPlan | None = None
+        self._plans = 0
+        self._counts: Counter[str] = Counter()
+        self._first_step = self._first_states = 0
+
+    def begin(self, step: int, states: int) -> None:
+        """Count from ``step`` on; ``states`` were seen so far."""
+        self._counts.clear()
+        self._first_step, self._first_states = step, states
+
+    def count(self, topic: str) -> None:
+        """Count a message of a stream."""
+        self._counts[topic] += 1
+
+    def on_node(self, status: NodeStatus) -> None:
+        """Take in what a node says of itself."""
+        self._nodes[status.node] = status
+
+    def on_plan(self, plan: FlightPlan, flying: bool) -> None:
+        """Take in a plan; a repetition is none, and in flight a new one replaces the old."""
+        if plan != self._plan:
+            self._plan, self._plans = plan, max(self._plans, 1) if flying else self._plans + 1
+
+    def observed(self, sample: Sample, states: int, publishers: Callable[[str], int], disk: float) -> Observed:
+        """Return what there is to be judged; ``publishers`` counts those of a topic, ``disk`` is free space in GB."""
+        period = self._flight.plant_period
+        elapsed = seconds(sample.step - self._first_step, period)
+        roles = {status.role: status for status in self._nodes.values()}
+        streams = [
+            Stream(
+                topic,
+                publishers(topic),
+                1.0 / seconds(roles[role].period_steps, period) if role in roles else 0.0,
+                self._counts[topic] / elapsed,
+            )
+            for topic, role in _STREAMS.items()
+        ]
+        return Observed(
+            run_id=self._flight.run_id,
+            run_ids=tuple(sorted({status.run_id for status in self._nodes.values()} | {self._flight.run_id})),
+            interface_hashes=tuple(sorted({status.interface_hash for status in self._nodes.values()})),
+            streams=tuple(streams),
+            announced_spacing=seconds(1, period),
+            state_spacing=elapsed / max(states - self._first_states, 1),
+            tilt=tilt(sample.state),
+            speed=norm(sample.state.v_w),
+            body_rate=norm(sample.state.omega_b),
+            battery=None,
+            disk=disk,
+            plan=self._extent(),
+            plans=self._plans,
+            faulty_nodes=tuple(sorted(s.role for s in roles.values() if s.state == NodeStatus.FAULT)),
+        )
+
+    def _extent(self) -> Extent | None:
+        plan = self._plan
+        if plan is None:
+            return None
+        low, high = Vec3(*map(float, plan.low)), Vec3(*map(float, plan.high))
+        length = plan.end.sec - plan.stamp.sec + 1e-9 * (plan.end.nanosec - plan.stamp.nanosec)
+        return Extent(low, high, plan.speed, plan.acceleration, plan.tilt, length)

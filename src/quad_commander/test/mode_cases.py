@@ -1,0 +1,99 @@
+"""The mode table as a person wrote it from docs/safety.md, and how each condition comes about."""
+
+import math
+
+from quad_commander import modes
+from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.modes import Health, Memory, Timers
+from quad_core import guard
+from quad_core.commander_parameters import ModeParameters
+
+LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND
+
+# Columns: in DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL.
+GRID = """
+REFERENCE_LATE        D A T H H L S P K
+REFERENCE_LOST        D A T L L L S P K
+SETPOINT_LOST         D D S S S S S P K
+WRENCH_LOST           D D S S S S S P K
+STATE_LOST            D D S S S S S P K
+STATE_GONE            D D K K K K K P K
+STATE_REFUSED         D D L L L L S P K
+POSITION_LOST         D D S S S S S P K
+TILT                  D D S S S S S P K
+EXTREME_TILT          D D S S S S S P K
+EXTREME_TILT_LOW      D D K K K K K P K
+POSITION_ERROR        D D L L L L S P K
+LARGE_POSITION_ERROR  D D S S S S S P K
+FENCE                 D D L L L L S P K
+BATTERY_LOW           D D L L L L S P K
+ESTIMATOR_RESET       D D H H H L S P K
+OVERRUNS              D D H H H L S P K
+RECORDER_LOST         D D L L L L S P K
+GUARD_DESCENDS        D D S S S S S P K
+GUARD_KILLED          K K K K K K K P K
+PILOT_TOOK_OVER       P P P P P P P P K
+END_ASKED             D D L L L L S P K
+TAKEOFF_LATE          D A L M H L S P K
+LANDING_LATE          D A T M H S S P K
+ARMING_LATE           D D T M H L S P K
+READY                 D T T M H L S P K
+AT_HEIGHT             D A H M H L S P K
+PLAN_ENDED            D A T H H L S P K
+CONTACT               D A T M H D D P K
+"""
+EXPECTED = {
+    (mode, Condition[name]): LETTERS[letter]
+    for name, *letters in map(str.split, GRID.strip().splitlines())
+    for mode, letter in zip(Mode, letters, strict=True)
+}
+
+HIGH = {"height": 5.0}
+HEALTH = {
+    Condition.REFERENCE_LATE: {"reference_age": 0.21},
+    Condition.REFERENCE_LOST: {"reference_age": 2.1},
+    Condition.SETPOINT_LOST: {"setpoint_age": 0.31},
+    Condition.WRENCH_LOST: {"wrench_age": 0.051},
+    Condition.STATE_LOST: {"state_age": 0.101},
+    Condition.STATE_GONE: {"state_age": 0.51},
+    Condition.STATE_REFUSED: {"guard_land": True},
+    Condition.POSITION_LOST: {"position_good": False},
+    Condition.TILT: {"tilt": math.radians(61.0)},
+    Condition.EXTREME_TILT: {"tilt": math.radians(76.0)},
+    Condition.EXTREME_TILT_LOW: {"tilt": math.radians(76.0), "height": 0.9},
+    Condition.POSITION_ERROR: {"position_error": 1.6},
+    Condition.LARGE_POSITION_ERROR: {"position_error": 2.6},
+    Condition.FENCE: {"outside_fence": True},
+    Condition.BATTERY_LOW: {"battery": 0.19},
+    Condition.ESTIMATOR_RESET: {"estimator_reset": True},
+    Condition.OVERRUNS: {"overruns": 0.06},
+    Condition.RECORDER_LOST: {"recorder_lost": True},
+    Condition.GUARD_DESCENDS: {"guard_mode": guard.DESCEND, "guard_condition": guard.WRENCH_LOST},
+    Condition.GUARD_KILLED: {"guard_mode": guard.KILL, "guard_condition": guard.STATE_GONE},
+    Condition.PILOT_TOOK_OVER: {"pilot": True},
+    Condition.END_ASKED: {"end_asked": True},
+}
+"""Faults that can be raised in any mode in the air, by what is observed."""
+
+PARAMETERS = ModeParameters(land_without_recorder=True)
+LONG = 0.6
+"""A step so long that every timer of a fault has run out after it."""
+
+
+def health(*conditions, **changes):
+    """Return what is observed when ``conditions`` are raised, 5 m above the ground."""
+    seen = dict(HIGH)
+    for condition in conditions:
+        seen |= HEALTH[condition]
+    return Health(**{**seen, **changes})
+
+
+def in_mode(mode, **changes):
+    """Return the memory in the middle of ``mode``; a HOLD is one that waits for its mission."""
+    waits = mode in (Mode.MISSION, Mode.HOLD)
+    return Memory(int(mode), modes.NO_REASON, 0, waits, False, Timers(mode=5.0))._replace(**changes)
+
+
+def after(memory, *conditions, request=Request.NONE, dt=LONG, **changes):
+    """Return (decision, memory) of one step with ``conditions`` raised."""
+    return modes.step(PARAMETERS, memory, health(*conditions, **changes), int(request), dt)

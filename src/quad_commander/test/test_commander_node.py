@@ -1,0 +1,276 @@
+"""The commander's node: messages in, messages out; requests, services, and a mission reference that stays away."""
+
+import math
+
+import pytest
+import rclpy
+from rclpy.serialization import deserialize_message, serialize_message
+from std_srvs.srv import Trigger
+
+from quad_commander.mode_table import Request
+from quad_commander.node import Commander
+from quad_core.types import NOT_BEGUN
+from quad_msgs import msg
+from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest, TrajectoryPoint
+from quad_node import executor
+from quad_node.conversion import set_stamp
+
+PERIOD = 2_000_000
+
+
+class Wire:
+    """Stands in for a publisher and keeps what was sent."""
+
+    def __init__(self, kind):
+        self.sent, self._kind = [], kind
+
+    def publish(self, payload):
+        self.sent.append(deserialize_message(payload, self._kind))
+
+
+class Wired(Commander):
+    """A commander whose topics are functions."""
+
+    def __init__(self):
+        self.callbacks, self.told, self.publishing = {}, [], 1
+        super().__init__()
+        self._reference_out, self._mode_out = Wire(TrajectoryPoint), Wire(FlightMode)
+        self.modes, self.references = self._mode_out.sent, self._reference_out.sent
+
+    def subscribe(self, topic, callback, depth=10, raw=False):
+        self.callbacks[topic] = callback
+
+    def event(self, severity, kind, text, stamp_ns=0, always=False):
+        self.told.append((severity, kind, text))
+
+    def count_publishers(self, topic):
+        return self.publishing
+
+    def state(self, step, z=0.0):
+        message = msg.VehicleState(step=step)
+        message.p_w[2], message.q_wb[3] = z, 1.0
+        set_stamp(message.stamp, step * PERIOD)
+        self.callbacks["state"](serialize_message(message))
+
+    def mission(self, step, trajectory_time=NOT_BEGUN):
+        point = TrajectoryPoint(step=step, next_step=step + 5, trajectory_time=trajectory_time)
+        self.callbacks["mission/reference"](serialize_message(point))
+
+    def actuation(self, step, thrust=0.0):
+        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
+
+    def plan(self, high=2.0):
+        plan = msg.FlightPlan(trajectory="hover", end_step=5000)
+        plan.high[2] = high
+        self.callbacks["flight/plan"](plan)
+
+    def fly(self, first, last, thrust=0.0):
+        """Answer the states of the plant steps from ``first`` to before ``last``, all inputs there."""
+        for step in range(first, last):
+            self.callbacks["wrench_setpoint"](b"")
+            if step % 5 == 0:
+                self.callbacks["attitude_setpoint"](b"")
+                self.mission(step)
+            if step:
+                self.actuation(step - 1, thrust)
+            self.state(step)
+
+    def ask(self, request, sender="pilot", run_id=""):
+        self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run_id=run_id))
+
+
+@pytest.fixture
+def make(monkeypatch):
+    """Return a function that makes the node with the given ROS parameters."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "76")
+    made = []
+
+    def build(*parameters):
+        roles = "flight.roles:=simulator,trajectory,commander,position_controller,attitude_controller,recorder"
+        given = [roles, "flight.run_id:=a1", *parameters]
+        executor.init(["--ros-args", *(part for text in given for part in ("-p", text))])
+        made.append(Wired())
+        for role, period in (("position_controller", 5), ("attitude_controller", 1)):
+            status = msg.NodeStatus(node=f"/{role}", role=role, run_id="a1", interface_hash="x", period_steps=period)
+            made[-1].callbacks["flight/nodes"](status)
+        return made[-1]
+
+    yield build
+    for node in made:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_actuation(make):
+    node = make()
+    node.state(0)
+    assert node.modes == []
+    node.mission(0)
+    assert [(mode.step, mode.next_step, mode.name) for mode in node.modes] == [(0, 5, "DISARMED")]
+    assert [(point.step, point.next_step) for point in node.references] == [(0, 5)]
+    assert (node.modes[0].run_id, node.modes[0].reason, node.modes[0].is_over) == ("a1", -1, False)
+    node.mission(5)
+    node.state(5)
+    assert len(node.modes) == 1
+    node.actuation(4)
+    assert [mode.step for mode in node.modes] == [0, 5]
+
+
+def test_disarmed_its_reference_stands_where_the_vehicle_is(make):
+    node = make()
+    node.mission(0)
+    node.state(0, z=0.25)
+    assert node.references[0].p_w.tolist() == [0.0, 0.0, 0.25]
+    assert not node.references[0].v_w.any()
+
+
+def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
+    node = make()
+    node.fly(0, 11)
+    node.ask(FlightRequest.ARM)
+    node.fly(11, 16)
+    newest = node.modes[-1]
+    assert (newest.step, newest.request_step, newest.since) == (15, 15, 15)
+    assert (newest.name, newest.request, newest.answer, newest.sender) == ("ARMING", 1, FlightMode.DONE, "pilot")
+    assert (FlightEvent.INFO, "mode", "DISARMED to ARMING: asked for by pilot") in node.told
+
+
+@pytest.mark.parametrize(("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, "")])
+def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender):
+    node = make()
+    node.ask(request_number, sender)
+    node.fly(0, 6)
+    assert node.modes[-1].request == 0
+    assert [kind for _, kind, _ in node.told] == ["bad_request"]
+
+
+def test_a_request_for_another_run_is_ignored_and_named(make):
+    node = make()
+    node.ask(FlightRequest.KILL, run_id="b2")
+    node.fly(0, 6)
+    assert node.modes[-1].name == "DISARMED"
+    assert [kind for _, kind, _ in node.told] == ["foreign_run"]
+
+
+def test_the_service_says_at_once_what_the_next_step_would_answer(make):
+    node = make()
+    call = node._on_call
+    before = call(FlightRequest.ARM, Trigger.Request(), Trigger.Response())
+    assert (before.success, before.message) == (False, "the flight has not begun")
+    node.fly(0, 6)
+    names = {service.srv_name for service in node._offered}
+    assert names == {"arm", "takeoff", "mission", "hold", "land", "disarm", "kill"}
+    refused = call(Request.LAND, Trigger.Request(), Trigger.Response())
+    assert (refused.success, refused.message) == (False, "LAND is not possible in DISARMED")
+    assert call(Request.KILL, Trigger.Request(), Trigger.Response()).success
+    node.fly(6, 11)
+    assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service")
+
+
+def test_a_good_vehicle_is_armed_and_takes_off(make):
+    node = make()
+    node.plan()
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    assert [mode.name for mode in (node.modes[0], node.modes[99], node.modes[-1])] == ["ARMING", "ARMING", "TAKEOFF"]
+    assert node.modes[-1].since == 500
+    assert node.references[-1].p_w[2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda node: None, "plan: found none"),
+        (lambda node: node.plan(high=200.0), "plan: found it outside the fence at (0.0, 0.0, 200.0) m"),
+        (lambda node: (node.plan(), setattr(node, "publishing", 2)), "wrench_setpoint: found 2 publishers, expected 1"),
+        (
+            lambda node: (node.plan(), node.callbacks["flight/nodes"](msg.NodeStatus(node="/b/x", run_id="b2"))),
+            "run ids: found 'b2' too, expected 'a1' alone",
+        ),
+    ],
+)
+def test_what_is_wrong_keeps_it_on_the_ground_and_is_said(make, spoil, reason):
+    node = make("mission:=takeoff,land")
+    spoil(node)
+    node.fly(0, 300)
+    assert node.modes[-1].name == "ARMING"
+    assert reason in node.modes[-1].answer_text
+    for step in range(300, 6000, 5):
+        node.mission(step)
+        node.actuation(step - 1)
+        node.state(step)
+    assert (node.modes[-1].name, node.modes[-1].is_over) == ("DISARMED", True)
+    assert node.modes[-1].outcome.startswith("not armed: ")
+    assert reason in node.modes[-1].outcome
+
+
+def test_a_mission_that_cannot_be_read_is_refused_by_name(make):
+    with pytest.raises(ValueError, match=r"mission: found 'case9' as item 2, expected one of takeoff"):
+        make("mission:=takeoff,case9,land")
+
+
+def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_two_repeats(make):
+    node = make()
+    node.fly(0, 6)
+    node.actuation(9)
+    node.state(10)
+    node.state(10)
+    assert len(node.modes) == 2
+    node.state(10)
+    assert [mode.step for mode in node.modes] == [0, 5, 10]
+    assert [kind for _, kind, _ in node.told] == ["mission_lost"]
+    node.actuation(14)
+    node.state(15)
+    assert node.modes[-1].step == 15
+
+
+def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
+    node = make("flight.mode:=realtime")
+    node.fly(0, 6)
+    count = len(node.modes)
+    node.on_tick()
+    assert len(node.modes) == count
+    node.state_heard -= 0.7
+    node.on_tick()
+    assert len(node.modes) == count + 1
+    assert node.modes[-1].raised >> 4 & 0b11 == 0b11  # state lost, state gone
+    assert node.modes[-1].step == 5 + 350
+
+
+def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):
+    node = make()
+    assert not node.on_signal("SIGINT")
+    node.fly(0, 6)
+    assert not node.on_signal("SIGTERM")
+    assert node.on_signal("SIGINT")
+    node.on_tick()
+    node.fly(6, 11)
+    assert (node.modes[-1].is_over, node.modes[-1].outcome) == (True, "SIGINT")
+
+
+def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over(make):
+    node = make()
+    node.plan()
+    descends = msg.GuardStatus(mode=1, reason=1, condition=1, run_id="a1")
+    node.callbacks["flight/guard"](descends)
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 250)
+    assert node.modes[-1].name == "ARMING"
+    node.callbacks["flight/guard"](msg.GuardStatus(run_id="a1"))
+    node.fly(250, 520, thrust=5.0)
+    assert node.modes[-1].name == "TAKEOFF"
+    node.callbacks["flight/guard"](msg.GuardStatus(mode=1, reason=1, condition=1, run_id="b2"))
+    node.fly(520, 530, thrust=5.0)
+    assert node.modes[-1].name == "TAKEOFF"
+    node.callbacks["flight/guard"](descends)
+    node.fly(530, 540, thrust=5.0)
+    assert (node.modes[-1].name, node.modes[-1].text) == ("DESCEND", "guard flies its backup law")
+    assert node.modes[-1].guard_request == 2
+
+
+def test_a_number_that_is_not_finite_is_no_reference_of_a_mission(make):
+    node = make()
+    node.mission(0, math.nan)
+    node.state(0)
+    assert node.modes == []
+    assert node.counters["rejected"] == 1

@@ -1,0 +1,201 @@
+"""The commander's step without ROS: a whole mission, requests, a trajectory that stays away, and no step in between."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from quad_commander.conduct import Asked, Conduct, Observed
+from quad_commander.missions import parse
+from quad_commander.mode_table import Mode, Request
+from quad_core.commander_parameters import CommanderParameters
+from quad_core.types import NOT_BEGUN, Quat, TrajectoryPoint, Vec3, VehicleState
+
+DT = 0.01
+PARAMETERS = CommanderParameters()
+GROUND = VehicleState(Vec3(), Vec3(), Quat(), Vec3())
+
+
+class Flight:
+    """A vehicle that is where its reference is, and a trajectory: one metre east and back in ``length`` s."""
+
+    def __init__(self, mission, length=4.0):
+        items = parse(mission, ["case1"]) if mission else ()
+        self.conduct = Conduct(PARAMETERS, items, GROUND)
+        self.length, self.flown, self.step, self.dead = length, 0.0, 0, False
+        self.state, self.point, self.lag = GROUND, TrajectoryPoint(NOT_BEGUN), 0.0
+        self.said, self.modes, self.references, self.news = None, [], [], []
+        self.refusals = []
+
+    def go(self, seconds, *asked, **changes):
+        for index in range(round(seconds / DT)):
+            mode = self.conduct.mode
+            seen = Observed(
+                step=self.step,
+                dt=DT,
+                state=self.state,
+                mission=self.point,
+                mission_lag=self.lag,
+                thrust=0.5 if self.state.p_w.z <= 0.0 else 1.0,
+                refusals=self.refusals if mode == Mode.ARMING else None,
+            )
+            self.said = self.conduct.step(seen._replace(**changes), asked if index == 0 else ())
+            self.news += self.said.news
+            self.modes.append(Mode(self.said.mode.mode))
+            self.references.append(self.said.reference)
+            p = self.said.reference.p_w
+            on_ground = p.z <= 0.0
+            self.state = VehicleState(
+                Vec3(p.x, p.y, max(p.z, 0.0)), Vec3() if on_ground else self.said.reference.v_w, Quat(), Vec3()
+            )
+            self.step += 5
+            self.trajectory()
+        return self
+
+    def trajectory(self):
+        """Answer as the trajectory node does: at rest but in MISSION, and when its time is over."""
+        if self.dead:
+            self.lag += DT
+            return
+        self.point = self.said.reference._replace(trajectory_time=NOT_BEGUN)
+        if self.said.mode.mode == Mode.MISSION and self.flown < self.length:
+            rate = 2.0 * math.pi / self.length
+            angle = rate * self.flown
+            height = self.references[-1].p_w.z if self.flown == 0.0 else self.height
+            self.height = height
+            self.point = TrajectoryPoint(
+                self.flown,
+                Vec3(0.5 - 0.5 * math.cos(angle), 0.0, height),
+                Vec3(0.5 * rate * math.sin(angle), 0.0, 0.0),
+                Vec3(0.5 * rate * rate * math.cos(angle), 0.0, 0.0),
+            )
+            self.flown += DT
+
+    def in_the_air(self):
+        return [point for point, mode in zip(self.references, self.modes, strict=True) if mode >= Mode.TAKEOFF]
+
+    def entered(self):
+        return [mode for index, mode in enumerate(self.modes) if index == 0 or self.modes[index - 1] != mode]
+
+
+def largest_steps(references):
+    """Return the largest change of position and of velocity from one reference to the next, in m and m/s."""
+    position = velocity = 0.0
+    for before, after in pairwise(references):
+        position = max(position, math.dist(before.p_w, after.p_w))
+        velocity = max(velocity, math.dist(before.v_w, after.v_w))
+    return position, velocity
+
+
+def test_a_mission_is_flown_from_the_ground_to_the_ground():
+    flight = Flight("takeoff,case1,hold:2,land").go(20.0)
+    assert flight.entered() == [
+        Mode.ARMING,
+        Mode.TAKEOFF,
+        Mode.HOLD,
+        Mode.MISSION,
+        Mode.HOLD,
+        Mode.LAND,
+        Mode.DISARMED,
+    ]
+    assert flight.said.mode.is_over
+    assert flight.said.outcome == ""
+    assert max(point.p_w.x for point in flight.references) == pytest.approx(1.0, abs=0.01)
+    assert flight.modes.count(Mode.HOLD) == pytest.approx(2.0 / DT, abs=5)
+
+
+def test_no_change_of_mode_steps_the_reference_in_the_air():
+    flight = Flight("takeoff,case1,hold:2,land").go(20.0)
+    position, velocity = largest_steps(flight.in_the_air())
+    assert position < 1.05 * DT  # 1 m/s is the fastest that anything is flown here
+    assert velocity < 2.5 * DT
+
+
+def test_an_operator_holds_goes_on_and_lands():
+    flight = Flight("takeoff,case1,land").go(5.0)
+    assert flight.conduct.mode == Mode.MISSION
+    flight.go(DT, Asked(Request.HOLD, "pilot")).go(3.0)
+    assert (flight.conduct.mode, flight.said.text) == (Mode.HOLD, "asked for by pilot")
+    assert not flight.said.mode.is_over
+    flight.go(DT, Asked(Request.MISSION, "pilot")).go(1.0)
+    assert flight.conduct.mode == Mode.MISSION
+    flight.go(DT, Asked(Request.LAND, "pilot")).go(10.0)
+    assert flight.said.mode.is_over
+    assert flight.said.outcome.startswith("mission not finished: LAND at step ")
+    assert flight.said.outcome.endswith("asked for by pilot")
+    assert largest_steps(flight.in_the_air())[0] < 1.05 * DT
+
+
+def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():
+    flight = Flight("").go(1.0)
+    assert flight.conduct.mode == Mode.DISARMED
+    assert flight.conduct.foresee(Request.LAND) == "LAND is not possible in DISARMED"
+    step = flight.step
+    flight.go(DT, Asked(Request.HOLD, "pilot"))
+    assert (flight.said.mode.request, flight.said.mode.answer, flight.said.mode.request_step) == (4, 2, step)
+    assert flight.said.answer_text == "HOLD is not possible in DISARMED"
+    assert flight.said.sender == "pilot"
+    assert ("request", "HOLD of pilot: refused: HOLD is not possible in DISARMED") in flight.news
+
+
+def test_two_requests_at_once_are_answered_one_step_after_the_other():
+    flight = Flight("").go(1.0)
+    flight.go(DT, Asked(Request.ARM, "pilot"), Asked(Request.DISARM, "pilot"))
+    assert flight.conduct.mode == Mode.ARMING
+    assert flight.go(DT).conduct.mode == Mode.DISARMED
+
+
+def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
+    flight = Flight("takeoff,case1,land").go(5.0)
+    flight.dead, begun = True, len(flight.modes)
+    flight.go(15.0)
+    after = flight.modes[begun:]
+    assert after.index(Mode.HOLD) * DT == pytest.approx(0.2, abs=0.03)
+    assert after.index(Mode.LAND) * DT == pytest.approx(2.0, abs=0.03)
+    assert flight.said.mode.is_over
+    assert "mission reference older than 2 s" in flight.said.outcome
+    assert largest_steps(flight.in_the_air())[0] < 1.05 * DT
+
+
+def test_ctrl_c_lands_and_says_so():
+    flight = Flight("takeoff,hold:60,land").go(6.0)
+    flight.go(10.0, end_asked="interrupted by SIGINT")
+    assert flight.entered()[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, "landed: interrupted by SIGINT")
+
+
+def test_ctrl_c_on_the_ground_is_the_end_without_a_flight():
+    flight = Flight("").go(1.0).go(0.1, end_asked="interrupted by SIGINT")
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, "interrupted by SIGINT")
+    assert flight.entered() == [Mode.DISARMED]
+
+
+def test_a_mission_that_is_not_armed_ends_with_every_reason():
+    flight = Flight("takeoff,land")
+    flight.refusals = ["tilt: found 20.0 deg", "plan: found none"]
+    flight.go(2.0)
+    assert flight.said.answer_text == "tilt: found 20.0 deg; plan: found none"
+    flight.go(10.0)
+    assert flight.said.mode.is_over
+    assert flight.entered() == [Mode.ARMING, Mode.DISARMED]
+    assert flight.said.outcome == "not armed: no take-off within 10 s; tilt: found 20.0 deg; plan: found none"
+
+
+def test_a_mission_that_a_fault_keeps_waiting_lands_after_a_minute():
+    flight = Flight("takeoff,case1,land").go(5.0).go(1.0, overruns=0.2)
+    assert flight.conduct.mode == Mode.HOLD
+    flight.go(58.0)
+    assert flight.conduct.mode == Mode.HOLD
+    assert flight.go(3.0).conduct.mode == Mode.LAND
+
+
+def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds():
+    flight = Flight("takeoff,hold:60,land").go(6.0)
+    flight.go(DT, Asked(Request.KILL, "pilot"))
+    for _ in range(990):
+        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), thrust=0.0)
+    assert not flight.said.mode.is_over
+    for _ in range(20):
+        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), thrust=0.0)
+    assert flight.said.mode.is_over
+    assert flight.said.outcome.startswith("KILL at step")

@@ -1,0 +1,37 @@
+"""The page for people is made from the table, and says what the table says."""
+
+import re
+
+import pytest
+
+from quad_commander import mode_pages
+from quad_commander.mode_table import FAULTS, Mode
+
+
+def test_limits_are_shown_as_people_read_them():
+    table = mode_pages.fault_table()
+    assert "tilt above 60 deg for 0.3 s" in table
+    assert "battery below 20 %" in table
+    assert "mission reference older than 0.2 s" in table
+    assert "{" not in mode_pages.page()
+
+
+def test_each_fault_has_its_line_and_each_cell_is_a_mode():
+    lines = mode_pages.fault_table().splitlines()
+    assert len(lines) == 2 + len(FAULTS)
+    cells = {cell.strip() for line in lines[2:] for cell in line.split("|")[2:-1]}
+    assert cells <= {"", *(mode.name for mode in Mode)}
+
+
+def test_the_picture_names_every_mode_and_no_way_out_of_kill():
+    arrows = re.findall(r"(\w+) --> (\w+):", mode_pages.diagram())
+    assert {then for _, then in arrows} == {mode.name for mode in Mode}
+    assert not [then for here, then in arrows if here == "KILL"]
+
+
+def test_a_file_without_markers_is_refused(tmp_path):
+    file = tmp_path / "page.md"
+    file.write_text("nothing", encoding="utf-8")
+    assert mode_pages.main([str(file)]) == 2
+    with pytest.raises(ValueError, match="expected both"):
+        mode_pages.renewed("nothing")

@@ -1,0 +1,129 @@
+"""All pairs of mode and condition, all pairs of faults at once, all sequences of three: the table walked."""
+
+import itertools
+
+import pytest
+from mode_cases import EXPECTED, HEALTH, after, in_mode
+
+from quad_commander import modes
+from quad_commander.mode_table import ANSWERS, FAULTS, IN_THE_AIR, TABLE, Condition, Mode, Request
+
+FLYING = [Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND]
+
+
+def test_the_table_is_the_one_on_paper():
+    assert len(EXPECTED) == len(Mode) * len(Condition)
+    for (mode, condition), expected in EXPECTED.items():
+        assert TABLE[mode][condition] == expected, (mode.name, condition.name)
+
+
+def test_the_numbers_of_the_modes_are_their_severity():
+    assert [mode.name for mode in sorted(Mode)] == [
+        "DISARMED",
+        "ARMING",
+        "TAKEOFF",
+        "MISSION",
+        "HOLD",
+        "LAND",
+        "DESCEND",
+        "PILOT",
+        "KILL",
+    ]
+
+
+def test_no_fault_leads_to_a_less_severe_mode_in_the_air():
+    for mode, fault in itertools.product(FLYING, FAULTS):
+        assert TABLE[mode][fault.condition] >= mode
+
+
+@pytest.mark.parametrize("condition", HEALTH, ids=lambda condition: condition.name)
+@pytest.mark.parametrize("mode", Mode, ids=lambda mode: mode.name)
+def test_each_condition_in_each_mode(mode, condition):
+    decision, memory = after(in_mode(mode), condition)
+    expected = EXPECTED[mode, condition]
+    assert (Mode(decision.mode), Mode(memory.mode)) == (expected, expected)
+    assert decision.changed == (expected != mode)
+    if decision.changed:
+        # 76 deg is more than 60 deg too, and so on: the reason is one that leads there
+        assert EXPECTED[mode, Condition(decision.reason)] == expected
+
+
+@pytest.mark.parametrize("mode", Mode, ids=lambda mode: mode.name)
+def test_a_healthy_vehicle_stays_in_its_mode(mode):
+    decision, _ = after(in_mode(mode))
+    assert (decision.mode, decision.changed, decision.raised) == (mode, False, 0)
+
+
+@pytest.mark.parametrize("mode", FLYING, ids=lambda mode: mode.name)
+def test_of_two_faults_at_once_the_more_severe_wins(mode):
+    for pair in itertools.combinations(HEALTH, 2):
+        decision, _ = after(in_mode(mode), *pair)
+        low = Condition.EXTREME_TILT_LOW in pair
+        expected = max(EXPECTED[mode, fault] for fault in pair)
+        if low and pair != (Condition.TILT, Condition.EXTREME_TILT_LOW):
+            expected = max(expected, EXPECTED[mode, Condition.EXTREME_TILT_LOW])
+        assert Mode(decision.mode) == expected, [fault.name for fault in pair]
+
+
+@pytest.mark.parametrize("mode", [Mode.ARMING, *FLYING], ids=lambda mode: mode.name)
+def test_every_sequence_of_two_faults_follows_the_table(mode):
+    for sequence in itertools.product(HEALTH, repeat=2):
+        walk(mode, sequence)
+
+
+def test_every_sequence_of_three_faults_follows_the_table():
+    # from MISSION, the least severe mode in which each of them can be raised
+    for sequence in itertools.product(HEALTH, repeat=3):
+        walk(Mode.MISSION, sequence)
+
+
+def walk(start, sequence):
+    memory, expected, lasting, waits = in_mode(start), start, set(), start in (Mode.MISSION, Mode.HOLD)
+    for fault in sequence:
+        before = expected
+        raised = {fault} | lasting
+        if fault in (Condition.REFERENCE_LATE, Condition.REFERENCE_LOST) and not waits:
+            raised.discard(fault)
+        steps = [EXPECTED[before, each] for each in raised if EXPECTED[before, each] != before]
+        expected = max(steps, default=before)
+        decision, memory = after(memory, fault)
+        assert Mode(decision.mode) == expected, ([each.name for each in sequence], fault.name)
+        assert before not in IN_THE_AIR or decision.mode >= before
+        waits = expected == Mode.MISSION or (expected == Mode.HOLD and waits)
+        if expected == Mode.DISARMED:
+            lasting = set()
+        elif fault in (Condition.BATTERY_LOW, Condition.END_ASKED):
+            lasting.add(fault)
+
+
+def test_kill_is_final_and_pilot_gives_no_way_back():
+    for fault, request in itertools.product([None, *HEALTH], Request):
+        faults = [] if fault is None else [fault]
+        decision, _ = after(in_mode(Mode.KILL), *faults, request=request)
+        assert decision.mode == Mode.KILL
+        decision, _ = after(in_mode(Mode.PILOT), *faults, request=request)
+        assert decision.mode == (Mode.KILL if request == Request.KILL else Mode.PILOT)
+        assert decision.guard_request in (0, 3)
+
+
+def test_requests_lead_where_the_paper_says():
+    paper = {
+        Request.ARM: {"DISARMED": "ARMING", "ARMING": "ARMING"},
+        Request.TAKEOFF: {"DISARMED": "ARMING", "ARMING": "ARMING"},
+        Request.MISSION: {"HOLD": "MISSION"},
+        Request.HOLD: dict.fromkeys(["TAKEOFF", "MISSION", "HOLD", "LAND", "DESCEND"], "HOLD"),
+        Request.LAND: dict.fromkeys(["TAKEOFF", "MISSION", "HOLD", "LAND", "DESCEND"], "LAND"),
+        Request.DESCEND: dict.fromkeys(["TAKEOFF", "MISSION", "HOLD", "LAND", "DESCEND"], "DESCEND"),
+        Request.DISARM: {"DISARMED": "DISARMED", "ARMING": "DISARMED", "PILOT": "DISARMED"},
+        Request.KILL: {mode.name: "KILL" for mode in Mode},
+    }
+    for mode, request in itertools.product(Mode, Request):
+        expected = paper.get(request, {}).get(mode.name)
+        assert ANSWERS[mode][request] == (-1 if expected is None else Mode[expected]), (mode.name, request.name)
+
+
+def test_the_constants_of_the_step_are_those_of_the_table():
+    for condition in Condition:
+        assert getattr(modes, condition.name) == condition
+    for mode in Mode:
+        assert getattr(modes, mode.name) == mode

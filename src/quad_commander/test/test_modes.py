@@ -1,0 +1,198 @@
+"""Requests, timers, latches and hand-overs of the commander's step."""
+
+import itertools
+import math
+import random
+
+import pytest
+from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
+
+from quad_commander import modes
+from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.modes import Health
+from quad_core import guard, purity
+from quad_core.compilation import compiled
+
+DT = 0.01
+
+
+def fly(memory, seconds, request=Request.NONE, **seen):
+    """Fly ``seconds`` at 100 Hz; the request is made in the first step."""
+    decision = None
+    for number in range(round(seconds / DT)):
+        asked = request if number == 0 else Request.NONE
+        decision, memory = modes.step(PARAMETERS, memory, Health(**{"height": 5.0, **seen}), int(asked), DT)
+    return decision, memory
+
+
+def test_a_flight_from_arming_to_disarming():
+    memory, visited = modes.init(), []
+
+    def go(seconds, request=Request.NONE, **seen):
+        nonlocal memory
+        decision, memory = fly(memory, seconds, request, **seen)
+        visited.append(Mode(decision.mode).name)
+
+    go(0.1, Request.TAKEOFF, height=0.1)
+    go(1.2, checks_passed=True, height=0.1)
+    go(0.1, reference_done=True)
+    go(0.1, Request.MISSION)
+    go(0.1, plan_ended=True)
+    go(0.1, Request.LAND)
+    go(0.7, speed=0.05, thrust=0.5, height=0.1)
+    assert visited == ["ARMING", "TAKEOFF", "HOLD", "MISSION", "HOLD", "LAND", "DISARMED"]
+
+
+def test_without_passed_checks_nothing_takes_off_and_arming_ends():
+    decision, memory = fly(modes.init(), 9.9, Request.TAKEOFF, height=0.1)
+    assert decision.mode == Mode.ARMING
+    decision, _ = fly(memory, 0.2, height=0.1)
+    assert (decision.mode, decision.reason) in [(Mode.DISARMED, Condition.ARMING_LATE)]
+
+
+def test_arming_alone_does_not_take_off():
+    decision, _ = fly(modes.init(), 5.0, Request.ARM, checks_passed=True, height=0.1)
+    assert decision.mode == Mode.ARMING
+
+
+@pytest.mark.parametrize(("seen", "needed", "mode"), [
+    ({"tilt": math.radians(61.0)}, 0.3, Mode.DESCEND),
+    ({"tilt": math.radians(76.0)}, 0.1, Mode.DESCEND),
+    ({"tilt": math.radians(76.0), "height": 0.9}, 0.1, Mode.KILL),
+])  # fmt: skip
+def test_tilt_needs_its_time(seen, needed, mode):
+    assert fly(in_mode(Mode.MISSION), needed - DT, **seen)[0].mode == Mode.MISSION
+    assert fly(in_mode(Mode.MISSION), needed + 0.02, **seen)[0].mode == mode
+
+
+def test_contact_needs_rest_low_thrust_and_half_a_second():
+    for seen in ({"speed": 0.2, "thrust": 0.5}, {"speed": 0.0, "thrust": 0.9}):
+        assert fly(in_mode(Mode.LAND), 3.0, **seen)[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.48, speed=0.05, thrust=0.5)[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.52, speed=0.05, thrust=0.5)[0].mode == Mode.DISARMED
+    assert fly(in_mode(Mode.DESCEND), 0.02, guard_stopped=True)[0].mode == Mode.DISARMED
+
+
+def test_a_lost_mission_is_held_for_and_then_landed():
+    decision, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
+    assert (decision.mode, decision.reason) == (Mode.HOLD, Condition.REFERENCE_LATE)
+    assert fly(memory, 0.1, reference_age=1.9)[0].mode == Mode.HOLD
+    decision, _ = fly(memory, 0.1, reference_age=2.01)
+    assert (decision.mode, decision.reason) == (Mode.LAND, Condition.REFERENCE_LOST)
+
+
+def test_a_hold_that_was_asked_for_waits_for_no_mission():
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, Request.HOLD)
+    assert fly(memory, 5.0, reference_age=100.0)[0].mode == Mode.HOLD
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, plan_ended=True)
+    assert fly(memory, 5.0, reference_age=100.0)[0].mode == Mode.HOLD
+
+
+def test_a_request_into_a_mode_that_would_not_last_is_refused_by_name():
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, battery=0.1)
+    # the battery recovers without load, and still
+    decision, _ = fly(memory, DT, Request.HOLD, battery=0.5)
+    assert (decision.mode, decision.answer, decision.blocked_by) == (Mode.LAND, modes.NOT_DONE, Condition.BATTERY_LOW)
+    decision, _ = fly(in_mode(Mode.HOLD), DT, Request.MISSION, reference_age=0.5)
+    assert (decision.mode, decision.blocked_by) == (Mode.HOLD, Condition.REFERENCE_LATE)
+
+
+@pytest.mark.parametrize("mode", [Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND])
+def test_nothing_disarms_in_the_air(mode):
+    decision, _ = after(in_mode(mode), request=Request.DISARM, dt=DT)
+    assert (decision.mode, decision.answer) == (mode, modes.NOT_DONE)
+
+
+def test_a_pilot_may_disarm_on_the_ground_only():
+    assert fly(in_mode(Mode.PILOT), 1.0, Request.DISARM)[0].mode == Mode.PILOT
+    _, memory = fly(in_mode(Mode.PILOT), 0.6, speed=0.0, thrust=0.1, height=0.1)
+    assert fly(memory, DT, Request.DISARM, speed=0.0, thrust=0.1, height=0.1)[0].mode == Mode.DISARMED
+
+
+def test_faults_win_over_a_request_of_the_same_step():
+    decision, _ = after(in_mode(Mode.MISSION), Condition.STATE_GONE, request=Request.LAND, dt=DT)
+    assert decision.mode == Mode.KILL
+
+
+def test_going_down_is_never_refused():
+    for faults in itertools.combinations(HEALTH, 2):
+        decision, _ = after(in_mode(Mode.MISSION), *faults, request=Request.DESCEND)
+        assert decision.answer == modes.DONE
+        assert decision.mode >= Mode.DESCEND
+
+
+def test_the_guard_gives_back_on_request_within_its_time():
+    guarded = {"guard_mode": guard.DESCEND, "guard_condition": guard.WRENCH_LOST}
+    decision, memory = fly(in_mode(Mode.MISSION), 0.1, **guarded)
+    assert (decision.mode, decision.guard_request) == (Mode.DESCEND, guard.ASK_DESCEND)
+    # what was wrong is over: the guard descends because it is asked to
+    asked = {"guard_mode": guard.DESCEND, "guard_condition": guard.REQUESTED}
+    decision, memory = fly(memory, 0.2, **asked)
+    assert decision.mode == Mode.DESCEND
+    decision, memory = fly(memory, 0.2, Request.HOLD, **{**asked, "guard_condition": guard.GOOD})
+    assert (decision.mode, decision.guard_request) == (Mode.HOLD, guard.RELEASE)
+    given, _ = fly(memory, 1.0)
+    assert (given.mode, given.guard_request) == (Mode.HOLD, guard.NO_REQUEST)
+    refused, _ = fly(memory, 0.5, **{**asked, "guard_condition": guard.GOOD})
+    assert (refused.mode, refused.reason) == (Mode.DESCEND, Condition.GUARD_DESCENDS)
+
+
+def test_a_guard_that_took_over_between_two_steps_is_seen():
+    decision, _ = fly(in_mode(Mode.MISSION), 0.02, guard_mode=guard.DESCEND, guard_condition=guard.GOOD)
+    assert decision.mode == Mode.DESCEND
+    assert decision.guard_request == guard.ASK_DESCEND
+
+
+def test_the_guard_is_never_released_without_a_request():
+    rng = random.Random(1)
+    for _ in range(300):
+        memory = in_mode(rng.choice([Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND]))
+        for _ in range(5):
+            decision, memory = after(memory, *rng.sample(list(HEALTH), rng.randrange(3)))
+            assert decision.guard_request != guard.RELEASE
+
+
+def test_a_lost_recorder_is_an_event_unless_asked_to_land():
+    calm = PARAMETERS._replace(land_without_recorder=False)
+    decision, _ = modes.step(calm, in_mode(Mode.MISSION), health(Condition.RECORDER_LOST), 0, LONG)
+    assert decision.mode == Mode.MISSION
+
+
+def test_late_take_off_and_landing():
+    assert fly(in_mode(Mode.TAKEOFF), 26.0)[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.1, reference_done=True, done_time=4.9)[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.1, reference_done=True, done_time=5.1)[0].mode == Mode.DESCEND
+
+
+def test_the_text_is_pure():
+    assert purity.check([modes.step], [modes.init]) == []
+
+
+def test_compiled_it_decides_the_same():
+    pytest.importorskip("numba")
+    fast, rng = compiled(modes.step), random.Random(2)
+    for _ in range(40):
+        memory = twin = modes.init()
+        for _ in range(50):
+            seen = health(*rng.sample(list(HEALTH), rng.choice([0, 0, 0, 1, 2])))
+            seen = seen._replace(checks_passed=True, reference_done=rng.random() < 0.3)
+            request, dt = rng.choice([0, 0, 1, 2, 3, 4, 5, 6, 7]), rng.choice([DT, LONG])
+            decision, memory = modes.step(PARAMETERS, memory, seen, request, dt)
+            found, twin = fast(PARAMETERS, twin, seen, request, dt)
+            assert (found, twin) == (decision, memory)
+
+
+def test_a_new_battery_ends_what_the_old_one_raised():
+    _, memory = fly(in_mode(Mode.LAND), 0.6, battery=0.1, speed=0.0, thrust=0.1)
+    assert memory.mode == Mode.DISARMED
+    decision, _ = fly(memory, DT, Request.ARM, battery=0.1)
+    assert (decision.mode, decision.blocked_by) == (Mode.DISARMED, Condition.BATTERY_LOW)
+    assert fly(memory, DT, Request.ARM)[0].mode == Mode.ARMING
+
+
+def test_what_changes_no_mode_is_no_reason():
+    decision, _ = fly(modes.init(), 1.0, speed=0.0, thrust=0.0)
+    assert (decision.mode, decision.reason) == (Mode.DISARMED, modes.NO_REASON)
+    _, memory = fly(in_mode(Mode.HOLD), DT, Request.MISSION)
+    decision, _ = fly(memory, 1.0, speed=0.0, thrust=0.0)
+    assert (decision.mode, decision.reason) == (Mode.MISSION, modes.ON_REQUEST)

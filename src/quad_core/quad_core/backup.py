@@ -1,0 +1,193 @@
+"""The guard's own law: level attitude, controlled descent.
+
+    tau = J (w^2 e - 2 D w omega) + omega x J omega,   e = b x d  (yaw: -J_zz k_r r),
+    d along (-k_v v_x, -k_v v_y, g) within a tilt limit,
+    f = m (g + k_z (v_ref - v_z) + lift) / (b_z),  lift' = k_i (v_ref - v_z),
+
+with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio.
+It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a velocity
+that can be trusted d is vertical and f a fixed share of the weight.
+
+The law shares no text with the controllers, so that no mistake of theirs can be its own (Simplex: Sha, 2001).
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
+from quad_core.guard_checks import largest_torque
+from quad_core.guard_parameters import BackupLaw, ContactRule
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle, max_thrust
+
+LEAST_SINK = 0.25
+"""Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""
+
+LARGEST_LIFT = 0.4
+"""Bound of the vertical integral over gravity."""
+
+LEAST_COSINE = 0.5
+RESTING_RAMP = 0.25
+"""Share of thrust left on something that is not the ground: the motors turn until the operator disarms."""
+
+
+class Descent(NamedTuple):
+    """What the backup law remembers: vertical integral m/s^2, time at rest s, share of thrust, motors stopped."""
+
+    lift: float = 0.0
+    rest_time: float = 0.0
+    ramp: float = 1.0
+    stopped: bool = False
+
+
+def descend(
+    law: BackupLaw,
+    rule: ContactRule,
+    vehicle: Vehicle,
+    memory: Descent,
+    state: VehicleState,
+    height: float,
+    knows_velocity: bool,
+    dt: float,
+) -> tuple[Wrench, Descent]:
+    """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    if memory.stopped:
+        return Wrench(0.0, zero), memory
+    up = body_z(state.q_wb)
+    sinking = sink_speed(law, state) if knows_velocity else 0.0
+    thrust, lift = descent_thrust(law, vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, up.z, dt)
+    direction = desired_direction(law, vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
+    torque = level_torque(law, vehicle, state, up, direction)
+    rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
+    thrust = ramp * thrust
+    torque = Vec3(ramp * torque.x, ramp * torque.y, ramp * torque.z)
+    if stopped:
+        thrust, torque = 0.0, zero
+    return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped)
+
+
+def slowness(law: BackupLaw, state: VehicleState) -> float:
+    """Return 1 at or below walking pace, 0 from twice that on, linear between."""
+    horizontal = math.sqrt(state.v_w.x * state.v_w.x + state.v_w.y * state.v_w.y)
+    return clamp(2.0 - horizontal / law.walking_pace, 0.0, 1.0)
+
+
+def sink_speed(law: BackupLaw, state: VehicleState) -> float:
+    """Return the descent speed in m/s that is asked for: full only when the vehicle moves slowly."""
+    return law.descent_speed * (LEAST_SINK + (1.0 - LEAST_SINK) * slowness(law, state))
+
+
+def desired_direction(law: BackupLaw, vehicle: Vehicle, state: VehicleState) -> Vec3:
+    """Return the direction of body z (unit, world) that brakes the horizontal velocity within the tilt limit."""
+    limit = law.brake_tilt + (law.landing_tilt - law.brake_tilt) * slowness(law, state)
+    x = -law.velocity_bandwidth * state.v_w.x / vehicle.gravity
+    y = -law.velocity_bandwidth * state.v_w.y / vehicle.gravity
+    tangent = math.sqrt(x * x + y * y)
+    largest = math.tan(limit)
+    if tangent > largest:
+        x, y = x * (largest / tangent), y * (largest / tangent)
+    scale = 1.0 / math.sqrt(1.0 + x * x + y * y)
+    return Vec3(x * scale, y * scale, scale)
+
+
+def descent_thrust(
+    law: BackupLaw,
+    vehicle: Vehicle,
+    lift: float,
+    vertical_speed: float,
+    sinking: float,
+    knows_velocity: bool,
+    cosine: float,
+    dt: float,
+) -> tuple[float, float]:
+    """Return thrust in N and the next integral in m/s^2; ``cosine`` is that of the tilt."""
+    weight = vehicle.mass * vehicle.gravity
+    low, high = law.lowest_thrust * weight, law.thrust_share * max_thrust(vehicle)
+    if not knows_velocity:
+        return clamp(law.blind_thrust * weight, low, high), lift
+    error = -sinking - vertical_speed
+    vertical = vehicle.gravity + law.vertical_bandwidth * error + lift
+    thrust = vehicle.mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
+    if cosine <= 0.0:
+        return low, lift
+    bounded = clamp(thrust, low, high)
+    if bounded == thrust:
+        bound = LARGEST_LIFT * vehicle.gravity
+        lift = clamp(lift + dt * law.vertical_integral * error, -bound, bound)
+    return bounded, lift
+
+
+def level_torque(law: BackupLaw, vehicle: Vehicle, state: VehicleState, up: Vec3, direction: Vec3) -> Vec3:
+    """Return the torque in N m, body frame, that turns body z ``up`` into ``direction`` and damps the body rates."""
+    error = cross(up, direction)
+    turn = rotate_inverse(state.q_wb, error)
+    x, y = turn.x, turn.y
+    if dot(up, direction) < 0.0:
+        # beyond 90 deg the sine falls again: keep turning, upside down about body x
+        sine = norm(error)
+        x, y = (x / sine, y / sine) if sine > 1e-6 else (1.0, 0.0)
+    stiffness = law.attitude_bandwidth * law.attitude_bandwidth
+    damping = 2.0 * law.attitude_damping * law.attitude_bandwidth
+    p, q, r = state.omega_b.x, state.omega_b.y, state.omega_b.z
+    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    largest = largest_torque(vehicle)
+    return Vec3(
+        clamp(xx * (stiffness * x - damping * p) + (zz - yy) * q * r, -largest.x, largest.x),
+        clamp(yy * (stiffness * y - damping * q) + (xx - zz) * p * r, -largest.y, largest.y),
+        clamp(-zz * law.yaw_rate_bandwidth * r + (yy - xx) * p * q, -largest.z, largest.z),
+    )
+
+
+def contact(
+    rule: ContactRule, memory: Descent, state: VehicleState, height: float, knows_velocity: bool, dt: float
+) -> tuple[float, float, bool]:
+    """Return time at rest in s, share of thrust and whether the motors stop: at rest, asked to sink, on the ground."""
+    v = state.v_w
+    speed = rule.speed
+    rests = knows_velocity and abs(v.x) < speed and abs(v.y) < speed and abs(v.z) < speed
+    if not rests:
+        return 0.0, 1.0, False
+    rest_time = memory.rest_time + dt
+    if rest_time < rule.time:
+        return rest_time, memory.ramp, False
+    low = height <= rule.stop_height
+    ramp = clamp(memory.ramp - dt / rule.ramp, 0.0 if low else RESTING_RAMP, 1.0)
+    return rest_time, ramp, low and ramp <= 0.0
+
+
+def predict(vehicle: Vehicle, state: VehicleState, wrench: Wrench, gyro: bool, dt: float) -> VehicleState:
+    """Return where the nominal vehicle is ``dt`` s after ``state`` (one Euler step of Eq. 1 without drag).
+
+    ``gyro``: the body rates are measured, not predicted.
+    """
+    p, v, q, omega = state.p_w, state.v_w, state.q_wb, state.omega_b
+    thrust = clamp(wrench.thrust, 0.0, max_thrust(vehicle)) / vehicle.mass
+    up = body_z(q)
+    h = 0.5 * dt
+    turned = normalized(
+        Quat(
+            q.x + h * (q.w * omega.x + q.y * omega.z - q.z * omega.y),
+            q.y + h * (q.w * omega.y + q.z * omega.x - q.x * omega.z),
+            q.z + h * (q.w * omega.z + q.x * omega.y - q.y * omega.x),
+            q.w - h * (q.x * omega.x + q.y * omega.y + q.z * omega.z),
+        )
+    )
+    return VehicleState(
+        Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
+        Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
+        turned,
+        omega if gyro else predicted_rates(vehicle, omega, wrench.torque_b, dt),
+    )
+
+
+def predicted_rates(vehicle: Vehicle, omega: Vec3, torque: Vec3, dt: float) -> Vec3:
+    """Return the body rates in rad/s ``dt`` s later under ``torque`` N m as far as the rotors can make it."""
+    largest = largest_torque(vehicle)
+    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    p, q, r = omega.x, omega.y, omega.z
+    return Vec3(
+        p + dt * (clamp(torque.x, -largest.x, largest.x) + (yy - zz) * q * r) / xx,
+        q + dt * (clamp(torque.y, -largest.y, largest.y) + (zz - xx) * p * r) / yy,
+        r + dt * (clamp(torque.z, -largest.z, largest.z) + (xx - yy) * p * q) / zz,
+    )

@@ -1,0 +1,168 @@
+"""The parameters of the commander's node; every default of a time or limit is a row of ``docs/safety.md``."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Flag, Real, Text, Whole
+
+
+class ModeParameters(NamedTuple):
+    """When a condition is raised. All are fixed before a flight."""
+
+    reference_late: Annotated[
+        float, Real("s", "mission reference older: HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck", live=False)
+    ] = 0.2
+    reference_lost: Annotated[
+        float, Real("s", "mission reference older: LAND", 0.001, 100.0, "MRS, PX4 offboardCheck", live=False)
+    ] = 2.0
+    setpoint_lost: Annotated[
+        float, Real("s", "attitude setpoint older: DESCEND", 0.001, 100.0, "ArduPilot", live=False)
+    ] = 0.3
+    wrench_lost: Annotated[float, Real("s", "wrench older: DESCEND", 0.001, 100.0, "", live=False)] = 0.05
+    state_lost: Annotated[float, Real("s", "state older: DESCEND", 0.001, 100.0, "MRS", live=False)] = 0.1
+    state_gone: Annotated[float, Real("s", "state older: KILL", 0.001, 100.0, "MRS", live=False)] = 0.5
+    tilt: Annotated[float, Real("rad", "tilt that may not last", 0.1, 3.2, "PX4 FailureDetector", live=False)] = (
+        1.0471975511965976
+    )
+    tilt_time: Annotated[
+        float, Real("s", "tilt above ``tilt`` for longer: DESCEND", 0.0, 100.0, "PX4 FailureDetector", live=False)
+    ] = 0.3
+    extreme_tilt: Annotated[float, Real("rad", "tilt of a vehicle that falls over", 0.1, 3.2, "MRS", live=False)] = (
+        1.3089969389957472
+    )
+    extreme_tilt_time: Annotated[
+        float, Real("s", "tilt above ``extreme_tilt`` for longer: DESCEND or KILL", 0.0, 100.0, "MRS", live=False)
+    ] = 0.1
+    low_height: Annotated[
+        float, Real("m", "extreme tilt below this height above the ground: KILL", 0.0, 100.0, "", live=False)
+    ] = 1.0
+    position_error: Annotated[
+        float, Real("m", "distance from the reference above: LAND", 0.01, 1000.0, "MRS", live=False)
+    ] = 1.5
+    large_position_error: Annotated[
+        float, Real("m", "distance from the reference above: DESCEND", 0.01, 1000.0, "MRS", live=False)
+    ] = 2.5
+    battery_low: Annotated[
+        float, Real("", "battery below this share of full: LAND", 0.0, 1.0, "addition", live=False)
+    ] = 0.2
+    overruns: Annotated[
+        float, Real("", "share of late cycles in a second above: HOLD", 0.0, 1.0, "ros2_control", live=False)
+    ] = 0.05
+    land_without_recorder: Annotated[
+        bool, Flag("a lost recorder lands the vehicle; else it is an event only", live=False)
+    ] = False
+    arming_late: Annotated[
+        float, Real("s", "armed without take-off for longer: DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT", live=False)
+    ] = 10.0
+    spool_up: Annotated[
+        float, Real("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME", live=False)
+    ] = 1.0
+    takeoff_late: Annotated[
+        float, Real("s", "take-off that lasts longer: LAND", 0.1, 1000.0, "addition", live=False)
+    ] = 30.0
+    landing_late: Annotated[
+        float, Real("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "", live=False)
+    ] = 5.0
+    contact_speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "safety.md", live=False)] = 0.1
+    contact_time: Annotated[
+        float, Real("s", "at rest with low thrust for so long: contact", 0.05, 10.0, "safety.md", live=False)
+    ] = 0.5
+    contact_thrust: Annotated[
+        float, Real("", "thrust over weight below which the ground bears the vehicle", 0.05, 1.0, "", live=False)
+    ] = 0.7
+    release_time: Annotated[
+        float, Real("s", "time that the guard has to give back after a request", 0.01, 10.0, "addition", live=False)
+    ] = 0.5
+
+
+class ArmingLimits(NamedTuple):
+    """What must hold before a flight; defaults are those of ``docs/safety.md``."""
+
+    rate_tolerance: Annotated[
+        float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0, "safety.md", live=False)
+    ] = 0.2
+    spacing_factor: Annotated[
+        float,
+        Real("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0, "safety.md", live=False),
+    ] = 2.0
+    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5, "safety.md", live=False)] = (
+        0.2617993877991494
+    )
+    speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 10.0, "safety.md", live=False)] = 0.1
+    rate: Annotated[float, Real("rad/s", "turning slower: at rest", 0.001, 10.0, "addition", live=False)] = 0.1
+    battery: Annotated[float, Real("", "least share of a full battery", 0.0, 1.0, "addition", live=False)] = 0.3
+    disk: Annotated[float, Real("GB", "least free space where the bag goes", 0.0, 1e6, "safety.md", live=False)] = 1.0
+    longest_flight: Annotated[
+        float, Real("s", "longest flight that a plan may announce", 1.0, 1e6, "addition", live=False)
+    ] = 3600.0
+
+
+class Corner(NamedTuple):
+    """A corner of the fence, world frame."""
+
+    x: Annotated[float, Real("m", "east", -1e4, 1e4, "addition", live=False)] = 100.0
+    y: Annotated[float, Real("m", "north", -1e4, 1e4, "addition", live=False)] = 100.0
+    z: Annotated[float, Real("m", "up", -1e4, 1e4, "EASA open category: 120 m", live=False)] = 120.0
+
+
+class Fence(NamedTuple):
+    """A box: where the vehicle may be."""
+
+    low: Corner = Corner(-100.0, -100.0, -1.0)
+    high: Corner = Corner(100.0, 100.0, 120.0)
+
+
+class FlightLimits(NamedTuple):
+    """What a planned trajectory may ask of the vehicle."""
+
+    speed: Annotated[float, Real("m/s", "largest speed", 0.1, 100.0, "addition", live=False)] = 10.0
+    acceleration: Annotated[float, Real("m/s^2", "largest acceleration", 0.1, 100.0, "addition", live=False)] = 10.0
+    tilt: Annotated[float, Real("rad", "largest tilt", 0.01, 1.5, "addition", live=False)] = 0.8
+
+
+class AxisLimits(NamedTuple):
+    """What one axis may use; where the start has more of it, that is given up as quickly as the limits allow."""
+
+    speed: Annotated[float, Real("m/s, rad/s", "largest speed", 0.01, 100.0, "addition", live=False)] = 1.0
+    acceleration: Annotated[
+        float, Real("m/s^2, rad/s^2", "largest acceleration", 0.01, 100.0, "addition", live=False)
+    ] = 2.0
+    jerk: Annotated[float, Real("m/s^3, rad/s^3", "largest jerk", 0.01, 1e4, "addition", live=False)] = 6.0
+
+
+class ReferenceLimits(NamedTuple):
+    """Limits of the commander's own references; x and y each take ``horizontal``."""
+
+    horizontal: AxisLimits = AxisLimits(1.0, 2.0, 6.0)
+    climb: AxisLimits = AxisLimits(1.0, 1.5, 5.0)
+    landing: AxisLimits = AxisLimits(0.7, 1.5, 5.0)
+    yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
+    landing_depth: Annotated[
+        float, Real("m", "a landing ends so far below the ground: the feet carry", 0.0, 10.0, "addition", live=False)
+    ] = 0.5
+
+
+class CommanderParameters(NamedTuple):
+    """The commander node: modes, missions, arming and its own references."""
+
+    period_steps: Annotated[int, Whole("steps", "plant steps between two decisions", 1, 100_000)] = 5
+    mission: Annotated[
+        str, Text("items flown by themselves: takeoff[:height], a trajectory, hold:seconds, land; empty: on request")
+    ] = ""
+    ground_height: Annotated[
+        float, Real("m", "height of the vehicle when it stands on the ground, world frame", -1e4, 1e4, "", live=False)
+    ] = 0.0
+    takeoff_height: Annotated[
+        float, Real("m", "height above the ground of a take-off that names none", 0.1, 1000.0, "addition", live=False)
+    ] = 1.5
+    wait_limit: Annotated[
+        float,
+        Real("s", "a mission that a fault has kept waiting in HOLD for longer: LAND", 1.0, 1e6, "addition", live=False),
+    ] = 60.0
+    give_up: Annotated[
+        int, Whole("", "lockstep: repeats of one state after which a missing mission reference counts as lost", 1, 100)
+    ] = 2
+    modes: ModeParameters = ModeParameters()
+    arming: ArmingLimits = ArmingLimits()
+    fence: Fence = Fence()
+    limits: FlightLimits = FlightLimits()
+    references: ReferenceLimits = ReferenceLimits()

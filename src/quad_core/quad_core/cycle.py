@@ -1,0 +1,118 @@
+"""One cycle of the closed loop: its time, what acts in it, and whether the numbers that it made may be flown.
+
+Time is counted in plant steps of integer nanoseconds; seconds are made here and only here.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from quad_core.geometry import ZERO
+from quad_core.records import leaves
+from quad_core.types import (
+    ALL_ROTORS,
+    NO_LINK_FAULT,
+    NO_PAYLOAD,
+    NO_SENSOR_FAULT,
+    Conditions,
+    Disturbance,
+    SensorFault,
+    Vec3,
+    VehicleState,
+)
+
+
+def seconds(steps: int, plant_period: int) -> float:
+    """Return the time of ``steps`` plant steps of ``plant_period`` ns in s, correctly rounded (``* 1e-9`` is not)."""
+    return steps * plant_period / 1e9
+
+
+def steps_to_cover(duration: float, plant_period: int) -> int:
+    """Return the fewest plant steps (at least 1) that cover ``duration`` s, to a millionth of a step."""
+    count = math.ceil(duration * 1e9 / plant_period - 1e-6)
+    if count < 1:
+        return 1
+    return count
+
+
+POSITION_BOUND = 1e4
+VELOCITY_BOUND = 1e3
+BODY_RATE_BOUND = 1e3
+QUATERNION_SQUARE_TOLERANCE = 2e-3
+
+
+def is_flyable(state: VehicleState) -> bool:
+    """Return whether the laws may be called with ``state``: finite, and each component within its bound.
+
+    abs(p_w) <= 1e4 m, abs(v_w) <= 1e3 m/s, abs(omega_b) <= 1e3 rad/s, quaternion norm 1 +- 1e-3.
+    A flight whose state is not flyable has diverged.
+    """
+    p, v, q, omega = state.p_w, state.v_w, state.q_wb, state.omega_b
+    # every comparison is false for a NaN, so a NaN is never flyable
+    return (
+        abs(p.x) <= POSITION_BOUND
+        and abs(p.y) <= POSITION_BOUND
+        and abs(p.z) <= POSITION_BOUND
+        and abs(v.x) <= VELOCITY_BOUND
+        and abs(v.y) <= VELOCITY_BOUND
+        and abs(v.z) <= VELOCITY_BOUND
+        and abs(omega.x) <= BODY_RATE_BOUND
+        and abs(omega.y) <= BODY_RATE_BOUND
+        and abs(omega.z) <= BODY_RATE_BOUND
+        and abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= QUATERNION_SQUARE_TOLERANCE
+    )
+
+
+def pushed(force_w: Vec3, torque_b: Vec3) -> Conditions:
+    """Return conditions with an outer force N (world) and torque N m (body), all else calm."""
+    return Conditions(force_w, torque_b, ZERO, NO_PAYLOAD, ALL_ROTORS, 1.0, NO_SENSOR_FAULT, NO_LINK_FAULT)
+
+
+def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceleration_b: Vec3) -> Disturbance:
+    """Return what is published: ``conditions`` with D_P in m/s^2 (world) and D_A in rad/s^2 (body) of Eqs. 10-12."""
+    sensor, link = conditions.sensor, conditions.link
+    return Disturbance(
+        conditions.force_w,
+        conditions.torque_b,
+        acceleration_w,
+        angular_acceleration_b,
+        conditions.wind_w,
+        conditions.rotor_effectiveness,
+        conditions.thrust_limit,
+        conditions.payload.mass,
+        sensor.frozen,
+        sensor.offset_w,
+        sensor.yaw_offset,
+        link.delay,
+        link.lost,
+    )
+
+
+def is_faulty(fault: SensorFault) -> bool:
+    """Return whether ``fault`` changes a reading."""
+    offset = fault.offset_w
+    return fault.frozen or offset.x != 0.0 or offset.y != 0.0 or offset.z != 0.0 or fault.yaw_offset != 0.0
+
+
+def finite_check(kind: type[Any]) -> Callable[[Any], bool]:
+    """Return a function that tells whether every number of a ``kind`` is finite, as plain text that Numba compiles.
+
+    The node and the loop without ROS both use it, so that they refuse the same answers at the same step.
+    """
+    terms = [f"value.{leaf.name}" for leaf in leaves(kind) if leaf.kind is float]
+    each = " and ".join(f"math.isfinite({term})" for term in terms) or "True"
+    # a balanced sum is quick and enough, but for finite numbers that overflow it
+    text = f"def is_finite(value):\n    return math.isfinite({_balanced(terms) or '0.0'}) or ({each})\n"
+    scope: dict[str, Any] = {"math": math}
+    exec(compile(text, __file__, "exec"), scope)
+    check: Callable[[Any], bool] = scope["is_finite"]
+    check.__module__ = __name__
+    check.__qualname__ = f"is_finite[{kind.__module__}.{kind.__qualname__}]"
+    return check
+
+
+def _balanced(terms: Sequence[str]) -> str:
+    if len(terms) < 2:
+        return "".join(terms)
+    half = len(terms) // 2
+    return f"({_balanced(terms[:half])} + {_balanced(terms[half:])})"

@@ -1,0 +1,43 @@
+"""The parameters that all nodes of one flight share (``flight.*``)."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.cascade import ROLES
+from quad_core.parameters import Choice, Flag, Real, Text, Whole
+
+LOCKSTEP = 0
+REALTIME = 1
+
+
+class FlightParameters(NamedTuple):
+    """Shared by all nodes of one flight (``flight.*``)."""
+
+    mode: Annotated[
+        int,
+        Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival"),
+    ] = LOCKSTEP
+    run_id: Annotated[str, Text("identifies the run; nodes of another run are refused; empty accepts any")] = ""
+    seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
+    plant_period: Annotated[
+        int, Whole("ns", "time between two states; every rate divides the plant's", 100_000, 1_000_000_000)
+    ] = 2_000_000
+    roles: Annotated[str, Text("roles that take part, comma separated; all must be ready before step 0")] = ",".join(
+        ROLES
+    )
+    start_timeout: Annotated[
+        float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0, live=False)
+    ] = 60.0
+    silence_timeout: Annotated[
+        float,
+        Real(
+            "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
+        ),
+    ] = 20.0
+    realtime_priority: Annotated[
+        int,
+        Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),
+    ] = 40
+    machine_code: Annotated[
+        bool,
+        Flag("laws and plant as machine code where scripts/fly has built it: faster, and the same bits", live=False),
+    ] = True

@@ -1,0 +1,296 @@
+"""The last check before the rotors: a wrench passes unchanged, or the backup law flies.
+
+    wrench to the rotors = the controller's, to the bit       in PASS
+                           quad_core.backup                   in DESCEND
+                           none                               in KILL
+
+Whoever owns the vehicle (a simulator, a bridge to hardware) calls ``step`` once per plant step, after the newest
+wrench and state are in and before the rotors get their command:
+
+    inputs = Inputs(step, period, newest wrench, newest state, request)
+    wrench, memory, report = guard.step(parameters, vehicle, memory, inputs, dt)
+
+Time is the owner's own plant step: in lockstep the step itself, in real time the steady clock over the period. The text
+is one for both. A refused wrench or sample is dropped, counted and named in the report; it never raises and never
+feeds a watchdog. A mode is left upwards only by request, and KILL never. Between samples, and when they stay away, the
+state is predicted with the nominal model and, if it still arrives, the measured body rate.
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_core.backup import Descent, descend
+from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
+from quad_core.guard_parameters import GuardParameters
+from quad_core.guard_state import Belief, Refusals, is_full, no_belief, observe
+from quad_core.types import Vec3, Wrench
+from quad_core.vehicle import Vehicle
+
+PASS = 0
+DESCEND = 1
+KILL = 2
+MODES = ("pass", "descend", "kill")
+
+NO_REQUEST = 0
+RELEASE = 1
+ASK_DESCEND = 2
+ASK_KILL = 3
+REQUESTS = ("", "release", "descend", "kill")
+
+GOOD = 0
+WRENCH_LOST = 1
+STATE_LOST = 2
+STATE_REFUSED = 3
+TILT = 4
+REQUESTED = 5
+EXTREME_TILT = 6
+STATE_GONE = 7
+EXTREME_TILT_LOW = 8
+REQUESTED_KILL = 9
+REASONS = (
+    "good",
+    "no good wrench",
+    "no good state",
+    "states refused",
+    "tilt",
+    "on request",
+    "extreme tilt",
+    "no state at all",
+    "extreme tilt near the ground",
+    "kill on request",
+)
+"""Why a mode was entered; from STATE_GONE on the reaction is KILL."""
+
+
+class Inputs(NamedTuple):
+    """What the guard looks at: the plant step about to be flown, the plant period in ns, what came, what is asked."""
+
+    step: int
+    period: int
+    command: WrenchCommand
+    sample: StateSample
+    request: int
+
+
+class Timers(NamedTuple):
+    """For how long in s: large tilt, extreme tilt, everything good enough to be released."""
+
+    large_tilt: float
+    extreme_tilt: float
+    good: float
+
+
+class Memory(NamedTuple):
+    """What the guard remembers; steps are -1 before the first time. ``flown`` is the last wrench for the rotors."""
+
+    mode: int
+    reason: int
+    since: int
+    first_step: int
+    wrench: Wrench
+    command_step: int
+    refused_commands: int
+    belief: Belief
+    refusals: Refusals
+    timers: Timers
+    flown: Wrench
+    descent: Descent
+
+
+class Report(NamedTuple):
+    """What the guard did in a step: mode, why, since which step; ages in s; what was refused and how often so far.
+
+    ``command_refusal`` and ``state_refusal`` number the words of ``guard_checks``, 0 if nothing was refused.
+    ``condition`` is what is wrong now (``REASONS``), whatever the latched mode. ``warning``: a wrench or state is late.
+    ``land``: samples were refused, but the position is good: a commander should land.
+    ``stopped``: the backup law has landed and stopped the motors.
+    """
+
+    mode: int
+    reason: int
+    since: int
+    condition: int
+    command_age: float
+    state_age: float
+    command_refusal: int
+    state_refusal: int
+    refused_commands: int
+    refused_samples: int
+    warning: bool
+    land: bool
+    stopped: bool
+
+
+def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
+    """Return the memory before the first step."""
+    none = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+    return Memory(
+        PASS,
+        GOOD,
+        0,
+        -1,
+        none,
+        -1,
+        0,
+        no_belief(),
+        Refusals(0, 0, 0, False),
+        Timers(0.0, 0.0, 0.0),
+        none,
+        Descent(0.0, 0.0, 1.0, False),
+    )
+
+
+def step(
+    parameters: GuardParameters, vehicle: Vehicle, memory: Memory, inputs: Inputs, dt: float
+) -> tuple[Wrench, Memory, Report]:
+    """Return the wrench for the rotors, the next memory and the report of one plant step of ``dt`` s.
+
+    Raises nothing, whatever the numbers in ``inputs`` are.
+    """
+    now, period = inputs.step, inputs.period
+    first = memory.first_step if memory.first_step >= 0 else now
+    wrench, command_step, refused_command = memory.wrench, memory.command_step, ACCEPTED
+    if inputs.command.arrived:
+        refused_command = command_refusal(parameters.command, vehicle, inputs.command, command_step, now, period)
+        if refused_command == ACCEPTED:
+            wrench, command_step = inputs.command.wrench, inputs.command.step
+    refused_commands = memory.refused_commands + (1 if refused_command != ACCEPTED else 0)
+    belief, refusals, refused_state = observe(
+        parameters.state, vehicle, memory.belief, memory.refusals, inputs.sample, memory.flown, now, period, dt
+    )
+    command_age = age(now, command_step, first, period)
+    state_age = age(now, belief.step, first, period)
+    timers = watch(parameters, memory.timers, belief, command_age, state_age, dt)
+    refused = is_full(parameters.state, refusals)
+    land = refused and not refusals.reset and state_age <= parameters.state.warn_age
+    wrong = condition(
+        parameters,
+        timers,
+        inputs.request,
+        command_age,
+        state_age,
+        age(now, belief.rate_step, first, period),
+        belief.state.p_w.z - parameters.ground_height,
+        refused and not (land and parameters.has_commander),
+    )
+    mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
+    flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, dt)
+    after = Memory(
+        mode, reason, since, first, wrench, command_step, refused_commands, belief, refusals, timers, flown, descent
+    )
+    warning = command_age > parameters.command.warn_age or state_age > parameters.state.warn_age
+    report = Report(
+        mode,
+        reason,
+        since,
+        wrong,
+        command_age,
+        state_age,
+        refused_command,
+        refused_state,
+        refused_commands,
+        refusals.total,
+        warning,
+        land,
+        mode == DESCEND and descent.stopped,
+    )
+    return flown, after, report
+
+
+def fly(
+    parameters: GuardParameters,
+    vehicle: Vehicle,
+    memory: Memory,
+    mode: int,
+    wrench: Wrench,
+    belief: Belief,
+    state_age: float,
+    dt: float,
+) -> tuple[Wrench, Descent]:
+    """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's."""
+    if mode == PASS:
+        return wrench, memory.descent
+    if mode == KILL:
+        return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
+    descent = memory.descent if memory.mode == DESCEND else Descent(0.0, 0.0, 1.0, False)
+    return descend(
+        parameters.backup,
+        parameters.contact,
+        vehicle,
+        descent,
+        belief.state,
+        belief.state.p_w.z - parameters.ground_height,
+        belief.step >= 0 and state_age <= parameters.state.lost_age,
+        dt,
+    )
+
+
+def age(now: int, since: int, first: int, period: int) -> float:
+    """Return the age in s at step ``now`` of what is of step ``since``; of what never came: since ``first``."""
+    return (now - (since if since >= 0 else first)) * period / 1e9
+
+
+def watch(
+    parameters: GuardParameters, timers: Timers, belief: Belief, command_age: float, state_age: float, dt: float
+) -> Timers:
+    """Return the timers after a step of ``dt`` s; ages in s."""
+    q = belief.state.q_wb
+    cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+    good = (
+        command_age <= parameters.command.warn_age
+        and state_age <= parameters.state.warn_age
+        and cosine >= math.cos(parameters.release_tilt)
+    )
+    return Timers(
+        timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,
+        timers.extreme_tilt + dt if cosine < math.cos(parameters.tilt.extreme) else 0.0,
+        timers.good + dt if good else 0.0,
+    )
+
+
+def condition(
+    parameters: GuardParameters,
+    timers: Timers,
+    request: int,
+    command_age: float,
+    state_age: float,
+    rate_age: float,
+    height: float,
+    refused: bool,
+) -> int:
+    """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground."""
+    tilt = parameters.tilt
+    found = GOOD
+    if command_age > parameters.command.lost_age:
+        found = WRENCH_LOST
+    if state_age > parameters.state.lost_age:
+        found = STATE_LOST
+    if refused:
+        found = STATE_REFUSED
+    if timers.large_tilt > tilt.large_time:
+        found = TILT
+    if request == ASK_DESCEND:
+        found = REQUESTED
+    if timers.extreme_tilt > tilt.extreme_time:
+        found = EXTREME_TILT_LOW if height < tilt.low_height else EXTREME_TILT
+    if rate_age > parameters.state.gone_age and found < STATE_GONE:
+        found = STATE_GONE
+    if request == ASK_KILL:
+        found = REQUESTED_KILL
+    return found
+
+
+def next_mode(
+    parameters: GuardParameters, memory: Memory, timers: Timers, request: int, wrong: int, now: int
+) -> tuple[int, int, int]:
+    """Return mode, reason and the step since which it holds: the more severe wins, upwards only by request."""
+    asked = PASS
+    if wrong >= STATE_GONE:
+        asked = KILL
+    elif wrong != GOOD:
+        asked = DESCEND
+    if asked > memory.mode:
+        return asked, wrong, now
+    if memory.mode == DESCEND and asked == PASS and request == RELEASE and timers.good >= parameters.settle_time:
+        return PASS, GOOD, now
+    return memory.mode, memory.reason, memory.since

@@ -1,0 +1,170 @@
+"""What a wrench and a state sample must be before the guard believes them.
+
+A check returns 0 (``ACCEPTED``) or the number of the first rule that is broken; ``COMMAND_REFUSALS`` and
+``STATE_REFUSALS`` hold the words. Time is the owner's plant step: age = (step - stamp's step) * period, in lockstep
+and in real time alike.
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_core.cycle import is_flyable
+from quad_core.geometry import norm
+from quad_core.guard_parameters import CommandLimits, StateLimits
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Layout, Vehicle, max_thrust
+
+ACCEPTED = 0
+NOT_FINITE = 1
+FOREIGN = 2
+NOT_NEWER = 3
+AHEAD = 4
+TOO_OLD = 5
+STAMP = 6
+THRUST = 7
+TORQUE = 8
+POSITION_JUMP = 7
+ATTITUDE_JUMP = 8
+FROZEN = 9
+
+COMMAND_REFUSALS = (
+    "accepted",
+    "a number that is not finite",
+    "not from the controller of this flight",
+    "not newer than the last",
+    "a stamp ahead of the vehicle's time",
+    "too old when it arrived",
+    "a stamp that is not step times period",
+    "thrust beyond the vehicle's limits",
+    "torque beyond the vehicle's limits",
+)
+STATE_REFUSALS = (
+    "accepted",
+    "not finite or out of bounds",
+    "not from the estimator of this flight",
+    "not newer than the last",
+    "a stamp ahead of the vehicle's time",
+    "",
+    "a stamp that is not step times period",
+    "a jump in position",
+    "a jump in attitude",
+    "frozen",
+)
+DIAGONAL = math.sqrt(0.5)
+
+
+class WrenchCommand(NamedTuple):
+    """The newest wrench that the vehicle's owner has; it stays the same until another arrives.
+
+    ``step`` and ``stamp`` (ns) are those of the state from which it was computed. ``arrived``: since the guard's last
+    step. ``accepted``: run id, sender, length, encapsulation and frame were in order, which only the owner can tell.
+    """
+
+    wrench: Wrench = Wrench()
+    step: int = 0
+    stamp: int = 0
+    arrived: bool = False
+    accepted: bool = False
+
+
+class StateSample(NamedTuple):
+    """The newest state that the vehicle's owner has; ``step``, ``stamp``, ``arrived``, ``accepted`` as above."""
+
+    state: VehicleState = VehicleState()
+    step: int = 0
+    stamp: int = 0
+    arrived: bool = False
+    accepted: bool = False
+
+
+def largest_torque(vehicle: Vehicle) -> Vec3:
+    """Return the largest torque in N m that four rotors make about each body axis (Eqs. 3, 8)."""
+    rotor = 0.25 * max_thrust(vehicle)
+    tilting = rotor * vehicle.arm_length
+    if vehicle.layout == Layout.X:
+        tilting = 2.0 * DIAGONAL * tilting
+    return Vec3(tilting, tilting, 2.0 * rotor * vehicle.torque_coefficient / vehicle.lift_coefficient)
+
+
+def command_refusal(
+    limits: CommandLimits, vehicle: Vehicle, command: WrenchCommand, last_step: int, now: int, period: int
+) -> int:
+    """Return why ``command`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
+
+    ``last_step`` is the step of the last accepted command.
+    """
+    wrench, torque = command.wrench, command.wrench.torque_b
+    if not command.accepted:
+        return FOREIGN
+    if not math.isfinite(wrench.thrust + torque.x + torque.y + torque.z):
+        return NOT_FINITE
+    if command.step <= last_step:
+        return NOT_NEWER
+    lead = (command.step - now) * period / 1e9
+    if lead > limits.ahead:
+        return AHEAD
+    if -lead > limits.too_old:
+        return TOO_OLD
+    if command.stamp != command.step * period:
+        return STAMP
+    if abs(wrench.thrust) > limits.thrust_margin * max_thrust(vehicle):
+        return THRUST
+    largest = largest_torque(vehicle)
+    margin = limits.torque_margin
+    if abs(torque.x) > margin * largest.x or abs(torque.y) > margin * largest.y or abs(torque.z) > margin * largest.z:
+        return TORQUE
+    return ACCEPTED
+
+
+def sample_refusal(
+    limits: StateLimits, sample: StateSample, last: VehicleState, last_step: int, now: int, period: int
+) -> int:
+    """Return why ``sample`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
+
+    ``last`` is the sample believed at ``last_step``; before the first one ``last_step`` is negative, and nothing can
+    have jumped.
+    """
+    state = sample.state
+    if not sample.accepted:
+        return FOREIGN
+    if not is_flyable(state):
+        return NOT_FINITE
+    if sample.step <= last_step:
+        return NOT_NEWER
+    if (sample.step - now) * period / 1e9 > limits.ahead:
+        return AHEAD
+    if sample.stamp != sample.step * period:
+        return STAMP
+    if last_step < 0:
+        return ACCEPTED
+    if is_frozen(limits, state, last):
+        return FROZEN
+    gap = (sample.step - last_step) * period / 1e9
+    if position_change(last, state, gap) > limits.position_jump:
+        return POSITION_JUMP
+    if attitude_change(last.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(last.omega_b):
+        return ATTITUDE_JUMP
+    return ACCEPTED
+
+
+def is_frozen(limits: StateLimits, state: VehicleState, last: VehicleState) -> bool:
+    """Return whether ``state`` repeats ``last`` to the last bit although it says that the vehicle moves."""
+    if state.p_w.x != last.p_w.x or state.p_w.y != last.p_w.y or state.p_w.z != last.p_w.z:
+        return False
+    if state != last:
+        return False
+    return norm(state.v_w) >= limits.frozen_motion or norm(state.omega_b) >= limits.frozen_motion
+
+
+def position_change(last: VehicleState, state: VehicleState, gap: float) -> float:
+    """Return the distance in m of ``state`` from where ``last`` led at its velocity ``gap`` s later."""
+    x = state.p_w.x - last.p_w.x - gap * last.v_w.x
+    y = state.p_w.y - last.p_w.y - gap * last.v_w.y
+    z = state.p_w.z - last.p_w.z - gap * last.v_w.z
+    return math.sqrt(x * x + y * y + z * z)
+
+
+def attitude_change(last: Quat, q: Quat) -> float:
+    """Return the angle in rad, 0 to pi, between two attitudes; q and -q are the same one."""
+    cosine = abs(last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w)
+    return 2.0 * math.acos(cosine) if cosine < 1.0 else 0.0

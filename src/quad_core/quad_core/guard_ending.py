@@ -1,0 +1,33 @@
+"""When a flight that the guard took over is at its end, and how it is put into words."""
+
+from typing import Any
+
+from quad_core.geometry import norm
+from quad_core.guard import KILL, MODES, PASS, REASONS, Memory
+from quad_core.guard_parameters import GuardParameters
+from quad_core.types import VehicleState
+
+
+def is_down(parameters: GuardParameters, memory: Memory, truth: VehicleState, has_ground: bool) -> bool:
+    """Return whether the vehicle at ``truth`` has come down under the guard.
+
+    On a ground it is down when the backup law has stopped the motors, or, killed, when it lies still below the height
+    at which motors may stop; without a ground (``has_ground``) when it passes the height where the ground would be.
+    """
+    height = truth.p_w.z - parameters.ground_height
+    if memory.descent.stopped or not has_ground:
+        return memory.descent.stopped or height <= 0.0
+    return (
+        memory.mode == KILL and height <= parameters.contact.stop_height and norm(truth.v_w) < parameters.contact.speed
+    )
+
+
+def has_ground(plant: Any) -> bool:
+    """Return whether a plant with the parameters ``plant`` has a ground: a field ``ground.enabled`` that is true."""
+    ground = getattr(plant, "ground", None)
+    return bool(getattr(ground, "enabled", False))
+
+
+def described(mode: int, reason: int, since: int) -> str:
+    """Return mode, reason and step of a takeover in words, empty while the guard passes commands on."""
+    return "" if mode == PASS else f"guard in {MODES[mode]} since step {since}: {REASONS[reason]}"

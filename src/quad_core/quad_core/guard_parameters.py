@@ -1,0 +1,205 @@
+"""Limits and times of the guard: every default is a row of ``docs/safety.md``.
+
+All are fixed before a flight (``live=False``): nobody widens a limit while it protects something.
+"""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Flag, Real, Whole
+
+
+class CommandLimits(NamedTuple):
+    """What a wrench must be to reach the rotors, and how long the last good one may serve."""
+
+    thrust_margin: Annotated[
+        float,
+        Real(
+            "",
+            "refused: thrust beyond this times the largest, or below minus that; the allocation holds the rest",
+            1.0,
+            1e6,
+            "addition",
+            live=False,
+        ),
+    ] = 2.0
+    torque_margin: Annotated[
+        float,
+        Real(
+            "",
+            "refused: torque about an axis beyond this times the largest that four rotors make",
+            1.0,
+            1e9,
+            "addition",
+            live=False,
+        ),
+    ] = 100.0
+    ahead: Annotated[
+        float, Real("s", "refused: a stamp so far ahead of the vehicle's own time", 0.0, 1.0, "addition", live=False)
+    ] = 0.02
+    too_old: Annotated[
+        float, Real("s", "refused: a stamp so far behind when it arrives", 0.001, 10.0, "addition", live=False)
+    ] = 0.1
+    warn_age: Annotated[
+        float, Real("s", "warning: the last good wrench is older", 0.001, 10.0, "addition", live=False)
+    ] = 0.02
+    lost_age: Annotated[
+        float, Real("s", "backup law: the last good wrench is older", 0.001, 10.0, "addition", live=False)
+    ] = 0.05
+
+
+class StateLimits(NamedTuple):
+    """What a state sample must be to be believed, and how long the last believed one may serve."""
+
+    ahead: Annotated[
+        float, Real("s", "refused: a sample so far ahead of the vehicle's own time", 0.0, 10.0, "MRS", live=False)
+    ] = 0.5
+    position_jump: Annotated[
+        float,
+        Real("m", "refused: so far from where the last sample's velocity leads", 0.01, 1e4, "ArduPilot", live=False),
+    ] = 1.0
+    attitude_jump: Annotated[
+        float,
+        Real(
+            "rad", "refused: turned so far from where the last sample's rates lead", 0.01, 3.2, "ArduPilot", live=False
+        ),
+    ] = 0.3490658503988659
+    refused_count: Annotated[
+        int, Whole("", "so many refused samples within the window end the controller's flight", 1, 1000, "ArduPilot")
+    ] = 10
+    refused_window: Annotated[
+        float, Real("s", "the window in which refused samples are counted", 0.01, 10.0, "ArduPilot", live=False)
+    ] = 0.2
+    frozen_motion: Annotated[
+        float,
+        Real(
+            "m/s, rad/s",
+            "a sample equal to the last is frozen if it says that the vehicle moves faster; 0 (noisy sensors): always",
+            0.0,
+            10.0,
+            "addition",
+            live=False,
+        ),
+    ] = 0.01
+    warn_age: Annotated[
+        float, Real("s", "warning: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
+    ] = 0.05
+    lost_age: Annotated[
+        float, Real("s", "backup law: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
+    ] = 0.1
+    gone_age: Annotated[
+        float, Real("s", "motors off: the last believed sample is older", 0.001, 100.0, "MRS", live=False)
+    ] = 0.5
+
+
+class TiltLimits(NamedTuple):
+    """How far the vehicle may lean, how long, and where motors off is the lesser evil."""
+
+    large: Annotated[float, Real("rad", "tilt that may not last", 0.1, 3.2, "PX4 FailureDetector", live=False)] = (
+        1.0471975511965976
+    )
+    large_time: Annotated[
+        float, Real("s", "backup law: tilt above ``large`` for longer", 0.0, 100.0, "PX4 FailureDetector", live=False)
+    ] = 0.3
+    extreme: Annotated[float, Real("rad", "tilt of a vehicle that falls over", 0.1, 3.2, "MRS", live=False)] = (
+        1.3089969389957472
+    )
+    extreme_time: Annotated[
+        float, Real("s", "backup law or motors off: tilt above ``extreme`` for longer", 0.0, 100.0, "MRS", live=False)
+    ] = 0.1
+    low_height: Annotated[
+        float, Real("m", "extreme tilt below this height above the ground: motors off", 0.0, 100.0, "", live=False)
+    ] = 1.0
+
+
+class BackupLaw(NamedTuple):
+    """The guard's own law: bandwidths, speeds and limits."""
+
+    attitude_bandwidth: Annotated[
+        float, Real("rad/s", "natural frequency of roll and pitch", 0.1, 100.0, "addition", live=False)
+    ] = 8.0
+    attitude_damping: Annotated[float, Real("", "damping ratio of roll and pitch", 0.1, 10.0, "", live=False)] = 0.9
+    yaw_rate_bandwidth: Annotated[
+        float, Real("rad/s", "bandwidth of yaw-rate damping", 0.1, 100.0, "addition", live=False)
+    ] = 3.0
+    velocity_bandwidth: Annotated[
+        float, Real("rad/s", "bandwidth of the horizontal velocity", 0.01, 10.0, "addition", live=False)
+    ] = 1.2
+    vertical_bandwidth: Annotated[
+        float, Real("rad/s", "bandwidth of the vertical velocity", 0.01, 20.0, "addition", live=False)
+    ] = 4.0
+    vertical_integral: Annotated[
+        float, Real("1/s^2", "integral gain of the vertical velocity", 0.0, 100.0, "addition", live=False)
+    ] = 2.0
+    brake_tilt: Annotated[
+        float, Real("rad", "largest tilt used to stop above walking pace", 0.01, 0.8, "addition", live=False)
+    ] = 0.35
+    landing_tilt: Annotated[
+        float, Real("rad", "largest tilt used below walking pace: that of touchdown", 0.01, 0.8, "addition", live=False)
+    ] = 0.15
+    walking_pace: Annotated[
+        float, Real("m/s", "horizontal speed below which the vehicle descends", 0.05, 10.0, "addition", live=False)
+    ] = 0.6
+    descent_speed: Annotated[
+        float, Real("m/s", "speed of the controlled descent", 0.05, 5.0, "PX4 MPC_LAND_SPEED", live=False)
+    ] = 0.8
+    blind_thrust: Annotated[
+        float,
+        Real("", "thrust over weight without a velocity that can be trusted", 0.5, 1.0, "PX4", live=False),
+    ] = 0.94
+    lowest_thrust: Annotated[
+        float, Real("", "least thrust over weight in the air", 0.0, 1.0, "addition", live=False)
+    ] = 0.2
+    thrust_share: Annotated[
+        float,
+        Real(
+            "",
+            "largest thrust of the backup law over the largest there is: the rest makes torque",
+            0.1,
+            1.0,
+            "",
+            live=False,
+        ),
+    ] = 0.9
+
+
+class ContactRule(NamedTuple):
+    """When the backup law has landed and may stop the motors."""
+
+    speed: Annotated[
+        float, Real("m/s", "slower than this on all axes: at rest", 0.001, 1.0, "addition", live=False)
+    ] = 0.1
+    time: Annotated[
+        float, Real("s", "at rest for so long while descending: contact", 0.05, 10.0, "addition", live=False)
+    ] = 0.5
+    ramp: Annotated[
+        float, Real("s", "time in which thrust goes down after contact", 0.05, 10.0, "addition", live=False)
+    ] = 0.5
+    stop_height: Annotated[
+        float, Real("m", "motors never stop higher above the ground than this", 0.0, 10.0, "addition", live=False)
+    ] = 0.3
+
+
+class GuardParameters(NamedTuple):
+    """All parameters of the guard; ``ground_height`` is where the flight began unless said otherwise."""
+
+    enabled: Annotated[bool, Flag("whether the guard stands between the command and the rotors", live=False)] = True
+    command: CommandLimits = CommandLimits()
+    state: StateLimits = StateLimits()
+    tilt: TiltLimits = TiltLimits()
+    backup: BackupLaw = BackupLaw()
+    contact: ContactRule = ContactRule()
+    ground_height: Annotated[
+        float, Real("m", "height of the ground, world frame", -1e4, 1e4, "addition", live=False)
+    ] = 0.0
+    has_commander: Annotated[
+        bool, Flag("a commander flies above: it lands where the position is good; else the guard descends", live=False)
+    ] = False
+    settle_time: Annotated[
+        float,
+        Real(
+            "s", "commands and state must have been good for so long to be released", 0.0, 10.0, "addition", live=False
+        ),
+    ] = 0.2
+    release_tilt: Annotated[
+        float, Real("rad", "no release to the controller at a larger tilt", 0.01, 1.5, "addition", live=False)
+    ] = 0.5235987755982988

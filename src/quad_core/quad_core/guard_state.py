@@ -1,0 +1,104 @@
+"""Which state the guard believes: the newest good sample, else a prediction with the nominal model."""
+
+from typing import NamedTuple
+
+from quad_core.backup import predict
+from quad_core.cycle import BODY_RATE_BOUND
+from quad_core.guard_checks import ACCEPTED, ATTITUDE_JUMP, POSITION_JUMP, StateSample, sample_refusal
+from quad_core.guard_parameters import StateLimits
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
+
+COUNTED = (False, True, False, False, True, False, True, True, True, False)
+"""By refusal: whether it counts towards the end of the controller's flight. Strangers, repetitions, frozen: no."""
+
+RATE_SERVES = (False, True, False, False, False, False, False, True, True, False)
+"""By refusal: whether the sample's body rate may still be used."""
+
+
+class Belief(NamedTuple):
+    """The state as the guard knows it, and the last believed sample. Steps are -1 before the first one.
+
+    ``step`` is that of the last believed sample, ``rate_step`` that of the last measured body rate.
+    """
+
+    state: VehicleState
+    sample: VehicleState
+    step: int
+    rate_step: int
+
+
+class Refusals(NamedTuple):
+    """Refused samples: in all, and within the window that began at step ``start``; ``reset``: a jump was believed."""
+
+    total: int
+    start: int
+    recent: int
+    reset: bool
+
+
+def no_belief() -> Belief:
+    """Return what is known before the first sample: nothing, written as rest in the origin."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    rest = VehicleState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
+    return Belief(rest, rest, -1, -1)
+
+
+def observe(
+    limits: StateLimits,
+    vehicle: Vehicle,
+    belief: Belief,
+    refusals: Refusals,
+    sample: StateSample,
+    flown: Wrench,
+    now: int,
+    period: int,
+    dt: float,
+) -> tuple[Belief, Refusals, int]:
+    """Return the belief at plant step ``now``, the counts and the refusal of ``sample``; ``flown`` is the last wrench.
+
+    After too many refusals the next sample that only jumped is believed: the estimator was reset, and the backup law
+    flies better on its new attitude and velocity than on a prediction.
+    """
+    refusals = expired(limits, refusals, now, period)
+    refusal, gyro, state = ACCEPTED, False, belief.state
+    if sample.arrived:
+        refusal = sample_refusal(limits, sample, belief.sample, belief.step, now, period)
+        if refusal == ACCEPTED:
+            return Belief(sample.state, sample.state, sample.step, sample.step), refusals, refusal
+        refusals = counted(refusals, refusal, now)
+        if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(limits, refusals):
+            reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
+            return Belief(sample.state, sample.state, sample.step, sample.step), reset, refusal
+        gyro = RATE_SERVES[refusal] and is_bounded(sample.state.omega_b)
+        if gyro:
+            state = VehicleState(state.p_w, state.v_w, state.q_wb, sample.state.omega_b)
+    if belief.step < 0:
+        return belief, refusals, refusal
+    predicted = predict(vehicle, state, flown, gyro, dt)
+    return Belief(predicted, belief.sample, belief.step, now if gyro else belief.rate_step), refusals, refusal
+
+
+def is_bounded(omega: Vec3) -> bool:
+    """Return whether a body rate is finite and within ``cycle.BODY_RATE_BOUND``."""
+    return abs(omega.x) <= BODY_RATE_BOUND and abs(omega.y) <= BODY_RATE_BOUND and abs(omega.z) <= BODY_RATE_BOUND
+
+
+def expired(limits: StateLimits, refusals: Refusals, now: int, period: int) -> Refusals:
+    """Return the counts at step ``now``: a window that is over is forgotten."""
+    if refusals.recent == 0 or (now - refusals.start) * period / 1e9 <= limits.refused_window:
+        return refusals
+    return Refusals(refusals.total, now, 0, False)
+
+
+def counted(refusals: Refusals, refusal: int, now: int) -> Refusals:
+    """Return the counts after a sample was refused; the first one that counts opens the window."""
+    if not COUNTED[refusal]:
+        return Refusals(refusals.total + 1, refusals.start, refusals.recent, refusals.reset)
+    start = now if refusals.recent == 0 else refusals.start
+    return Refusals(refusals.total + 1, start, refusals.recent + 1, refusals.reset)
+
+
+def is_full(limits: StateLimits, refusals: Refusals) -> bool:
+    """Return whether too many samples were refused within the window."""
+    return refusals.recent >= limits.refused_count

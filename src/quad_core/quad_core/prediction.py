@@ -1,0 +1,223 @@
+"""The state now, predicted from one that is A old: what a law acts on where it is asked to (an addition to the paper).
+
+    alpha_m' = (alpha - alpha_m) 2/A,  alpha = J^-1 (tau - w x J w)           mean of the last A, rad/s^2
+    w_now    = w + A alpha_m                                                  body rates, rad/s
+    q_now    = q exp(A (w_now - A/2 alpha_m))                                 attitude
+    a        = f/m b_z(q_mid) - g e_z                                         what thrust and gravity explain, m/s^2
+    v_now    = v + A a,   p_now = p + A v + A^2/2 a
+
+f and tau are what the rotors gave (`actuation`). The first line is the first Pade form of a mean over a sliding window,
+(1 - e^(-sA))/(sA) = 1/(1 + sA/2): a Smith predictor (O. J. M. Smith, 1957) without a delay line. Each channel has its
+own A: what is known of it, plus the time since its reading last changed, at most ``max_age``.
+
+With ``smoothing`` the predicted position and velocity are not taken as they come: an alpha-beta filter of fading memory
+(E. Brookner, Tracking and Kalman Filtering Made Easy, 1998) runs on a and on an estimate d of what a leaves out:
+
+    v = v_m + (1 - z^2) r,  d = d_m + (1 - z)^2 r / T,  p = p_m + (1 - z) (p_now - p_m),  r = v_now - v_m,  z = e^(-L T)
+
+with v_m = v + T (a + d) and p_m = p + T v + T^2/2 (a + d) of the step before.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from quad_core.geometry import ZERO, add, body_z, cross, norm, normalized, scale, subtract
+from quad_core.parameters import Flag, Real
+from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+
+
+class Prediction(NamedTuple):
+    """Whether, and over how much time, the state that a law sees is predicted."""
+
+    enabled: Annotated[
+        bool, Flag("the law acts on the state predicted over its age; false: on the state as it comes", live=False)
+    ] = False
+    position_age: Annotated[float, Real("s", "age of position and velocity when they come", 0.0, 0.1)] = 0.0
+    attitude_age: Annotated[float, Real("s", "age of the attitude when it comes", 0.0, 0.1)] = 0.0
+    rate_age: Annotated[float, Real("s", "age of the body rates when they come", 0.0, 0.1)] = 0.0
+    max_age: Annotated[
+        float, Real("s", "largest age that is predicted over, the time since a reading last changed included", 0.0, 0.1)
+    ] = 0.06
+    smoothing: Annotated[
+        float, Real("rad/s", "bandwidth L of the filter of predicted position and velocity; 0: none", 0.0, 500.0)
+    ] = 0.0
+    rate_smoothing: Annotated[
+        float, Real("rad/s", "bandwidth of the filter of predicted body rates on the model; 0: none", 0.0, 2000.0)
+    ] = 0.0
+
+
+class Known(NamedTuple):
+    """What is remembered from step to step.
+
+    ``reading``: the last state; ``held``: time in s for which its position, attitude and rates have not changed;
+    ``mean_acceleration_b`` alpha_m in rad/s^2; ``predicted``: the last prediction; ``disturbance_w`` d in m/s^2.
+    """
+
+    reading: VehicleState = VehicleState()
+    held: Vec3 = Vec3()
+    mean_acceleration_b: Vec3 = Vec3()
+    predicted: VehicleState = VehicleState()
+    disturbance_w: Vec3 = Vec3()
+    initialised: bool = False
+
+
+class Shown(NamedTuple):
+    """What the internals show of a prediction.
+
+    ``prediction_ages`` in s of position, attitude and rates; ``predicted_shift_w`` in m: the position predicted less
+    the one that came; ``prediction_residual_w`` in m: the position predicted now less what the last prediction expects
+    now; ``age_bounded``: 1 if an age was larger than ``max_age``, else 0.
+    """
+
+    prediction_ages: Vec3 = Vec3()
+    predicted_shift_w: Vec3 = Vec3()
+    prediction_residual_w: Vec3 = Vec3()
+    age_bounded: float = 0.0
+
+
+def unknown() -> Known:
+    """Return what is remembered before the first step."""
+    zero = VehicleState(ZERO, ZERO, Quat(0.0, 0.0, 0.0, 1.0), ZERO)
+    return Known(zero, ZERO, ZERO, zero, ZERO, False)
+
+
+def predict(
+    parameters: Prediction, vehicle: Vehicle, known: Known, state: VehicleState, actuation: Actuation, dt: float
+) -> tuple[VehicleState, Known, Shown]:
+    """Return the state now, the next memory and what is shown, of one step of ``dt`` s.
+
+    ``state`` is as old as ``parameters`` say; ``actuation`` that of the plant step before. Raises nothing on flyable
+    inputs.
+    """
+    held = held_for(known, state, dt)
+    ages = Vec3(
+        smaller(parameters.position_age + held.x, parameters.max_age),
+        smaller(parameters.attitude_age + held.y, parameters.max_age),
+        smaller(parameters.rate_age + held.z, parameters.max_age),
+    )
+    bounded = (
+        parameters.position_age + held.x > parameters.max_age
+        or parameters.attitude_age + held.y > parameters.max_age
+        or parameters.rate_age + held.z > parameters.max_age
+    )
+    angular = angular_acceleration(vehicle, known.predicted.omega_b, actuation.torque_b)
+    mean = angular if known.initialised else ZERO
+    window = ages.y if ages.y > ages.z else ages.z
+    if known.initialised and window > 0.0:
+        mean = moved_towards(known.mean_acceleration_b, angular, 2.0 / window, dt)
+    omega = add(state.omega_b, scale(ages.z, mean))
+    if parameters.rate_smoothing > 0.0 and known.initialised:
+        expected = add(known.predicted.omega_b, scale(dt, angular))
+        omega = moved_towards(expected, omega, parameters.rate_smoothing, dt)
+    q = turned(state.q_wb, subtract(omega, scale(0.5 * ages.y, mean)), ages.y)
+    acceleration = ZERO
+    if known.initialised:
+        acceleration = explained(vehicle, turned(q, omega, -0.5 * ages.x), actuation.thrust)
+    p = ahead(state.p_w, state.v_w, acceleration, ages.x)
+    v = add(state.v_w, scale(ages.x, acceleration))
+    now = VehicleState(p, v, q, omega)
+    return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
+
+
+def _smoothed(
+    parameters: Prediction,
+    known: Known,
+    state: VehicleState,
+    now: VehicleState,
+    acceleration: Vec3,
+    held: Vec3,
+    mean: Vec3,
+    ages: Vec3,
+    bounded: bool,
+    dt: float,
+) -> tuple[VehicleState, Known, Shown]:
+    """Return the results of ``predict``, position and velocity of ``now`` filtered if that is asked for."""
+    p, v, d = now.p_w, now.v_w, ZERO
+    residual = ZERO
+    if known.initialised:
+        total = add(acceleration, known.disturbance_w)
+        expected_p = ahead(known.predicted.p_w, known.predicted.v_w, total, dt)
+        residual = subtract(now.p_w, expected_p)
+        if parameters.smoothing > 0.0:
+            z = math.exp(-parameters.smoothing * dt)
+            expected_v = add(known.predicted.v_w, scale(dt, total))
+            miss = subtract(now.v_w, expected_v)
+            p = add(expected_p, scale(1.0 - z, residual))
+            v = add(expected_v, scale(1.0 - z * z, miss))
+            d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
+    predicted = VehicleState(p, v, now.q_wb, now.omega_b)
+    shown = Shown(ages, subtract(p, state.p_w), residual, 1.0 if bounded else 0.0)
+    return predicted, Known(state, held, mean, predicted, d, True), shown
+
+
+def held_for(known: Known, state: VehicleState, dt: float) -> Vec3:
+    """Return for how long in s position (and velocity), attitude and body rates have been the same reading."""
+    if not known.initialised:
+        return ZERO
+    before, held = known.reading, known.held
+    same_position = (
+        before.p_w.x == state.p_w.x
+        and before.p_w.y == state.p_w.y
+        and before.p_w.z == state.p_w.z
+        and before.v_w.x == state.v_w.x
+        and before.v_w.y == state.v_w.y
+        and before.v_w.z == state.v_w.z
+    )
+    q, r = before.q_wb, state.q_wb
+    same_attitude = q.x == r.x and q.y == r.y and q.z == r.z and q.w == r.w
+    w, u = before.omega_b, state.omega_b
+    same_rates = w.x == u.x and w.y == u.y and w.z == u.z
+    return Vec3(
+        held.x + dt if same_position else 0.0,
+        held.y + dt if same_attitude else 0.0,
+        held.z + dt if same_rates else 0.0,
+    )
+
+
+def smaller(a: float, b: float) -> float:
+    """Return the smaller of two numbers of one unit."""
+    return a if a < b else b
+
+
+def angular_acceleration(vehicle: Vehicle, omega: Vec3, torque: Vec3) -> Vec3:
+    """Return J^-1 (tau - w x J w) in rad/s^2 for ``omega`` in rad/s and ``torque`` in N m (Eq. 1 without drag)."""
+    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    turning = cross(omega, Vec3(xx * omega.x, yy * omega.y, zz * omega.z))
+    return Vec3((torque.x - turning.x) / xx, (torque.y - turning.y) / yy, (torque.z - turning.z) / zz)
+
+
+def explained(vehicle: Vehicle, q: Quat, thrust: float) -> Vec3:
+    """Return f/m b_z - g e_z in m/s^2, world frame; ``thrust`` in N."""
+    axis, lift = body_z(q), thrust / vehicle.mass
+    return Vec3(lift * axis.x, lift * axis.y, lift * axis.z - vehicle.gravity)
+
+
+def ahead(p: Vec3, v: Vec3, a: Vec3, time: float) -> Vec3:
+    """Return p + v t + a t^2 / 2 in m."""
+    half = 0.5 * time * time
+    return Vec3(p.x + time * v.x + half * a.x, p.y + time * v.y + half * a.y, p.z + time * v.z + half * a.z)
+
+
+def moved_towards(value: Vec3, target: Vec3, rate: float, dt: float) -> Vec3:
+    """Return a first-order lag of ``rate`` 1/s after ``dt`` s with the input ``target``, exactly."""
+    left = math.exp(-rate * dt)
+    return add(target, scale(left, subtract(value, target)))
+
+
+def turned(q: Quat, omega: Vec3, time: float) -> Quat:
+    """Return q exp(omega t): the attitude after ``time`` s at constant body rates in rad/s."""
+    x, y, z = 0.5 * time * omega.x, 0.5 * time * omega.y, 0.5 * time * omega.z
+    angle = norm(Vec3(x, y, z))
+    cosine, sine = 1.0, 1.0
+    if angle > 1e-9:
+        cosine, sine = math.cos(angle), math.sin(angle) / angle
+    x, y, z = sine * x, sine * y, sine * z
+    return normalized(
+        Quat(
+            q.w * x + q.x * cosine + q.y * z - q.z * y,
+            q.w * y - q.x * z + q.y * cosine + q.z * x,
+            q.w * z + q.x * y - q.y * x + q.z * cosine,
+            q.w * cosine - q.x * x - q.y * y - q.z * z,
+        )
+    )

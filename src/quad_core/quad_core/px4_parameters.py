@@ -1,0 +1,105 @@
+"""The parameters of the bridge to PX4: what the airframe is, how it is armed, when it is given up."""
+
+from enum import IntEnum
+from typing import Annotated, NamedTuple
+
+from quad_core.guard_parameters import GuardParameters
+from quad_core.parameters import Choice, Real, Text, Whole
+
+
+class Mode(IntEnum):
+    """What is sent to PX4."""
+
+    WRENCH = 0
+    MOTORS = 1
+    ATTITUDE = 2
+    RATES = 3
+
+
+class RotorPlace(NamedTuple):
+    """One rotor as PX4 describes it: body frame FRD, so y to the right; ``km`` > 0 turns counter-clockwise."""
+
+    px: Annotated[float, Real("m", "distance in front of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PX", False)]
+    py: Annotated[float, Real("m", "distance right of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PY", False)]
+    km: Annotated[
+        float,
+        Real("m", "drag torque over thrust as PX4 has it; > 0: counter-clockwise", -10.0, 10.0, "CA_ROTORn_KM", False),
+    ]
+
+
+class AirframeParameters(NamedTuple):
+    """What turns N and N m into PX4's normalised setpoints (``airframe.*``); four rotors in X, counted as PX4 does."""
+
+    max_rotor_thrust: Annotated[
+        float, Real("N", "largest thrust of one rotor; measure it: nobody else knows it", 0.0, 1e4, "T_m", False)
+    ] = 0.0
+    drag_ratio: Annotated[
+        float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q", False)
+    ] = 0.0
+    thr_mdl_fac: Annotated[
+        float, Real("", "the thrust curve that PX4 takes the motors to have", 0.0, 1.0, "THR_MDL_FAC", False)
+    ] = 0.0
+    thrust_curve: Annotated[
+        float,
+        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
+    ] = 0.0
+    rotor0: RotorPlace = RotorPlace(0.15, 0.15, 0.05)
+    rotor1: RotorPlace = RotorPlace(-0.15, -0.15, 0.05)
+    rotor2: RotorPlace = RotorPlace(0.15, -0.15, -0.05)
+    rotor3: RotorPlace = RotorPlace(-0.15, 0.15, -0.05)
+
+
+class ArmingParameters(NamedTuple):
+    """The way from the ground to the flight and back (``arming.*``)."""
+
+    beats: Annotated[int, Whole("", "setpoints streamed before the mode is asked for; one every 20 ms", 1, 10_000)] = 25
+    answer_timeout: Annotated[
+        float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0, live=False)
+    ] = 0.5
+    step_timeout: Annotated[
+        float,
+        Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0, "", False),
+    ] = 10.0
+    spool_up: Annotated[
+        float,
+        Real("s", "PX4 time from armed to the first state of the flight", 0.0, 60.0, "COM_SPOOLUP_TIME", False),
+    ] = 1.0
+    first_command: Annotated[
+        float, Real("s", "time that the controllers have for their first command", 0.02, 10.0, live=False)
+    ] = 0.5
+    command_timeout: Annotated[
+        float,
+        Real("s", "age of the newest command after which the heartbeat stops and PX4 lands", 0.01, 0.08, live=False),
+    ] = 0.06
+    state_timeout: Annotated[
+        float, Real("s", "time without odometry after which PX4 lands", 0.02, 10.0, live=False)
+    ] = 0.1
+    land_timeout: Annotated[
+        float, Real("s", "longest time for the landing; PX4 is left alone after it", 1.0, 3600.0, live=False)
+    ] = 60.0
+
+
+class Px4BridgeParameters(NamedTuple):
+    """The bridge to PX4: what it commands, whom, and when it lets go."""
+
+    mode: Annotated[
+        int,
+        Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, attitude, or body rates"),
+    ] = Mode.WRENCH.value
+    namespace: Annotated[str, Text("what stands before /fmu, as UXRCE_DDS_NS says; empty: nothing", "UXRCE_DDS_NS")] = (
+        ""
+    )
+    target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
+    rate_gain: Annotated[
+        float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
+    ] = 6.5
+    rate_limit: Annotated[
+        float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
+    ] = 3.8
+    reset_limit: Annotated[
+        float,
+        Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
+    ] = 0.3
+    airframe: AirframeParameters = AirframeParameters()
+    arming: ArmingParameters = ArmingParameters()
+    guard: GuardParameters = GuardParameters()

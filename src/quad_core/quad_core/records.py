@@ -1,0 +1,145 @@
+"""NamedTuples as flat numbers, and back: the only place that knows how.
+
+A value is a number (float, int, bool) or a NamedTuple of values. Its leaves are its numbers, depth first; its columns
+are its fields, of which a Vec3 is one of shape (3,), as in the messages.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+NUMBERS = (float, int, bool)
+_SCALARS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
+
+
+class Leaf(NamedTuple):
+    """One number of a value: its dotted name (empty where the value is a plain number) and its type."""
+
+    name: str
+    kind: type[Any]
+
+
+class Column(NamedTuple):
+    """One field of a NamedTuple: its scalar type and the names of its parts, none for a plain number."""
+
+    name: str
+    scalar: np.dtype[Any]
+    parts: tuple[str, ...]
+
+
+def field_kinds(kind: type[Any], name: str = "") -> dict[str, type[Any]]:
+    """Return {field: class} of a NamedTuple class; raises TypeError, naming the value ``name``, if it is none."""
+    if not hasattr(kind, "_fields"):
+        raise TypeError(f"{name or 'value'}: found {kind}, expected a number or a NamedTuple of numbers")
+    hints = get_type_hints(kind, include_extras=True)
+    return {
+        field: get_args(hints[field])[0] if get_origin(hints[field]) is Annotated else hints[field]
+        for field in kind._fields
+    }
+
+
+def leaves(kind: type[Any], name: str = "") -> list[Leaf]:
+    """Return the numbers of a class in order; raises TypeError for a field that is none."""
+    if kind in NUMBERS:
+        return [Leaf(name, kind)]
+    found = []
+    for field, inner in field_kinds(kind, name).items():
+        found += leaves(inner, f"{name}.{field}" if name else field)
+    return found
+
+
+def joined(name: str, *kinds: type[Any]) -> type[Any]:
+    """Return a NamedTuple class with the fields of ``kinds`` one after the other."""
+    found = [field for kind in kinds for field in field_kinds(kind).items()]
+    made: type[Any] = NamedTuple(name, found)  # type: ignore[misc]
+    return made
+
+
+def flattener(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]]:
+    """Return a function from a value to its numbers in the order of ``leaves``."""
+    names = [leaf.name for leaf in leaves(kind)]
+    if names == [""]:
+        return lambda value: (value,)
+    pick = attrgetter(*names)
+    return pick if len(names) > 1 else lambda value: (pick(value),)
+
+
+def builder(kind: type[Any]) -> Callable[[Sequence[Any]], Any]:
+    """Return the inverse of ``flattener``: a function from the numbers of a value to it."""
+    if kind in NUMBERS:
+        return lambda numbers: numbers[0]
+    make = kind._make
+    plan: list[tuple[Callable[[Sequence[Any]], Any] | None, int, int]] = []
+    at = 0
+    for inner in field_kinds(kind).values():
+        width = len(leaves(inner))
+        plan.append((None if inner in NUMBERS else builder(inner), at, at + width))
+        at += width
+    if all(inner is None for inner, _, _ in plan):
+        return make  # type: ignore[no-any-return]
+    return lambda numbers: make([numbers[at] if inner is None else inner(numbers[at:end]) for inner, at, end in plan])
+
+
+def numbers_finite(numbers: Sequence[Any]) -> bool:
+    """Return whether all numbers of a flat sequence are finite."""
+    # one sum is enough but for finite numbers that overflow it
+    return math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))
+
+
+def all_finite(value: Any) -> bool:
+    """Return whether every number of a value is finite; works for any (nested) tuple of numbers."""
+    return math.isfinite(_total(value)) or _each_finite(value)
+
+
+def _total(value: Any) -> float:
+    total = 0.0
+    for part in value:
+        total += _total(part) if isinstance(part, tuple) else part
+    return total
+
+
+def _each_finite(value: Any) -> bool:
+    return all(_each_finite(part) if isinstance(part, tuple) else math.isfinite(part) for part in value)
+
+
+def columns(kind: type[Any]) -> tuple[Column, ...]:
+    """Return the columns of a NamedTuple class.
+
+    Raises TypeError naming a field that is neither a number nor a NamedTuple of numbers of one type.
+    """
+    found = []
+    for name, inner in field_kinds(kind).items():
+        parts: tuple[str, ...] = getattr(inner, "_fields", ())
+        kinds = set(field_kinds(inner).values()) if parts else {inner}
+        scalar = _SCALARS.get(kinds.pop()) if len(kinds) == 1 else None
+        if scalar is None:
+            raise TypeError(f"{kind.__name__}.{name}: found {inner}, expected a number or a NamedTuple of numbers")
+        found.append(Column(name, scalar, parts))
+    return tuple(found)
+
+
+def record_type(kind: type[Any]) -> np.dtype[Any]:
+    """Return the structured dtype of a NamedTuple class; a Vec3 becomes one field of shape (3,)."""
+    return np.dtype([(c.name, c.scalar, (len(c.parts),)) if c.parts else (c.name, c.scalar) for c in columns(kind)])
+
+
+def to_rows(kind: type[Any], items: Sequence[Any]) -> NDArray[np.float64]:
+    """Return ``items``, values of class ``kind``, as floats of shape (items, leaves)."""
+    # one flat row per item by a getter in C: three times as fast as NumPy on nested tuples
+    flat = np.array(list(map(flattener(kind), items)), dtype=np.float64)
+    return flat.reshape(len(items), len(leaves(kind)))
+
+
+def from_rows(kind: type[Any], rows: NDArray[np.float64]) -> NDArray[Any]:
+    """Return rows of floats, shape (items, leaves), as an array of ``record_type(kind)``."""
+    filled = np.empty(len(rows), dtype=record_type(kind))
+    start = 0
+    for column in columns(kind):
+        width = len(column.parts) or 1
+        filled[column.name] = rows[:, start : start + width] if column.parts else rows[:, start]
+        start += width
+    return filled

@@ -1,0 +1,168 @@
+"""From {dotted name: value} to the parameter sets of a node, its plug-ins loaded; from ``--set`` text to such values.
+
+Shared by the ROS nodes, the loop without ROS and the check of YAML files, so that all read a file alike.
+"""
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from quad_core import plugins
+from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR, STAGE
+from quad_core.flight_parameters import FlightParameters
+from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten
+from quad_core.plugins import PluginError
+from quad_core.predicted import predicted
+from quad_core.vehicle import Vehicle
+
+
+class Plugin(NamedTuple):
+    """A loaded plug-in with its resolved parameters."""
+
+    name: str
+    module: ModuleType
+    parameters: Any
+
+
+class Resolved(NamedTuple):
+    """All parameters of one node."""
+
+    role: str
+    flight: FlightParameters
+    vehicle: Vehicle
+    node: Any
+    plugins: dict[str, Plugin]
+
+    @property
+    def law(self) -> Plugin:
+        """The law of a stage as it flies: with the prediction of its state before it, where that is enabled."""
+        law = self.plugins["law"]
+        prediction = getattr(self.node, "prediction", None)
+        if prediction is None or not prediction.enabled:
+            return law
+        inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
+        module = predicted(law.module, inputs)
+        return law._replace(module=module, parameters=module.Parameters(law.parameters, prediction))
+
+    def all_fields(self) -> list[Field]:
+        """Return every parameter of the node, dotted, with its resolved value as default."""
+        found = list(fields(self.flight, "flight.")) + list(fields(self.vehicle, "vehicle.")) + list(fields(self.node))
+        for plugin in self.plugins.values():
+            found += fields(plugin.parameters, f"{plugin.name}.")
+        return found
+
+
+def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
+    """Turn {dotted name: value} into the parameter sets of a node of ``role``.
+
+    Raises ParameterError (unknown key, wrong type, out of range, NaN) or PluginError (no such plug-in).
+    """
+    kind = ALL_ROLES[role]
+    left = dict(overrides)
+    flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
+    vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
+    own = {field.name for field in fields(kind.parameters)}
+    node = build(kind.parameters, {name: left.pop(name) for name in list(left) if name in own})
+    loaded = {}
+    for slot, group in kind.slots.items():
+        name = getattr(node, slot)
+        try:
+            module = plugins.load(group, name)
+        except PluginError as error:
+            raise PluginError(f"{slot}: {error}") from error
+        start = build(module.Parameters, _preset(module, name, getattr(node, "preset", "tuned")), f"{name}.")
+        parameters = build(start, _take(left, f"{name}."), f"{name}.")
+        if hasattr(module, "check"):
+            module.check(parameters)
+        loaded[slot] = Plugin(name, module, parameters)
+    if left:
+        stray = sorted(left)[0]
+        known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])
+        raise ParameterError(f"{stray}: the {role} node has no such parameter; it has {known}")
+    return Resolved(role, flight, vehicle, node, loaded)
+
+
+def check_agreement(resolved: Mapping[str, Resolved]) -> None:
+    """Raise ParameterError if two nodes of one flight differ in ``flight.*`` or ``vehicle.*``.
+
+    How a plant differs from the nominal vehicle is in the plant's own parameters (eqs. 10-12).
+    """
+    first = resolved[SIMULATOR]
+    for role, other in resolved.items():
+        for prefix, mine, theirs in (("flight", first.flight, other.flight), ("vehicle", first.vehicle, other.vehicle)):
+            expected, found = flatten(mine), flatten(theirs)
+            for name, value in found.items():
+                if value != expected[name]:
+                    raise ParameterError(
+                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
+                    )
+
+
+def _take(values: dict[str, Value], prefix: str) -> dict[str, Value]:
+    return {name[len(prefix) :]: values.pop(name) for name in list(values) if name.startswith(prefix)}
+
+
+def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
+    offered: Mapping[str, Mapping[str, Value]] = getattr(module, "PRESETS", {})
+    if preset == "tuned" and preset not in offered:
+        return {}
+    if preset not in offered:
+        raise ParameterError(
+            f"preset: found {preset!r}, expected one that {law} offers: {', '.join({'tuned', *offered})}"
+        )
+    return offered[preset]
+
+
+SHARED = ("flight", "vehicle")
+
+
+def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
+
+    Raises ParameterError for another form or an unknown node.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        node, dot, parameter = name.partition(".")
+        if not (equals and dot and parameter):
+            raise ParameterError(f"--set {setting}: expected NODE.PARAM=VALUE")
+        if node in SHARED:
+            node, parameter = "/**", name
+        elif node not in ALL_ROLES:
+            known = ", ".join((*ALL_ROLES, *SHARED))
+            raise ParameterError(f"--set {setting}: no node {node!r}; expected one of {known}")
+        found.setdefault(node, {})[parameter] = value
+    return found
+
+
+def with_law(values: Mapping[str, Value], law: str) -> dict[str, Value]:
+    """Return the parameters of a controller with another law: it starts from its defaults, all else stays."""
+    before = values.get("law")
+    if law == before:
+        return dict(values)
+    others = {name: value for name, value in values.items() if before is None or not name.startswith(f"{before}.")}
+    return {**others, "law": law, "preset": "tuned"}
+
+
+def typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
+    """Return ``texts`` as the types of the node's parameters; the choice of plug-ins among them decides which."""
+    slots = {*ALL_ROLES[role].slots, "preset"}
+    chosen = {name: text for name, text in texts.items() if name in slots}
+    known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}
+    return {name: _value(known.get(name), text) for name, text in texts.items()}
+
+
+def _value(field: Field | None, text: str) -> Value:
+    if field is None:
+        return text
+    try:
+        if isinstance(field.spec, Real):
+            return float(text)
+        if isinstance(field.spec, Whole):
+            return int(text)
+    except ValueError:
+        return text
+    if isinstance(field.spec, Flag):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    return text

@@ -1,0 +1,147 @@
+"""The backup law by itself: signs, limits, and when motors may stop."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quad_core.backup import Descent, contact, descend, predict
+from quad_core.geometry import quaternion_from_euler
+from quad_core.guard_parameters import BackupLaw, ContactRule
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
+
+LAW, RULE, VEHICLE = BackupLaw(), ContactRule(), Vehicle()
+WEIGHT = 0.56 * 9.8
+FRESH = Descent()
+UPRIGHT = Quat(0.0, 0.0, 0.0, 1.0)
+
+
+def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0, 0.0)):
+    return VehicleState(Vec3(0.0, 0.0, height), Vec3(*v), quaternion_from_euler(Vec3(*angles)), Vec3(*omega))
+
+
+def wrench(knows_velocity=True, memory=FRESH, **changes):
+    seen = state(**changes)
+    return descend(LAW, RULE, VEHICLE, memory, seen, seen.p_w.z, knows_velocity, 0.002)[0]
+
+
+@pytest.mark.parametrize(
+    ("angles", "sign"), [((0.3, 0.0, 0.0), (-1, 0)), ((0.0, 0.3, 0.0), (0, -1)), ((-3.0, 0.0, 0.0), (1, 0))]
+)
+def test_the_torque_turns_back_to_level(angles, sign):
+    torque = wrench(knows_velocity=False, angles=angles).torque_b
+    assert (round(torque.x, 9) > 0) - (round(torque.x, 9) < 0) == sign[0]
+    assert (round(torque.y, 9) > 0) - (round(torque.y, 9) < 0) == sign[1]
+
+
+def test_the_torque_is_the_stated_one():
+    # J w^2 sin(0.3) and J 2 D w p with J = 3.5e-3, w = 8, D = 0.9; yaw: J_zz 3 r
+    assert wrench(False, angles=(0.3, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 64.0 * math.sin(0.3))
+    assert wrench(False, omega=(1.0, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 14.4)
+    assert wrench(False, omega=(0.0, 0.0, 1.0)).torque_b.z == pytest.approx(-7e-3 * 3.0)
+
+
+def test_the_heading_is_free():
+    assert wrench(False, angles=(0.0, 0.0, 2.5)).torque_b == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
+
+
+def test_upside_down_it_turns_too():
+    assert abs(wrench(False, angles=(math.pi, 0.0, 0.0)).torque_b.x) > 0.1
+
+
+def test_it_leans_against_the_velocity_and_sinks_slowly_while_fast():
+    fast = wrench(v=(4.0, 0.0, 0.0))
+    assert fast.torque_b.y < 0.0  # nose up: backwards
+    # a quarter of 0.8 m/s is asked for: 4 (0.2) = 0.8 m/s^2 less than hover
+    assert fast.thrust == pytest.approx(0.56 * (9.8 - 0.8))
+    assert wrench().thrust == pytest.approx(0.56 * (9.8 - 4.0 * 0.8))
+    assert wrench(v=(0.0, 0.0, -0.8)).thrust == pytest.approx(WEIGHT)
+
+
+def test_without_velocity_it_thrusts_a_little_less_than_the_weight():
+    assert wrench(False, v=(3.0, 3.0, -9.0)).thrust == pytest.approx(0.94 * WEIGHT)
+
+
+@given(
+    st.floats(0.0, 20.0),
+    st.tuples(*(st.floats(-50.0, 50.0),) * 3),
+    st.tuples(*(st.floats(-3.1, 3.1),) * 3),
+    st.tuples(*(st.floats(-50.0, 50.0),) * 3),
+    st.booleans(),
+)
+def test_the_wrench_is_always_one_that_the_vehicle_has(height, v, angles, omega, knows_velocity):
+    found = wrench(knows_velocity, height=height, v=v, angles=angles, omega=omega)
+    assert 0.2 * WEIGHT * (1 - 1e-12) <= found.thrust <= 0.9 * 3.0 * WEIGHT * (1 + 1e-12)
+    assert abs(found.torque_b.x) <= 1.2348001
+    assert abs(found.torque_b.y) <= 1.2348001
+    assert abs(found.torque_b.z) <= 74.4801
+
+
+def at_rest(height, seconds, knows_velocity=True):
+    memory, found = FRESH, []
+    for _ in range(round(seconds / 0.002)):
+        seen = state(height)
+        output, memory = descend(LAW, RULE, VEHICLE, memory, seen, height, knows_velocity, 0.002)
+        found.append((output.thrust, memory.stopped))
+    return found
+
+
+def test_on_the_ground_thrust_goes_down_and_the_motors_stop():
+    found = at_rest(0.1, 1.2)
+    assert not found[240][1]
+    assert found[-1] == (0.0, True)
+    stopping = next(i for i, (_, stopped) in enumerate(found) if stopped)
+    assert stopping * 0.002 == pytest.approx(1.0, abs=0.02)
+
+
+def test_above_the_stop_height_they_turn_on_whatever_it_lies_on():
+    thrust, stopped = at_rest(0.31, 5.0)[-1]
+    assert not stopped
+    assert 0.0 < thrust < 0.3 * WEIGHT
+
+
+def test_without_velocity_nothing_is_taken_for_contact():
+    assert at_rest(0.1, 3.0, knows_velocity=False)[-1] == (pytest.approx(0.94 * WEIGHT), False)
+
+
+def test_what_moves_again_is_flown_again():
+    assert contact(RULE, Descent(0.0, 0.9, 0.3, False), state(0.1, (0.0, 0.0, -0.2)), 0.1, True, 0.002) == (
+        0.0,
+        1.0,
+        False,
+    )
+
+
+def test_the_prediction_is_that_of_free_fall_and_of_a_free_spin():
+    seen = state(5.0, (1.0, 0.0, 0.0), omega=(0.0, 0.0, 1.0))
+    for _ in range(500):
+        seen = predict(VEHICLE, seen, Wrench(0.0, Vec3(0.0, 0.0, 0.0)), False, 0.001)
+    assert seen.v_w == pytest.approx((1.0, 0.0, -4.9))
+    assert seen.p_w == pytest.approx((0.5, 0.0, 5.0 - 1.225), abs=3e-3)
+    assert 2.0 * math.atan2(seen.q_wb.z, seen.q_wb.w) == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_prediction_follows_the_torque_unless_the_rate_is_measured():
+    torque = Wrench(WEIGHT, Vec3(3.5e-3, 0.0, 0.0))
+    assert predict(VEHICLE, state(), torque, False, 0.01).omega_b.x == pytest.approx(0.01)
+    assert predict(VEHICLE, state(), torque, True, 0.01).omega_b.x == 0.0
+
+
+UNEVEN = Vehicle(inertia_xx=2e-3, inertia_yy=3e-3, inertia_zz=7e-3)
+
+
+def test_the_prediction_turns_as_eulers_equations_say():
+    seen = predict(UNEVEN, state(omega=(1.0, 2.0, 3.0)), Wrench(WEIGHT, Vec3(0.0, 0.0, 0.0)), False, 0.001)
+    # (3 - 7) 2 3 / 2, (7 - 2) 1 3 / 3, (2 - 3) 1 2 / 7
+    assert seen.omega_b == pytest.approx((1.0 - 0.012, 2.0 + 0.005, 3.0 - 0.002 / 7.0))
+
+
+def test_the_torque_carries_the_gyroscopic_part():
+    seen = state(omega=(1.0, 2.0, 3.0))
+    torque = descend(LAW, RULE, UNEVEN, FRESH, seen, 5.0, False, 0.002)[0].torque_b
+    damping = 2.0 * 0.9 * 8.0
+    assert torque.x == pytest.approx(-2e-3 * damping * 1.0 + (7e-3 - 3e-3) * 2.0 * 3.0)
+    assert torque.y == pytest.approx(-3e-3 * damping * 2.0 + (2e-3 - 7e-3) * 1.0 * 3.0)
+    assert torque.z == pytest.approx(-7e-3 * 3.0 * 3.0 + (3e-3 - 2e-3) * 1.0 * 2.0)

@@ -1,0 +1,249 @@
+"""When the guard takes over, why, and how it gives back."""
+
+import math
+
+import pytest
+from guard_cases import DT, HOVER, Owner, flying, leaning, no_state, silent
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quad_core import guard
+from quad_core.guard_checks import WrenchCommand
+from quad_core.types import Quat, Vec3, Wrench
+
+
+@settings(max_examples=200)
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.0, 16.0), st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), st.floats(-0.5, 0.5), st.booleans()
+        ),
+        min_size=1,
+        max_size=60,
+    ),
+    st.floats(-50.0, 50.0),
+)
+def test_what_is_good_passes_to_the_bit(commands, tilt_degrees):
+    owner = Owner()
+    last = None
+    for thrust, x, y, z, arrives in commands:
+        if arrives or last is None:
+            last = Wrench(thrust, Vec3(x, y, z))
+            command = owner.good_command(last)
+        else:
+            command = command._replace(arrived=False)
+        # a controller of a lower rate: none of its gaps is 20 ms long
+        if owner.step - command.step >= 10:
+            command = owner.good_command(last)
+        report = owner.once(command, owner.good_sample(roll=math.radians(tilt_degrees)))
+        assert owner.wrench is last
+        assert (report.mode, report.condition, report.warning) == (guard.PASS, guard.GOOD, False)
+
+
+@pytest.mark.parametrize("period", [1_000_000, 2_000_000, 4_000_000, 5_000_000])
+def test_a_silent_controller_is_warned_of_after_20_ms_and_replaced_after_50(period):
+    owner = Owner(period=period)
+    owner.run(1.0)
+    last = owner.step - 1
+    warned = None
+    while owner.report.mode == guard.PASS:
+        owner.once(command=silent(owner))
+        if owner.report.warning and warned is None:
+            warned = owner.step - 1
+    per_ms = 1_000_000 / period
+    assert warned == last + math.floor(20 * per_ms) + 1
+    assert owner.events == [(last + math.floor(50 * per_ms) + 1, guard.DESCEND, guard.WRENCH_LOST)]
+
+
+def test_refused_commands_do_not_feed_the_watchdog():
+    owner = Owner()
+    owner.run(0.5)
+    owner.run(0.1, command=lambda it: it.good_command(Wrench(1e6, Vec3(0.0, 0.0, 0.0))))
+    assert owner.report.reason == guard.WRENCH_LOST
+    assert owner.report.refused_commands == 50
+
+
+def test_no_command_ever_is_a_lost_one_too():
+    owner = Owner()
+    owner.run(0.1, command=silent)
+    assert owner.events == [(26, guard.DESCEND, guard.WRENCH_LOST)]
+
+
+def test_a_silent_state_warns_descends_and_kills():
+    owner = Owner()
+    owner.run(0.5)
+    last = owner.step - 1
+    owner.run(0.052, sample=no_state)
+    assert owner.report.warning
+    owner.run(0.6, sample=no_state)
+    assert owner.events == [
+        (last + 51, guard.DESCEND, guard.STATE_LOST),
+        (last + 251, guard.KILL, guard.STATE_GONE),
+    ]
+    assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+
+
+def test_body_rates_alone_keep_the_motors_on():
+    owner = Owner()
+    owner.run(0.5)
+
+    def without_attitude(it):
+        return it.sample(flying(x=it.step * DT)._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0)))
+
+    owner.run(3.0, sample=without_attitude)
+    assert [event[1] for event in owner.events] == [guard.DESCEND]
+    assert owner.wrench.thrust == pytest.approx(0.94 * HOVER.thrust)
+
+
+def test_a_frozen_state_is_a_silent_one():
+    owner = Owner()
+    owner.run(0.5)
+    frozen = owner.good_sample().state
+    owner.run(0.7, sample=lambda it: it.sample(frozen))
+    assert [event[1:] for event in owner.events] == [
+        (guard.DESCEND, guard.STATE_LOST),
+        (guard.KILL, guard.STATE_GONE),
+    ]
+
+
+@pytest.mark.parametrize("spared", [True, False])
+def test_ten_refused_samples_in_200_ms_end_the_flight_and_nine_do_not(spared):
+    owner = Owner()
+    owner.run(0.5)
+    for number in range(9 if spared else 10):
+        owner.once(sample=owner.good_sample()._replace(stamp=1))
+        assert owner.report.mode == (guard.PASS if number < 9 else guard.DESCEND)
+        owner.run(0.016)
+    owner.run(0.3)
+    assert owner.report.mode == (guard.PASS if spared else guard.DESCEND)
+    assert owner.report.refused_samples == (9 if spared else 10)
+
+
+def test_a_commander_is_told_to_land_where_the_position_is_good():
+    owner = Owner(has_commander=True)
+    owner.run(0.5)
+    for _ in range(10):
+        owner.once(sample=owner.good_sample()._replace(stamp=1))
+    assert owner.report.mode == guard.PASS
+    assert owner.report.land
+
+
+def test_strangers_do_not_end_a_flight():
+    owner = Owner()
+    owner.run(0.5)
+    for _ in range(200):
+        owner.once(
+            command=WrenchCommand(HOVER, owner.step, owner.step * 2_000_000, True, owner.step % 2 == 0),
+            sample=owner.good_sample()._replace(accepted=owner.step % 2 == 0),
+        )
+    assert owner.report.mode == guard.PASS
+    assert owner.report.refused_samples == 100
+
+
+def test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander():
+    owner = Owner(has_commander=True)
+    owner.run(0.5)
+    owner.run(0.1, sample=lambda it: it.sample(flying(x=4.0 + it.step * DT)))
+    assert owner.events == [(259, guard.DESCEND, guard.STATE_REFUSED)]
+    assert owner.memory.belief.state.p_w.x == pytest.approx(4.0 + owner.step * DT, abs=2 * DT)
+
+
+@pytest.mark.parametrize(("degrees", "height", "expected"), [
+    (59.0, 5.0, None),
+    (61.0, 5.0, (0.3, guard.DESCEND, guard.TILT)),
+    (61.0, 0.5, (0.3, guard.DESCEND, guard.TILT)),
+    (76.0, 5.0, (0.1, guard.DESCEND, guard.EXTREME_TILT)),
+    (76.0, 0.9, (0.1, guard.KILL, guard.EXTREME_TILT_LOW)),
+    (180.0, 0.9, (0.1, guard.KILL, guard.EXTREME_TILT_LOW)),
+])  # fmt: skip
+def test_tilt_is_borne_for_its_time_only(degrees, height, expected):
+    owner = Owner()
+    owner.run(1.0, sample=leaning(degrees, height))
+    if expected is None:
+        assert owner.events == []
+        return
+    time, mode, reason = expected
+    step, *found = owner.events[0]
+    assert (round((step + 1) * DT, 9), *found) == (pytest.approx(time, abs=1.6 * DT), mode, reason)
+
+
+def test_a_short_lean_is_forgotten():
+    owner = Owner()
+    for _ in range(5):
+        for degrees in (15.0, 30.0, 45.0):
+            owner.once(sample=leaning(degrees)(owner))
+        owner.run(0.29, sample=leaning(62.0))
+        for degrees in (45.0, 30.0, 15.0):
+            owner.once(sample=leaning(degrees)(owner))
+    assert owner.events == []
+
+
+def test_the_guard_gives_back_only_on_request_and_when_all_is_good():
+    owner = Owner()
+    owner.run(0.5)
+    owner.run(0.2, command=silent)
+    owner.run(1.0)
+    assert owner.report.mode == guard.DESCEND
+    assert owner.report.condition == guard.GOOD
+    owner.run(0.01, request=guard.RELEASE)
+    assert owner.report.mode == guard.PASS
+    assert owner.wrench == HOVER
+
+
+def test_nothing_is_given_back_to_a_controller_that_is_not_there_or_while_leaning():
+    for command, sample in ((silent, None), (None, leaning(40.0)), (None, no_state)):
+        owner = Owner()
+        owner.run(0.5)
+        owner.run(0.2, command=silent)
+        owner.run(0.4, command, sample, guard.RELEASE)
+        assert owner.report.mode == guard.DESCEND, (command, sample)
+
+
+def test_commands_must_be_good_for_a_while_before_they_fly_again():
+    owner = Owner()
+    owner.run(0.5)
+    owner.run(0.2, command=silent)
+    owner.run(0.19, request=guard.RELEASE)
+    assert owner.report.mode == guard.DESCEND
+    owner.run(0.02, request=guard.RELEASE)
+    assert owner.report.mode == guard.PASS
+
+
+def test_kill_is_final():
+    owner = Owner()
+    owner.run(0.5)
+    owner.once(request=guard.ASK_KILL)
+    assert owner.events == [(250, guard.KILL, guard.REQUESTED_KILL)]
+    owner.run(2.0, request=guard.RELEASE)
+    owner.run(0.1, request=guard.ASK_DESCEND)
+    assert owner.report.mode == guard.KILL
+    assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+
+
+def test_a_descent_on_request_begins_at_once():
+    owner = Owner()
+    owner.run(0.5)
+    owner.once(request=guard.ASK_DESCEND)
+    assert owner.events == [(250, guard.DESCEND, guard.REQUESTED)]
+
+
+numbers = st.one_of(st.floats(), st.floats(-10.0, 10.0))
+
+
+@settings(max_examples=300)
+@given(st.lists(st.tuples(*(numbers,) * 17, st.integers(-5, 40), st.booleans(), st.integers(0, 3)), max_size=40))
+def test_whatever_arrives_the_rotors_get_finite_numbers(rows):
+    owner = Owner()
+    owner.run(0.02)
+    for row in rows:
+        wrench = Wrench(row[0], Vec3(*row[1:4]))
+        state = flying()._replace(
+            p_w=Vec3(*row[4:7]), v_w=Vec3(*row[7:10]), q_wb=Quat(*row[10:14]), omega_b=Vec3(*row[14:17])
+        )
+        _, _, _, late, accepted, request = row[14:20]
+        step = owner.step - late
+        command = WrenchCommand(wrench, step, step * 2_000_000, True, accepted)
+        before = owner.memory.mode
+        owner.once(command, owner.sample(state)._replace(accepted=accepted), request)
+        assert all(map(math.isfinite, (owner.wrench.thrust, *owner.wrench.torque_b)))
+        assert owner.report.mode >= before or request == guard.RELEASE

@@ -1,0 +1,96 @@
+"""What is run or locked lies where only we can change it; the cache of compiled code is such a folder."""
+
+import os
+import stat
+
+import pytest
+
+from quad_core.ownership import NotOursError, check_file, private_folder
+from quad_core.sources import cache_root
+
+
+@pytest.fixture
+def own(tmp_path):
+    tmp_path.chmod(0o700)
+    return tmp_path
+
+
+def test_a_folder_is_made_for_us_alone(own):
+    made = private_folder(own / "a" / "b")
+    assert stat.S_IMODE(made.stat().st_mode) == 0o700
+    assert private_folder(own / "a" / "b") == made
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o757, 0o1777])
+def test_a_folder_that_others_write_is_refused(own, mode):
+    (own / "cache").mkdir()
+    (own / "cache").chmod(mode)
+    with pytest.raises(NotOursError, match=f"cache: found mode {mode:04o}, expected"):
+        private_folder(own / "cache")
+
+
+def test_a_folder_below_one_that_all_write_is_refused_and_not_made(own):
+    (own / "open").mkdir()
+    (own / "open").chmod(0o777)
+    with pytest.raises(NotOursError, match="others cannot replace ours"):
+        private_folder(own / "open" / "cache")
+    assert list((own / "open").iterdir()) == []
+
+
+def test_a_sticky_folder_may_hold_ours(own):
+    (own / "tmp").mkdir()
+    (own / "tmp").chmod(0o1777)
+    assert private_folder(own / "tmp" / "cache").is_dir()
+
+
+def test_a_link_leads_to_the_checks_of_what_it_names(own):
+    (own / "there").mkdir()
+    (own / "there").chmod(0o777)
+    (own / "here").symlink_to(own / "there")
+    with pytest.raises(NotOursError, match="there"):
+        private_folder(own / "here")
+
+
+def test_somebody_else_s_folder_and_file_are_refused(own, monkeypatch):
+    (own / "cache").mkdir(mode=0o755)
+    (own / "library.so").touch(mode=0o644)
+    stranger = os.geteuid() + 1
+    owner = own.stat().st_uid
+    for name in ("cache", "library.so"):
+        if owner == 0:
+            os.chown(own / name, stranger, -1)
+    if owner != 0:  # only root can give files away: be somebody else instead
+        monkeypatch.setattr(os, "geteuid", lambda: stranger)
+    with pytest.raises(NotOursError, match="user"):
+        private_folder(own / "cache")
+    with pytest.raises(NotOursError, match="user"):
+        check_file(own / "library.so")
+
+
+def test_files_are_plain_and_written_by_their_owner_only(own):
+    (own / "good.so").touch(mode=0o644)
+    check_file(own / "good.so")
+    (own / "link.so").symlink_to(own / "good.so")
+    with pytest.raises(NotOursError, match="found a link"):
+        check_file(own / "link.so")
+    (own / "good.so").chmod(0o664)
+    with pytest.raises(NotOursError, match="found mode 0664"):
+        check_file(own / "good.so")
+
+
+@pytest.mark.parametrize("value", ["", "relative/cache"])
+def test_no_cache_in_the_working_directory(own, monkeypatch, value):
+    """The XDG specification: an empty or relative XDG_CACHE_HOME counts as none."""
+    monkeypatch.delenv("QUAD_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", value)
+    monkeypatch.setenv("HOME", str(own))
+    monkeypatch.chdir(own)
+    assert cache_root() == own / ".cache" / "quad_campaign"
+
+
+def test_a_chosen_cache_that_all_may_write_is_refused(own, monkeypatch):
+    (own / "shared").mkdir()
+    (own / "shared").chmod(0o777)
+    monkeypatch.setenv("QUAD_CACHE_DIR", str(own / "shared"))
+    with pytest.raises(NotOursError, match="shared: found mode 0777"):
+        cache_root()

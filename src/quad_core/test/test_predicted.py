@@ -1,0 +1,117 @@
+"""A law on a predicted state: the law's own text, memory, parameters and internals, the state another."""
+
+import struct
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+
+from quad_core import plugins
+from quad_core.parameters import flatten
+from quad_core.predicted import predicted
+from quad_core.prediction import Prediction, Shown
+from quad_core.records import flattener, leaves
+from quad_core.resolution import resolve
+from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+
+VEHICLE = Vehicle()
+ROLE = "position_controller"
+ON = {"prediction.enabled": True, "prediction.position_age": 0.02}
+
+needs_plugins = pytest.mark.skipif(
+    not plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
+)
+
+
+class Parameters(NamedTuple):
+    gain: float = 2.0
+
+
+class Memory(NamedTuple):
+    steps: float = 0.0
+
+
+class Internals(NamedTuple):
+    seen: float = 0.0
+
+
+def spy():
+    """Return a law that answers with the x that it saw, times its gain."""
+    module = ModuleType("spy")
+
+    def init(parameters, vehicle):
+        return Memory(parameters.gain)
+
+    def step(parameters, vehicle, memory, inputs, dt):
+        x = inputs.state.p_w.x
+        return parameters.gain * x, Memory(memory.steps + 1.0), Internals(x)
+
+    vars(module).update(Parameters=Parameters, Memory=Memory, Internals=Internals, init=init, step=step)
+    return module
+
+
+def inputs(x):
+    state = VehicleState(Vec3(x, 0.0, 0.0), Vec3(5.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
+    return PositionInputs(state, TrajectoryPoint(), Actuation(thrust=5.488))
+
+
+def test_the_law_gets_the_state_where_the_vehicle_is_now():
+    module = predicted(spy(), PositionInputs)
+    parameters = module.Parameters(Parameters(3.0), Prediction(enabled=True, position_age=0.02))
+    memory = module.init(parameters, VEHICLE)
+    assert memory.law.steps == 3.0
+    output, memory, internals = module.step(parameters, VEHICLE, memory, inputs(1.0), 0.01)
+    # 5 m/s for 20 ms
+    assert internals.seen == pytest.approx(1.1)
+    assert output == pytest.approx(3.3)
+    assert internals.predicted_shift_w.x == pytest.approx(0.1)
+    assert memory.law.steps == 4.0
+    assert memory.known.initialised is True
+    assert next(leaf.name for leaf in leaves(module.Internals)) == "seen"
+    assert module.Internals._fields[1:] == Shown._fields
+
+
+@needs_plugins
+def test_a_node_flies_the_bare_law_unless_it_is_told_to_predict():
+    bare, told = resolve(ROLE, {}), resolve(ROLE, {**ON, "aibs.x.position_gain": 3.5})
+    assert bare.law is bare.plugins["law"]
+    assert told.law.module is not told.plugins["law"].module
+    assert told.law.module is resolve(f"shadow_{ROLE}", ON).law.module
+    assert told.law.parameters.law.x.position_gain == 3.5
+    assert told.law.parameters.prediction.position_age == 0.02
+    # names and files stay those of the law
+    assert flatten(told.plugins["law"].parameters)["x.position_gain"] == 3.5
+    names = [field.name for field in told.all_fields()]
+    assert "prediction.position_age" in names
+    assert len(names) == len(set(names)) == len(bare.all_fields())
+    assert resolve(ROLE, {field.name: field.default for field in told.all_fields()}) == told
+
+
+@needs_plugins
+@pytest.mark.parametrize("law", ["aibs", "ibs", "pid", "se3"])
+def test_every_position_law_takes_it(law):
+    told = resolve(ROLE, {"law": law, **ON}).law
+    bare = resolve(ROLE, {"law": law})
+    memory = told.module.init(told.parameters, VEHICLE)
+    _, after, _ = told.module.step(told.parameters, VEHICLE, memory, inputs(1.0), 0.01)
+    by_hand = inputs(1.1)
+    module, own = bare.law.module, bare.law.parameters
+    _, expected, _ = module.step(own, VEHICLE, module.init(own, VEHICLE), by_hand, 0.01)
+    assert flattener(module.Memory)(after.law) == pytest.approx(flattener(module.Memory)(expected), abs=1e-9)
+
+
+@needs_plugins
+def test_compiled_it_gives_the_same_bits():
+    pytest.importorskip("numba")
+    from quad_core.compilation import compiled
+
+    told = resolve(ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}).law
+    machine, flat = compiled(told.module.step), flattener(told.module.Memory)
+    mine = theirs = told.module.init(told.parameters, VEHICLE)
+    for k in range(50):
+        seen = inputs(0.05 * k)
+        _, mine, _ = told.module.step(told.parameters, VEHICLE, mine, seen, 0.01)
+        _, theirs, _ = machine(told.parameters, VEHICLE, theirs, seen, 0.01)
+        numbers = [list(map(float, flat(memory))) for memory in (mine, theirs)]
+        assert struct.pack(f"{len(numbers[0])}d", *numbers[0]) == struct.pack(f"{len(numbers[1])}d", *numbers[1]), k

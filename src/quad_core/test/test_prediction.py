@@ -1,0 +1,226 @@
+"""The predicted state against SciPy's integration of Eq. 1, its filter against SciPy's, and what it must not do."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
+
+from quad_core.prediction import Prediction, predict, unknown
+from quad_core.purity import check
+from quad_core.records import flattener
+from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+
+VEHICLE = Vehicle(mass=1.3, gravity=9.81, inertia_xx=0.011, inertia_yy=0.017, inertia_zz=0.026, drag_coefficient=0.0)
+INERTIA = np.array([0.011, 0.017, 0.026])
+DT = 0.002
+
+
+def aged(age, **more):
+    return Prediction(enabled=True, position_age=age, attitude_age=age, rate_age=age, **more)
+
+
+def thrust_at(t):
+    return 13.0 + 2.0 * math.sin(3.0 * t)
+
+
+def torque_at(t):
+    return np.array([0.02 * math.sin(6.0 * t), 0.03 * math.cos(5.0 * t), 0.01 * math.sin(4.0 * t)])
+
+
+def flown(end):
+    """Return SciPy's flight of Eq. 1 under the thrust and torque above: a function from time to the 13 numbers."""
+
+    def rate(t, s):
+        v, q, omega = s[3:6], s[6:10], s[10:13]
+        up = Rotation.from_quat(q).apply([0.0, 0.0, 1.0])
+        a = thrust_at(t) / 1.3 * up - [0.0, 0.0, 9.81]
+        x, y, z, w = q
+        p, r, u = omega
+        turning = 0.5 * np.array(
+            [w * p + y * u - z * r, w * r + z * p - x * u, w * u + x * r - y * p, -x * p - y * r - z * u]
+        )
+        alpha = (torque_at(t) - np.cross(omega, INERTIA * omega)) / INERTIA
+        return np.concatenate([v, a, turning, alpha])
+
+    start = np.concatenate([[1.0, 2.0, 3.0, 4.0, -3.0, 1.0], Rotation.from_euler("ZYX", [0.7, 0.4, -0.5]).as_quat()])
+    start = np.concatenate([start, [1.5, -1.0, 0.5]])
+    return solve_ivp(rate, (0.0, end), start, method="DOP853", rtol=1e-11, atol=1e-12, dense_output=True).sol
+
+
+def as_state(numbers):
+    p, v, q, omega = numbers[:3], numbers[3:6], numbers[6:10], numbers[10:]
+    q = q / np.linalg.norm(q)
+    return VehicleState(*(kind(*map(float, part)) for kind, part in ((Vec3, p), (Vec3, v), (Quat, q), (Vec3, omega))))
+
+
+def along_a_flight(parameters, age, end=1.0):
+    """Return predictions and truth at the steps of a flight whose states come ``age`` s late."""
+    truth = flown(end)
+    known, pairs = unknown(), []
+    for k in range(round(age / DT), round(end / DT)):
+        now = k * DT
+        actuation = Actuation(thrust=thrust_at(now - DT / 2), torque_b=Vec3(*map(float, torque_at(now - DT / 2))))
+        state, known, shown = predict(parameters, VEHICLE, known, as_state(truth(now - age)), actuation, DT)
+        pairs.append((state, as_state(truth(now)), shown))
+    return pairs
+
+
+@pytest.mark.parametrize(
+    ("age", "position", "velocity", "attitude", "rate"),
+    [(0.01, 2e-4, 0.03, 1.5e-3, 0.02), (0.02, 1e-3, 0.05, 6e-3, 0.06), (0.04, 4e-3, 0.1, 0.02, 0.2)],
+)
+def test_the_prediction_is_where_the_nominal_vehicle_went(age, position, velocity, attitude, rate):
+    for state, truth, _ in along_a_flight(aged(age), age)[100:]:
+        assert np.allclose(state.p_w, truth.p_w, atol=position)
+        assert np.allclose(state.v_w, truth.v_w, atol=velocity)
+        turn = (Rotation.from_quat(state.q_wb).inv() * Rotation.from_quat(truth.q_wb)).magnitude()
+        assert turn < attitude
+        assert np.allclose(state.omega_b, truth.omega_b, atol=rate)
+
+
+def test_without_prediction_the_same_flight_is_far_off():
+    errors = [np.linalg.norm(np.subtract(state.p_w, truth.p_w)) for state, truth, _ in along_a_flight(aged(0.0), 0.02)]
+    assert max(errors) > 0.05
+
+
+def test_constant_wrench_is_predicted_by_hand():
+    level = VehicleState(Vec3(1.0, 0.0, 5.0), Vec3(2.0, 0.0, -1.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
+    actuation = Actuation(thrust=1.3 * 10.81, torque_b=Vec3(0.0, 0.0, 0.026))
+    known = unknown()
+    for k in range(200):
+        moving = level._replace(
+            omega_b=Vec3(0.0, 0.0, 0.1 + 1e-9 * k),
+            p_w=Vec3(1.0 + 1e-9 * k, 0.0, 5.0),
+            q_wb=Quat(0.0, 0.0, 1e-9 * k, 1.0),
+        )
+        state, known, shown = predict(aged(0.02), VEHICLE, known, moving, actuation, DT)
+    assert state.omega_b.z == pytest.approx(0.1 + 0.02 * 1.0, abs=1e-6)
+    assert state.v_w == pytest.approx((2.0, 0.0, -1.0 + 0.02 * 1.0), abs=1e-9)
+    assert state.p_w == pytest.approx((1.04, 0.0, 5.0 - 0.02 + 0.5 * 0.02 * 0.02), abs=1e-6)
+    yaw = Rotation.from_quat(state.q_wb).as_euler("ZYX")[0]
+    assert yaw == pytest.approx(0.02 * 0.11, abs=1e-6)
+    assert shown.prediction_ages.x >= 0.02
+    assert shown.predicted_shift_w.x == pytest.approx(0.04, abs=1e-6)
+
+
+def test_each_channel_has_its_own_age():
+    state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 2.0))
+    hover = Actuation(thrust=1.3 * 9.81)
+    known = predict(aged(0.0), VEHICLE, unknown(), state, hover, DT)[1]
+    moved = state._replace(v_w=Vec3(1.0, 1e-9, 0.0), omega_b=Vec3(0.0, 1e-9, 2.0), q_wb=Quat(0.0, 0.0, 1e-9, 1.0))
+    late = Prediction(enabled=True, position_age=0.05, attitude_age=0.01, rate_age=0.002)
+    now, _, shown = predict(late, VEHICLE, known, moved, hover, DT)
+    assert shown.prediction_ages == pytest.approx((0.05, 0.01, 0.002))
+    assert now.p_w.x == pytest.approx(0.05, abs=1e-3)
+    assert Rotation.from_quat(now.q_wb).as_euler("ZYX")[0] == pytest.approx(0.02, abs=1e-6)
+
+
+def test_a_reading_that_repeats_grows_older_up_to_the_bound():
+    state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(5.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
+    known, ages, flags, shifts = unknown(), [], [], []
+    for _ in range(12):
+        _, known, shown = predict(aged(0.01, max_age=0.02), VEHICLE, known, state, Actuation(thrust=12.753), DT)
+        ages.append(shown.prediction_ages.x)
+        flags.append(shown.age_bounded)
+        shifts.append(shown.predicted_shift_w.x)
+    assert ages[:6] == pytest.approx([0.01, 0.012, 0.014, 0.016, 0.018, 0.02])
+    assert ages[6:] == pytest.approx([0.02] * 6)
+    assert flags == [0.0] * 6 + [1.0] * 6
+    assert max(shifts) == pytest.approx(0.1)
+    fresh = state._replace(p_w=Vec3(0.12, 0.0, 0.0), omega_b=Vec3(0.0, 0.0, 1e-6))
+    _, _, shown = predict(aged(0.01, max_age=0.02), VEHICLE, known, fresh, Actuation(thrust=12.753), DT)
+    # the attitude alone has not changed
+    assert shown.prediction_ages == pytest.approx((0.01, 0.02, 0.01))
+
+
+def test_a_wrong_age_shows_as_a_residual():
+    truth = {age: along_a_flight(aged(0.02), age, 0.4)[-50:] for age in (0.02,)}
+    known = max(np.linalg.norm(shown.prediction_residual_w) for _, _, shown in truth[0.02])
+    jitter = np.random.default_rng(1).uniform(0.01, 0.03, 200)
+    path, memory, seen = flown(0.4), unknown(), []
+    for k in range(50, 200):
+        now = k * DT
+        actuation = Actuation(thrust=thrust_at(now), torque_b=Vec3(*map(float, torque_at(now))))
+        _, memory, shown = predict(aged(0.02), VEHICLE, memory, as_state(path(now - jitter[k])), actuation, DT)
+        seen.append(np.linalg.norm(shown.prediction_residual_w))
+    assert known < 1e-3
+    assert np.median(seen[20:]) > 0.01
+
+
+def test_velocity_is_filtered_like_a_critically_damped_alpha_beta_filter():
+    rng, smoothing = np.random.default_rng(3), 20.0
+    z = math.exp(-smoothing * DT)
+    noise = rng.normal(0.0, 0.1, 400)
+    noise[:2] = 0.0
+    hover = Actuation(thrust=1.3 * 9.81)
+    known, seen = unknown(), []
+    for value in noise:
+        state = VehicleState(
+            Vec3(0.0, 0.0, 0.0), Vec3(0.0, float(value), 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0)
+        )
+        now, known, _ = predict(Prediction(enabled=True, smoothing=smoothing), VEHICLE, known, state, hover, DT)
+        seen.append(now.v_w.y)
+    g, h = 1.0 - z * z, (1.0 - z) * (1.0 - z)
+    # the g-h filter as one transfer function (Brookner, chapter 1)
+    expected = lfilter([g, h - g], [1.0, g + h - 2.0, 1.0 - g], noise)
+    assert seen == pytest.approx(list(expected), abs=1e-12)
+
+
+def test_the_filter_learns_a_constant_disturbance_and_leaves_no_error():
+    known, hover = unknown(), Actuation(thrust=1.3 * 9.81)
+    for k in range(2000):
+        t = k * DT
+        state = VehicleState(
+            Vec3(0.4 * t * t, 0.0, 0.0), Vec3(0.8 * t, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0)
+        )
+        now, known, _ = predict(Prediction(enabled=True, smoothing=10.0, max_age=0.0), VEHICLE, known, state, hover, DT)
+    assert known.disturbance_w.x == pytest.approx(0.8, abs=1e-6)
+    assert now.v_w.x == pytest.approx(0.8 * t, abs=1e-6)
+    assert now.p_w.x == pytest.approx(0.4 * t * t, abs=1e-6)
+
+
+def test_rates_are_filtered_on_the_model():
+    known, gain = unknown(), 1.0 - math.exp(-50.0 * DT)
+    still = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
+    noise = np.random.default_rng(5).normal(0.0, 0.1, 300)
+    noise[0] = 0.0
+    seen = []
+    for value in noise:
+        state = still._replace(omega_b=Vec3(float(value), 0.0, 0.0))
+        now, known, _ = predict(
+            Prediction(enabled=True, rate_smoothing=50.0), VEHICLE, known, state, Actuation(thrust=12.753), DT
+        )
+        seen.append(now.omega_b.x)
+    assert seen == pytest.approx(list(lfilter([gain], [1.0, gain - 1.0], noise)), abs=1e-12)
+
+
+def test_a_fresh_state_without_age_is_left_as_it_is():
+    state = as_state(flown(0.1)(0.05))
+    now, _, shown = predict(aged(0.0), VEHICLE, unknown(), state, Actuation(thrust=5.0), DT)
+    assert (now.p_w, now.v_w, now.omega_b) == (state.p_w, state.v_w, state.omega_b)
+    assert now.q_wb == pytest.approx(state.q_wb, abs=1e-15)
+    assert shown.prediction_ages == (0.0, 0.0, 0.0)
+
+
+def test_the_text_is_pure():
+    assert check([predict], [unknown]) == []
+
+
+def test_compiled_it_gives_the_same_bits():
+    pytest.importorskip("numba")
+    from quad_core.compilation import compiled
+
+    machine, flat, path = compiled(predict), flattener(VehicleState), flown(0.3)
+    mine = theirs = unknown()
+    parameters = aged(0.012, smoothing=20.0, rate_smoothing=80.0)
+    for k in range(10, 150):
+        state = as_state(path(k // 2 * 2 * DT))
+        actuation = Actuation(thrust=thrust_at(k * DT), torque_b=Vec3(*map(float, torque_at(k * DT))))
+        now, mine, _ = predict(parameters, VEHICLE, mine, state, actuation, DT)
+        other, theirs, _ = machine(parameters, VEHICLE, theirs, state, actuation, DT)
+        assert struct.pack("13d", *flat(now)) == struct.pack("13d", *flat(other)), k

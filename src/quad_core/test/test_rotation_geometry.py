@@ -1,0 +1,95 @@
+"""Quaternions, Euler angles and Eqs. 4 and 13 against SciPy."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from quad_core import geometry
+from quad_core.types import Quat, Vec3
+
+ANGLE = st.floats(-3.14, 3.14)
+PITCH = st.floats(-1.55, 1.55)
+ANGLES = st.builds(Vec3, ANGLE, PITCH, ANGLE)
+NUMBER = st.floats(-100.0, 100.0)
+VECTOR = st.builds(Vec3, NUMBER, NUMBER, NUMBER)
+
+
+def scipy_of(angles):
+    return Rotation.from_euler("ZYX", [angles.z, angles.y, angles.x])
+
+
+def eq_4(angles):
+    """Eq. 4 as printed."""
+    (sf, st_, sp), (cf, ct, cp) = np.sin(angles), np.cos(angles)
+    return np.array(
+        [
+            [ct * cp, st_ * sf * cp - cf * sp, cf * st_ * cp + sf * sp],
+            [ct * sp, st_ * sf * sp + cf * cp, cf * st_ * sp - sf * cp],
+            [-st_, sf * ct, cf * ct],
+        ]
+    )
+
+
+@settings(deadline=None)
+@given(ANGLES, VECTOR)
+def test_quaternion_turns_as_eq_4_and_scipy(angles, vector):
+    matrix, q = scipy_of(angles).as_matrix(), geometry.quaternion_from_euler(angles)
+    np.testing.assert_allclose(eq_4(angles), matrix, atol=1e-14)
+    np.testing.assert_allclose(Rotation.from_quat(q).as_matrix(), matrix, atol=1e-14)
+    np.testing.assert_allclose(geometry.rotate(q, vector), matrix @ vector, atol=1e-12)
+    np.testing.assert_allclose(geometry.rotate_inverse(q, vector), matrix.T @ vector, atol=1e-12)
+    np.testing.assert_allclose(geometry.body_z(q), matrix[:, 2], atol=1e-14)
+
+
+@settings(deadline=None)
+@given(ANGLES)
+def test_angles_come_back_as_scipy_gives_them(angles):
+    q = Quat(*scipy_of(angles).as_quat().tolist())
+    got = geometry.euler_from_quaternion(q)
+    # near theta = 90 deg the arcsine loses half the digits
+    loose = 1e-14 / np.cos(angles.y) ** 2 + 1e-13
+    np.testing.assert_allclose(Rotation.from_euler("ZYX", got[::-1]).as_matrix(), eq_4(angles), atol=loose)
+    np.testing.assert_allclose(got, angles, atol=100 * loose)
+
+
+@settings(deadline=None)
+@given(ANGLES, VECTOR)
+def test_eq_13_is_the_derivative_of_the_angles(angles, omega):
+    s, c = np.sin(angles), np.cos(angles)
+    t, sec = s[1] / c[1], 1.0 / c[1]
+    matrix = np.array([[1, s[0] * t, c[0] * t], [0, c[0], -s[0]], [0, s[0] * sec, c[0] * sec]])
+    rates = geometry.euler_rates(angles, omega)
+    np.testing.assert_allclose(rates, matrix @ omega, rtol=1e-12, atol=1e-12 * sec * 100)
+    np.testing.assert_allclose(geometry.body_rates(angles, rates), omega, atol=1e-10 * sec)
+
+
+@settings(deadline=None)
+@given(st.builds(Vec3, ANGLE, st.floats(-1.2, 1.2), ANGLE), st.builds(Vec3, *[st.floats(-5.0, 5.0)] * 3))
+def test_body_rates_turn_the_attitude(angles, rates):
+    h = 1e-6
+    ahead, behind = (scipy_of(Vec3(*(np.array(angles) + t * np.array(rates)).tolist())) for t in (h, -h))
+    np.testing.assert_allclose(
+        (behind.inv() * ahead).as_rotvec() / (2 * h), geometry.body_rates(angles, rates), atol=1e-7
+    )
+
+
+def test_eq_13_stays_finite_where_it_is_singular():
+    for theta in (np.pi / 2, -np.pi / 2):
+        assert np.isfinite(geometry.euler_rates(Vec3(0.3, float(theta), 0.1), Vec3(1.0, 2.0, 3.0))).all()
+
+
+@settings(deadline=None)
+@given(st.floats(-1e4, 1e4))
+def test_wrapped_angle_is_the_same_direction_in_half_open_turn(angle):
+    wrapped = geometry.wrap_angle(angle)
+    assert -np.pi - 1e-11 < wrapped <= np.pi + 1e-11
+    np.testing.assert_allclose([np.sin(wrapped), np.cos(wrapped)], [np.sin(angle), np.cos(angle)], atol=1e-11)
+
+
+@settings(deadline=None)
+@given(st.builds(Quat, *[st.floats(-10.0, 10.0)] * 4).filter(lambda q: sum(abs(n) for n in q) > 1e-3))
+def test_normalized_has_length_one(q):
+    unit = np.array(geometry.normalized(q))
+    np.testing.assert_allclose(np.linalg.norm(unit), 1.0, atol=1e-15)
+    np.testing.assert_allclose(unit * np.linalg.norm(q), q, atol=1e-14)

@@ -1,0 +1,214 @@
+"""One flight without ROS, described by the same parameters as the nodes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
+from quad_core.cycle import seconds
+from quad_core.guard_ending import described, has_ground
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import ParameterError, Value
+from quad_core.records import builder, leaves
+from quad_core.resolution import Resolved, check_agreement, resolve
+from quad_dynamics import link
+from quad_flight import loop, rows
+from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine
+from quad_flight.loop import Carry, Drawn, Schedule, Setup, Start
+from quad_flight.score import NOTHING_SCORED, Score
+from quad_flight.set_up import Request, resolve_flight
+from quad_flight.stages import PerStage, Signals
+
+OUTCOMES = {
+    loop.ENDED: "ended",
+    loop.DIVERGED: "diverged",
+    loop.REFUSED: "refused",
+    loop.TAKEN_OVER: "taken over",
+}
+_BLOCK_SECONDS = 1.0
+
+
+class Flight(NamedTuple):
+    """All that decides a flight: plug-ins, their parameters, the schedule and the seed."""
+
+    modules: Modules
+    setup: Setup
+    seed: int
+    resolved: dict[str, Resolved]
+
+
+class Result(NamedTuple):
+    """How a flight went: ended, diverged (left its bounds), refused (a number was not finite, no plan) or taken over.
+
+    ``refused``: role of the stage whose output or memory held that number, else empty. ``reason``: why a flight was
+    refused before its first step, in the words of the plug-in that did (a trajectory that cannot be flown within its
+    limits, a plant without mass), else empty. ``steps`` of ``end_step``
+    planned plant steps were flown; ``trajectory_start`` is the time of t = 0 in s; ``topics`` holds one structured
+    array per step topic, empty where nothing was logged. ``guard``: mode, reason and step at which the guard took the
+    vehicle from the controller, empty if it never did.
+    """
+
+    outcome: str
+    steps: int
+    end_step: int
+    trajectory_start: float
+    score: Score
+    topics: dict[str, NDArray[Any]]
+    refused: str = ""
+    reason: str = ""
+    guard: str = ""
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
+        return float(np.sqrt(self.score.squared_error / self.score.samples)) if self.score.samples else float("nan")
+
+
+def from_names(case: str, **choices: Any) -> Flight:
+    """Return the flight that ``scripts/fly CASE`` flies with these choices, the fields of ``set_up.Request``.
+
+    For example ``from_names("case1", preset="tuned", seed=7, settings=["vehicle.mass=0.6"])``. Raises ParameterError or
+    PluginError naming the file or key, what was found and what was expected.
+    """
+    return flight_from_resolved(resolve_flight(Request(case, **choices), {}))
+
+
+def flight_from_files(files: list[Path], changes: Mapping[str, Mapping[str, Value]] | None = None) -> Flight:
+    """Return the flight that the ROS parameter ``files`` describe, later files and ``changes`` winning.
+
+    Raises ParameterError or PluginError as the nodes would.
+    """
+    contents = [read_parameter_file(path) for path in files]
+    changes = changes or {}
+    shared = changes.get("/**", {})
+    overrides = {role: {**overrides_for(contents, role), **shared} for role in ROLES}
+    for role, values in changes.items():
+        overrides.setdefault(role, {}).update(values)
+    return flight_from_parameters(overrides)
+
+
+def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_from: float = 0.0) -> Flight:
+    """Return the flight of {node: {dotted parameter: value}}; what stands under ``/**`` holds for all nodes.
+
+    ``score_from``: trajectory time in s from which errors are counted.
+
+    Raises:
+        ParameterError: an unknown node, key or value, or nodes that disagree about ``flight.*`` or ``vehicle.*``.
+        PluginError: no such plug-in.
+    """
+    strangers = [node for node in overrides if node not in ROLES and node != "/**"]
+    if strangers:
+        raise ParameterError(f"{strangers[0]}: no such node; expected one of {', '.join(ROLES)} or /**")
+    shared = overrides.get("/**", {})
+    resolved = {role: resolve(role, {**shared, **overrides.get(role, {})}) for role in ROLES}
+    check_agreement(resolved)
+    return flight_from_resolved(resolved, score_from)
+
+
+def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0) -> Flight:
+    """Return the flight of nodes with the parameters ``resolved``; ``score_from`` as in ``flight_from_parameters``."""
+    simulator, trajectory = resolved[SIMULATOR], resolved[TRAJECTORY]
+    parts = {**simulator.plugins, **trajectory.plugins}
+    laws = [resolved[stage.role].law for stage in STAGES]
+    schedule = Schedule(
+        simulator.flight.plant_period,
+        trajectory.node.period_steps,
+        PerStage(*(resolved[stage.role].node.period_steps for stage in STAGES)),
+        score_from,
+    )
+    modules = Modules(
+        **{name: part.module for name, part in parts.items()}, stages=PerStage(*(law.module for law in laws))
+    )
+    setup = Setup(
+        simulator.vehicle,
+        schedule,
+        **{name: part.parameters for name, part in parts.items()},
+        stages=PerStage(*(law.parameters for law in laws)),
+        internals=PerStage(*(zeros(law.module.Internals) for law in laws)),
+        guard=simulator.node.guard,
+        has_ground=has_ground(parts["plant"].parameters),
+    )
+    return Flight(modules, setup, simulator.flight.seed, resolved)
+
+
+def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Result:
+    """Fly ``flight`` to its end; both engines give the same bits.
+
+    Raises EngineError if ``compiled`` and a plug-in cannot be compiled, or there is no Numba.
+    """
+    if not compiled:
+        return _fly(flight, python_engine(flight.modules), logging)
+    try:
+        from numba.core.errors import NumbaError
+    except ImportError as error:
+        raise EngineError("compiled flights need Numba, which is not installed (requirements/extras.txt)") from error
+
+    try:
+        return _fly(flight, compiled_engine(flight.modules), logging)
+    except (NumbaError, TypeError) as error:
+        raise explain(flight.modules, error) from error
+
+
+def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
+    setup, schedule = flight.setup, flight.setup.schedule
+    sensing_line, sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
+    link_line, linked = link.init()
+    memory = PerStage(
+        *(module.init(own, setup.vehicle) for module, own in zip(flight.modules.stages, setup.stages, strict=True))
+    )
+    start = Start(sensing, linked, memory, Signals(*(stage.output() for stage in STAGES)))
+    try:
+        carry: Carry = engine.take_off(setup, Drawn(*_drawn(flight, 1), sensing_line, link_line), start)
+    except ValueError as error:  # as the nodes, which end such a flight with the event plan_refused
+        return Result(OUTCOMES[loop.REFUSED], 0, 0, float("nan"), NOTHING_SCORED, {}, reason=str(error))
+    first = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
+    drawn = Drawn(*_drawn(flight, carry.end), sensing_line, link_line)
+    topics: dict[str, NDArray[Any]] = {}
+    if logging:
+        carry, blocks = _logged(flight, engine, drawn, carry)
+        if blocks:
+            topics = rows.split(flight.modules.stages, schedule, blocks, carry.refused)
+    else:
+        carry = engine.fly(setup, drawn, carry, carry.end, np.empty((0, 0)))
+    refused = STAGES[carry.refused - 1].role if carry.refused else ""
+    return Result(
+        OUTCOMES[carry.outcome],
+        carry.step,
+        carry.end,
+        -first.trajectory_time,
+        carry.score,
+        topics,
+        refused,
+        guard=described(carry.guard.mode, carry.guard.reason, carry.guard.since),
+    )
+
+
+def _logged(flight: Flight, engine: Engine, drawn: Drawn, carry: Carry) -> tuple[Carry, list[rows.Block]]:
+    """Fly to the end block by block, so that little memory stands ready."""
+    width = len(rows.names(flight.modules.stages))
+    length = max(1, round(_BLOCK_SECONDS * 1e9 / flight.setup.schedule.plant_period))
+    blocks = []
+    while carry.outcome == loop.FLYING:
+        first, block = carry.step, np.empty((length, width))
+        carry = engine.fly_logged(flight.setup, drawn, carry, length, block)
+        # a step that was refused is logged, but not flown
+        blocks.append((first, block[: carry.step - first + (carry.outcome == loop.REFUSED)]))
+    return carry, blocks
+
+
+def _drawn(flight: Flight, steps: int) -> tuple[Any, Any]:
+    """Return what is random in ``steps`` plant steps: of the disturbance and of the sensing."""
+    setup, modules = flight.setup, flight.modules
+    length = seconds(steps, setup.schedule.plant_period)
+    return (
+        modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length),
+        modules.sensing.draw(setup.sensing, flight.seed, steps),
+    )
+
+
+def zeros(kind: type[Any]) -> Any:
+    """Return a value of ``kind`` whose numbers are 0 or False."""
+    return builder(kind)([leaf.kind(0) for leaf in leaves(kind)])

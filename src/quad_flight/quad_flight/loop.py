@@ -1,0 +1,276 @@
+"""The closed loop without ROS, in the order of decision record 0001, as one text for CPython and Numba.
+
+Some names here stand for functions of the chosen plug-ins: ``engine`` puts those in their place. Names instead of
+arguments, because Numba's file cache cannot key compiled functions that are passed as arguments. What the laws answer
+in a step is ``stages.answer``, made from the table of the cascade. What the nodes publish at plant step k is what this
+loop logs at step k.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from quad_core.cycle import is_faulty, is_flyable, seconds, steps_to_cover
+from quad_core.guard import NO_REQUEST, PASS
+from quad_core.guard import Inputs as GuardInputs
+from quad_core.guard import Memory as GuardMemory
+from quad_core.guard import init as guard_init
+from quad_core.guard import step as guard_step
+from quad_core.guard_checks import StateSample, WrenchCommand
+from quad_core.guard_ending import is_down
+from quad_core.guard_parameters import GuardParameters
+from quad_core.types import Actuation, Disturbance, Rotors, TrajectoryPoint, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
+from quad_dynamics.link import Memory as LinkMemory
+from quad_dynamics.link import step as link_step
+from quad_flight.score import Score, scored, with_torque_change
+
+FLYING = 0
+ENDED = 1
+DIVERGED = 2
+REFUSED = 3
+"""A law gave or remembered a number that is not finite: over ROS it would not have been published."""
+TAKEN_OVER = 4
+"""The guard took the vehicle from the controller; the flight ended when it was down, or with the plan."""
+
+
+def unbound(*_: Any) -> Any:
+    """Stand for a function that ``engine`` puts in its place."""
+    raise RuntimeError("a function of the loop is not bound; call the loop through quad_flight.engine")
+
+
+Function = Callable[..., Any]
+
+plant_init: Function = unbound
+plant_step: Function = unbound
+plant_observe: Function = unbound
+plant_lumped: Function = unbound
+disturbance_sample: Function = unbound
+sensing_step: Function = unbound
+trajectory_plan: Function = unbound
+trajectory_sample: Function = unbound
+trajectory_duration: Function = unbound
+answer: Function = unbound
+write: Function = unbound
+
+LOGGING = False
+"""Whether each plant step is logged: a name like those above, so that a loop compiled without it is free of it."""
+
+
+class Schedule(NamedTuple):
+    """Plant period in ns, periods of trajectory and stages in plant steps, from which t in s errors are counted."""
+
+    plant_period: int
+    trajectory_steps: int
+    stage_steps: Any
+    score_from: float
+
+
+class Setup(NamedTuple):
+    """Parameter sets of one flight, as the plug-ins declare them.
+
+    ``stages``: one per stage of the cascade; ``internals``: what the log shows of each before its first step.
+    ``has_ground``: the plant has a ground on which the vehicle can come to rest.
+    """
+
+    vehicle: Vehicle
+    schedule: Schedule
+    plant: Any
+    disturbance: Any
+    trajectory: Any
+    sensing: Any
+    stages: Any
+    internals: Any
+    guard: GuardParameters = GuardParameters()
+    has_ground: bool = False
+
+
+class Drawn(NamedTuple):
+    """The 2-D arrays of one flight: what disturbance and sensing drew, and the delay lines of sensors and command link.
+
+    They stand apart from what a step hands to the next, because Numba counts references to an array at every hand-over.
+    """
+
+    weather: Any
+    noise: Any
+    sensing_line: Any
+    link_line: Any
+
+
+class Start(NamedTuple):
+    """What sensors, command link and stages remember, and what the stages have said, before step 0."""
+
+    sensing: Any
+    link: LinkMemory
+    memory: Any
+    signals: Any
+
+
+class Carry(NamedTuple):
+    """All that one step hands to the next. ``step`` is the next plant step, ``end`` the first not flown.
+
+    ``refused``: number of the stage that was refused, from 1; 0: none. ``applied``: what came through the link last,
+    ``applied_step``: the step of the state that it answers, -1 before the first one.
+    """
+
+    step: int
+    end: int
+    outcome: int
+    refused: int
+    plant: Any
+    sensing: Any
+    link: LinkMemory
+    plan: Any
+    memory: Any
+    reference: TrajectoryPoint
+    signals: Any
+    applied: Wrench
+    applied_step: int
+    guard: GuardMemory
+    actuation: Actuation
+    score: Score
+
+
+class Row(NamedTuple):
+    """What the step topics carry at one plant step, or carried last."""
+
+    truth: VehicleState
+    state: VehicleState
+    disturbance: Disturbance
+    actuation: Actuation
+    reference: TrajectoryPoint
+    signals: Any
+    internals: Any
+
+
+def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
+    """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
+    plant = plant_init(setup.plant, setup.vehicle)
+    truth = plant_observe(setup.plant, setup.vehicle, plant)
+    conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
+    state, _ = sensing_step(setup.sensing, drawn.noise, drawn.sensing_line, start.sensing, truth, conditions.sensor, 0)
+    plan = trajectory_plan(setup.trajectory, setup.vehicle, state)
+    duration = trajectory_duration(setup.trajectory, plan)
+    zero = Vec3(0.0, 0.0, 0.0)
+    none = Rotors(0.0, 0.0, 0.0, 0.0)
+    # not within the call: Numba takes no branch among so many keywords
+    outcome = FLYING if is_flyable(truth) else DIVERGED
+    return Carry(
+        step=0,
+        end=steps_to_cover(duration, setup.schedule.plant_period),
+        outcome=outcome,
+        refused=0,
+        plant=plant,
+        sensing=start.sensing,
+        link=start.link,
+        plan=plan,
+        memory=start.memory,
+        reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
+        signals=start.signals,
+        applied=Wrench(0.0, zero),
+        applied_step=-1,
+        guard=guard_init(setup.guard, setup.vehicle),
+        actuation=Actuation(none, none, 0.0, zero, False, False, False, False, False),
+        score=Score(0, 0.0, 0.0, 0.0, 0.0),
+    )
+
+
+def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carry:
+    """Return the flight ``steps`` plant steps later, sooner at its end; with LOGGING, ``rows`` gets a row per step.
+
+    The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step is
+    logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is down.
+    """
+    vehicle = setup.vehicle
+    schedule = setup.schedule
+    plant_dt = seconds(1, schedule.plant_period)
+    internals = setup.internals
+    k = carry.step
+    outcome = carry.outcome
+    refused = carry.refused
+    plant = carry.plant
+    truth = plant_observe(setup.plant, vehicle, plant)
+    sensing = carry.sensing
+    link = carry.link
+    memory = carry.memory
+    reference = carry.reference
+    signals = carry.signals
+    applied = carry.applied
+    applied_step = carry.applied_step
+    guard = carry.guard
+    command_steps = schedule.stage_steps[-1]
+    actuation = carry.actuation
+    score = carry.score
+    stop = k + steps
+    if stop > carry.end:
+        stop = carry.end
+
+    while outcome == FLYING and k < stop:
+        time = seconds(k, schedule.plant_period)
+        conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
+        state = truth
+        if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
+            state, sensing = sensing_step(
+                setup.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
+            )
+        # the last stage's output is the command that the vehicle obeys
+        before = signals[-1]
+        if LOGGING:
+            disturbance = plant_lumped(setup.plant, vehicle, plant, before, conditions)
+
+        if k % schedule.trajectory_steps == 0:
+            reference = trajectory_sample(setup.trajectory, carry.plan, time)
+            if reference.trajectory_time >= schedule.score_from:
+                score = scored(score, truth, reference)
+
+        signals, memory, internals, refused = answer(setup, memory, signals, internals, state, reference, actuation, k)
+        if refused == 0:
+            command = signals[-1]
+            if score.samples > 0:
+                score = with_torque_change(score, before.torque_b, command.torque_b)
+            if conditions.link.delay <= 0.0 and not conditions.link.lost:
+                applied, sent = command, k
+            else:
+                applied, link = link_step(drawn.link_line, link, conditions.link, command, applied, k, plant_dt)
+                sent = link.applied
+            flown = applied
+            if setup.guard.enabled:
+                # a command holds until the next one: it is that of the step which the last stage answered
+                sent -= sent % command_steps
+                received = WrenchCommand(applied, sent, sent * schedule.plant_period, sent > applied_step, True)
+                sample = StateSample(state, k, k * schedule.plant_period, True, True)
+                inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
+                flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
+                applied_step = sent
+            plant, actuation = plant_step(setup.plant, vehicle, plant, flown, conditions, plant_dt)
+        if LOGGING:
+            write(rows, k - carry.step, Row(truth, state, disturbance, actuation, reference, signals, internals))
+        if refused > 0:
+            outcome = REFUSED
+        else:
+            truth = plant_observe(setup.plant, vehicle, plant)
+            k += 1
+            if not is_flyable(truth):
+                outcome = DIVERGED
+            elif guard.mode != PASS and is_down(setup.guard, guard, truth, setup.has_ground):
+                outcome = TAKEN_OVER
+            elif k == carry.end:
+                outcome = ENDED if guard.mode == PASS else TAKEN_OVER
+
+    return Carry(
+        step=k,
+        end=carry.end,
+        outcome=outcome,
+        refused=refused,
+        plant=plant,
+        sensing=sensing,
+        link=link,
+        plan=carry.plan,
+        memory=memory,
+        reference=reference,
+        signals=signals,
+        applied=applied,
+        applied_step=applied_step,
+        guard=guard,
+        actuation=actuation,
+        score=score,
+    )

@@ -1,0 +1,106 @@
+"""What a flight logs: one row of numbers per plant step, split into the step topics afterwards.
+
+Handing lists of NamedTuples from compiled code back to CPython costs a hundred times the flight itself.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import SIGNALS, SIMULATOR, STAGES, TRAJECTORY
+from quad_core.records import from_rows, leaves
+from quad_flight.loop import Row, Schedule
+
+Write = Callable[[NDArray[np.float64], int, Row], None]
+Block = tuple[int, NDArray[np.float64]]
+"""First plant step and rows of a part of a flight."""
+
+
+class Logged(NamedTuple):
+    """One step topic: where in a ``Row`` it stands, and what it carries.
+
+    ``stage``: number of its stage, from 1; 0 for what the vehicle publishes with the state, and the reference.
+    """
+
+    topic: str
+    path: str
+    kind: type[Any]
+    stage: int
+
+
+@cache
+def logged(stages: Any) -> tuple[Logged, ...]:
+    """Return the step topics of a flight of these ``stages`` (a ``PerStage`` of modules)."""
+    found = [
+        Logged(signal.topic, signal.topic, signal.kind, 0) for signal in SIGNALS.values() if signal.topic in Row._fields
+    ]
+    for number, (stage, module) in enumerate(zip(STAGES, stages, strict=True), start=1):
+        found.append(Logged(stage.gives, f"signals.{stage.gives}", stage.output, number))
+        found.append(Logged(stage.internals_topic, f"internals.{stage.role}", module.Internals, number))
+    return tuple(found)
+
+
+@cache
+def names(stages: Any) -> tuple[str, ...]:
+    """Return the dotted name in a ``Row`` of every number of a row, in order."""
+    return tuple(leaf.name for entry in logged(stages) for leaf in leaves(entry.kind, entry.path))
+
+
+@cache
+def writer(stages: Any) -> Write:
+    """Return the function that writes a ``Row`` into one row of an array, as plain text that Numba compiles."""
+    lines = [f"    rows[i, {column}] = row.{name}" for column, name in enumerate(names(stages))]
+    scope: dict[str, Any] = {"__name__": __name__}
+    exec(compile("\n".join(["def write(rows, i, row):", *lines]), __file__, "exec"), scope)
+    write: Write = scope["write"]
+    return write
+
+
+@cache
+def quick_writer(stages: Any) -> Write:
+    """Return what ``writer`` does, as CPython does it quickest."""
+    numbers = attrgetter(*names(stages))
+
+    def write(rows: NDArray[np.float64], i: int, row: Row) -> None:
+        rows[i] = numbers(row)
+
+    return write
+
+
+def split(stages: Any, schedule: Schedule, blocks: Sequence[Block], refused: int) -> dict[str, NDArray[Any]]:
+    """Return {topic: its messages, with step, next_step and stamp_ns} of a flight.
+
+    Of the last step, where stage number ``refused`` was refused (0: none), only what went before was published.
+    """
+    periods = {SIMULATOR: 1, TRAJECTORY: schedule.trajectory_steps, **schedule.stage_steps._asdict()}
+    topics = {}
+    column = 0
+    for topic, _, kind, stage in logged(stages):
+        period = periods[SIGNALS[topic].publisher]
+        end = column + len(leaves(kind))
+        # a block may begin between two messages
+        parts = [rows[-first % period :: period, column:end] for first, rows in blocks]
+        values = from_rows(kind, np.concatenate(parts))
+        first, rows = blocks[-1]
+        if refused and (topic == "actuation" or stage >= refused) and (first + len(rows) - 1) % period == 0:
+            values = values[:-1]
+        topics[topic] = with_steps(values, period, schedule.plant_period)
+        column = end
+    return topics
+
+
+def with_steps(values: NDArray[Any], period_steps: int, plant_period: int) -> NDArray[Any]:
+    """Return ``values`` with ``step``, ``next_step`` and ``stamp_ns`` of their publisher before their own fields."""
+    fields = values.dtype.names or ()
+    head = [("step", np.int64), ("next_step", np.int64), ("stamp_ns", np.int64)]
+    full = np.empty(len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in fields)]))
+    full["step"] = np.arange(len(values)) * period_steps
+    full["next_step"] = full["step"] + period_steps
+    full["stamp_ns"] = full["step"] * plant_period
+    for name in fields:
+        full[name] = values[name]
+    return full

@@ -1,0 +1,202 @@
+"""From what is asked for to the resolved parameters of the five nodes, checked before a process starts."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from quad_core import plugins
+from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR
+from quad_core.parameter_files import overrides_for, place_of, read_parameter_file
+from quad_core.parameters import ParameterError, Value, flatten
+from quad_core.plugins import PluginError
+from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
+from quad_dynamics.ground import SINK
+from quad_flight import configuration
+
+Overrides = dict[str, dict[str, Value]]
+
+
+class Request(NamedTuple):
+    """What a flight is asked to be; None leaves the choice to the files and the defaults."""
+
+    case: str
+    preset: str = "tuned"
+    vehicle: str = "paper"
+    plant: str | None = None
+    start: str | None = None
+    position: str | None = None
+    attitude: str | None = None
+    seed: int | None = None
+    duration: float | None = None
+    realtime: bool = False
+    settings: Sequence[str] = ()
+    relay: bool = False
+    shadows: Sequence[str] = ()
+    scenario: str | None = None
+    mission: str | None = None
+    trajectory: str | None = None
+
+
+def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
+    """Return {role: all parameters of its node} of a flight.
+
+    ``identity`` ({role or "/**": {name: value}}) holds what belongs to this one run (run id, directory) and wins.
+    Raises ParameterError or PluginError naming the file or key, what was found and what was expected.
+    """
+    files = [configuration.find(configuration.VEHICLES, request.vehicle)]
+    files.append(configuration.find(configuration.CONTROLLERS, request.preset))
+    trajectory = request.case
+    if request.case in configuration.names(configuration.SCENARIOS):
+        files.append(configuration.find(configuration.SCENARIOS, request.case))
+        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", request.case))
+    elif request.case not in plugins.names(plugins.TRAJECTORY):
+        known = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
+        raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
+    if request.scenario is not None:
+        files.append(configuration.find(configuration.SCENARIOS, request.scenario))
+        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", trajectory))
+    asked = _asked(request, request.trajectory or trajectory)
+    settings = parse_settings(request.settings)
+    shadows = shadow_laws(request.shadows)
+    resolved = {}
+    for role in (*ROLES, *_guests(request), *shadows):
+        like = role.removeprefix(SHADOW)
+        base = {**_read(files, like), **asked.get("/**", {}), **asked.get(like, {})}
+        try:
+            if role in shadows:
+                base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
+            values = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
+            values = {**values, **identity.get("/**", {}), **identity.get(role, {})}
+            resolved[role] = resolve(role, values)
+            if role == SIMULATOR and request.mission is not None:
+                ground, standing = _on_the_ground(resolved[role], values)
+                resolved[role] = resolve(role, {**values, **ground})
+                asked[COMMANDER] = {**asked.get(COMMANDER, {}), "ground_height": standing}
+        except (ParameterError, PluginError) as error:
+            place = _line_of(files, error) or place_of(str(error), files, like)
+            kind = PluginError if isinstance(error, PluginError) else ParameterError
+            raise kind(f"{role}: {place}{error}") from error
+    check_agreement(resolved)
+    _check_whole(resolved)
+    return resolved
+
+
+def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> tuple[dict[str, Value], float]:
+    """Return the plant's parameters with which the vehicle stands on a ground at step 0, and its height in m there."""
+    plant = simulator.plugins["plant"]
+    ground, start = plant.parameters.ground, plant.parameters.initial.p.z
+    try:
+        plant.module.init(plant.parameters._replace(ground=ground._replace(enabled=True)), simulator.vehicle)
+    except ValueError as error:
+        raise ParameterError(f"--mission: takes off and lands, but {error}") from error
+    stands = ground.foot_depth - SINK
+    if values.get(f"{plant.name}.ground.enabled"):
+        start = ground.height + stands
+        return {f"{plant.name}.initial.p.z": start, "guard.ground_height": start}, start
+    ground_below = {f"{plant.name}.ground.enabled": True, f"{plant.name}.ground.height": start - stands}
+    return {**ground_below, "guard.ground_height": start}, start
+
+
+def shadow_laws(laws: Sequence[str]) -> dict[str, str]:
+    """Return {role of the shadow: law} of LAW, or position=LAW and attitude=LAW where both kinds have one.
+
+    Raises ParameterError for an unknown law, one of both kinds, or a second shadow of one kind.
+    """
+    kinds = {"position": plugins.POSITION_LAW, "attitude": plugins.ATTITUDE_LAW}
+    found: dict[str, str] = {}
+    for text in laws:
+        kind, equals, law = text.partition("=")
+        law = law if equals else text
+        fitting = [
+            name for name, group in kinds.items() if law in plugins.names(group) and (not equals or name == kind)
+        ]
+        if len(fitting) != 1:
+            known = " or ".join(f"{name}={{{','.join(plugins.names(group))}}}" for name, group in kinds.items())
+            raise ParameterError(f"--shadow: found {text!r}, expected {known}")
+        role = f"{SHADOW}{fitting[0]}_controller"
+        if role in found:
+            raise ParameterError(f"--shadow: found {found[role]!r} and {law!r}, expected one {fitting[0]} law")
+        found[role] = law
+    return found
+
+
+def _line_of(files: Sequence[Path], error: Exception) -> str:
+    """Return ``FILE:LINE: `` of the line of a scenario that ``error`` is about, empty for any other error."""
+    text = getattr(error, "text", None)
+    for path in reversed(files):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+            if text is not None and line.partition("#")[0].strip() == text:
+                return f"{path}:{number}: "
+    return ""
+
+
+def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:
+    """Return the flight as one ROS 2 parameter file: every parameter of every node in ``namespace``, as resolved."""
+    prefix = "/" + namespace.strip("/") if namespace.strip("/") else ""
+    content = {
+        f"{prefix}/{role}": {"ros__parameters": {field.name: field.default for field in node.all_fields()}}
+        for role, node in resolved.items()
+    }
+    return yaml.safe_dump(content, sort_keys=False)
+
+
+def _read(files: Sequence[Path], role: str) -> dict[str, Value]:
+    return overrides_for([read_parameter_file(path) for path in files], role)
+
+
+def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
+    choices: list[tuple[str, str, Value | None]] = [
+        ("/**", "flight.mode", "realtime" if request.realtime else None),
+        ("/**", "flight.seed", request.seed),
+        ("/**", "flight.roles", _roles(request)),
+        ("simulator", "plant", request.plant),
+        (COMMANDER, "mission", request.mission),
+        ("simulator", "publish_state", False if request.relay else None),
+        ("simulator", "odom_period_steps", 1 if request.relay else None),
+        ("trajectory", "trajectory", trajectory),
+        ("trajectory", f"{trajectory}.start", request.start),
+        ("trajectory", f"{trajectory}.duration", request.duration),
+        ("position_controller", "law", request.position),
+        ("attitude_controller", "law", request.attitude),
+    ]
+    asked: Overrides = {}
+    for role, name, value in choices:
+        if value is not None:
+            asked.setdefault(role, {})[name] = value
+    return asked
+
+
+def _roles(request: Request) -> str | None:
+    more = (*_guests(request), *shadow_laws(request.shadows))
+    return ",".join((*ROLES, *more)) if more else None
+
+
+def _guests(request: Request) -> tuple[str, ...]:
+    return (*((RELAY,) if request.relay else ()), *((COMMANDER,) if request.mission is not None else ()))
+
+
+def _check_whole(resolved: Mapping[str, Resolved]) -> None:
+    """Refuse what is good for each node and bad for the flight."""
+    roles = {name.strip() for name in resolved["simulator"].flight.roles.split(",")}
+    if roles != set(resolved):
+        raise ParameterError(f"flight.roles: found {', '.join(sorted(roles))}, expected all of {', '.join(resolved)}")
+    window, every = resolved["simulator"].node.window, resolved["recorder"].node.ack_steps
+    if every >= window:
+        raise ParameterError(f"recorder.ack_steps: found {every}, expected less than simulator.window, {window}")
+
+
+def summary(resolved: Mapping[str, Resolved]) -> dict[str, Any]:
+    """Return what names a flight for people: trajectory, start, laws, plant, mode, seed."""
+    trajectory = resolved["trajectory"].plugins["trajectory"]
+    return {
+        "trajectory": trajectory.name,
+        "start": flatten(trajectory.parameters).get("start", "approach"),
+        "position": resolved["position_controller"].node.law,
+        "attitude": resolved["attitude_controller"].node.law,
+        "preset": resolved["position_controller"].node.preset,
+        "plant": resolved["simulator"].node.plant,
+        "mode": flatten(resolved["simulator"].flight)["mode"],
+        "seed": resolved["simulator"].flight.seed,
+    }

@@ -1,0 +1,16 @@
+from setuptools import find_packages, setup
+
+setup(
+    name="quad_flight",
+    version="0.1.0",
+    description="A flight of the quadrotor stack without ROS: set-up, loop, score, sweeps; plain or compiled.",
+    license="Apache-2.0",
+    packages=find_packages(include=["quad_flight", "quad_flight.*"]),
+    # inside the package, so that they are found however it is installed, with or without ament
+    package_data={"": ["py.typed"], "quad_flight": ["config/*/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/quad_flight"]),
+        ("share/quad_flight", ["package.xml"]),
+    ],
+    zip_safe=False,
+)

@@ -1,0 +1,43 @@
+"""What a flight is asked to be, by names, and the files that ship."""
+
+import pytest
+import yaml
+
+from quad_core import plugins
+from quad_core.parameters import ParameterError, flatten
+from quad_flight import configuration, flight
+
+pytestmark = pytest.mark.skipif(
+    not plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
+)
+LAWS = {
+    "position_controller": (plugins.POSITION_LAW, "aibs"),
+    "attitude_controller": (plugins.ATTITUDE_LAW, "abfnitsm"),
+}
+
+
+def uncommented(path):
+    """Return the file with its commented gains in force."""
+    return yaml.safe_load(path.read_text(encoding="utf-8").replace("\n    # ", "\n    "))
+
+
+@pytest.mark.parametrize("role", LAWS)
+def test_tuned_shows_the_defaults_of_the_papers_laws(role):
+    group, law = LAWS[role]
+    shown = uncommented(configuration.find(configuration.CONTROLLERS, "tuned"))[f"/**/{role}"]["ros__parameters"]
+    assert shown.pop("preset") == "tuned"
+    assert shown == {f"{law}.{name}": value for name, value in flatten(plugins.load(group, law).Parameters()).items()}
+
+
+def test_a_flight_by_names():
+    asked = flight.from_names("case2", preset="minimal", seed=7, duration=3.0, settings=["vehicle.mass=0.6"])
+    assert asked.seed == 7
+    assert asked.setup.vehicle.mass == 0.6
+    assert asked.setup.trajectory.duration == 3.0
+    assert asked.resolved["position_controller"].node.preset == "minimal"
+
+
+def test_the_shipped_files_are_found_without_ament():
+    assert configuration.names(configuration.CONTROLLERS) == ["minimal", "printed", "tuned", "x500"]
+    with pytest.raises(ParameterError, match="expected minimal, printed, tuned, x500"):
+        configuration.find(configuration.CONTROLLERS, "brave")

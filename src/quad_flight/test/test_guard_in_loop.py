@@ -1,0 +1,87 @@
+"""The guard in the loop without ROS: unseen in a flight without faults, in command when the link loses the commands."""
+
+import math
+
+import numpy as np
+import pytest
+
+from quad_flight.flight import fly, from_names
+
+pytestmark = pytest.mark.unit
+
+
+def flown(case, *settings, **choices):
+    return fly(from_names(case, settings=settings, **choices))
+
+
+def events(tmp_path, text):
+    """Return the path of a scenario in which ``text`` happens."""
+    path = tmp_path / "scenario.yaml"
+    lines = "".join(f"        {line}\n" for line in text.splitlines())
+    path.write_text(
+        f"/**/simulator:\n  ros__parameters:\n    disturbance: timeline\n    timeline:\n      events: |\n{lines}"
+    )
+    return str(path)
+
+
+@pytest.mark.parametrize("preset", ["tuned", "minimal"])
+@pytest.mark.parametrize("plant", ["rigid_body", "paper"])
+@pytest.mark.parametrize("case", ["hover", "case1", "case2"])
+def test_without_a_fault_no_bit_changes(case, plant, preset):
+    guarded, bare = (
+        flown(case, f"simulator.guard.enabled={on}", plant=plant, preset=preset, duration=0.5)
+        for on in ("true", "false")
+    )
+    assert (guarded.outcome, guarded.guard) == ("ended", "")
+    assert guarded.topics.keys() == bare.topics.keys()
+    for topic, rows in bare.topics.items():
+        assert guarded.topics[topic].tobytes() == rows.tobytes(), topic
+
+
+def test_a_lost_link_is_a_landing(tmp_path):
+    result = flown("hover", duration=20.0, scenario=events(tmp_path, "link start=4 drop=1"))
+    # the last wrench is that of step 1999; 50 ms are 25 steps
+    assert (result.outcome, result.guard) == ("taken over", "guard in descend since step 2025: no good wrench")
+    truth = result.topics["truth"]
+    assert truth["p_w"][2025, 2] > 0.3
+    last = truth[-1]
+    assert -0.01 < last["p_w"][2] < 0.01
+    assert np.linalg.norm(last["v_w"]) < 1.5
+    x, y = last["q_wb"][:2]
+    assert math.acos(1.0 - 2.0 * (x * x + y * y)) < math.radians(15.0)
+    assert result.steps < result.end_step
+
+
+def test_a_gap_that_is_short_enough_is_no_takeover(tmp_path):
+    result = flown("hover", duration=1.0, scenario=events(tmp_path, "link start=2 end=2.048 drop=1"))
+    assert (result.outcome, result.guard) == ("ended", "")
+
+
+def test_the_end_of_the_plan_ends_a_takeover_too(tmp_path):
+    result = flown("hover", duration=0.1, scenario=events(tmp_path, "link start=2.9 drop=1"))
+    assert result.outcome == "taken over"
+    assert result.steps == result.end_step
+
+
+def test_a_vehicle_with_a_ground_is_down_when_its_motors_stopped(tmp_path):
+    ground = ("simulator.rigid_body.ground.enabled=true", "simulator.rigid_body.ground.height=-0.1")
+    result = flown("hover", *ground, duration=30.0, scenario=events(tmp_path, "link start=4 drop=1"))
+    assert result.outcome == "taken over"
+    last = result.topics["truth"][-1]
+    assert abs(last["p_w"][2]) < 0.01
+    assert np.linalg.norm(last["v_w"]) < 0.01
+    assert result.topics["actuation"]["thrust"][-1] == 0.0
+    assert (result.topics["actuation"]["thrust"][2100:-1] > 0.0).all()
+
+
+def test_a_flight_without_guard_flies_on_with_the_last_wrench(tmp_path):
+    lost = events(tmp_path, "link start=4 drop=1")
+    result = flown("hover", "simulator.guard.enabled=false", duration=1.0, scenario=lost)
+    assert result.guard == ""
+    assert result.outcome in ("ended", "diverged")
+
+
+def test_a_frozen_state_is_a_descent_on_a_prediction(tmp_path):
+    result = flown("case2", duration=5.0, scenario=events(tmp_path, "freeze start=3 end=3.2"))
+    assert result.guard.endswith("no good state")
+    assert np.linalg.norm(result.topics["truth"][-1]["v_w"]) < 1.5

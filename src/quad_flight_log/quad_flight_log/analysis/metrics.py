@@ -1,0 +1,273 @@
+"""How well a flight was flown, in numbers with units.
+
+All functions take NumPy arrays and know nothing of files, so a batch of flights uses them as well. Conventions: times
+are integer nanoseconds (``stamp_ns``), sorted and without repeats; the tracking error is evaluated at the steps for
+which a reference was computed (it holds from there on, and is compared where it is exact) against ``truth``; unless
+said otherwise a metric covers the time after the approach (``trajectory_time`` >= 0). Integrals of errors use the
+trapezoidal rule, integrals of commands hold each command until the next.
+"""
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import COMMAND
+from quad_flight_log.analysis.arrays import Floats, Stamps, aligned, by_stamp, euler_angles, norms, wrapped
+from quad_flight_log.analysis.estimates import SURFACE_BOUND, SURFACE_DWELL, belief_metrics
+from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.overshoot import OVERSHOOT_WINDOW, overshoot_metrics
+
+MISSION = 3  # of flight/mode
+SETTLING_BAND = 0.1  # m
+HIGH_FREQUENCY = 20.0  # Hz
+
+
+class Metric(NamedTuple):
+    """One line of the table: unit and what exactly is computed."""
+
+    unit: str
+    meaning: str
+
+
+METRICS = {
+    "duration": Metric("s", "flight time after the approach"),
+    "position_rmse": Metric("m", "root of the mean squared 3-D position error"),
+    "position_max": Metric("m", "largest 3-D position error"),
+    "position_final": Metric("m", "3-D position error at the last reference"),
+    "position_iae": Metric("m s", "integral of the 3-D position error"),
+    "position_itae": Metric("m s^2", "integral of trajectory time times the 3-D position error"),
+    "settling_time": Metric("s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end"),
+    "corner_overshoot": Metric(
+        "m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"
+    ),
+    "yaw_overshoot": Metric("rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s"),
+    "attitude_rmse": Metric("rad", "root of the mean squared error of phi, theta, psi together against the setpoint"),
+    "thrust_effort": Metric("N^2 s", "integral of the squared commanded thrust"),
+    "torque_effort": Metric("N^2 m^2 s", "integral of the squared commanded torque"),
+    "torque_total_variation": Metric("N m", "sum of all changes of the commanded torque, the three axes added"),
+    "torque_high_frequency": Metric(
+        "N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
+    ),
+    "chattering_index": Metric(
+        "", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
+    ),
+    "saturation_time": Metric("s", "time in which the vehicle did not reach the commanded wrench on some axis"),
+    "surface_reaching_time": Metric(
+        "s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"
+    ),
+    "adaptive_bound_shortfall": Metric(
+        "", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis"
+    ),
+    "disturbance_estimate_rmse": Metric("m/s^2", "RMSE of the position law's disturbance estimate against D_P"),
+    "missing_steps": Metric(
+        "", "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too"
+    ),
+}
+
+
+class FlightMetrics(NamedTuple):
+    """Values of ``METRICS``; None where the data for it is missing or it does not exist (never settled)."""
+
+    duration: float | None = None
+    position_rmse: float | None = None
+    position_max: float | None = None
+    position_final: float | None = None
+    position_iae: float | None = None
+    position_itae: float | None = None
+    settling_time: float | None = None
+    corner_overshoot: float | None = None
+    yaw_overshoot: float | None = None
+    attitude_rmse: float | None = None
+    thrust_effort: float | None = None
+    torque_effort: float | None = None
+    torque_total_variation: float | None = None
+    torque_high_frequency: float | None = None
+    chattering_index: float | None = None
+    saturation_time: float | None = None
+    surface_reaching_time: float | None = None
+    adaptive_bound_shortfall: float | None = None
+    disturbance_estimate_rmse: float | None = None
+    missing_steps: float | None = None
+
+
+def rmse(errors: Floats) -> float:
+    """Return the root of the mean of the squared rows of (n,) or (n, 3): a 3-D RMSE is not divided by 3."""
+    return float(np.sqrt(np.sum(errors * errors) / len(errors)))
+
+
+def iae(times: Floats, errors: Floats) -> float:
+    """Return the integral of the absolute error over time (trapezoidal), unit of the error times s."""
+    return _integral(times, np.abs(errors))
+
+
+def itae(times: Floats, errors: Floats) -> float:
+    """Return the integral of time times the absolute error (trapezoidal); ``times`` in s from the start that counts."""
+    return _integral(times, times * np.abs(errors))
+
+
+def _integral(times: Floats, values: Floats) -> float:
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(times)))
+
+
+def settling_time(times: Floats, errors: Floats, band: float = SETTLING_BAND) -> float | None:
+    """Return the time from ``times[0]`` until abs(error) is below ``band`` for good; None if it is not at the end."""
+    above = np.flatnonzero(~(np.abs(errors) < band))
+    if len(above) == 0:
+        return 0.0
+    if above[-1] == len(errors) - 1:
+        return None
+    return float(times[above[-1] + 1] - times[0])
+
+
+def hold_times(stamp_ns: Stamps, end_ns: int) -> Floats:
+    """Return for how long (s) each command acts: until the next one, the last until ``end_ns``."""
+    return np.diff(np.append(stamp_ns, end_ns)) * 1e-9
+
+
+def effort(hold: Floats, commands: Floats) -> float:
+    """Return the integral of the squared command, (n,) or (n, 3), each held for ``hold`` s."""
+    squares = commands * commands
+    return float(np.sum(hold * (squares if squares.ndim == 1 else squares.sum(axis=1))))
+
+
+def total_variation(commands: Floats) -> float:
+    """Return the sum of the absolute changes of a command from step to step, axes added."""
+    return float(np.sum(np.abs(np.diff(commands, axis=0))))
+
+
+def band_energy(commands: Floats, period: float, cutoff: float = HIGH_FREQUENCY) -> tuple[float, float]:
+    """Return (energy above ``cutoff`` Hz, whole energy) of commands (n, m), the mean taken off, every ``period`` s.
+
+    Unit squared times s; by Parseval's theorem over the discrete Fourier transform.
+    """
+    count = len(commands)
+    spectrum = np.abs(np.fft.rfft(commands - commands.mean(axis=0), axis=0)) ** 2
+    weight = np.full(len(spectrum), 2.0)
+    weight[0] = 1.0
+    if count % 2 == 0:
+        weight[-1] = 1.0
+    energy = weight * spectrum.sum(axis=1) * (period / count)
+    above = np.fft.rfftfreq(count, period) > cutoff
+    return float(np.sum(energy[above])), float(np.sum(energy))
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
+    """Return the metrics of one flight; one that comes out as no finite number is None.
+
+    ``tables``: {relative topic: structured array with ``stamp_ns`` and the fields of its message}, of ``truth``,
+    ``reference``, ``attitude_setpoint``, the vehicle's command, ``actuation``, ``disturbance`` and the internals of
+    both laws. What is not there gives None. With ``flight/mode`` only what was flown in MISSION counts.
+    """
+    known = in_mission({name: by_stamp(table) for name, table in tables.items() if len(table)})
+    if "reference" not in known:
+        return FlightMetrics()
+    reference = known["reference"]
+    flown = reference[reference["trajectory_time"] >= 0.0]
+    if len(flown) == 0:
+        return FlightMetrics()
+    start_ns = int(flown["stamp_ns"][0])
+    end_ns = max(int(table["stamp_ns"][-1]) for table in known.values())
+    values: dict[str, float | None] = {"duration": (end_ns - start_ns) * 1e-9}
+    values["missing_steps"] = float(max(missing_messages(known).values()))
+    if "truth" in known:
+        values.update(_position(known["truth"], flown))
+        values.update(overshoot_metrics(known["truth"], flown))
+        if "attitude_setpoint" in known:
+            values.update(_attitude(known["truth"], _since(known["attitude_setpoint"], start_ns)))
+    if COMMAND in known:
+        values.update(_command(_since(known[COMMAND], start_ns)))
+    if "actuation" in known:
+        values.update(_saturation(_since(known["actuation"], start_ns)))
+    values.update(belief_metrics(known, start_ns))
+    return FlightMetrics(
+        **{name: value if value is None or isfinite(value) else None for name, value in values.items()}
+    )
+
+
+def in_mission(tables: Mapping[str, NDArray[np.void]]) -> dict[str, NDArray[np.void]]:
+    """Return the rows of ``tables``, sorted by stamp, that belong to mode MISSION; all where there is no `flight/mode`.
+
+    A mode holds from its stamp until the next one's. A table without any such row is left out.
+    """
+    modes = tables.get("flight/mode")
+    if modes is None:
+        return dict(tables)
+    found = {}
+    for name, table in tables.items():
+        at = np.searchsorted(modes["stamp_ns"], table["stamp_ns"], side="right") - 1
+        rows = table[(at >= 0) & (modes["mode"][at] == MISSION)]
+        if len(rows):
+            found[name] = rows
+    return found
+
+
+def _since(table: NDArray[np.void], start_ns: int) -> NDArray[np.void]:
+    return table[table["stamp_ns"] >= start_ns]
+
+
+def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:
+    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
+    if len(match.stamp_ns) == 0:
+        return {}
+    error = norms(truth["p_w"][match.left] - reference["p_w"][match.right])
+    times = reference["trajectory_time"][match.right]
+    return {
+        "position_rmse": rmse(error),
+        "position_max": float(error.max()),
+        "position_final": float(error[-1]),
+        "position_iae": iae(times, error),
+        "position_itae": itae(times, error),
+        "settling_time": settling_time(times, error),
+    }
+
+
+def _attitude(truth: NDArray[np.void], setpoint: NDArray[np.void]) -> dict[str, float | None]:
+    match = aligned(truth["stamp_ns"], setpoint["stamp_ns"])
+    if len(match.stamp_ns) == 0:
+        return {}
+    error = wrapped(euler_angles(truth["q_wb"][match.left]) - setpoint["angles"][match.right])
+    return {"attitude_rmse": rmse(error)}
+
+
+def _command(wrench: NDArray[np.void]) -> dict[str, float | None]:
+    if len(wrench) < 2:
+        return {}
+    thrust, torque = thrust_and_torque(wrench)
+    stamps = wrench["stamp_ns"]
+    spacing = np.diff(stamps)
+    period_ns = int(np.median(spacing))
+    hold = hold_times(stamps, int(stamps[-1]) + period_ns)
+    if (spacing == period_ns).all():
+        high, whole = band_energy(torque, period_ns * 1e-9)
+    else:
+        high, whole = None, None
+    return {
+        "thrust_effort": effort(hold, thrust),
+        "torque_effort": effort(hold, torque),
+        "torque_total_variation": total_variation(torque),
+        "torque_high_frequency": high,
+        "chattering_index": high / whole if high is not None and whole else None,
+    }
+
+
+def thrust_and_torque(wrench: NDArray[np.void]) -> tuple[Floats, Floats]:
+    """Return thrust (n,) in N and torque (n, 3) in N m of geometry_msgs/WrenchStamped rows, or of flat ones."""
+    names: Any = wrench.dtype.names
+    if "wrench" not in names:
+        return wrench["thrust"], wrench["torque_b"]
+    torque = wrench["wrench"]["torque"]
+    return wrench["wrench"]["force"]["z"], np.stack([torque[axis] for axis in "xyz"], axis=1)
+
+
+def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
+    if len(actuation) < 2:
+        return {}
+    stamps = actuation["stamp_ns"]
+    hold = hold_times(stamps, int(stamps[-1]) + int(np.median(np.diff(stamps))))
+    flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
+    limited = np.logical_or.reduce([actuation[flag] for flag in flags])
+    return {"saturation_time": float(np.sum(hold[limited]))}

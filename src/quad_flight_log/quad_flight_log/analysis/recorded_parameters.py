@@ -1,0 +1,130 @@
+"""The parameters of the nodes of a recorded flight, from the bag alone."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from quad_core.cascade import ROLES
+from quad_core.parameter_files import overrides_for, read_parameter_text
+from quad_core.parameters import ParameterError, Value
+from quad_core.plugins import PluginError
+from quad_core.resolution import Resolved, resolve, typed, with_law
+from quad_flight_log.analysis.tables import text_table
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.bag.yaml_text import load_yaml
+from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
+
+TOPIC = "flight/parameters"
+
+
+class RecordedParametersError(FlightLogError):
+    """The bag does not hold a node's parameters, or they are refused today."""
+
+
+class Change(NamedTuple):
+    """Parameters that a node got in flight: the plant step they hold from, and when they were recorded (flight s).
+
+    ``step`` is -1 in a bag that does not name it.
+    """
+
+    step: int
+    time: float
+    values: dict[str, Value]
+
+
+class NodeRecord(NamedTuple):
+    """The parameters of one node before the flight, and their changes in flight in order."""
+
+    values: dict[str, Value]
+    internals_names: list[str]
+    changes: tuple[Change, ...]
+
+
+def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
+    """Return {role: parameters} from what the nodes published, else from the parameter file attached to the bag.
+
+    Raises TopicError if the bag has neither, CorruptError if they cannot be read.
+    """
+    try:
+        if flight.has(TOPIC):
+            return _published(flight)
+        if flight.parameters:
+            content = _read(flight.parameters_text, str(flight.path))
+            roles = {pattern.rsplit("/", 1)[-1] for pattern in content} & set(ROLES)
+            return {role: NodeRecord(overrides_for([content], role, flight.namespace or "/"), [], ()) for role in roles}
+    except ParameterError as error:
+        raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
+    raise TopicError(f"{flight.path}: no topic {TOPIC!r} and no attached parameters: with which parameters is unknown")
+
+
+def _read(text: str, where: str) -> dict[str, dict[str, Value]]:
+    try:
+        load_yaml(text)
+    except ValueError as error:
+        raise ParameterError(f"{where}: {error}") from error
+    return read_parameter_text(text, where)
+
+
+def _published(flight: Flight) -> dict[str, NodeRecord]:
+    found: dict[str, NodeRecord] = {}
+    table = text_table(flight, TOPIC)
+    has_step = "step" in (table.dtype.names or ())
+    for row in table:
+        role = str(row["role"])
+        if role not in ROLES:
+            continue
+        content = _read(str(row["parameters"]), f"{flight.path}: {TOPIC}")
+        values: dict[str, Value] = {}
+        for body in content.values():
+            values.update(body)
+        before = found.get(role)
+        names = [str(name) for name in row["internals_names"]]
+        seconds = float(row["log_ns"]) * 1e-9
+        if before is None or (seconds <= 0.0 and not before.changes):
+            found[role] = NodeRecord(values, names, ())
+        elif values != (before.changes[-1].values if before.changes else before.values):
+            step = int(row["step"]) if has_step else -1
+            found[role] = before._replace(changes=(*before.changes, Change(step, seconds, values)))
+    return found
+
+
+class Phase(NamedTuple):
+    """Parameters of a node from plant step ``step`` on."""
+
+    step: int
+    resolved: Resolved
+
+
+def retold(
+    flight: Flight, role: str, *, law: str | None = None, settings: Mapping[str, str] | None = None
+) -> tuple[list[Phase], bool]:
+    """Return the parameters of a controller with another ``law`` or ``settings`` ({parameter: text}), and whether new.
+
+    The first phase begins at step 0; each change in flight begins another, which keeps ``law`` and ``settings``.
+    Another law starts from its defaults; flight, vehicle and period stay. Raises RecordedParametersError.
+    """
+    records = recorded_parameters(flight)
+    if role not in records:
+        raise RecordedParametersError(f"{flight.path}: {TOPIC} says nothing of {role}")
+    record = records[role]
+    first = _resolved(role, record.values, law, settings or {})
+    known = [change for change in record.changes if change.step >= 0]
+    later = [Phase(change.step, _resolved(role, change.values, law, settings or {})) for change in known]
+    phases = [Phase(0, first), *later]
+    now = {field.name: field.default for field in first.all_fields()}
+    # Parameters that came after the bag have their defaults: nobody changed them.
+    return phases, any(now.get(name) != value for name, value in record.values.items())
+
+
+def _resolved(role: str, recorded: Mapping[str, Value], law: str | None, settings: Mapping[str, str]) -> Resolved:
+    settings = dict(settings)
+    chosen = str(settings.pop("law", None) or law or recorded.get("law"))
+    try:
+        values = with_law(recorded, chosen)
+        preset = settings.pop("preset", None)
+        if preset is not None:
+            values = {name: value for name, value in values.items() if not name.startswith(f"{chosen}.")}
+            values["preset"] = preset
+        values.update(typed(role, values, settings))
+        return resolve(role, values)
+    except (ParameterError, PluginError) as error:
+        raise RecordedParametersError(f"{role}: {error}") from error

@@ -1,0 +1,172 @@
+"""Recorded inputs fed to a control law again, its outputs held against what was recorded.
+
+The law runs as its node runs it (same inputs per step, same memory from the first step on), so with the recorded
+parameters every bit is the same: that is the log's own proof. With other gains or another law the
+answers to the very same inputs differ, and the difference is reported; the vehicle does not follow the new answers.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import STAGE
+from quad_core.resolution import Resolved
+from quad_flight_log.analysis.arrays import by_stamp
+from quad_flight_log.analysis.recorded_parameters import Change, recorded_parameters, retold
+from quad_flight_log.analysis.replay_inputs import seen
+from quad_flight_log.analysis.tuples import Columns, columns_of, recorded_columns
+from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.errors import TopicError
+
+
+class Difference(NamedTuple):
+    """One number of an output: how far replayed and recorded values are apart; ``first_step`` -1 if nowhere."""
+
+    name: str
+    differing: int
+    first_step: int
+    largest: float
+    rms: float
+    recorded_rms: float
+
+
+class Replay(NamedTuple):
+    """One controller, replayed.
+
+    ``steps``: plant steps compared, shape (n,). ``recorded`` and ``replayed``: {``topic field.part``: values (n,)} of
+    output and internals. ``missing``: recorded steps that the replay did not answer or the other way round.
+    ``changed``: parameters or law differ from the recorded ones. ``notes``: what limits the comparison.
+    """
+
+    role: str
+    law: str
+    changed: bool
+    steps: NDArray[np.int64]
+    recorded: Columns
+    replayed: Columns
+    missing: int
+    notes: list[str]
+
+    @property
+    def equal(self) -> bool:
+        """Whether every recorded answer was given again, bit for bit."""
+        return len(self.steps) > 0 and not self.missing and not any(item.differing for item in self.differences())
+
+    def differences(self) -> list[Difference]:
+        """Return one entry per number, in the order of the messages."""
+        return [_difference(name, self.steps, self.recorded[name], self.replayed[name]) for name in self.recorded]
+
+
+def replay(
+    flight: Flight,
+    role: str,
+    *,
+    law: str | None = None,
+    settings: Mapping[str, str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Replay:
+    """Feed the recorded inputs of ``role`` to its law (or ``law``) with ``settings`` ({parameter: text}) changed.
+
+    Raises TopicError if an input or the output was not recorded, RecordedParametersError for impossible parameters.
+    """
+    phases, changed = retold(flight, role, law=law, settings=settings)
+    start = phases[0].resolved
+    stage = STAGE[role]
+    internals_topic = stage.internals_topic
+    tables = {
+        topic: by_stamp(table)
+        for topic, table in flight.arrays(
+            "state",
+            *(taken.topic for taken in stage.takes),
+            stage.gives,
+            *((internals_topic,) if flight.has(internals_topic) else ()),
+        ).items()
+    }
+    empty = [topic for topic, table in tables.items() if len(table) == 0]
+    if empty:
+        raise TopicError(f"{flight.path}: no message on {', '.join(empty)}: there is nothing to replay {role} with")
+    record = recorded_parameters(flight)[role]
+    then = start if not changed else retold(flight, role)[0][0].resolved
+    module, waiting = start.law.module, phases[1:]
+    parameters = start.law.parameters
+    memory = module.init(parameters, start.vehicle)
+    steps, outputs, internals, incomplete = [], [], [], 0
+    for step, dt, inputs, complete in seen(then, tables, str(flight.path), progress):
+        while waiting and waiting[0].step <= step:
+            parameters = waiting.pop(0).resolved.law.parameters
+        output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)
+        steps.append(step)
+        outputs.append(output)
+        internals.append(inside)
+        incomplete += not complete
+    recorded = {stage.gives: recorded_columns(stage.output, tables[stage.gives])}
+    replayed = {stage.gives: columns_of(stage.output, outputs)}
+    if internals_topic in tables and not _other_law(record.values, start):
+        kind = module.Internals
+        recorded[internals_topic] = recorded_columns(kind, tables[internals_topic], record.internals_names)
+        replayed[internals_topic] = columns_of(kind, internals)
+    stamps = np.array(steps, dtype=np.int64) * start.flight.plant_period
+    notes = _notes(incomplete, record.changes)
+    return _compared(role, start, changed, tables, stamps, recorded, replayed, notes)
+
+
+def _compared(
+    role: str,
+    resolved: Resolved,
+    changed: bool,
+    tables: Mapping[str, Table],
+    stamps: NDArray[np.int64],
+    recorded: Mapping[str, Columns],
+    replayed: Mapping[str, Columns],
+    notes: list[str],
+) -> Replay:
+    old, new = {}, {}
+    common = stamps
+    for topic in recorded:
+        common = np.intersect1d(common, tables[topic]["stamp_ns"], assume_unique=True)
+    for topic, columns in recorded.items():
+        there = np.isin(tables[topic]["stamp_ns"], common)
+        here = np.isin(stamps, common)
+        for name, values in columns.items():
+            old[f"{topic} {name}"] = values[there]
+            new[f"{topic} {name}"] = replayed[topic][name][here]
+    missing = max((len(np.setxor1d(stamps, tables[topic]["stamp_ns"])) for topic in recorded), default=0)
+    law, steps = resolved.plugins["law"].name, common // resolved.flight.plant_period
+    return Replay(role, law, changed, steps, old, new, missing, notes)
+
+
+def _other_law(values: Mapping[str, Any], resolved: Resolved) -> bool:
+    return bool(values.get("law") != resolved.plugins["law"].name)
+
+
+def _notes(incomplete: int, changes: tuple[Change, ...]) -> list[str]:
+    notes = []
+    if incomplete:
+        notes.append(f"at {incomplete} steps an input that the law had was not recorded")
+    known = [f"{change.step}" for change in changes if change.step >= 0]
+    if known:
+        notes.append(f"parameters were changed in flight; the replay changes them at step {', '.join(known)}, too")
+    unknown = [f"{change.time:.2f} s" for change in changes if change.step < 0]
+    if unknown:
+        times = ", ".join(unknown)
+        notes.append(f"parameters were changed in flight at {times}, from an unknown step on; the replay does not")
+    return notes
+
+
+def _difference(
+    name: str, steps: NDArray[np.int64], recorded: NDArray[np.float64], replayed: NDArray[np.float64]
+) -> Difference:
+    differs = recorded.view(np.int64) != replayed.view(np.int64)
+    where = np.flatnonzero(differs)
+    gap = np.abs(np.where(differs, replayed - recorded, 0.0))
+    return Difference(
+        name,
+        len(where),
+        int(steps[where[0]]) if len(where) else -1,
+        float(gap.max(initial=0.0)),
+        float(np.sqrt(np.mean(gap * gap))) if len(gap) else 0.0,
+        float(np.sqrt(np.mean(recorded * recorded))) if len(gap) else 0.0,
+    )

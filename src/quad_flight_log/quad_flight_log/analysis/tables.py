@@ -1,0 +1,124 @@
+"""The topics that metrics, figures and lists of events read, checked field by field.
+
+A bag of others may have a topic of ours with another type, or a type of ours with other fields.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import COMMAND, SIGNALS, STAGES
+from quad_core.records import columns
+from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.errors import TopicError
+
+# Fields without which a topic is of no use; the others are used where they are there.
+NEEDED: Mapping[str, tuple[str, ...]] = {
+    "truth": ("p_w", "q_wb", "omega_b"),
+    "reference": ("trajectory_time", "p_w", "yaw"),
+    "attitude_setpoint": ("angles",),
+    COMMAND: ("wrench",),
+    "actuation": ("thrust", "thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited"),
+    "disturbance": ("lumped_acceleration_w", "lumped_angular_acceleration_b"),
+    "position_controller/internals": (),
+    "attitude_controller/internals": (),
+    "flight/mode": ("mode",),
+}
+TOPICS = tuple(NEEDED)
+LARGEST = 1e9  # m, s, N, ...: beyond it no number belongs to a flight
+TEXTS: Mapping[str, Mapping[str, str]] = {
+    "flight/plan": {"trajectory": "O"},
+    "flight/events": {"stamp_ns": "i", "severity": "iu", "node": "O", "kind": "O", "text": "O"},
+    "flight/parameters": {"role": "O", "node": "O", "parameters": "O", "internals_names": "O"},
+}
+_KINDS = {
+    **{topic: signal.kind for topic, signal in SIGNALS.items()},
+    **{stage.internals_topic: stage.internals for stage in STAGES},
+}
+
+
+def flight_tables(flight: Flight) -> dict[str, Table]:
+    """Return {topic: table} of those of TOPICS that the flight has; raises TopicError if one lacks a needed field.
+
+    A needed number that is not finite is refused as well. A vehicle that is no simulator sends no truth: then what
+    the controllers saw stands for it, see ``truth_topic``.
+    """
+    found = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
+    for topic, table in found.items():
+        _check(flight, topic, table)
+    if truth_topic(flight) == "state":
+        found["truth"] = flight.array("state")
+        _check(flight, "state", found["truth"])
+    return found
+
+
+def truth_topic(flight: Flight) -> str:
+    """Return where the flown path comes from: ``truth``, or ``state`` in a bag that has messages of that only."""
+    return "state" if flight.has("state") and not flight.has("truth") else "truth"
+
+
+def truth_note(flight: Flight) -> str:
+    """Return what to say of errors that are not those of ``truth``, or not of the whole flight; else empty."""
+    found = []
+    if truth_topic(flight) != "truth":
+        found.append("no truth in the bag: flown is what `state` says, an estimator's errors included")
+    if flight.has("flight/mode"):
+        found.append("metrics are those of mode MISSION alone")
+    return "; ".join(found)
+
+
+def text_table(flight: Flight, topic: str) -> Table:
+    """Return a topic of TEXTS; raises TopicError if it lacks a needed field."""
+    table = flight.array(topic)
+    for name, kinds in TEXTS[topic].items():
+        if name not in (table.dtype.names or ()) or table.dtype[name].kind not in kinds:
+            raise _wrong(flight, topic, name)
+    return table
+
+
+def _check(flight: Flight, topic: str, table: Table) -> None:
+    shapes: dict[str, tuple[int, ...]] = {
+        column.name: (len(column.parts),) if column.parts else () for column in columns(_KINDS[topic])
+    }
+    names = table.dtype.names or ()
+    needed = NEEDED["truth" if topic == "state" else topic]
+    for name in ("stamp_ns", *needed):
+        if name not in names:
+            raise _wrong(flight, topic, name)
+    if topic == COMMAND:
+        _check_wrench(flight, table)
+        return
+    for name, shape in shapes.items():
+        if name in names and not _numbers(table.dtype[name], shape):
+            raise _wrong(flight, topic, name)
+    for name in needed:
+        _check_values(flight, f"{topic}: {name}", table[name])
+
+
+def _check_values(flight: Flight, where: str, values: NDArray[Any]) -> None:
+    if not (np.abs(values) <= LARGEST).all():  # of NaN it is false
+        raise TopicError(f"{flight.path}: {where} holds a number that is not finite, or larger than {LARGEST:g}")
+
+
+def _check_wrench(flight: Flight, table: Table) -> None:
+    for part in ("force", "torque"):
+        for axis in "xyz":
+            try:
+                good = _numbers(table.dtype["wrench"][part][axis], ())
+            except (KeyError, TypeError):
+                good = False
+            if not good:
+                raise _wrong(flight, COMMAND, f"wrench.{part}.{axis}")
+            _check_values(flight, f"{COMMAND}: {part}.{axis}", table["wrench"][part][axis])
+
+
+def _numbers(kind: np.dtype[Any], shape: tuple[int, ...]) -> bool:
+    return kind.shape == shape and kind.base.kind in "biuf"
+
+
+def _wrong(flight: Flight, topic: str, field: str) -> TopicError:
+    found = flight.topics[flight.resolve(topic)].type
+    return TopicError(f"{flight.path}: {topic}: its type {found} has no field {field!r} as a flight has it")

@@ -1,0 +1,1 @@
+"""The bag: written, read, checked, mended and converted without ROS."""

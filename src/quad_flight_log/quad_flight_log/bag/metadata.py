@@ -1,0 +1,131 @@
+"""What a rosbag2 bag says about itself: ``metadata.yaml`` version 9, QoS profiles and our own records."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import yaml
+
+from quad_flight_log.bag.yaml_text import load_yaml
+
+METADATA_FILE = "metadata.yaml"
+ROSBAG2 = "rosbag2"  # metadata record with the text of metadata.yaml
+QUAD = "quad"  # metadata record written at the start
+QUAD_END = "quad_end"  # metadata record written at the end
+PARAMETERS = "parameters.yaml"  # attachment with the resolved parameters
+
+_DIGEST = "sha256"
+_FOREVER = {"sec": 9223372036, "nsec": 854775807}
+
+
+class Qos(NamedTuple):
+    """The policies of a publisher that matter for a replay, named as in ROS 2 (``reliable``, ``transient_local``)."""
+
+    depth: int = 10
+    reliability: str = "reliable"
+    durability: str = "volatile"
+    history: str = "keep_last"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the profile as rosbag2 writes it."""
+        return {
+            "history": self.history,
+            "depth": self.depth,
+            "reliability": self.reliability,
+            "durability": self.durability,
+            "deadline": dict(_FOREVER),
+            "lifespan": dict(_FOREVER),
+            "liveliness": "automatic",
+            "liveliness_lease_duration": dict(_FOREVER),
+            "avoid_ros_namespace_conventions": False,
+        }
+
+
+class TopicSummary(NamedTuple):
+    """One topic of ``metadata.yaml``."""
+
+    name: str
+    type: str
+    type_hash: str
+    qos: Qos
+    messages: int
+
+
+def qos_text(qos: Qos) -> str:
+    """Return the channel metadata ``offered_qos_profiles``."""
+    return str(yaml.dump([qos.as_dict()], Dumper=_NoAliases, sort_keys=False))
+
+
+def qos_of(text: str) -> Qos:
+    """Return the first profile of ``offered_qos_profiles``, the default one where it cannot be read."""
+    try:
+        first = load_yaml(text)[0]
+        known = {name: type(default)(first[name]) for name, default in Qos()._asdict().items() if name in first}
+    except (TypeError, KeyError, IndexError, ValueError):
+        return Qos()
+    return Qos(**known)
+
+
+def bag_metadata(
+    file_name: str, topics: Iterable[TopicSummary], start_ns: int, end_ns: int, custom: Mapping[str, str], distro: str
+) -> dict[str, Any]:
+    """Return what rosbag2 notes about a bag with one MCAP file (BagMetadata, version 9)."""
+    listed: list[dict[str, Any]] = [
+        {
+            "topic_metadata": {
+                "name": topic.name,
+                "type": topic.type,
+                "serialization_format": "cdr",
+                "offered_qos_profiles": [topic.qos.as_dict()],
+                "type_description_hash": topic.type_hash,
+            },
+            "message_count": topic.messages,
+        }
+        for topic in topics
+    ]
+    total = sum(item["message_count"] for item in listed)
+    span = {
+        "duration": {"nanoseconds": end_ns - start_ns},
+        "starting_time": {"nanoseconds_since_epoch": start_ns},
+        "message_count": total,
+    }
+    return {
+        "version": 9,
+        "storage_identifier": "mcap",
+        **span,
+        "topics_with_message_count": listed,
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file_name],
+        "files": [{"path": file_name, **span}],
+        "custom_data": dict(custom),
+        "ros_distro": distro,
+    }
+
+
+def as_yaml(content: Mapping[str, Any]) -> str:
+    """Return YAML without aliases, which not every reader of bags knows."""
+    return str(yaml.dump(content, Dumper=_NoAliases, sort_keys=False))
+
+
+class _NoAliases(yaml.SafeDumper):
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
+        return True
+
+
+def sealed_record(values: Mapping[str, str]) -> dict[str, str]:
+    """Return ``values`` with a digest of them: a metadata record has no checksum of its own in an unclosed file."""
+    return {**values, _DIGEST: _digest(values)}
+
+
+def checked_record(values: Mapping[str, str], *, strict: bool) -> dict[str, str]:
+    """Return a record without its digest. Raises ValueError if it does not fit, or is missing although ``strict``."""
+    rest = {key: value for key, value in values.items() if key != _DIGEST}
+    if (strict or _DIGEST in values) and values.get(_DIGEST) != _digest(rest):
+        raise ValueError("its digest does not fit its content")
+    return rest
+
+
+def _digest(values: Mapping[str, str]) -> str:
+    return hashlib.sha256(json.dumps(dict(values), sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,135 @@
+"""Whether bytes are a message of their topic's type: what no reader could decode never enters a bag.
+
+Stricter than our own reader: little endian alone, texts in UTF-8 with their zero byte, as readers of others demand.
+"""
+
+from quad_flight_log.bag.cdr_reader import HEADER
+from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schema
+
+_PLAIN = b"\x00\x01"
+_SIZES = {base: int(code[1:] or 1) for base, code in PRIMITIVES.items()}
+_MOST_ITEMS = 10_000  # messages and texts in the sequences of one message; reading them takes time and memory
+_MOST_FIXED = 16  # length words, texts and booleans up to which comparing is quicker than reading
+_MOST_PADDING = 3  # bytes behind the last field
+
+
+class _MalformedError(Exception):
+    """What is wrong with a payload."""
+
+
+class PayloadCheck:
+    """Tells what is wrong with payloads of one type.
+
+    Messages of a topic mostly have the shape of the one before: its lengths and texts are compared before anything is
+    read field by field.
+    """
+
+    def __init__(self, schema: Schema) -> None:
+        """Expect messages of ``schema``."""
+        self._schema = schema
+        self._size = -1
+        self._fixed: list[tuple[int, int, bytes]] = []
+        self._flags: list[tuple[int, int]] = []
+
+    def __call__(self, payload: bytes) -> str:
+        """Return what is wrong with ``payload`` (CDR with its encapsulation header), empty if nothing is."""
+        return "" if len(payload) == self._size and self._alike(payload) else self._read(payload)
+
+    def _alike(self, payload: bytes) -> bool:
+        for start, end, expected in self._fixed:
+            if payload[start:end] != expected:
+                return False
+        for start, end in self._flags:  # noqa: SIM110 (a generator takes twice the time)
+            if max(payload[start:end]) > 1:
+                return False
+        return True
+
+    def _read(self, payload: bytes) -> str:
+        walk = _Walk(self._schema, payload)
+        try:
+            walk.through()
+        except _MalformedError as error:
+            return f"{error} in {len(payload)} bytes of {self._schema.root}"
+        simple = len(walk.fixed) + len(walk.flags) <= _MOST_FIXED
+        self._size, self._flags = len(payload) if simple else -1, walk.flags
+        self._fixed = [(start, end, payload[start:end]) for start, end in walk.fixed]
+        return ""
+
+
+class _Walk:
+    """One payload, field by field; ``fixed`` and ``flags`` say where what was checked stands."""
+
+    def __init__(self, schema: Schema, payload: bytes) -> None:
+        self.schema, self.payload, self.at, self.items = schema, payload, HEADER, 0
+        self.fixed: list[tuple[int, int]] = [(0, 2)]
+        self.flags: list[tuple[int, int]] = []
+
+    def through(self) -> None:
+        if len(self.payload) < HEADER or self.payload[:2] != _PLAIN:
+            raise _MalformedError(f"found {self.payload[:2].hex() or 'nothing'}, expected 0001 (little-endian CDR)")
+        self.structure(self.schema.root)
+        left = len(self.payload) - self.at
+        if left > _MOST_PADDING:
+            raise _MalformedError(f"found {left} bytes behind the last field")
+
+    def structure(self, name: str) -> None:
+        fields = self.schema.types[name]
+        if not fields:
+            self.take(1, 1, "nothing")
+        for field in fields:
+            self.field(field)
+
+    def field(self, field: FieldType) -> None:
+        count = self.length(field.name) if field.length < 0 else field.length or 1
+        if field.base in _SIZES:
+            start = self.take(_SIZES[field.base], count, field.name)
+            if field.base == "bool" and count:
+                if max(self.payload[start : self.at]) > 1:
+                    raise _MalformedError(f"{field.name}: found a boolean that is neither 0 nor 1")
+                self.note(self.flags, start)
+            return
+        if field.length:
+            self.items += count
+            if self.items > _MOST_ITEMS:
+                raise _MalformedError(f"{field.name}: found more than {_MOST_ITEMS} items")
+        for _ in range(count):
+            if field.base in self.schema.types:
+                self.structure(field.base)
+            elif field.base == STRING:
+                self.text(field.name)
+            else:
+                raise _MalformedError(f"{field.name}: fields of type {field.base} are not recorded")
+
+    def length(self, name: str) -> int:
+        start = self.take(4, 1, name)
+        word = self.payload[start : self.at]
+        self.note(self.fixed, start)
+        return int.from_bytes(word, "little")
+
+    def text(self, name: str) -> None:
+        size = self.length(name)
+        start = self.take(1, size, name)
+        found = self.payload[start : self.at]
+        if found[-1:] != b"\0":
+            raise _MalformedError(f"{name}: found a text without its zero byte")
+        try:
+            found.decode("utf-8")
+        except UnicodeDecodeError:
+            raise _MalformedError(f"{name}: found a text that is not UTF-8") from None
+        self.note(self.fixed, start)
+
+    def note(self, places: list[tuple[int, int]], start: int) -> None:
+        """Remember that what stands from ``start`` to here was checked, in one with what stands right before it."""
+        if places and places[-1][1] == start:
+            start = places.pop()[0]
+        places.append((start, self.at))
+
+    def take(self, size: int, count: int, name: str) -> int:
+        """Pass ``count`` aligned numbers of ``size`` bytes; returns where the first stands."""
+        if count:
+            self.at += -(self.at - HEADER) % size
+        start = self.at
+        self.at += size * count
+        if self.at > len(self.payload):
+            raise _MalformedError(f"{name}: it ends early")
+        return start

@@ -1,0 +1,52 @@
+"""Whether a bag is what its recorder wrote: content decoded in full, metadata.yaml held against the file itself."""
+
+import json
+
+from quad_flight_log.bag.metadata import METADATA_FILE, ROSBAG2
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.bag.yaml_text import load_yaml
+
+
+def problems_of(flight: Flight) -> list[str]:
+    """Return what is wrong with an opened bag, empty if nothing is.
+
+    Raises SchemaError or CorruptError where a payload or the parameters cannot be decoded.
+    """
+    problems = [flight.damage] if flight.truncated else []
+    problems += flight.unreadable.values()
+    for _ in flight.batches(*(name for name in flight.topics if name not in flight.unreadable)):
+        pass
+    _ = flight.parameters
+    return problems + _metadata_problems(flight)
+
+
+def _metadata_problems(flight: Flight) -> list[str]:
+    path = flight.path.parent / METADATA_FILE
+    if not path.is_file():
+        return [f"{path}: missing"]
+    try:
+        about = load_yaml(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        counts = {
+            item["topic_metadata"]["name"]: (item["topic_metadata"]["type"], item["message_count"])
+            for item in about["topics_with_message_count"]
+        }
+        files = about["relative_file_paths"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        return [f"{path}: cannot be read ({type(error).__name__}: {' '.join(str(error).split())[:200]})"]
+    have = {topic.name: (topic.type, topic.messages) for topic in flight.topics.values()}
+    problems = [f"{path}: names the files {files}, expected {flight.path.name}"] if files != [flight.path.name] else []
+    if counts != have:
+        wrong = sorted(name for name in {*counts, *have} if counts.get(name) != have.get(name))
+        problems.append(f"{path}: types or counts differ from the bag's: {', '.join(wrong)}")
+    inside = flight.record(ROSBAG2).get("serialized_metadata")
+    if not problems and inside is not None and _canonical(inside) != json.dumps(about, sort_keys=True, default=repr):
+        problems.append(f"{path}: differs from the metadata that the bag itself holds")
+    return problems
+
+
+def _canonical(text: str) -> str:
+    try:
+        # As JSON, because 1, 1.0 and true are equal in Python.
+        return json.dumps(load_yaml(text), sort_keys=True, default=repr)
+    except ValueError:
+        return ""

@@ -1,0 +1,288 @@
+"""Writes a rosbag2 bag (one MCAP file and ``metadata.yaml``) without ROS, so that a killed process loses little.
+
+Callers only append to a queue. One thread moves the queue into the file and flushes it, another makes the disk keep
+it. The file is called ``*.mcap.part`` until it was closed, read back and found complete.
+"""
+
+import contextlib
+import os
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+
+from quad_flight_log.bag.definitions import Definition, installed
+from quad_flight_log.bag.flat_writer import flat_writer
+from quad_flight_log.bag.mcap_scan import LIBRARY, Scan, scan
+from quad_flight_log.bag.metadata import (
+    METADATA_FILE,
+    PARAMETERS,
+    QUAD,
+    QUAD_END,
+    ROSBAG2,
+    Qos,
+    TopicSummary,
+    as_yaml,
+    bag_metadata,
+    qos_text,
+    sealed_record,
+)
+from quad_flight_log.errors import BagWriteError, FlightLogError
+
+DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
+FLUSH_PERIOD = 0.15  # s; with the above less than 300 ms are lost with the process
+SYNC_PERIOD = 1.0  # s; less than 1.5 s are lost with the machine
+BACKLOG_LIMIT = 64 << 20  # bytes waiting for a slow disk before messages are dropped
+MESSAGE_LIMIT = 1 << 20  # bytes of one message; the largest of a flight, its parameters, have some 50,000
+
+
+class BagReport(NamedTuple):
+    """How a recording ended. ``error`` is empty if the bag is closed, verified and complete."""
+
+    path: Path
+    messages: int
+    dropped: int
+    error: str
+
+
+class _Entry(NamedTuple):
+    summary: TopicSummary
+    channel: int
+
+
+class BagWriter:
+    """One recording into a new directory.
+
+    ``metadata`` and ``parameters`` (YAML text) are written first, so that they survive a kill. ``write`` never blocks
+    on the disk. The first error of the disk ends the recording; everything before it stays readable.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        *,
+        metadata: Mapping[str, str] | None = None,
+        parameters: str = "",
+        ros_distro: str = "jazzy",
+        definition_of: Callable[[str], Definition] = installed,
+        flush_period: float = FLUSH_PERIOD,
+        backlog_limit: int = BACKLOG_LIMIT,
+        message_limit: int = MESSAGE_LIMIT,
+    ) -> None:
+        """Create the bag; raises BagWriteError if the directory exists and is not empty, or cannot be written."""
+        self.directory = Path(directory).absolute()
+        self.error = ""
+        self.dropped: Counter[str] = Counter()
+        self._custom = dict(metadata or {})
+        self._distro, self._definition_of = ros_distro, definition_of
+        self._flush_period, self._backlog_limit = flush_period, backlog_limit
+        self._message_limit = message_limit
+        self._topics: list[_Entry] = []
+        self._counts: list[int] = []
+        self._schemas: dict[str, int] = {}
+        self._queue: deque[tuple[int, int, int, bytes]] = deque()
+        self._queued_size = 0
+        self._taken_size = 0
+        self._flushes = 0
+        self._start_ns = self._end_ns = -1
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._closed: BagReport | None = None
+        try:
+            self._stream = self._create()
+            self._writer = flat_writer(self._stream, self.part_path)
+            self._writer.start(profile="ros2", library=f"{LIBRARY} with mcap")
+            self._writer.add_metadata(QUAD, sealed_record(self._custom))
+            if parameters:
+                self._writer.add_attachment(0, 0, PARAMETERS, "application/yaml", parameters.encode())
+            self._writer.flush()
+        except OSError as error:
+            raise BagWriteError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
+        self._threads = [
+            threading.Thread(target=self._drain_loop, name="bag-writer", daemon=True),
+            threading.Thread(target=self._sync_loop, name="bag-sync", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def part_path(self) -> Path:
+        """The file while it is written."""
+        return self.directory / f"{self.directory.name}_0.mcap.part"
+
+    @property
+    def path(self) -> Path:
+        """The file when it is finished."""
+        return self.directory / f"{self.directory.name}_0.mcap"
+
+    @property
+    def backlog(self) -> int:
+        """Bytes that wait for the disk; none after it failed, so that nobody waits for it."""
+        return 0 if self.error else self._queued_size - self._taken_size
+
+    def add_topic(self, name: str, type_name: str, qos: Qos | None = None) -> int:
+        """Declare a topic (full name) and return its handle; raises SchemaError if the type is not installed."""
+        definition = self._definition_of(type_name)
+        profile = qos or Qos()
+        with self._lock:
+            schema = self._schemas.get(definition.name)
+            if schema is None:
+                schema = self._writer.register_schema(definition.name, SchemaEncoding.ROS2, definition.text.encode())
+                self._schemas[definition.name] = schema
+            extra = {"offered_qos_profiles": qos_text(profile), "topic_type_hash": definition.type_hash}
+            channel = self._writer.register_channel(name, MessageEncoding.CDR, schema, extra)
+            summary = TopicSummary(name, definition.name, definition.type_hash, profile, 0)
+            self._topics.append(_Entry(summary, channel))
+            self._counts.append(0)
+        return len(self._topics) - 1
+
+    def write(self, topic: int, payload: bytes, log_ns: int, publish_ns: int | None = None) -> bool:
+        """Queue one message (CDR bytes with their encapsulation header); returns whether it was taken.
+
+        ``log_ns`` orders the bag; ``publish_ns`` defaults to it. Refused messages are counted per topic in ``dropped``;
+        one beyond ``message_limit`` would make a chunk that no careful reader unpacks.
+        """
+        stopped = self.error or self._closing.is_set()
+        if stopped or self.backlog > self._backlog_limit or len(payload) > self._message_limit:
+            self.refuse(topic)
+            return False
+        self._queued_size += len(payload)
+        self._queue.append((topic, log_ns, log_ns if publish_ns is None else publish_ns, payload))
+        return True
+
+    def refuse(self, topic: int) -> None:
+        """Count a message that does not enter the bag."""
+        self.dropped[self._topics[topic].summary.name] += 1
+
+    def close(self, metadata: Mapping[str, str] | None = None) -> BagReport:
+        """Write what is left, close, read back, rename and write metadata.yaml. ``metadata`` is noted at the end."""
+        if self._closed is None:
+            self._closing.set()
+            for thread in self._threads:
+                thread.join()
+            if not self.error:
+                self._finish(dict(metadata or {}))
+            with contextlib.suppress(OSError):  # what a full disk did not take at the end
+                self._stream.close()
+            if self.error:
+                self._count_what_is_left()
+            path = self.part_path if self.error else self.path
+            self._closed = BagReport(path, sum(self._counts), sum(self.dropped.values()), self.error)
+        return self._closed
+
+    def _create(self) -> BinaryIO:
+        self.directory.mkdir(parents=True, exist_ok=True)
+        found = next(iter(sorted(self.directory.iterdir())), None)
+        if found is not None:
+            raise BagWriteError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
+        stream = self.part_path.open("xb")
+        _keep_names(self.directory)
+        return stream
+
+    def _drain_loop(self) -> None:
+        flushed, period, fresh = time.monotonic(), DRAIN_PERIOD, False
+        while not self.error:
+            closing = self._closing.wait(period)
+            try:
+                with self._lock:
+                    moved = self._drain()
+                    fresh = fresh or moved
+                    if closing or (fresh and time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD):
+                        self._writer.flush()
+                        flushed, fresh = time.monotonic(), False
+                        self._flushes += 1
+                # who records nothing is woken less often; what comes then is flushed as soon as it is moved
+                period = DRAIN_PERIOD if moved or fresh else max(DRAIN_PERIOD, self._flush_period)
+            except Exception as error:
+                # Whatever it is: a thread that died unseen would leave a bag that only seems to grow.
+                self._give_up(error)
+            if closing:
+                return
+
+    def _sync_loop(self) -> None:
+        try:
+            synced = -1
+            while not self.error and not self._closing.wait(SYNC_PERIOD):
+                if synced != self._flushes:
+                    synced = self._flushes
+                    os.fsync(self._stream.fileno())
+        except OSError as error:
+            self._give_up(error)
+
+    def _drain(self) -> bool:
+        """Move what waits into the file; returns whether there was anything."""
+        add, queue = self._writer.add_message, self._queue
+        waiting = len(queue)
+        for _ in range(waiting):
+            topic, log_ns, publish_ns, payload = queue.popleft()
+            self._counts[topic] += 1
+            add(self._topics[topic].channel, log_ns, payload, publish_ns)
+            self._taken_size += len(payload)
+            if self._start_ns < 0 or log_ns < self._start_ns:
+                self._start_ns = log_ns
+            self._end_ns = max(self._end_ns, log_ns)
+        return waiting > 0
+
+    def _give_up(self, error: Exception) -> None:
+        self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
+
+    def _finish(self, last: dict[str, str]) -> None:
+        topics = [
+            entry.summary._replace(messages=count) for entry, count in zip(self._topics, self._counts, strict=True)
+        ]
+        counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
+        last = {**last, "messages": str(sum(self._counts)), "dropped": str(sum(self.dropped.values())), **counted}
+        start, end = max(self._start_ns, 0), max(self._end_ns, 0)
+        about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last}, self._distro)
+        try:
+            self._writer.flush()
+            self._writer.add_metadata(QUAD_END, sealed_record(last))
+            self._writer.add_metadata(ROSBAG2, {"serialized_metadata": as_yaml(about)})
+            self._writer.finish()
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            self._verify()
+            self.part_path.rename(self.path)
+            text = as_yaml({"rosbag2_bagfile_information": about})
+            (self.directory / METADATA_FILE).write_text(text, encoding="utf-8")
+            _keep_names(self.directory)
+        except OSError as error:
+            self.error = f"{self.part_path}: {error.strerror or error}"
+        except FlightLogError as error:
+            self.error = f"does not read back: {error}"
+
+    def _count_what_is_left(self) -> None:
+        for topic, *_ in self._queue:
+            self.dropped[self._topics[topic].summary.name] += 1
+        counts: dict[str, int] = {}
+        with contextlib.suppress(FlightLogError):
+            counts = _counted(self.part_path, salvage=True)[1]
+        for index, entry in enumerate(self._topics):
+            have = counts.get(entry.summary.name, 0)
+            self.dropped[entry.summary.name] += self._counts[index] - have
+            self._counts[index] = have
+
+    def _verify(self) -> None:
+        found, counts = _counted(self.part_path)
+        for entry, count in zip(self._topics, self._counts, strict=True):
+            have = counts.get(entry.summary.name, 0)
+            if found.truncated or have != count:
+                raise FlightLogError(f"{self.part_path}: {entry.summary.name} has {have} messages, expected {count}")
+
+
+def _counted(path: Path, *, salvage: bool = False) -> tuple[Scan, dict[str, int]]:
+    found = scan(path, salvage=salvage)
+    return found, {found.channels[number].topic: tally.count for number, tally in found.tallies.items()}
+
+
+def _keep_names(directory: Path) -> None:
+    """Make the disk keep which files are in ``directory``."""
+    number = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)

@@ -1,0 +1,33 @@
+"""YAML that a stranger may have written: read within bounds, every defect one ``ValueError`` of one line."""
+
+from typing import Any
+
+import yaml
+
+LONGEST = 1 << 20  # characters; a flight's parameters are some 30,000
+DEEPEST = 40  # levels
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def load_yaml(text: str) -> Any:
+    """Return what ``text`` says. Raises ValueError if it is too long or deep, holds an alias, or is no YAML."""
+    if len(text) > LONGEST:
+        raise ValueError(f"{len(text)} characters of YAML, more than the {LONGEST} that are read")
+    try:
+        _check_events(text)
+        return yaml.load(text, _Loader)
+    except RecursionError as error:
+        raise ValueError("YAML too deep to be read") from error
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError, KeyError) as error:
+        # the constructors of dates, numbers, keys and merges raise whatever Python does
+        raise ValueError(" ".join(str(error).split())[:300]) from error
+
+
+def _check_events(text: str) -> None:
+    depth = 0
+    for event in yaml.parse(text, _Loader):
+        if isinstance(event, yaml.AliasEvent):
+            raise ValueError(f"alias *{event.anchor}: not read, a few of them can stand for terabytes")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise ValueError(f"nested more than {DEEPEST} deep")

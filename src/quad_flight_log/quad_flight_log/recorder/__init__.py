@@ -1,0 +1,1 @@
+"""The recorder: the node that writes every topic of a flight into one bag."""

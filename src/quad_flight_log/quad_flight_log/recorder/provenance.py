@@ -1,0 +1,38 @@
+"""Where a flight came from: noted at the start of its bag."""
+
+import os
+import subprocess
+from collections.abc import Mapping
+from datetime import datetime, timezone
+from pathlib import Path
+
+COMMAND = "QUAD_COMMAND"  # environment variable that holds the command which started the flight
+LIMITS = "QUAD_LIMITS"  # environment variable with what the flight is held to: METRIC=VALUE, comma, ...
+LIMIT = "limit."  # before the name of a metric in the bag's notes
+
+
+def git_commit(directory: Path | None = None) -> str:
+    """Return the commit of the sources ("-dirty" if changed since), empty where they are not in a git repository."""
+    folder = directory or Path(__file__).resolve().parent
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=5.0, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def flight_metadata(facts: Mapping[str, object], versions: Mapping[str, str]) -> dict[str, str]:
+    """Return the ``quad`` record: ``facts`` (run id, seed, ...), wall time of the start, command, commit, versions."""
+    started = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
+    found = {**{key: str(value) for key, value in facts.items()}, "started": started}
+    if os.environ.get(COMMAND):
+        found["command"] = os.environ[COMMAND]
+    for item in filter(None, os.environ.get(LIMITS, "").split(",")):
+        name, _, value = item.partition("=")
+        found[LIMIT + name] = value
+    commit = git_commit()
+    if commit:
+        found["git_commit"] = commit
+    found.update({f"version.{name}": value for name, value in versions.items()})
+    return found

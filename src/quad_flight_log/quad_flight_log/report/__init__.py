@@ -1,0 +1,1 @@
+"""A flight for people: tables, figures, HTML report, Rerun recording, layouts of viewers."""

@@ -1,0 +1,207 @@
+"""Layouts for Foxglove and PlotJuggler, made from the topics and their message definitions, so that no path rots.
+
+One tab of what a flight is about, then one per step topic with a plot for each of its quantities.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+from quad_core.cascade import COMMAND
+from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schema
+from quad_flight_log.errors import SchemaError
+from quad_flight_log.report.interactive_figures import PALETTE
+
+_NOT_PLOTTED = ("stamp", "header", "step", "next_step")
+_OVERVIEW = {
+    "x [m]": ("reference.p_w[0]", "truth.p_w[0]"),
+    "y [m]": ("reference.p_w[1]", "truth.p_w[1]"),
+    "z [m]": ("reference.p_w[2]", "truth.p_w[2]"),
+    "angles: wanted, filtered [rad]": (
+        "attitude_setpoint.angles[0]",
+        "attitude_controller/internals.desired_angles[0]",
+        "attitude_setpoint.angles[1]",
+        "attitude_controller/internals.desired_angles[1]",
+        "attitude_setpoint.angles[2]",
+        "attitude_controller/internals.desired_angles[2]",
+    ),
+    "thrust: commanded, achieved [N]": (f"{COMMAND}.wrench.force.z", "actuation.thrust"),
+}
+
+
+class Curve(NamedTuple):
+    """One number of a message over time. ``path``: as in Foxglove, ``p_w[0]`` or ``wrench.force.z``."""
+
+    topic: str
+    path: str
+
+
+class Plot(NamedTuple):
+    """Curves in one pair of axes."""
+
+    title: str
+    curves: tuple[Curve, ...]
+
+
+class Tab(NamedTuple):
+    """Plots over one another."""
+
+    title: str
+    plots: tuple[Plot, ...]
+
+
+def tabs(schemas: Mapping[str, Schema], namespace: str = "") -> list[Tab]:
+    """Return the tabs of the step topics ``schemas`` ({relative name: definition}).
+
+    Raises SchemaError naming a path of the overview that no definition has any more.
+    """
+    overview = []
+    for title, paths in _OVERVIEW.items():
+        curves = [Curve(*path.split(".", 1)) for path in paths]
+        for curve in curves:
+            _check(curve, schemas)
+        overview.append(Plot(title, tuple(curves)))
+    found = [Tab("flight", tuple(overview))]
+    found += [Tab(topic, tuple(_plots(topic, schema))) for topic, schema in schemas.items()]
+    return [_within(tab, namespace.strip("/")) for tab in found]
+
+
+def foxglove(found: list[Tab], namespace: str = "") -> str:
+    """Return a Foxglove layout (JSON): the 3-D view of the markers beside the tabs."""
+    panels: dict[str, Any] = {}
+    listed = []
+    for tab in found:
+        names = []
+        for plot in tab.plots:
+            name = f"Plot!{_identifier(tab.title, plot.title)}"
+            panels[name] = _foxglove_plot(plot)
+            names.append(name)
+        listed.append({"title": tab.title, "layout": _stacked(names)})
+    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
+    panels["3D!space"] = {
+        "followTf": "map",
+        "followMode": "follow-none",
+        "topics": {f"{prefix}/{topic}": {"visible": True} for topic in ("markers", "pose", "odom")},
+        "cameraState": {"distance": 40, "phi": 60, "thetaOffset": 45, "perspective": True},
+    }
+    panels["Tab!curves"] = {"activeTabIdx": 0, "tabs": listed}
+    layout = {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": {"direction": "row", "first": "3D!space", "second": "Tab!curves", "splitPercentage": 40},
+    }
+    return json.dumps(layout, indent=1) + "\n"
+
+
+def plotjuggler(found: list[Tab]) -> str:
+    """Return a PlotJuggler layout (XML)."""
+    root = ElementTree.Element("root")
+    window = ElementTree.SubElement(root, "tabbed_widget", {"parent": "main_window", "name": "Main Window"})
+    for tab in found:
+        container = ElementTree.SubElement(
+            ElementTree.SubElement(window, "Tab", containers="1", tab_name=tab.title), "Container"
+        )
+        count = len(tab.plots)
+        sizes = ";".join([f"{1.0 / count:.6f}"] * count)
+        splitter = ElementTree.SubElement(container, "DockSplitter", orientation="-", count=str(count), sizes=sizes)
+        for plot in tab.plots:
+            area = ElementTree.SubElement(splitter, "DockArea", name=plot.title)
+            drawn = ElementTree.SubElement(
+                area, "plot", mode="TimeSeries", style="Lines", flip_x="false", flip_y="false"
+            )
+            ElementTree.SubElement(drawn, "limitY")
+            for index, curve in enumerate(plot.curves):
+                name = f"{curve.topic}/{curve.path.replace('.', '/')}"
+                ElementTree.SubElement(drawn, "curve", name=name, color=PALETTE[index % len(PALETTE)])
+    ElementTree.SubElement(window, "currentTabIndex", index="0")
+    ElementTree.SubElement(root, "use_relative_time_offset", enabled="1")
+    ElementTree.indent(root, " ")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+
+
+def numbers(schema: Schema) -> list[tuple[str, list[str], bool]]:
+    """Return (field, paths to its numbers, whether they are flags) of all fields of fixed size in a message."""
+    found = []
+    for field in schema.types[schema.root]:
+        if field.name not in _NOT_PLOTTED:
+            paths = _paths(schema, field)
+            if paths:
+                found.append((field.name, paths, field.base == "bool"))
+    return found
+
+
+def _paths(schema: Schema, field: FieldType) -> list[str]:
+    if field.length < 0 or field.base in (STRING, "wstring"):
+        return []
+    places = [f"{field.name}[{index}]" for index in range(field.length)] if field.length else [field.name]
+    if field.base in PRIMITIVES:
+        return places
+    inner = [path for part in schema.types[field.base] for path in _paths(schema, part)]
+    return [f"{place}.{path}" for place in places for path in inner]
+
+
+def _plots(topic: str, schema: Schema) -> list[Plot]:
+    plots, flags = [], []
+    for name, paths, is_flag in numbers(schema):
+        if is_flag:
+            flags += paths
+        else:
+            plots.append(Plot(name, tuple(Curve(topic, path) for path in paths)))
+    if flags:
+        plots.append(Plot("flags", tuple(Curve(topic, path) for path in flags)))
+    return plots
+
+
+def _check(curve: Curve, schemas: Mapping[str, Schema]) -> None:
+    schema = schemas.get(curve.topic)
+    if schema is None:
+        raise SchemaError(f"layout: no topic {curve.topic!r}; there are {', '.join(schemas)}")
+    if curve.path not in {path for _, paths, _ in numbers(schema) for path in paths}:
+        raise SchemaError(f"layout: {schema.root} of topic {curve.topic!r} has no number {curve.path!r}")
+
+
+def _within(tab: Tab, namespace: str) -> Tab:
+    prefix = f"/{namespace}/" if namespace else "/"
+    plots = [
+        plot._replace(curves=tuple(curve._replace(topic=prefix + curve.topic) for curve in plot.curves))
+        for plot in tab.plots
+    ]
+    return tab._replace(plots=tuple(plots))
+
+
+def _foxglove_plot(plot: Plot) -> dict[str, Any]:
+    paths = [
+        {
+            "value": f"{curve.topic}.{curve.path}",
+            "enabled": True,
+            "timestampMethod": "receiveTime",
+            "color": PALETTE[index % len(PALETTE)],
+        }
+        for index, curve in enumerate(plot.curves)
+    ]
+    return {
+        "foxglovePanelTitle": plot.title,
+        "paths": paths,
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "isSynced": True,
+        "xAxisVal": "timestamp",
+    }
+
+
+def _stacked(names: list[str]) -> Any:
+    """Return the mosaic of panels of equal height over one another."""
+    if len(names) == 1:
+        return names[0]
+    share = 100.0 / len(names)
+    return {"direction": "column", "first": names[0], "second": _stacked(names[1:]), "splitPercentage": round(share, 3)}
+
+
+def _identifier(*words: str) -> str:
+    return "-".join(re.sub(r"\W+", "-", word).strip("-") for word in words)

@@ -1,0 +1,100 @@
+"""What the log makes of a flight that the guard took over: times, a verdict, a band over every figure."""
+
+import numpy as np
+import pytest
+
+from quad_flight_log.analysis.metrics import FlightMetrics
+from quad_flight_log.analysis.takeovers import Takeover, described, takeovers
+from quad_flight_log.report.figures import Figure, Line, Panel
+from quad_flight_log.report.interactive_figures import colours, specification
+from quad_flight_log.report.printed_figures import drawn
+from quad_flight_log.report.run import Run, with_bands
+from quad_flight_log.report.verdict import judgement
+
+pytestmark = pytest.mark.unit
+
+GUARD = np.dtype([("mode", "u1"), ("reason_text", "O"), ("since", "i8"), ("stamp_ns", "i8")])
+TRUTH = np.dtype([("stamp_ns", "i8")])
+
+
+class Bag:
+    """A flight with the given rows of flight/guard, whose truth ends at 9 s."""
+
+    truncated, damage = False, ""
+    metadata = {"outcome": "ended"}  # noqa: RUF012
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def has(self, topic):
+        return topic == "truth" or (topic == "flight/guard" and bool(self.rows))
+
+    def array(self, topic):
+        if topic == "truth":
+            return np.array([(0,), (9_000_000_000,)], dtype=TRUTH)
+        return np.array(self.rows, dtype=GUARD)
+
+
+PASSES = (0, "good", 0, 100)
+LOST = (1, "no good wrench", 1525, 3_050_000_000)
+LANDS = (1, "no good wrench", 1525, 3_150_000_000)
+KILLED = (2, "no state at all", 2000, 4_000_000_000)
+RELEASED = (0, "good", 2500, 5_000_000_000)
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        ([], []),
+        ([PASSES], []),
+        ([PASSES, LOST, LANDS], [("descend", "no good wrench", 1525, 3_050_000_000, 9_000_000_000)]),
+        ([PASSES, LOST, RELEASED], [("descend", "no good wrench", 1525, 3_050_000_000, 5_000_000_000)]),
+        (
+            [LOST, KILLED],
+            [
+                ("descend", "no good wrench", 1525, 3_050_000_000, 4_000_000_000),
+                ("kill", "no state at all", 2000, 4_000_000_000, 9_000_000_000),
+            ],
+        ),
+    ],
+)
+def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
+    assert takeovers(Bag(rows)) == [Takeover(*one) for one in expected]
+
+
+def test_a_flight_that_the_guard_took_over_is_not_good():
+    found = judgement(Bag([PASSES, LOST]), FlightMetrics(), {})
+    assert (found.good, found.text) == (
+        False,
+        "Failed: the guard took over at step 1525 (descend): no good wrench",
+    )
+    assert judgement(Bag([PASSES]), FlightMetrics(), {}).good
+    assert described([]) == ""
+
+
+@pytest.fixture
+def shaded():
+    """A figure over time and a spatial one, of a run that the guard flew from 3 s to 9 s."""
+    times = np.linspace(0.0, 9.0, 10)
+    over_time = Figure("height", "Height", "", (Panel("z [m]", (Line("a", "a", (times, times)),)),))
+    path = Figure("path", "Path", "", (Panel("", (Line("a", "a", (times, times, times)),)),), spatial=True)
+    run = Run("a", "hover", {}, (Takeover("descend", "no good wrench", 1500, 3_000_000_000, 9_000_000_000),))
+    return with_bands([over_time, path], [run])
+
+
+def test_every_figure_over_time_is_shaded_where_the_guard_flew(shaded):
+    over_time, path = shaded
+    assert [(band.begin, band.end, band.label) for band in over_time.bands] == [(3.0, 9.0, "guard in descend")]
+    assert path.bands == ()
+    layout = specification(over_time, colours(["a"]))["layout"]
+    assert [(shape["x0"], shape["x1"], shape["yref"]) for shape in layout["shapes"]] == [(3.0, 9.0, "paper")]
+    assert layout["annotations"][0]["text"] == "guard in descend"
+    assert "shapes" not in specification(path, colours(["a"]))["layout"]
+
+
+def test_a_printed_figure_is_shaded_too(shaded):
+    pytest.importorskip("matplotlib")
+    axes = drawn(shaded[0], colours(["a"])).axes[0]
+    left, right = axes.patches[0].get_extents().x0, axes.patches[0].get_extents().x1
+    assert axes.transData.inverted().transform([(left, 0), (right, 0)])[:, 0] == pytest.approx([3.0, 9.0])
+    assert "guard in descend" in axes.get_legend_handles_labels()[1]

@@ -1,0 +1,92 @@
+"""What the vehicle's owner has to do with a commander: its mode of each step, and asking for the end of the flight."""
+
+import os
+import time
+from collections.abc import Callable
+
+from rclpy.serialization import deserialize_message
+
+from quad_core.guard import NO_REQUEST
+from quad_core.types import FlightMode
+from quad_msgs.msg import FlightEvent, FlightRequest
+from quad_msgs.msg import FlightMode as FlightModeMsg
+from quad_node.codec import MALFORMED, Stamped, unpacker
+from quad_node.flight_node import FlightNode
+
+_LOST = 0.5  # s
+STARTER = "QUAD_FLIGHT_STARTER"
+"""Environment variable with the pid of the process that started the flight and looks after it."""
+
+
+class CommandLink:
+    """The newest `flight/mode`, and `flight/request` to end."""
+
+    def __init__(self, node: FlightNode, progress: Callable[[], None]) -> None:
+        """Take part as ``node``; ``progress`` is called when a mode has come."""
+        self.mode: Stamped | None = None
+        self.outcome = ""
+        self._node, self._progress = node, progress
+        self._read = unpacker(FlightMode, FlightModeMsg)
+        self._run_id = node.flight.run_id.encode()
+        self._passed_on = False
+        self._heard = 0.0
+        starter = os.environ.get(STARTER, "")
+        self._starter = int(starter) if starter.isdecimal() else 0
+        self._requests = node.publisher("flight/request")
+        node.subscribe("flight/mode", self._on_mode, raw=True)
+
+    def holds(self, step: int) -> bool:
+        """Return whether the mode of ``step`` is known."""
+        return self.mode is not None and self.mode.step <= step < self.mode.next_step
+
+    @property
+    def armed(self) -> bool:
+        """Whether the mode lets the motors turn."""
+        quiet = (FlightModeMsg.DISARMED, FlightModeMsg.ARMING, FlightModeMsg.PILOT)
+        return self.mode is not None and self.mode.value.mode not in quiet
+
+    @property
+    def guard_request(self) -> int:
+        """What the mode asks of the guard."""
+        return self.mode.value.guard_request if self.mode is not None else NO_REQUEST
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether no mode has come for so long that nobody decides any more."""
+        return self.mode is not None and time.monotonic() - self._heard > _LOST
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the commander says that the flight may end."""
+        return self.mode is not None and self.mode.value.is_over
+
+    def pass_on(self, asked_to_end: str, give_up: Callable[[str], None]) -> None:
+        """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone.
+
+        In real time a commander that is lost is a reason to ``give_up``; in lockstep the flight stands still.
+        """
+        if not self._node.lockstep and self.is_lost:
+            give_up("commander: no flight/mode any more")
+        why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
+        if not why and self._starter and os.getppid() != self._starter:
+            why = "the process that started the flight is gone"
+        if why and not self._passed_on:
+            self._passed_on = True
+            run_id = self._node.flight.run_id
+            self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
+
+    def _on_mode(self, payload: bytes) -> None:
+        try:
+            stamped = self._read(payload)
+            over = stamped.value.is_over
+            if self._run_id not in payload:
+                self._node.event(FlightEvent.WARNING, "foreign_run", "flight/mode of another run ignored")
+                return
+            self.outcome = deserialize_message(payload, FlightModeMsg).outcome if over else ""
+        except MALFORMED as error:
+            self._node.counters["rejected"] += 1
+            text = f"flight/mode: a malformed message of {len(payload)} bytes ({error}); message ignored"
+            self._node.event(FlightEvent.WARNING, "rejected_malformed", text)
+            return
+        self.mode, self._heard = stamped, time.monotonic()
+        self._progress()

@@ -1,0 +1,300 @@
+"""The base of whatever owns the vehicle (simulator, MuJoCo, bridge): handshake, plan, phases, command, guard, the end.
+
+A subclass overrides ``begin``, ``progress`` and ``watch``, hands every wrench through ``guarded`` before the rotors get
+it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` itself, for it alone knows them.
+"""
+
+import time
+from typing import NamedTuple
+
+from quad_core.cascade import COMMAND, RECORDER, TRAJECTORY
+from quad_core.cycle import seconds
+from quad_core.guard import NO_REQUEST, STATE_LOST, WRENCH_LOST
+from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
+from quad_core.records import all_finite
+from quad_core.types import Wrench
+from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
+from quad_node.codec import MALFORMED, unpack_wrench
+from quad_node.command_link import CommandLink
+from quad_node.conversion import set_stamp
+from quad_node.flight_node import FlightNode
+from quad_node.handshake import Handshake, plan_refusal
+from quad_node.interface import interface_hash
+from quad_node.vehicle_guard import VehicleGuard, severest
+
+_HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
+_STATE_EVERY = 10  # ticks between two messages on flight/state
+_UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
+
+
+class Command(NamedTuple):
+    """The newest wrench: of which plant step it is, and when it arrived (steady s)."""
+
+    step: int
+    wrench: Wrench
+    arrived: float
+
+
+class VehicleNode(FlightNode):
+    """Leads a flight: starts it when all nodes are ready, and ends it for all of them.
+
+    ``guard_request`` is what the guard is asked for (``quad_core.guard``) at every step until it is changed. While
+    ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
+    """
+
+    def __init__(self, role: str) -> None:
+        """Subscribe to the command and to the other nodes; raises as FlightNode."""
+        super().__init__(role)
+        self.handshake = Handshake(self.flight, interface_hash(), [name for name in self.roles if name != self.role])
+        self.phase = FlightState.WAITING
+        self.end_step = 0
+        self.recorded_step = -1
+        self.command: Command | None = None
+        self.asked_at = 0.0
+        self.begun_at = 0.0
+        self.missed_commands = 0
+        self.armed = True
+        self.guard_request = NO_REQUEST
+        self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
+        self.cause = ""
+        self.gives_up = False
+        self._interrupted_by = ""
+        self._accepted_step = self._heard_step = -1
+        self._reason = ""
+        self._leave_by = 0.0
+        self._latencies: list[float] = []
+        self._ticks_since_state = 0
+        self._flight_state = self.publisher("flight/state")
+        self.link = CommandLink(self, self.progress) if self.commanded else None
+        self.subscribe(COMMAND, self._on_wrench, raw=True)
+        self.subscribe("flight/plan", self._on_plan)
+        self.subscribe("flight/nodes", self._on_node, depth=64)
+        self.subscribe("flight/recorded", self._on_recorded)
+
+    def begin(self) -> None:
+        """Start the flight: all nodes are ready."""
+        raise NotImplementedError
+
+    def prepare(self) -> list[str]:
+        """Make the vehicle ready, all nodes being so; return what the flight still waits for."""
+        return []
+
+    def progress(self) -> None:
+        """Go on where the flight may have waited: a command, the plan or an acknowledgement has come."""
+
+    def on_plan(self, end_step: int) -> None:
+        """Prepare for a flight that ends at ``end_step``."""
+
+    def watch(self) -> None:
+        """Look after a flight under way, 20 times a second."""
+
+    def on_given_up(self) -> None:
+        """Go on without commands: the flight was given up, and the guard brings the vehicle down."""
+
+    @property
+    def elapsed_ns(self) -> int:
+        """Flight time of the current step in ns."""
+        return self.current_step * self.flight.plant_period
+
+    def on_ready(self) -> None:
+        """Publish that a flight is waiting for its nodes."""
+        self.publish_flight_state()
+
+    def end(self, phase: int, reason: str) -> None:
+        """End the flight, once; ``phase``: FlightState.ENDED or FAILED."""
+        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+            return
+        self.phase, self._reason = phase, reason
+        self.voice.over()
+        self.flying = False
+        self.exit_code = 0 if phase == FlightState.ENDED else 1
+        if reason:
+            self.event(FlightEvent.ERROR, "flight_failed", reason, self.elapsed_ns)
+        self.publish_flight_state()
+        self.publish_diagnostics()
+        patience = self.flight.silence_timeout if RECORDER in self.roles else _UNRECORDED_PATIENCE
+        self._leave_by = time.monotonic() + patience
+        self._leave_when_recorded()
+
+    def guarded(self, command: WrenchCommand, sample: StateSample, step: int | None = None) -> Wrench:
+        """Return the wrench for the rotors over ``step``: ``command``'s, the backup law's, or none.
+
+        ``step``: None is the current one; ``command`` and ``sample``: the newest, the state as it was published.
+        """
+        if self.link is not None and not self.gives_up:
+            self.armed, self.guard_request = self.link.armed, self.link.guard_request
+        if not self.armed:
+            self.guard.reset()
+            return Wrench()
+        step = self.current_step if step is None else step
+        flown = self.guard.step(step, command, sample, severest(self.guard_request, self.gives_up))
+        if self.guard.taken_over and not self.cause and not self.commanded:
+            self.cause = self._culprit()
+        return flown
+
+    @property
+    def failure(self) -> str:
+        """Why the flight failed: the culprit, and what the guard did about it."""
+        return "; ".join(part for part in (self.cause, self.guard.describe()) if part)
+
+    def give_up(self, cause: str) -> None:
+        """End the flight as FAILED because of ``cause``: under way, once the guard has brought the vehicle down."""
+        self.cause = self.cause or cause
+        if self.phase != FlightState.FLYING or not (self.guard.parameters.enabled and self.armed):
+            self.end(FlightState.FAILED, self.cause)
+        elif not self.gives_up:
+            self.gives_up = True
+            self.event(FlightEvent.ERROR, "given_up", f"{cause}; the guard lands the vehicle", self.elapsed_ns)
+            self.on_given_up()
+
+    def on_signal(self, name: str) -> bool:
+        """Return whether the vehicle comes down before this process leaves: in real time, or by a commander."""
+        if self.commanded and self.phase == FlightState.FLYING:
+            self.asked_to_end = name
+            return True
+        flies = self.phase == FlightState.FLYING and not self.lockstep and self.guard.parameters.enabled and self.armed
+        if flies:
+            self._interrupted_by = name
+        return flies
+
+    def _culprit(self) -> str:
+        """Return who or what made the guard take over."""
+        reason = self.guard.memory.reason
+        if reason == WRENCH_LOST:
+            if seconds(self.current_step - self._heard_step, self.flight.plant_period) <= _HEARD:
+                return f"{COMMAND} arrives, but no good one reaches the rotors"
+            return self.handshake.blame(self.current_step, self.recorded_step, False, self.end_step > 0)
+        return "state: the estimator is silent" if reason == STATE_LOST else ""
+
+    def blame(self) -> str:
+        """Return why the current step cannot go on, the node named that does not do its part."""
+        answered = self.command is not None and self.command.step == self.current_step
+        planned = self.commanded or self.end_step > 0
+        return self.handshake.blame(self.current_step, self.recorded_step, answered, planned)
+
+    def waits_for(self) -> list[str]:
+        """Return what must come before the flight begins."""
+        return [f"flight/nodes READY of {role}" for role in self.handshake.missing()] + self.missing_links()
+
+    def publish_flight_state(self) -> None:
+        """Publish phase, step and reason."""
+        self._ticks_since_state = 0
+        waiting = self.phase == FlightState.WAITING
+        message = FlightState(
+            step=self.current_step,
+            end_step=self.end_step,
+            state=self.phase,
+            reason="waiting for " + ", ".join(self.handshake.missing() or self.prepare()) if waiting else self._reason,
+            run_id=self.flight.run_id,
+            interface_hash=interface_hash(),
+            wall_time=time.monotonic() - self.begun_at if self.begun_at else 0.0,
+        )
+        set_stamp(message.stamp, self.elapsed_ns)
+        self._flight_state.publish(message)
+
+    def on_tick(self) -> None:
+        """Watch the start, the flight, the end."""
+        now = time.monotonic()
+        self._ticks_since_state += 1
+        if self.phase == FlightState.WAITING:
+            missing = self.handshake.missing() + self.missing_links() or self.prepare()
+            if not missing:
+                self.phase, self.flying, self.begun_at = FlightState.FLYING, True, now
+                self.voice.flying()
+                self.publish_flight_state()
+                self.begin()
+            elif now - self.started > self.flight.start_timeout:
+                reason = f"not ready after {self.flight.start_timeout:g} s: {', '.join(missing)}"
+                self.end(FlightState.FAILED, reason)
+        elif self.phase == FlightState.FLYING:
+            if self.link is not None:
+                self.link.pass_on(self.asked_to_end, self.give_up)
+            if self._interrupted_by:
+                self.give_up(f"{self.role} stopped by {self._interrupted_by}")
+            self.watch()
+        elif now > self._leave_by:
+            self.finish(self.exit_code, self._reason or "recorder did not finish in time")
+        if self._ticks_since_state >= _STATE_EVERY:
+            self.publish_flight_state()
+
+    def on_interrupt(self, name: str) -> None:
+        """Tell the others that the flight is over."""
+        self.end(FlightState.FAILED, f"{self.role} stopped by {name}")
+        self.exit_code = 1
+
+    def measurements(self) -> dict[str, float]:
+        """Return commands missed, and state-to-command latency in ms since the last report."""
+        found: dict[str, float] = {"missed_commands": self.missed_commands}
+        taken, self._latencies = sorted(self._latencies), []
+        if taken:
+            for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0)):
+                found[f"latency_{name}"] = round(1e3 * taken[round(share * (len(taken) - 1))], 4)
+        return found
+
+    def _on_node(self, message: NodeStatus) -> None:
+        problem = self.handshake.on_status(message)
+        if problem and self.commanded and self.armed and message.role in (TRAJECTORY, RECORDER):
+            self.event(FlightEvent.WARNING, "node_failed", problem)  # neither is needed to land
+        elif problem and self.phase not in (FlightState.ENDED, FlightState.FAILED):
+            self.event(FlightEvent.ERROR, "handshake", problem)
+            self.give_up(problem)
+        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+            self._leave_when_recorded()
+
+    def _on_plan(self, message: FlightPlan) -> None:
+        refusal = plan_refusal(message.end_step, self.end_step, self.flight.plant_period)
+        if refusal:
+            self._reject("rejected_plan", refusal, self.elapsed_ns, topic="flight/plan")
+        elif not (self.end_step or self.commanded):
+            self.end_step = message.end_step
+            self.on_plan(self.end_step)
+        self.progress()
+
+    def _on_recorded(self, message: RecorderAck) -> None:
+        self.recorded_step = max(self.recorded_step, message.step)
+        self.progress()
+
+    def _on_wrench(self, payload: bytes) -> None:
+        try:
+            wrench, stamp = unpack_wrench(payload)
+        except MALFORMED as error:
+            self._reject("rejected_malformed", f"a malformed message of {len(payload)} bytes ({error})", 0)
+            return
+        self._heard_step = self.current_step
+        if not all_finite(wrench):
+            self.guard.last_refusal = f"{COMMAND}: a number that is not finite"
+            self._reject("rejected_nonfinite", "a non-finite number", stamp)
+            return
+        step = stamp // self.flight.plant_period
+        if self._is_welcome(wrench, step, stamp):
+            self.command = Command(step, wrench, time.monotonic())
+            if step == self.current_step:
+                self._latencies.append(self.command.arrived - self.asked_at)
+            self.progress()
+
+    def _is_welcome(self, wrench: Wrench, step: int, stamp: int) -> bool:
+        """Return whether a wrench may replace the last one: refused ones must not hide a good one."""
+        if self.phase != FlightState.FLYING:
+            return False
+        if self.lockstep:  # size is left to the guard alone, as in the loop without ROS
+            return stamp == self.elapsed_ns
+        if self.guard.parameters.enabled:
+            arrived = WrenchCommand(wrench, step, stamp, True, True)
+            limits, period = self.guard.parameters.command, self.flight.plant_period
+            refusal = command_refusal(limits, self.vehicle, arrived, self._accepted_step, self.current_step, period)
+            if refusal != ACCEPTED:
+                self.guard.refused(self.current_step, refusal)
+                return False
+            self._accepted_step = step
+        return True
+
+    def _reject(self, kind: str, found: str, stamp: int, topic: str = COMMAND) -> None:
+        self.counters["rejected"] += 1
+        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
+
+    def _leave_when_recorded(self) -> None:
+        state = self.handshake.state(RECORDER)
+        if state == NodeStatus.DONE:
+            self.finish(self.exit_code, self._reason)
+        elif state == NodeStatus.FAULT:
+            self.finish(1, f"recorder failed: {self.handshake.detail(RECORDER)}")

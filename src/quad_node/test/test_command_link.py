@@ -1,0 +1,119 @@
+"""What the vehicle's owner has of a commander: the mode of a step, armed or not, lost or not, and the end asked for."""
+
+from types import SimpleNamespace
+
+import pytest
+from rclpy.serialization import serialize_message
+
+from quad_core.guard import ASK_DESCEND
+from quad_msgs.msg import FlightMode, FlightRequest
+from quad_node import command_link
+from quad_node.command_link import STARTER, CommandLink
+
+
+class Owner:
+    """Stands in for the node of the vehicle's owner."""
+
+    def __init__(self):
+        self.flight, self.role, self.lockstep = SimpleNamespace(run_id="a1"), "simulator", False
+        self.counters, self.told, self.sent, self.callbacks = {"rejected": 0}, [], [], {}
+
+    def publisher(self, topic):
+        assert topic == "flight/request"
+        return SimpleNamespace(publish=self.sent.append)
+
+    def subscribe(self, topic, callback, raw=False):
+        self.callbacks[topic] = callback
+
+    def event(self, severity, kind, text):
+        self.told.append(kind)
+
+
+@pytest.fixture
+def owner():
+    return Owner()
+
+
+@pytest.fixture
+def link(owner):
+    owner.progressed = []
+    return CommandLink(owner, lambda: owner.progressed.append(True))
+
+
+def told(owner, step, mode, **fields):
+    message = FlightMode(step=step, next_step=step + 5, mode=mode, run_id="a1", name="X", **fields)
+    owner.callbacks["flight/mode"](serialize_message(message))
+
+
+def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
+    assert not link.holds(0)
+    told(owner, 10, FlightMode.HOLD)
+    assert [link.holds(step) for step in (9, 10, 14, 15)] == [False, True, True, False]
+    assert owner.progressed == [True]
+
+
+@pytest.mark.parametrize(
+    ("mode", "armed"),
+    [
+        (FlightMode.DISARMED, False),
+        (FlightMode.ARMING, False),
+        (FlightMode.TAKEOFF, True),
+        (FlightMode.DESCEND, True),
+        (FlightMode.PILOT, False),
+        (FlightMode.KILL, True),
+    ],
+)
+def test_the_motors_rest_on_the_ground_and_under_a_pilot_and_killing_is_the_guards(owner, link, mode, armed):
+    assert not link.armed
+    told(owner, 0, mode, guard_request=ASK_DESCEND)
+    assert (link.armed, link.guard_request) == (armed, ASK_DESCEND)
+
+
+def test_the_end_comes_with_its_outcome(owner, link):
+    told(owner, 0, FlightMode.LAND, outcome="not yet")
+    assert (link.is_over, link.outcome) == (False, "")
+    told(owner, 5, FlightMode.DISARMED, is_over=True, outcome="why")
+    assert (link.is_over, link.outcome) == (True, "why")
+
+
+def test_what_is_malformed_or_of_another_run_is_not_obeyed(owner, link):
+    owner.callbacks["flight/mode"](b"\x00\x01\x00\x00abc")
+    owner.callbacks["flight/mode"](serialize_message(FlightMode(mode=FlightMode.KILL, run_id="b2")))
+    assert (link.mode, owner.told, owner.counters["rejected"]) == (None, ["rejected_malformed", "foreign_run"], 1)
+
+
+def test_a_commander_that_was_heard_and_falls_silent_is_lost(owner, link, monkeypatch):
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(command_link.time, "monotonic", lambda: clock.now)
+    assert not link.is_lost
+    told(owner, 0, FlightMode.HOLD)
+    clock.now = 100.4
+    assert not link.is_lost
+    clock.now = 100.6
+    assert link.is_lost
+    given_up = []
+    link.pass_on("", given_up.append)
+    owner.lockstep = True
+    link.pass_on("", given_up.append)
+    assert given_up == ["commander: no flight/mode any more"]
+
+
+def test_the_end_is_asked_for_once_with_its_reason(owner, link):
+    link.pass_on("", list)
+    assert owner.sent == []
+    link.pass_on("SIGINT", list)
+    link.pass_on("SIGINT", list)
+    assert [(sent.request, sent.run_id, sent.sender) for sent in owner.sent] == [
+        (FlightRequest.END, "a1", "simulator was asked to end by SIGINT")
+    ]
+
+
+def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
+    monkeypatch.setenv(STARTER, "4711")
+    monkeypatch.setattr(command_link.os, "getppid", lambda: 4711)
+    link = CommandLink(owner, list)
+    link.pass_on("", list)
+    assert owner.sent == []
+    monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
+    link.pass_on("", list)
+    assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]

@@ -1,0 +1,131 @@
+"""The guard in a vehicle owner: what it publishes and reports, and how often."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from quad_core import guard
+from quad_core.flight_parameters import FlightParameters
+from quad_core.guard_checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
+from quad_core.guard_parameters import GuardParameters
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
+from quad_msgs.msg import GuardStatus
+from quad_node.vehicle_guard import VehicleGuard, severest
+
+pytestmark = pytest.mark.unit
+
+PERIOD = 2_000_000
+HOVER = Wrench(5.5, Vec3(0.0, 0.0, 0.0))
+STATE = VehicleState(Vec3(0.0, 0.0, 2.0), Vec3(0.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
+
+
+class Node(SimpleNamespace):
+    """Keeps what it is asked to publish and to report."""
+
+    def __init__(self):
+        super().__init__(vehicle=Vehicle(), flight=FlightParameters(machine_code=False, run_id="r"), counters={})
+        self.counters["guard_refused"] = 0
+        self.said, self.events = [], []
+
+    def publisher(self, topic, match):
+        assert (topic, match) == ("flight/guard", False)
+        return SimpleNamespace(publish=self.said.append)
+
+    def event(self, severity, kind, text, stamp_ns, always=False):
+        self.events.append((kind, text))
+
+
+def step(ours, k, wrench=HOVER, arrived=True, request=guard.NO_REQUEST):
+    command = WrenchCommand(wrench, k, k * PERIOD, arrived, True)
+    return ours.step(k, command, StateSample(STATE, k, k * PERIOD, True, True), request)
+
+
+def kinds(node):
+    return [kind for kind, _ in node.events]
+
+
+def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters())
+    for k in range(501):
+        assert step(ours, k) == HOVER
+    assert [(message.step, message.mode) for message in node.said] == [(k, GuardStatus.PASS) for k in range(0, 501, 50)]
+    assert node.events == []
+    assert (ours.taken_over, ours.describe()) == (False, "")
+
+
+def test_a_takeover_is_said_at_its_step_with_the_reason():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters())
+    for k in range(40):
+        step(ours, k, arrived=k < 10)
+    # the last wrench is that of step 9; 50 ms are 25 steps
+    changed = next(message for message in node.said if message.mode == GuardStatus.DESCEND)
+    assert (changed.step, changed.since, changed.reason_text) == (35, 35, "no good wrench")
+    assert changed.command_age == pytest.approx(0.052)
+    assert (changed.stamp.sec, changed.stamp.nanosec, changed.run_id) == (0, 70_000_000, "r")
+    assert kinds(node) == ["guard_descends"]
+    assert ours.describe() == "guard in descend since step 35: no good wrench"
+
+
+def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters())
+    step(ours, 0)
+    for k in range(1, 401):
+        ours.refused(k, NOT_NEWER if k % 2 else THRUST)
+        step(ours, k)
+    texts = [text for _, text in node.events]
+    assert texts == [
+        "step 1: wrench_setpoint: not newer than the last; dropped",
+        "step 2: wrench_setpoint: thrust beyond the vehicle's limits; dropped",
+    ]
+    assert node.counters["guard_refused"] == 398
+    assert [message.refused_commands for message in node.said] == [message.step for message in node.said]
+    assert node.said[-1].mode == GuardStatus.PASS
+
+
+def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters())
+    step(ours, 0)
+    for k in range(1, 40):
+        step(ours, k, wrench=Wrench(1e6, Vec3(0.0, 0.0, 0.0)))
+    assert ours.taken_over
+    assert ours.describe() == (
+        "guard in descend since step 26: no good wrench, the last one was refused: "
+        "wrench_setpoint: thrust beyond the vehicle's limits"
+    )
+
+
+def test_a_kill_is_an_error_and_a_release_is_said():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters())
+    step(ours, 0, request=guard.ASK_DESCEND)
+    for k in range(1, 120):
+        step(ours, k, request=guard.RELEASE)
+    assert kinds(node) == ["guard_descends", "guard_released"]
+    assert step(ours, 120, request=guard.ASK_KILL).thrust == 0.0
+    assert kinds(node)[-1] == "guard_killed"
+
+
+def test_a_guard_that_is_off_looks_at_nothing():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters(enabled=False))
+    absurd = Wrench(1e6, Vec3(0.0, 0.0, 0.0))
+    assert step(ours, 0, wrench=absurd) == absurd
+    assert (node.said, ours.taken_over) == ([], False)
+
+
+@pytest.mark.parametrize(
+    ("asked", "gives_up", "expected"),
+    [
+        (guard.NO_REQUEST, False, guard.NO_REQUEST),
+        (guard.RELEASE, False, guard.RELEASE),
+        (guard.RELEASE, True, guard.ASK_DESCEND),
+        (guard.ASK_KILL, True, guard.ASK_KILL),
+    ],
+)
+def test_giving_up_asks_for_a_descent_at_least(asked, gives_up, expected):
+    assert severest(asked, gives_up) == expected

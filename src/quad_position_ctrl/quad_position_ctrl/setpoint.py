@@ -1,0 +1,267 @@
+"""From an acceleration command to thrust and attitude, within limits: Eq. 38, shared by all laws of this package.
+
+    L     = U + g e_z, within LiftLimits                           lift, m/s^2, world frame: thrust vector over mass
+    F_T   = m |L|                                                  collective thrust, N
+    theta = atan((cos psi L_x + sin psi L_y) / L_z)                pitch, rad
+    phi   = atan(cos theta (sin psi L_x - cos psi L_y) / L_z)      roll, rad
+
+Laws differ in how they choose U and the angles that point the lift, and in nothing that stands here. The limits are
+not in the paper; all laws are compared within the same ones.
+"""
+
+import math
+from enum import IntEnum
+from typing import Annotated, NamedTuple
+
+from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler
+from quad_core.parameters import Flag, Real
+from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
+from quad_core.vehicle import Vehicle, max_thrust
+from quad_position_ctrl.flatness import setpoint_derivatives
+from quad_position_ctrl.speed_limit import BoundedCorrection, is_speed_limited
+
+
+class LiftLimits(NamedTuple):
+    """What the law may ask of the vehicle; none of it is in the paper (``printed``: all out of reach)."""
+
+    acceleration_xy: Annotated[
+        float, Real("m/s^2", "longest horizontal part of U; 1e6: off", 0.1, 1e6, "addition to Eq. 30")
+    ] = 12.0
+    acceleration_z: Annotated[
+        float, Real("m/s^2", "largest vertical part of U, both ways; 1e6: off", 0.1, 1e6, "addition to Eq. 30")
+    ] = 7.0
+    min_lift: Annotated[
+        float,
+        Real(
+            "",
+            "floor of U_z + g as a fraction of g (Eq. 38 commands upright and thrust up below 0); -1e6: off",
+            -1e6,
+            1.0,
+            "addition to Eq. 38",
+        ),
+    ] = 0.3
+    tilt: Annotated[
+        float, Real("rad", "largest angle between desired thrust and vertical; >= 1.57: off", 0.05, 1.58, "addition")
+    ] = 0.87
+    thrust: Annotated[
+        float, Real("", "largest thrust as a fraction of the vehicle's largest; 1e6: off", 0.1, 1e6, "addition")
+    ] = 1.0
+    min_thrust: Annotated[
+        float, Real("", "smallest thrust as a fraction of the vehicle's largest", 0.0, 0.5, "addition")
+    ] = 0.02
+    vertical_priority: Annotated[
+        bool, Flag("thrust that cannot be had is taken from the horizontal part first; false: in proportion")
+    ] = True
+
+
+class LimitedLift(NamedTuple):
+    """A lift in m/s^2 that the vehicle can have, and which limits it met."""
+
+    lift: Vec3
+    acceleration_limited: bool
+    descent_limited: bool
+    thrust_limited: bool
+    tilt_limited: bool
+
+
+class LimitedThrust(NamedTuple):
+    """Collective thrust in N inside the vehicle's range, and whether it met an end of it."""
+
+    thrust: float
+    limited: bool
+
+
+def limited_lift(command: Vec3, gravity: float, max_lift: float, limits: LiftLimits) -> LimitedLift:
+    """Return the lift that comes nearest to U (``command``, m/s^2) within what the vehicle can have.
+
+    In this order: bound the command (length in xy, size in z), keep the vertical part at or above ``min_lift`` g
+    (below 0 Eq. 38 commands an upright attitude and full thrust), keep the length within ``max_lift`` (m/s^2; vertical
+    part first if ``vertical_priority``, else all in proportion), then the angle to the vertical within ``tilt`` (rad)
+    by shortening the horizontal part. ``gravity`` in m/s^2.
+    """
+    x = command.x
+    y = command.y
+    climb = clamp(command.z, -limits.acceleration_z, limits.acceleration_z)
+    acceleration_limited = climb != command.z
+    horizontal = math.sqrt(x * x + y * y)
+    if horizontal > limits.acceleration_xy:
+        x = x * limits.acceleration_xy / horizontal
+        y = y * limits.acceleration_xy / horizontal
+        horizontal = limits.acceleration_xy
+        acceleration_limited = True
+
+    vertical = climb + gravity
+    descent_limited = vertical < limits.min_lift * gravity
+    if descent_limited:
+        vertical = limits.min_lift * gravity
+
+    allowed = horizontal
+    thrust_limited = horizontal * horizontal + vertical * vertical > max_lift * max_lift
+    if thrust_limited and limits.vertical_priority:
+        vertical = clamp(vertical, -max_lift, max_lift)
+        allowed = math.sqrt(clamp(max_lift * max_lift - vertical * vertical, 0.0, max_lift * max_lift))
+    elif thrust_limited:
+        length = math.sqrt(horizontal * horizontal + vertical * vertical)
+        vertical = vertical * max_lift / length
+        allowed = horizontal * max_lift / length
+
+    cone = allowed
+    if limits.tilt < 1.57:
+        cone = clamp(vertical, 0.0, abs(vertical)) * math.tan(limits.tilt)
+    tilt_limited = allowed > cone
+    if tilt_limited:
+        allowed = cone
+    if horizontal > allowed:
+        x = x * allowed / horizontal
+        y = y * allowed / horizontal
+    return LimitedLift(Vec3(x, y, vertical), acceleration_limited, descent_limited, thrust_limited, tilt_limited)
+
+
+def limited_thrust(thrust: float, min_thrust: float, max_thrust: float) -> LimitedThrust:
+    """Return ``thrust`` in N within [``min_thrust``, ``max_thrust``]."""
+    within = clamp(thrust, min_thrust, max_thrust)
+    return LimitedThrust(within, within != thrust)
+
+
+class ThrustForm(IntEnum):
+    """How much thrust stands for a lift: its length as printed, or its part along the actual thrust axis."""
+
+    NORM = 0
+    PROJECTED = 1
+
+
+class TiltHeading(IntEnum):
+    """Yaw in whose frame the thrust is tilted: psi_d of the reference as printed, or the vehicle's."""
+
+    REFERENCE = 0
+    MEASURED = 1
+
+
+def thrust_norm(mass: float, lift: Vec3) -> float:
+    """Return F_T = m |U + g e_z| in N (Eq. 38, first line, as printed); ``mass`` in kg, ``lift`` in m/s^2."""
+    return mass * norm(lift)
+
+
+def thrust_projected(mass: float, lift: Vec3, thrust_axis: Vec3) -> float:
+    """Return m (U + g e_z) . b_z in N: Eq. 38 when the attitude is not yet the desired one; equal to it when it is.
+
+    ``thrust_axis`` is the actual body z axis in the world. Source: Lee, Leok and McClamroch, CDC 2010, eq. 19.
+    """
+    return mass * dot(lift, thrust_axis)
+
+
+def collective_thrust(form: int, mass: float, lift: Vec3, thrust_axis: Vec3) -> float:
+    """Return the thrust in N for ``lift`` in m/s^2 in one of the forms of ``ThrustForm``, before its limits."""
+    if form == ThrustForm.NORM:
+        return thrust_norm(mass, lift)
+    return thrust_projected(mass, lift, thrust_axis)
+
+
+def desired_angles(lift: Vec3, heading: float, yaw: float) -> Vec3:
+    """Return (phi_d, theta_d, psi_d) in rad (Eq. 38, second and third line; the printed psi_d of the third is phi_d).
+
+    ``heading`` is the yaw in whose frame the thrust is tilted (psi_d as printed), ``yaw`` is the psi_d handed on.
+    """
+    vertical = lift.z
+    if abs(vertical) < 1e-9:
+        vertical = 1e-9
+    cos_heading = math.cos(heading)
+    sin_heading = math.sin(heading)
+    theta = math.atan((cos_heading * lift.x + sin_heading * lift.y) / vertical)
+    phi = math.atan(math.cos(theta) * (sin_heading * lift.x - cos_heading * lift.y) / vertical)
+    return Vec3(phi, theta, yaw)
+
+
+class ThrustCommand(NamedTuple):
+    """A lift (m/s^2, world frame) within the limits, its collective thrust in N, and whether thrust was limited."""
+
+    lift: LimitedLift
+    thrust: float
+    thrust_limited: bool
+
+
+def thrust_command(
+    command: Vec3, vehicle: Vehicle, limits: LiftLimits, thrust_axis: Vec3, thrust_form: int
+) -> ThrustCommand:
+    """Return what comes nearest to the acceleration ``command`` (m/s^2, world frame, gravity not counted).
+
+    ``thrust_axis``: actual body z axis in the world; ``thrust_form``: a ``ThrustForm`` (Eq. 38).
+    """
+    full = max_thrust(vehicle)
+    max_allowed, min_allowed = limits.thrust * full, limits.min_thrust * full
+    lift = limited_lift(command, vehicle.gravity, max_allowed / vehicle.mass, limits)
+    thrust = collective_thrust(thrust_form, vehicle.mass, lift.lift, thrust_axis)
+    limited = limited_thrust(thrust, min_allowed, max_allowed)
+    return ThrustCommand(lift, limited.thrust, lift.thrust_limited or limited.limited)
+
+
+def attitude_setpoint(
+    vehicle: Vehicle,
+    reference: TrajectoryPoint,
+    angles: Vec3,
+    thrust: float,
+    heading: float,
+    feed_forward: bool,
+) -> AttitudeThrust:
+    """Return the setpoint of ``angles`` (phi, theta, psi in rad) and ``thrust`` in N, tilted in that of ``heading``.
+
+    Its derivatives are those of the reference if ``feed_forward``, else those of its yaw alone.
+    """
+    derivatives = setpoint_derivatives(feed_forward, reference, heading, vehicle.gravity)
+    return AttitudeThrust(
+        angles,
+        derivatives.rates,
+        derivatives.accelerations,
+        quaternion_from_euler(angles),
+        thrust,
+        clamp(thrust / max_thrust(vehicle), 0.0, 1.0),
+    )
+
+
+def integrals_frozen(
+    anti_windup: bool, correction: BoundedCorrection, thrust: ThrustCommand, actuation: Actuation
+) -> bool:
+    """Return whether what the law integrates must rest: a limit is met in the law, or was met by the vehicle."""
+    return anti_windup and (
+        is_speed_limited(correction)
+        or thrust.thrust_limited
+        or thrust.lift.acceleration_limited
+        or thrust.lift.descent_limited
+        or thrust.lift.tilt_limited
+        or actuation.thrust_high
+        or actuation.thrust_low
+    )
+
+
+def plain_internals(
+    position_error: Vec3,
+    velocity_error: Vec3,
+    virtual_velocity: Vec3,
+    acceleration_command: Vec3,
+    disturbance_estimate: Vec3,
+    correction: BoundedCorrection,
+    thrust: ThrustCommand,
+    frozen: bool,
+) -> PositionInternals:
+    """Return the internals of a law without integral backstepping, 0 for what it has not.
+
+    World frame: ``position_error`` m, ``velocity_error`` and ``virtual_velocity`` m/s, ``acceleration_command`` and
+    ``disturbance_estimate`` m/s^2; ``frozen``: its integrals rested.
+    """
+    return PositionInternals(
+        position_error=position_error,
+        velocity_error=velocity_error,
+        error_integral=ZERO,
+        adaptive_gain=ZERO,
+        virtual_velocity=virtual_velocity,
+        acceleration_command=acceleration_command,
+        disturbance_estimate=disturbance_estimate,
+        lyapunov=0.0,
+        lyapunov_rate=0.0,
+        velocity_limited=is_speed_limited(correction),
+        acceleration_limited=thrust.lift.acceleration_limited,
+        tilt_limited=thrust.lift.tilt_limited,
+        thrust_limited=thrust.thrust_limited,
+        descent_limited=thrust.lift.descent_limited,
+        adaptation_frozen=frozen,
+    )

@@ -1,0 +1,234 @@
+"""From N and N m to the normalised setpoints of PX4, and what its mixer will make of them.
+
+PX4 allocates with its own matrix: motors = M (torque setpoint, thrust setpoint), M being the inverse of the rotors'
+effectiveness (CA_ROTORn_PX, PY, KM), each column divided by a scale:
+
+::
+
+    roll, pitch: the larger of sqrt(|column|^2 / (rotors / 2))        yaw: the column's maximum
+    thrust:      the mean of the column's magnitudes
+
+The setpoints for a wrench w undo that: sp = M^-1 u with the rotor commands u = E^-1 w / T_m, where E holds the true
+arms and drag ratio. For a symmetric X with arms l (m), s = sqrt(1/2) and FLU torque this is
+
+::
+
+    thrust_z = -T / (4 T_m)       torque = (t_x / (4 l T_m s), -t_y / (4 l T_m s), -t_z / (4 k_q T_m))
+
+Rotors are counted as PX4 counts them: 0 front right, 1 rear left, 2 front left, 3 rear right.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.geometry import clamp
+from quad_core.parameters import ParameterError
+from quad_core.px4_parameters import AirframeParameters
+from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, Wrench
+from quad_px4 import frames
+
+MOTORS = 12
+"""Controls in an ActuatorMotors message; those without a motor are NaN."""
+FLAG_TOLERANCE = 1e-6
+
+Row = tuple[float, float, float, float]
+
+
+class Matrix(NamedTuple):
+    """A 4 x 4 matrix, row by row: quicker than NumPy for one product."""
+
+    r0: Row
+    r1: Row
+    r2: Row
+    r3: Row
+
+
+class Mapping(NamedTuple):
+    """What stands between a wrench and PX4; made by ``build``.
+
+    ``rotors_of_wrench`` gives the thrusts in N, in PX4's order, for FRD torque in N m and thrust in N;
+    ``wrench_of_rotors`` is its inverse; ``setpoint_of_rotors`` gives normalised torque and thrust for rotor commands
+    0..1. ``order`` names the PX4 rotors that are the stack's 1 rear right, 2 front right, 3 front left, 4 rear left.
+    """
+
+    airframe: AirframeParameters
+    rotors_of_wrench: Matrix
+    wrench_of_rotors: Matrix
+    setpoint_of_rotors: Matrix
+    order: tuple[int, int, int, int]
+
+
+class ThrustTorque(NamedTuple):
+    """VehicleThrustSetpoint and VehicleTorqueSetpoint: FRD, normalised to -1..1."""
+
+    thrust: Vec3
+    torque: Vec3
+
+
+class AttitudeCommand(NamedTuple):
+    """VehicleAttitudeSetpoint: attitude of FRD in NED, thrust normalised, FRD."""
+
+    q: Quat
+    thrust: Vec3
+
+
+class RatesCommand(NamedTuple):
+    """VehicleRatesSetpoint: rad/s and normalised thrust, FRD."""
+
+    rates: Vec3
+    thrust: Vec3
+
+
+def build(airframe: AirframeParameters) -> Mapping:
+    """Return the mapping of an airframe; raises ParameterError for an unknown thrust or rotors that are no X."""
+    if airframe.max_rotor_thrust <= 0.0:
+        raise ParameterError(
+            "airframe.max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N; docs/px4.md"
+        )
+    rotors = (airframe.rotor0, airframe.rotor1, airframe.rotor2, airframe.rotor3)
+    quadrants = [(rotor.px > 0.0, rotor.py > 0.0) for rotor in rotors]
+    one_each = [(False, True), (True, True), (True, False), (False, False)]
+    if sorted(quadrants) != sorted(one_each) or any(rotor.px == 0.0 or rotor.py == 0.0 for rotor in rotors):
+        found = ", ".join(f"({rotor.px:g}, {rotor.py:g})" for rotor in rotors)
+        raise ParameterError(f"airframe.rotorN.px, py: found {found}, expected one rotor in each quadrant (X)")
+    px4 = np.array([[-rotor.py, rotor.px, rotor.km, 1.0] for rotor in rotors]).T
+    ratios = [math.copysign(airframe.drag_ratio or abs(rotor.km), rotor.km) for rotor in rotors]
+    true = np.array([[-rotor.py, rotor.px, ratio, 1.0] for rotor, ratio in zip(rotors, ratios, strict=True)]).T
+    if min(abs(np.linalg.det(px4)), abs(np.linalg.det(true))) < 1e-9:
+        raise ParameterError("airframe.rotorN.km: found rotors that cannot yaw, expected opposite rotors of one sign")
+    mix = np.linalg.inv(px4)
+    mix /= _scales(mix)
+    first, second, third, fourth = (quadrants.index(quadrant) for quadrant in one_each)
+    return Mapping(
+        airframe,
+        _matrix(np.linalg.inv(true)),
+        _matrix(true),
+        _matrix(np.linalg.inv(mix)),
+        (first, second, third, fourth),
+    )
+
+
+def _scales(mix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by what PX4 divides each column of its mixer."""
+    tilting = float(np.sqrt(np.max(np.sum(mix[:, :2] ** 2, axis=0)) / 2.0))
+    return np.array([tilting, tilting, np.max(mix[:, 2]), np.mean(np.abs(mix[:, 3]))])
+
+
+def _matrix(values: NDArray[np.float64]) -> Matrix:
+    rows: list[Row] = [(float(a), float(b), float(c), float(d)) for a, b, c, d in values]
+    return Matrix(*rows)
+
+
+def product(matrix: Matrix, v: Row) -> Row:
+    """Return matrix times v."""
+    a, b, c, d = v
+    first, second, third, fourth = (r[0] * a + r[1] * b + r[2] * c + r[3] * d for r in matrix)
+    return first, second, third, fourth
+
+
+def signal(fraction: float, factor: float) -> float:
+    """Return the motor signal u, 0..1, at which factor u^2 + (1 - factor) u = ``fraction`` of the largest thrust."""
+    linear = 1.0 - factor
+    divisor = linear + math.sqrt(linear * linear + 4.0 * factor * fraction)
+    return 2.0 * fraction / divisor if divisor > 0.0 else 0.0
+
+
+def compensated(airframe: AirframeParameters, fraction: float) -> float:
+    """Return what PX4 needs for ``fraction`` (0..1) of a rotor's largest thrust.
+
+    PX4 itself turns a command x into the motor signal with THR_MDL_FAC; equal factors leave x = fraction.
+    """
+    if airframe.thr_mdl_fac == airframe.thrust_curve:
+        return fraction
+    u = signal(clamp(fraction, 0.0, 1.0), airframe.thrust_curve)
+    return airframe.thr_mdl_fac * u * u + (1.0 - airframe.thr_mdl_fac) * u
+
+
+def slope(airframe: AirframeParameters, fraction: float) -> float:
+    """Return the derivative of ``compensated`` at ``fraction``, by which a small torque about a hover is scaled."""
+    if airframe.thr_mdl_fac == airframe.thrust_curve:
+        return 1.0
+    u = signal(clamp(fraction, 0.01, 1.0), airframe.thrust_curve)
+    made = 2.0 * airframe.thrust_curve * u + 1.0 - airframe.thrust_curve
+    return (2.0 * airframe.thr_mdl_fac * u + 1.0 - airframe.thr_mdl_fac) / made
+
+
+def rotor_commands(mapping: Mapping, wrench: Wrench) -> Row:
+    """Return the share of its largest thrust that each rotor (PX4's order) must give for a FLU ``wrench``."""
+    torque = frames.body(wrench.torque_b)
+    forces = product(mapping.rotors_of_wrench, (torque.x, torque.y, torque.z, wrench.thrust))
+    largest = mapping.airframe.max_rotor_thrust
+    return forces[0] / largest, forces[1] / largest, forces[2] / largest, forces[3] / largest
+
+
+def thrust_torque(mapping: Mapping, wrench: Wrench) -> ThrustTorque:
+    """Return the normalised setpoints for a FLU ``wrench`` in N and N m."""
+    x, y, z, collective = product(mapping.setpoint_of_rotors, rotor_commands(mapping, wrench))
+    gain = slope(mapping.airframe, collective)
+    torque = Vec3(_unit(gain * x), _unit(gain * y), _unit(gain * z))
+    return ThrustTorque(Vec3(0.0, 0.0, -compensated(mapping.airframe, clamp(collective, 0.0, 1.0))), torque)
+
+
+def motors(mapping: Mapping, wrench: Wrench) -> list[float]:
+    """Return the controls of ActuatorMotors for a FLU ``wrench``: 0..1 for rotors 0 to 3, NaN for the others."""
+    commands = [compensated(mapping.airframe, clamp(u, 0.0, 1.0)) for u in rotor_commands(mapping, wrench)]
+    return commands + [math.nan] * (MOTORS - len(commands))
+
+
+def collective(mapping: Mapping, thrust: float) -> Vec3:
+    """Return the normalised thrust vector (FRD) for a collective ``thrust`` in N."""
+    fraction = clamp(thrust / (4.0 * mapping.airframe.max_rotor_thrust), 0.0, 1.0)
+    return Vec3(0.0, 0.0, -compensated(mapping.airframe, fraction))
+
+
+def attitude(mapping: Mapping, setpoint: AttitudeThrust) -> AttitudeCommand:
+    """Return attitude and thrust for PX4's own attitude controller."""
+    return AttitudeCommand(frames.attitude(setpoint.q_wb), collective(mapping, setpoint.thrust))
+
+
+def rates(mapping: Mapping, setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> RatesCommand:
+    """Return body rates that turn attitude ``q`` (FLU in ENU) towards the setpoint's, for PX4's own rate controller.
+
+    omega = 2 gain vec(q^-1 q_d), the shorter way round; ``gain`` in 1/s; each axis within ``limit`` rad/s.
+    """
+    d = setpoint.q_wb
+    w = q.w * d.w + q.x * d.x + q.y * d.y + q.z * d.z
+    factor = math.copysign(2.0 * gain, w)
+    turn = Vec3(
+        factor * (q.w * d.x - q.x * d.w - q.y * d.z + q.z * d.y),
+        factor * (q.w * d.y + q.x * d.z - q.y * d.w - q.z * d.x),
+        factor * (q.w * d.z - q.x * d.y + q.y * d.x - q.z * d.w),
+    )
+    bounded = Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
+    return RatesCommand(frames.body(bounded), collective(mapping, setpoint.thrust))
+
+
+def predict(mapping: Mapping, wrench: Wrench) -> Actuation:
+    """Return what the rotors will make of a FLU ``wrench`` if each gives what it can: a prediction, not a measurement.
+
+    Speeds are unknown and 0. PX4 gives way in an order of its own when rotors saturate; the flags then agree, the
+    achieved numbers only roughly.
+    """
+    largest = mapping.airframe.max_rotor_thrust
+    forces = [largest * clamp(u, 0.0, 1.0) for u in rotor_commands(mapping, wrench)]
+    x, y, z, thrust = product(mapping.wrench_of_rotors, (forces[0], forces[1], forces[2], forces[3]))
+    made, asked = frames.body(Vec3(x, y, z)), wrench.torque_b
+    slack = FLAG_TOLERANCE * largest
+    return Actuation(
+        Rotors(0.0, 0.0, 0.0, 0.0),
+        Rotors(*(forces[place] for place in mapping.order)),
+        thrust,
+        made,
+        thrust < wrench.thrust - slack,
+        thrust > wrench.thrust + slack,
+        abs(made.x - asked.x) > slack,
+        abs(made.y - asked.y) > slack,
+        abs(made.z - asked.z) > slack,
+    )
+
+
+def _unit(value: float) -> float:
+    return clamp(value, -1.0, 1.0)

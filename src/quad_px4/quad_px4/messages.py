@@ -1,0 +1,175 @@
+"""The px4_msgs that the user has: found at start, whatever the release, and filled from plain values.
+
+The messages that the bridge uses are alike in releases 1.15 to 1.18 but for the names of some topics: a message with a
+``MESSAGE_VERSION`` above 0 travels on a topic that ends with it.
+"""
+
+import importlib
+import math
+from types import ModuleType
+from typing import Any
+
+from quad_core.parameters import ParameterError
+from quad_core.px4_parameters import Mode
+from quad_px4.autopilot import Ack, Autopilot, Request
+from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
+from quad_px4.odometry import Sample
+
+NEEDED = {
+    "OffboardControlMode": ("timestamp", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"),
+    "VehicleThrustSetpoint": ("timestamp", "timestamp_sample", "xyz"),
+    "VehicleTorqueSetpoint": ("timestamp", "timestamp_sample", "xyz"),
+    "ActuatorMotors": ("timestamp", "timestamp_sample", "control"),
+    "VehicleAttitudeSetpoint": ("timestamp", "yaw_sp_move_rate", "q_d", "thrust_body"),
+    "VehicleRatesSetpoint": ("timestamp", "roll", "pitch", "yaw", "thrust_body"),
+    "VehicleOdometry": (*Sample._fields,),
+    "VehicleCommand": ("timestamp", "param1", "param2", "command", "target_system", "target_component", "confirmation"),
+    "VehicleCommandAck": ("command", "result"),
+    "VehicleStatus": ("arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
+    "FailsafeFlags": ("timestamp",),
+}
+"""{message: the fields that the bridge uses}."""
+
+RELEASES = {(0, 0, 0): "1.15", (1, 0, 0): "1.16", (1, 1, 0): "1.17", (4, 1, 1): "1.18"}
+"""{versions of VehicleStatus, VehicleAttitudeSetpoint, VehicleCommandAck: release}."""
+
+SETPOINTS = {
+    Mode.WRENCH: ("VehicleThrustSetpoint", "VehicleTorqueSetpoint"),
+    Mode.MOTORS: ("ActuatorMotors",),
+    Mode.ATTITUDE: ("VehicleAttitudeSetpoint",),
+    Mode.RATES: ("VehicleRatesSetpoint",),
+}
+LEVELS = {
+    Mode.WRENCH: "thrust_and_torque",
+    Mode.MOTORS: "direct_actuator",
+    Mode.ATTITUDE: "attitude",
+    Mode.RATES: "body_rate",
+}
+"""{mode: the field of OffboardControlMode that asks for it}."""
+_SHOWN = 6  # flags in a reason: a line must stay one
+
+
+def load() -> ModuleType:
+    """Return px4_msgs.msg; raises ParameterError if it is not there or lacks what the bridge needs."""
+    try:
+        module = importlib.import_module("px4_msgs.msg")
+    except ImportError as error:
+        raise ParameterError(
+            f"px4_msgs: not found ({error}); put the branch of PX4's px4_msgs that fits your firmware (release/1.15 "
+            "to release/1.18) into a ROS 2 workspace, build it and source it before the bridge"
+        ) from error
+    for name, fields in NEEDED.items():
+        known = getattr(module, name).get_fields_and_field_types() if hasattr(module, name) else {}
+        missing = [field for field in fields if field not in known]
+        if missing:
+            raise ParameterError(f"px4_msgs: {name}.{missing[0]} not found; expected a release of 1.15 to 1.18")
+    return module
+
+
+def version(message_type: Any) -> int:
+    """Return the version of a message, 0 if it has none."""
+    return int(getattr(message_type, "MESSAGE_VERSION", 0))
+
+
+def release(module: ModuleType) -> str:
+    """Return the release of PX4 that a px4_msgs belongs to."""
+    key = (
+        version(module.VehicleStatus),
+        version(module.VehicleAttitudeSetpoint),
+        version(module.VehicleCommandAck),
+    )
+    return RELEASES.get(key, f"unknown (message versions {key})")
+
+
+def topic(namespace: str, direction: str, message_type: Any) -> str:
+    """Return the topic of a message; ``direction`` is as PX4 sees it, in or out."""
+    words = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in message_type.__name__)
+    ending = f"_v{version(message_type)}" if version(message_type) else ""
+    return f"{'/' + namespace.strip('/') if namespace else ''}/fmu/{direction}/{words.lstrip('_')}{ending}"
+
+
+def sample(message: Any) -> Sample:
+    """Return a VehicleOdometry as plain numbers."""
+    return Sample(
+        int(message.timestamp),
+        int(message.timestamp_sample),
+        int(message.pose_frame),
+        int(message.velocity_frame),
+        tuple(message.position.tolist()),
+        tuple(message.q.tolist()),
+        tuple(message.velocity.tolist()),
+        tuple(message.angular_velocity.tolist()),
+        int(message.reset_counter),
+    )
+
+
+def autopilot(message: Any, reasons: str) -> Autopilot:
+    """Return a VehicleStatus with the reasons that are known."""
+    return Autopilot(
+        int(message.nav_state),
+        int(message.arming_state),
+        bool(message.failsafe),
+        bool(message.pre_flight_checks_pass),
+        reasons,
+    )
+
+
+def reasons(message: Any) -> str:
+    """Return the names of the flags of a FailsafeFlags that are set, as many as a line takes."""
+    flags = [
+        name
+        for name, kind in message.get_fields_and_field_types().items()
+        if kind == "boolean" and getattr(message, name)
+    ]
+    return ", ".join(flags[:_SHOWN]) + (f" and {len(flags) - _SHOWN} more" if len(flags) > _SHOWN else "")
+
+
+def ack(message: Any) -> Ack:
+    """Return a VehicleCommandAck as plain numbers."""
+    return Ack(int(message.command), int(message.result))
+
+
+def heartbeat(module: ModuleType, mode: Mode, timestamp: int) -> Any:
+    """Return the OffboardControlMode of a mode; ``timestamp`` in microseconds of PX4, here and below."""
+    message = module.OffboardControlMode(timestamp=timestamp)
+    setattr(message, LEVELS[mode], True)
+    return message
+
+
+def command(module: ModuleType, request: Request, target: int, timestamp: int) -> Any:
+    """Return the VehicleCommand of a request to system ``target``."""
+    message = module.VehicleCommand(timestamp=timestamp, command=request.command, confirmation=request.attempt % 256)
+    message.param1, message.param2 = request.param1, request.param2
+    message.target_system = message.source_system = target
+    message.target_component = message.source_component = 1
+    message.from_external = True
+    return message
+
+
+def thrust_torque(module: ModuleType, value: ThrustTorque, timestamp: int, sampled: int) -> tuple[Any, Any]:
+    """Return the two setpoints of mode wrench; ``sampled``: stamp of the state they answer."""
+    thrust = module.VehicleThrustSetpoint(timestamp=timestamp, timestamp_sample=sampled)
+    torque = module.VehicleTorqueSetpoint(timestamp=timestamp, timestamp_sample=sampled)
+    thrust.xyz, torque.xyz = list(value.thrust), list(value.torque)
+    return thrust, torque
+
+
+def motors(module: ModuleType, controls: list[float], timestamp: int, sampled: int) -> Any:
+    """Return the setpoint of mode motors."""
+    return module.ActuatorMotors(timestamp=timestamp, timestamp_sample=sampled, control=controls)
+
+
+def attitude(module: ModuleType, value: AttitudeCommand, timestamp: int) -> Any:
+    """Return the setpoint of mode attitude."""
+    message = module.VehicleAttitudeSetpoint(timestamp=timestamp, yaw_sp_move_rate=math.nan)
+    message.q_d = [value.q.w, value.q.x, value.q.y, value.q.z]
+    message.thrust_body = list(value.thrust)
+    return message
+
+
+def rates(module: ModuleType, value: RatesCommand, timestamp: int) -> Any:
+    """Return the setpoint of mode rates."""
+    message = module.VehicleRatesSetpoint(timestamp=timestamp)
+    message.roll, message.pitch, message.yaw = value.rates
+    message.thrust_body = list(value.thrust)
+    return message

@@ -1,0 +1,67 @@
+"""From PX4's vehicle_odometry to the state of the flight: what is believed, what is dropped, what is a jump."""
+
+import math
+from typing import NamedTuple
+
+from quad_core.geometry import norm, normalized, subtract
+from quad_core.guard_checks import attitude_change
+from quad_core.types import Quat, Vec3, VehicleState
+from quad_px4 import frames
+
+NED = 1
+"""POSE_FRAME_NED and VELOCITY_FRAME_NED."""
+_SHORTEST, _LONGEST = 0.9, 1.1
+"""Length of a quaternion in single precision that is still an attitude."""
+
+
+class Sample(NamedTuple):
+    """One VehicleOdometry: stamps in microseconds of PX4, NED world in m and m/s, FRD body in rad/s, q as wxyz."""
+
+    timestamp: int
+    timestamp_sample: int
+    pose_frame: int
+    velocity_frame: int
+    position: tuple[float, float, float]
+    q: tuple[float, float, float, float]
+    velocity: tuple[float, float, float]
+    angular_velocity: tuple[float, float, float]
+    reset_counter: int
+
+
+class Jump(NamedTuple):
+    """How far the estimate moved by itself: m and rad."""
+
+    distance: float
+    angle: float
+
+
+def refusal(sample: Sample, newest: int) -> str:
+    """Return why a sample is dropped, empty if it is believed; ``newest``: the last timestamp_sample, -1 before."""
+    if sample.pose_frame != NED or sample.velocity_frame != NED:
+        return f"pose_frame {sample.pose_frame}, velocity_frame {sample.velocity_frame}, expected 1 and 1 (NED)"
+    numbers = (*sample.position, *sample.q, *sample.velocity, *sample.angular_velocity)
+    if not all(math.isfinite(number) for number in numbers):
+        return "a number that is not finite"
+    if not _SHORTEST < math.sqrt(sum(part * part for part in sample.q)) < _LONGEST:
+        return "a quaternion that is not of length 1"
+    if sample.timestamp_sample <= newest:
+        return f"timestamp_sample {sample.timestamp_sample}, not after {newest}"
+    return ""
+
+
+def state(sample: Sample) -> VehicleState:
+    """Return an accepted sample in ENU and FLU."""
+    w, x, y, z = sample.q
+    return VehicleState(
+        frames.world(Vec3(*sample.position)),
+        frames.world(Vec3(*sample.velocity)),
+        frames.attitude(normalized(Quat(x, y, z, w))),
+        frames.body(Vec3(*sample.angular_velocity)),
+    )
+
+
+def jump(before: VehicleState, after: VehicleState, elapsed: float) -> Jump:
+    """Return by how much ``after`` differs from where ``before`` led within ``elapsed`` s at its own velocities."""
+    led = Vec3(*(p + elapsed * v for p, v in zip(before.p_w, before.v_w, strict=True)))
+    turned = elapsed * norm(before.omega_b)
+    return Jump(norm(subtract(after.p_w, led)), max(attitude_change(before.q_wb, after.q_wb) - turned, 0.0))

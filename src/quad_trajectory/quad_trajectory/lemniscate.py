@@ -1,0 +1,103 @@
+"""Lemniscate of Gerono (a figure of eight) in an inclined plane, with its largest speed at the crossing.
+
+    p(t) = centre + w sin(theta) e_1 + (w / 2) sin(2 theta) e_2,    theta = speed / (sqrt(2) w) t
+
+with half the width w, e_1 along the figure and e_2 across it. The speed is ``speed`` at the crossing, where the
+acceleration is 0, and 1/sqrt(2) of it at the tips. The acceleration is largest between: 17/16 speed^2 / w.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Real
+from quad_core.types import TrajectoryPoint, Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_trajectory.limits import MotionLimits
+from quad_trajectory.polynomial import at_rest
+
+Plan = Approach
+
+SQRT_2 = math.sqrt(2.0)
+
+
+class Centre(NamedTuple):
+    """Where the figure crosses itself."""
+
+    x: Annotated[float, Real("m", "east", -1e4, 1e4, live=False)] = 0.0
+    y: Annotated[float, Real("m", "north", -1e4, 1e4, live=False)] = 0.0
+    z: Annotated[float, Real("m", "up", -1e4, 1e4, live=False)] = 5.0
+
+
+class Parameters(NamedTuple):
+    """Lemniscate: how it is entered, how long, how fast, how large, where and in which plane it is flown."""
+
+    start: Entry = Start.APPROACH.value
+    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "", live=False)] = 60.0
+    speed: Annotated[float, Real("m/s", "largest speed, at the crossing", 0.01, 100.0, "", live=False)] = 3.0
+    half_width: Annotated[float, Real("m", "from the crossing to a tip", 0.1, 1000.0, "", live=False)] = 5.0
+    centre: Centre = Centre()
+    heading: Annotated[
+        float, Real("rad", "direction of the figure's length, from east to north", -6.3, 6.3, "", live=False)
+    ] = 0.0
+    inclination: Annotated[
+        float, Real("rad", "of the figure's plane, turned about its length; 0: horizontal", -1.6, 1.6, "", live=False)
+    ] = 0.0
+    yaw: Annotated[float, Real("rad", "heading of the vehicle", -6.3, 6.3, "", live=False)] = 0.0
+    limits: MotionLimits = MotionLimits()
+
+
+def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
+    """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
+    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+
+
+def duration(parameters: Parameters, plan: Plan) -> float:
+    """Return the end of the flight in s since take-off."""
+    return plan.duration + parameters.duration
+
+
+def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
+    """Return the reference at ``time`` s since take-off; at rest on the last point once the flight is over."""
+    t = time - plan.duration
+    if t < 0.0:
+        return sample_approach(plan, time)
+    if t >= parameters.duration:
+        return at_rest(curve(parameters, parameters.duration), t)
+    return curve(parameters, t)
+
+
+def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
+    """Return the point of the lemniscate and its derivatives at ``t`` s >= 0."""
+    width = parameters.half_width
+    rate = parameters.speed / (SQRT_2 * width)
+    sine, cosine = math.sin(rate * t), math.cos(rate * t)
+    sine2, cosine2 = math.sin(2.0 * rate * t), math.cos(2.0 * rate * t)
+    velocity = width * rate
+    acceleration = velocity * rate
+    jerk = acceleration * rate
+    snap = jerk * rate
+    centre = parameters.centre
+    offset = in_plane(parameters, width * sine, 0.5 * width * sine2)
+    return TrajectoryPoint(
+        t,
+        Vec3(centre.x + offset.x, centre.y + offset.y, centre.z + offset.z),
+        in_plane(parameters, velocity * cosine, velocity * cosine2),
+        in_plane(parameters, -acceleration * sine, -2.0 * acceleration * sine2),
+        in_plane(parameters, -jerk * cosine, -4.0 * jerk * cosine2),
+        in_plane(parameters, snap * sine, 8.0 * snap * sine2),
+        parameters.yaw,
+        0.0,
+        0.0,
+    )
+
+
+def in_plane(parameters: Parameters, along: float, across: float) -> Vec3:
+    """Return ``along`` e_1 + ``across`` e_2 in the world frame."""
+    cosine, sine = math.cos(parameters.heading), math.sin(parameters.heading)
+    horizontal = across * math.cos(parameters.inclination)
+    return Vec3(
+        along * cosine - horizontal * sine,
+        along * sine + horizontal * cosine,
+        across * math.sin(parameters.inclination),
+    )

@@ -1,0 +1,141 @@
+"""The run-up: from rest onto the curve with its velocity, acceleration and jerk, within limits.
+
+One polynomial where one will do: the velocity of degree 5 that meets v, a and jerk of the curve's first point. A curve
+whose jerk is large beside its acceleration makes that polynomial swing out; then there are two: from rest to a steady
+velocity, and from there onto the curve, in a time that has nothing to do with how long gaining speed takes.
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_core.geometry import ZERO, norm
+from quad_core.types import TrajectoryPoint, Vec3
+from quad_trajectory.limits import Allowed, horizontal, is_within, larger
+from quad_trajectory.polynomial import AxisPoint, Segment, Septic, no_segment, run_up_length, septic, settling
+
+GROWTH = 1.02
+TRIES = 300
+
+SETTLE_FIRST = 1.0
+SETTLE_SHRINK = 0.9
+SETTLE_GROWTH = 1.1
+SETTLE_TRIES = 50
+"""Times in s tried for settling onto the curve: from SETTLE_FIRST down to 1/200 of it, then up to 100 times it."""
+
+SHORTEST_GAIN = 0.01
+"""s"""
+
+STEP_PEAK_ACCELERATION = 1.875
+STEP_PEAK_JERK = 5.773502691896258
+"""Of the velocity step 10 u^3 - 15 u^4 + 6 u^5: 15/8 at u = 1/2, 10/sqrt(3) at u = (1 - 1/sqrt(3)) / 2."""
+
+NO_MOTION = 1e-9
+
+
+class RunUp(NamedTuple):
+    """From rest to a velocity (``gain``), then onto the curve (``settle``, duration 0 where ``gain`` leads there)."""
+
+    gain: Segment
+    settle: Segment
+
+
+class Search(NamedTuple):
+    """What a scan over durations ended with, and whether it keeps the limits."""
+
+    found: bool
+    segment: Segment
+
+
+def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
+    """Return how ``first`` is reached from rest; raises ValueError if nothing within ``allowed`` does."""
+    speed, steady = norm(first.v_w), norm(first.a_w) < NO_MOTION and norm(first.jerk_w) < NO_MOTION
+    if speed < NO_MOTION and steady:
+        return RunUp(_standing(first.p_w), no_segment())
+    if speed >= NO_MOTION:
+        horizontal_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
+        by_tilt = horizontal(first.v_w.x, first.v_w.y) / horizontal_acceleration
+        one = _gain_within(allowed, first, larger(speed / allowed.acceleration, by_tilt))
+        if one.found:
+            return RunUp(one.segment, no_segment())
+    settle = Search(True, no_segment()) if steady else _settle_within(allowed, first)
+    gate = first if steady else _steady_before(first, settle.segment)
+    gain = _gain_within(allowed, gate, _steady_gain_time(allowed, norm(gate.v_w)))
+    if not (settle.found and gain.found):
+        raise ValueError(
+            "no approach within limits.speed, acceleration, jerk and tilt: from steady flight the acceleration and "
+            "jerk of the curve's first point are not reached within them; raise the limits or slow the curve down"
+        )
+    return RunUp(gain.segment, settle.segment)
+
+
+def _standing(p_w: Vec3) -> Segment:
+    return Segment(
+        0.0,
+        Septic(p_w.x, 0.0, 0.0, 0.0, 0.0, 0.0),
+        Septic(p_w.y, 0.0, 0.0, 0.0, 0.0, 0.0),
+        Septic(p_w.z, 0.0, 0.0, 0.0, 0.0, 0.0),
+    )
+
+
+def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Search:
+    """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more."""
+    duration = shortest
+    gain = _gain(end.p_w, end.v_w, end.a_w, end.jerk_w, duration)
+    for _ in range(TRIES + 1):
+        if is_within(allowed, gain):
+            return Search(True, gain)
+        duration = GROWTH * duration
+        gain = _gain(end.p_w, end.v_w, end.a_w, end.jerk_w, duration)
+    return Search(False, gain)
+
+
+def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Search:
+    """Return how ``first`` is settled onto from a steady velocity; as smoothly as SETTLE_FIRST allows."""
+    duration = SETTLE_FIRST
+    settle = _settle(first, duration)
+    for tries in range(2 * SETTLE_TRIES):
+        if is_within(allowed, settle):
+            return Search(True, settle)
+        if tries < SETTLE_TRIES:
+            duration = SETTLE_SHRINK * duration
+        else:
+            duration = SETTLE_GROWTH * (duration if tries > SETTLE_TRIES else SETTLE_FIRST)
+        settle = _settle(first, duration)
+    return Search(False, settle)
+
+
+def _steady_before(first: TrajectoryPoint, settle: Segment) -> TrajectoryPoint:
+    """Return the steady flight with which ``settle`` begins."""
+    rate = 1.0 / settle.duration
+    velocity = Vec3(rate * settle.x.c1, rate * settle.y.c1, rate * settle.z.c1)
+    gate = Vec3(settle.x.c0, settle.y.c0, settle.z.c0)
+    return TrajectoryPoint(first.trajectory_time, gate, velocity, ZERO, ZERO, ZERO, first.yaw, 0.0, 0.0)
+
+
+def _steady_gain_time(allowed: Allowed, speed: float) -> float:
+    """Return the shortest time in s from rest to a steady ``speed`` within the limits of acceleration and jerk."""
+    by_acceleration = STEP_PEAK_ACCELERATION * speed / allowed.acceleration
+    return larger(SHORTEST_GAIN, larger(by_acceleration, math.sqrt(STEP_PEAK_JERK * speed / allowed.jerk)))
+
+
+def _gain(p_w: Vec3, v_w: Vec3, a_w: Vec3, jerk_w: Vec3, duration: float) -> Segment:
+    """Return the polynomial from rest to p, v, a and jerk, begun where it has the least degree."""
+    x = AxisPoint(p_w.x, v_w.x, a_w.x, jerk_w.x, 0.0)
+    y = AxisPoint(p_w.y, v_w.y, a_w.y, jerk_w.y, 0.0)
+    z = AxisPoint(p_w.z, v_w.z, a_w.z, jerk_w.z, 0.0)
+    return Segment(
+        duration,
+        septic(x.p - run_up_length(x, duration), 0.0, x, duration),
+        septic(y.p - run_up_length(y, duration), 0.0, y, duration),
+        septic(z.p - run_up_length(z, duration), 0.0, z, duration),
+    )
+
+
+def _settle(first: TrajectoryPoint, duration: float) -> Segment:
+    p, v, a, jerk = first.p_w, first.v_w, first.a_w, first.jerk_w
+    return Segment(
+        duration,
+        settling(AxisPoint(p.x, v.x, a.x, jerk.x, 0.0), duration),
+        settling(AxisPoint(p.y, v.y, a.y, jerk.y, 0.0), duration),
+        settling(AxisPoint(p.z, v.z, a.z, jerk.z, 0.0), duration),
+    )

@@ -1,0 +1,104 @@
+"""Waypoints as text: one a line (or after a semicolon), ``x y z`` in m and, where it changes, ``yaw`` in rad.
+
+``check_points`` refuses, with its line, what ``read_points`` does not understand. The latter is pure text: it is
+compiled with the plan. A number of at most 15 digits is an integer over a power of ten, both exact: bits of float().
+"""
+
+import math
+import re
+
+from numpy import zeros
+
+from quad_core.parameters import ParameterError
+from quad_trajectory.minimum_snap import Table
+
+MOST_POINTS = 32
+FARTHEST = 1e4
+LARGEST_YAW = 100.0
+CLOSEST = 0.01
+"""m; between two waypoints, below which the path between them is no path."""
+
+_NUMBER = re.compile(r"[+-]?\d+(\.\d+)?|[+-]?\.\d+")
+_MOST_DIGITS = 15
+
+NEWLINE, HASH, PLUS, MINUS, DOT, ZERO, NINE, SEMICOLON = 10, 35, 43, 45, 46, 48, 57, 59
+
+
+def check_points(text: str) -> None:
+    """Raise ParameterError, naming the line, if ``text`` is not 2 to MOST_POINTS waypoints apart from each other."""
+    points: list[list[float]] = []
+    for number, line in enumerate(re.split(r"[\n;]", text), 1):
+        words = line.partition("#")[0].split()
+        if not words:
+            continue
+        where = f"points: waypoint {len(points) + 1} (line {number}): found {line.strip()!r}, expected"
+        if len(words) not in (3, 4):
+            raise ParameterError(f"{where} x y z in m and, if it changes, yaw in rad")
+        for word in words:
+            if not _NUMBER.fullmatch(word) or sum(map(str.isdigit, word)) > _MOST_DIGITS:
+                raise ParameterError(f"{where} numbers as 12.5, not {word!r}, of at most {_MOST_DIGITS} digits")
+        values = [float(word) for word in words]
+        if max(map(abs, values[:3])) > FARTHEST or abs(values[-1]) > (FARTHEST if len(words) == 3 else LARGEST_YAW):
+            raise ParameterError(f"{where} x y z in [-{FARTHEST:g}, {FARTHEST:g}] m, yaw within {LARGEST_YAW:g} rad")
+        if points and math.dist(points[-1][:3], values[:3]) < CLOSEST:
+            raise ParameterError(f"{where} a waypoint at least {CLOSEST} m from the one before")
+        points.append(values)
+    if not 2 <= len(points) <= MOST_POINTS:
+        raise ParameterError(f"points: found {len(points)} waypoints, expected 2 to {MOST_POINTS}")
+
+
+def read_points(text: str) -> Table:
+    """Return the waypoints of a checked ``text`` as rows (x, y, z in m, yaw in rad); a yaw holds until the next."""
+    table = zeros((MOST_POINTS, 4))
+    rows = 0
+    column = 0
+    i = 0
+    while i < len(text):
+        code = ord(text[i])
+        if code == HASH:
+            while i < len(text) and not ends_line(ord(text[i])):
+                i += 1
+        elif ends_line(code):
+            rows, column = (rows + 1 if column > 0 else rows), 0
+            i += 1
+        elif code == PLUS or MINUS <= code <= NINE:
+            if column == 0 and rows > 0:
+                table[rows, 3] = table[rows - 1, 3]
+            end = word_end(text, i)
+            table[rows, column] = number(text, i, end)
+            column += 1
+            i = end
+        else:
+            i += 1
+    return table[: rows + 1 if column > 0 else rows]
+
+
+def ends_line(code: int) -> bool:
+    """Return whether the character of this code ends a waypoint."""
+    if code == NEWLINE:
+        return True
+    return code == SEMICOLON
+
+
+def word_end(text: str, begin: int) -> int:
+    """Return where the number that begins at ``begin`` ends."""
+    i = begin + 1
+    while i < len(text) and (ZERO <= ord(text[i]) <= NINE or ord(text[i]) == DOT):
+        i += 1
+    return i
+
+
+def number(text: str, begin: int, end: int) -> float:
+    """Return the decimal number that stands in ``text`` from ``begin`` to ``end``."""
+    digits = 0
+    scale = 1
+    fraction = False
+    for i in range(begin, end):
+        code = ord(text[i])
+        if code == DOT:
+            fraction = True
+        elif ZERO <= code <= NINE:
+            digits = 10 * digits + (code - ZERO)
+            scale = 10 * scale if fraction else scale
+    value = digits / scale
+    return -value if ord(text[begin]) == MINUS else value

@@ -1,0 +1,85 @@
+"""The lemniscate against its equation by SymPy, its speed and acceleration, and its approach at any speed."""
+
+import math
+
+import pytest
+import sympy as sp
+
+from quad_core.parameters import build
+from quad_core.types import Vec3, VehicleState
+from quad_core.vehicle import Vehicle
+from quad_trajectory import lemniscate
+
+VEHICLE = Vehicle()
+ORDERS = ("p_w", "v_w", "a_w", "jerk_w", "snap_w")
+
+
+def norm(v):
+    return math.sqrt(sum(c * c for c in v))
+
+
+def printed(**values):
+    parameters = build(lemniscate.Parameters, {"start": "printed", **values})
+    return parameters, lemniscate.plan(parameters, VEHICLE, VehicleState())
+
+
+def test_curve_and_derivatives_are_exact():
+    t = sp.Symbol("t")
+    speed, width, heading, inclination = (sp.Rational(text) for text in ("7/2", "4", "3/5", "2/5"))
+    theta = speed / (sp.sqrt(2) * width) * t
+    figure = sp.Matrix([width * sp.sin(theta), width * sp.sin(theta) * sp.cos(theta), 0])
+    position = sp.Matrix([1, -2, 6]) + sp.rot_axis3(-heading) * sp.rot_axis1(-inclination) * figure
+    parameters, plan = printed(
+        speed=3.5,
+        half_width=4.0,
+        heading=0.6,
+        inclination=0.4,
+        yaw=0.3,
+        **{"centre.x": 1.0, "centre.y": -2.0, "centre.z": 6.0},
+    )
+    for time in ("0", "7/10", "33/10", "1725/100", "415/10", "599/10"):
+        point = lemniscate.sample(parameters, plan, float(sp.Rational(time)))
+        for order, name in enumerate(ORDERS):
+            expected = [float(sp.diff(p, t, order).subs(t, sp.Rational(time))) for p in position]
+            assert getattr(point, name) == pytest.approx(expected, rel=1e-12, abs=1e-12), name
+        assert (point.yaw, point.yaw_rate, point.yaw_acceleration) == (0.3, 0.0, 0.0)
+
+
+def test_an_inclined_figure_rises_on_its_left():
+    """A quarter of the figure, before its tip: along +x, left of it is +y, and the inclination lifts that side."""
+    parameters, plan = printed(inclination=0.5)
+    point = lemniscate.sample(parameters, plan, 0.5)
+    assert point.p_w.x > 0.0
+    assert point.p_w.y > 0.0
+    assert point.p_w.z - 5.0 == pytest.approx(point.p_w.y * math.tan(0.5))
+
+
+@pytest.mark.parametrize(("speed", "width"), [(3.0, 5.0), (15.0, 10.0)])
+def test_largest_speed_and_acceleration(speed, width):
+    parameters, plan = printed(speed=speed, half_width=width, inclination=0.7, heading=-1.0)
+    points = [lemniscate.sample(parameters, plan, i * 0.002) for i in range(20000)]
+    assert max(norm(point.v_w) for point in points) == pytest.approx(speed, rel=1e-9)
+    assert norm(points[0].v_w) == pytest.approx(speed, rel=1e-12)
+    assert max(norm(point.a_w) for point in points) == pytest.approx(17 / 16 * speed**2 / width, rel=1e-5)
+
+
+@pytest.mark.parametrize("speed", [5.0, 8.0, 10.0, 15.0])
+def test_an_agile_lemniscate_is_reached(speed):
+    parameters = build(lemniscate.Parameters, {"speed": speed, "half_width": 10.0, "centre.z": 20.0})
+    plan = lemniscate.plan(parameters, VEHICLE, VehicleState())
+    assert plan.duration < 60.0
+    assert lemniscate.duration(parameters, plan) == plan.duration + 60.0
+    before = lemniscate.sample(parameters, plan, math.nextafter(plan.duration, 0.0))
+    after = lemniscate.sample(parameters, plan, plan.duration)
+    assert before.trajectory_time < 0.0
+    assert after.trajectory_time == 0.0
+    for name in ORDERS[:4]:
+        assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6), name
+
+
+def test_after_the_end_the_last_point_is_held_at_rest():
+    parameters, plan = printed(duration=12.5)
+    last = lemniscate.sample(parameters, plan, math.nextafter(12.5, 0.0))
+    point = lemniscate.sample(parameters, plan, 13.0)
+    assert point.p_w == pytest.approx(last.p_w, abs=1e-9)
+    assert point.v_w == point.a_w == point.jerk_w == point.snap_w == Vec3()

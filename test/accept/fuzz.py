@@ -1,0 +1,216 @@
+"""Every verb of `log` on bags drawn by Hypothesis: no traceback, no hang, no number that others read otherwise."""
+
+import contextlib
+import csv
+import io
+import math
+import os
+import resource
+import shutil
+import signal
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import fuzz_bags
+from figures import Figures, seconds
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from mcap.records import Channel, Message, Schema
+from mcap.stream_reader import StreamReader
+
+from quad_flight_log import cli
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.errors import FlightLogError
+
+LONGEST = 20  # s of computing for one verb
+MEMORY = 4 << 30  # bytes
+ALWAYS = (
+    ["info"], ["info", "--json"], ["metrics", "--json"], ["metrics", "--csv"], ["check", "--limits", "position_rmse=1"],
+    ["verify"], ["hash", "--topics"], ["export", "--out", "csv"],
+)  # fmt: skip
+SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
+             ["export", "--format", "mat", "--out", "mat"], ["replay"], ["metrics", "--salvage"])  # fmt: skip
+SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--save", "view.rrd"],
+          ["plot", "--format", "svg", "--only", "position", "--out", "plot"])  # fmt: skip
+
+
+class HangError(BaseException):
+    """A verb computes for too long."""
+
+
+def hung(_number, _frame):
+    raise HangError
+
+
+class Findings:
+    """What went wrong, one bag kept of each kind."""
+
+    def __init__(self, folder):
+        self.folder, self.kinds, self.runs = folder, {}, Counter()
+
+    def note(self, kind, bag):
+        if kind not in self.kinds:
+            kept = self.folder / f"found-{len(self.kinds)}.mcap"
+            shutil.copy(bag, kept)
+            self.kinds[kind] = kept
+
+
+def told(words, bag, out):
+    """Return (exit code, stdout, stderr) of a verb, or what it raised as one line."""
+    places = [str(out / word) if before in ("--out", "--save") else word for before, word in pairwise(words)]
+    command = [words[0], str(bag), *places]
+    said, complained = io.StringIO(), io.StringIO()
+    signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complained), warnings.catch_warnings():
+            warnings.simplefilter("default")
+            code = cli.main(command)
+    except HangError:
+        return f"hang: more than {LONGEST} s", "", ""
+    except BaseException as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__}: {str(error)[:100]} at {Path(frame.filename).name}:{frame.lineno}", "", ""
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    return code, said.getvalue(), complained.getvalue()
+
+
+def problem_of(words, code, said, complained):
+    """Return what is wrong with how a verb ended."""
+    if code not in (0, 1, 2):
+        return f"{' '.join(words)}: {code}"
+    lines = len(complained.splitlines())
+    if lines != (1 if code == 2 else 0):
+        return f"{' '.join(words)}: exit code {code} with {lines} lines of complaint: {complained[:200]!r}"
+    if "\x1b" in said + complained:
+        return f"{' '.join(words)}: an escape byte"
+    return ""
+
+
+def by_mcap(path):
+    """Return {topic: (type, definition, [(payload, log time)])} as the mcap library reads a whole file."""
+    schemas, channels, found = {}, {}, {}
+    with path.open("rb") as stream:
+        for record in StreamReader(stream, validate_crcs=True).records:
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message):
+                channel = channels[record.channel_id]
+                schema = schemas[channel.schema_id]
+                entry = found.setdefault(channel.topic, (schema.name, schema.data.decode(), []))
+                entry[2].append((record.data, record.log_time))
+    return found
+
+
+def differing(path):
+    """Return which topic our reader sees otherwise than mcap and rosbags do, empty if none."""
+    try:
+        flight = open_flight(path)
+    except FlightLogError:
+        return ""
+    if flight.truncated:
+        return ""
+    try:
+        theirs = by_mcap(path)
+    except Exception:  # whatever mcap says to what it cannot read
+        return ""
+    for name, (kind, text, messages) in theirs.items():
+        ours = flight.payloads(name)[name]
+        if list(zip(*ours, strict=True)) != messages:
+            return f"{name}: other messages"
+        if name in flight.unreadable:
+            continue
+        try:
+            table = flight.array(name)
+            store = fuzz_bags.store_of(kind, text)
+            decoded = [store.deserialize_cdr(payload, kind) for payload, _ in messages]
+        except Exception:  # one of the two refuses it: then there is no number
+            continue
+        own = [field.name for field in flight.schema(name).types[flight.schema(name).root]]
+        for row, message in zip(table[own] if own else [], decoded, strict=False):
+            if fuzz_bags.flat(row) != fuzz_bags.flat(message, store):
+                return f"{name}: other numbers"
+    return ""
+
+
+def exported_otherwise(path, out):
+    """Return which exported number is not that of our reader's arrays (which are held against others above)."""
+    flight = open_flight(path)
+    for name in flight.topics:
+        file = out / "csv" / f"{name.strip('/')}.csv"
+        if not file.is_file() or name in flight.unreadable or "/" in name.strip("/"):
+            continue
+        table = flight.array(name)
+        csv.field_size_limit(1 << 30)
+        with file.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+        if len(rows) != len(table):
+            return f"{name}: {len(rows)} rows, expected {len(table)}"
+        for field in (field for field in table.dtype.names or () if table.dtype[field].kind == "f"):
+            if table.dtype[field].shape == () and field in (rows[0] if rows else {}):
+                pairs = zip(table[field].tolist(), (float(row[field]) for row in rows), strict=True)
+                if not all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in pairs):
+                    return f"{name}: {field}"
+    return ""
+
+
+def one(findings, bag, choice):
+    """Write a bag and try every verb on it."""
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        path, out = Path(name, "bag.mcap"), Path(name, "out")
+        out.mkdir()
+        try:
+            fuzz_bags.write(bag, path)
+        except (UnicodeEncodeError, OverflowError, ValueError):
+            return
+        findings.runs["bags"] += 1
+        verbs = [*ALWAYS, SOMETIMES[choice % len(SOMETIMES)]]
+        verbs += [SELDOM[choice // 8 % len(SELDOM)]] if choice % 8 == 0 else []
+        codes = {}
+        for words in verbs:
+            code, said, complained = told(words, path, out)
+            findings.runs[words[0]] += 1
+            codes[words[0]] = code
+            problem = problem_of(words, code, said, complained)
+            if problem:
+                findings.note(problem, path)
+        other = differing(path) or (exported_otherwise(path, out) if codes["export"] == 0 else "")
+        findings.runs["compared"] += 1
+        if other:
+            findings.note(f"other numbers: {other.rpartition(':')[2]}", path)
+
+
+def main():
+    figures, findings = Figures(), Findings(Path(tempfile.mkdtemp(prefix="fuzz-found-")))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.RLIM_INFINITY))
+    signal.signal(signal.SIGVTALRM, hung)
+    os.nice(19 - os.nice(0))
+    until, rounds = time.monotonic() + seconds(1800.0), 0
+    while time.monotonic() < until:
+
+        @seed(rounds)
+        @settings(max_examples=40, phases=[Phase.generate], database=None, deadline=None,
+                  suppress_health_check=list(HealthCheck))  # fmt: skip
+        @given(bag=fuzz_bags.bags(), choice=st.integers(0, 63))
+        def some(bag, choice):
+            if time.monotonic() < until:
+                one(findings, bag, choice)
+
+        some()
+        rounds += 1
+    print(f"     {findings.runs['bags']} bags, {sum(findings.runs.values())} runs: {dict(findings.runs)}")
+    for kind, kept in findings.kinds.items():
+        figures.check(False, f"{kind} ({kept})")
+    figures.check(
+        not findings.kinds, f"tracebacks, hangs and numbers that differ: {len(findings.kinds)} kinds, 0 wanted"
+    )
+    if not findings.kinds:
+        findings.folder.rmdir()
+    return figures.code()

@@ -1,0 +1,79 @@
+"""Hours of flying: real time at 500 Hz beside load, then lockstep flights back to back: memory, messages, one hash."""
+
+import re
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from figures import Figures, seconds
+from flying import ROLES, busy_loops, finish, fly, hash_of, node_pids, skipped_steps, start, wait_until_flying
+
+from quad_flight_log.bag.reader import open_flight
+
+FLIGHTS = 200
+FLAT = 1024.0  # kB after the first minute
+EVERY = 5.0  # s between two looks at the memory
+PERIOD = 2_000_000  # ns
+PLANT = ("state", "truth", "disturbance", "actuation")
+
+
+def memory(pids):
+    """Return {role: resident kB} of processes that still run."""
+    found = {}
+    for role, pid in pids.items():
+        status = Path(f"/proc/{pid}/status")
+        match = re.search(r"VmRSS:\s+(\d+)", status.read_text()) if status.exists() else None
+        if match:
+            found[role] = int(match[1])
+    return found
+
+
+def real_time(figures, folder, duration):
+    """Fly for ``duration`` s beside two busy loops."""
+    out, samples = folder / "real_time", []
+    with busy_loops(2, duration + 60.0):
+        words = ("hover", "--realtime", "--duration", str(duration), "--limits", "position_max=5", "--out", out)
+        flight = start(*words)
+        wait_until_flying(flight, out)
+        began = time.monotonic()
+        while flight.poll() is None and time.monotonic() - began < duration - EVERY:
+            time.sleep(EVERY)
+            samples.append((time.monotonic() - began, memory(node_pids(flight.pid))))
+        done = finish(flight, duration + 120.0)
+    said = "" if done.returncode == 0 else done.stderr.strip()[-300:]
+    figures.check(
+        done.returncode == 0, f"{duration:.0f} s in real time beside load: exit code {done.returncode} {said}"
+    )
+    settled = min(60.0, duration / 3)
+    for role in ROLES:
+        sizes = [(when, sizes[role]) for when, sizes in samples if when >= settled and role in sizes]
+        if sizes:
+            growth = np.median([size for _, size in sizes[-3:]]) - sizes[0][1]
+            figures.at_most(f"{role}: growth after {settled:.0f} s, from {sizes[0][1]} kB", growth, FLAT, "kB")
+    bag = open_flight(out)
+    late = skipped_steps(bag)
+    for topic in PLANT:
+        stamps = np.unique(bag.array(topic)["stamp_ns"])
+        missing = int(stamps[-1]) // PERIOD + 1 - len(stamps)
+        noted = bag.metadata.get(f"missing.{topic}", "0")
+        figures.at_most(f"{topic}: of {len(stamps)} steps missing, noted {noted}, skipped by the plant", missing, late)
+
+
+def back_to_back(figures, folder, duration):
+    """Fly the same flight again and again, at most FLIGHTS times, for ``duration`` s."""
+    until, hashes, codes = time.monotonic() + duration, [], []
+    while len(hashes) < FLIGHTS and (len(hashes) < 2 or time.monotonic() < until):
+        out = folder / f"flight-{len(hashes)}"
+        codes.append(fly("hover", "--duration", "1", "--out", out).returncode)
+        hashes.append(hash_of(out))
+    figures.check(set(codes) == {0}, f"{len(codes)} lockstep flights back to back: exit codes {set(codes)}")
+    figures.check(len(set(hashes)) == 1, f"{len(hashes)} lockstep flights: {len(set(hashes))} hashes")
+
+
+def main():
+    figures, duration = Figures(), seconds(3600.0)
+    with tempfile.TemporaryDirectory(prefix="soak-") as folder:
+        real_time(figures, Path(folder), duration / 2)
+        back_to_back(figures, Path(folder), duration / 2)
+    return figures.code()

@@ -1,0 +1,182 @@
+"""A hovering flight under the paper's laws and the guard, with three faults: one text for CPython and Numba."""
+
+import math
+from typing import NamedTuple
+
+from quad_attitude_ctrl import abfnitsm
+from quad_core import guard
+from quad_core.geometry import norm
+from quad_core.guard import Inputs
+from quad_core.guard_checks import StateSample, WrenchCommand
+from quad_core.guard_parameters import GuardParameters
+from quad_core.parameters import build
+from quad_core.types import (
+    CALM,
+    Actuation,
+    AttitudeInputs,
+    AttitudeThrust,
+    PositionInputs,
+    Quat,
+    Rotors,
+    TrajectoryPoint,
+    Vec3,
+    VehicleState,
+    Wrench,
+)
+from quad_core.vehicle import Vehicle
+from quad_dynamics import rigid_body
+from quad_dynamics.parameters import PlantParameters
+from quad_position_ctrl import aibs
+
+PERIOD = 2_000_000
+POSITION_STEPS = 5
+FOOT = 0.1
+
+WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_FOREIGN, WRENCH_OLD = range(5)
+STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN, STATE_STAMP = range(5, 10)
+KINDS = 10
+
+POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
+ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])
+
+guard_init, guard_step = guard.init, guard.step
+position_init, position_step = aibs.init, aibs.step
+attitude_init, attitude_step = abfnitsm.init, abfnitsm.step
+plant_step, observe = rigid_body.step, rigid_body.observe
+
+
+class Fault(NamedTuple):
+    """What goes wrong from step ``begin`` until before ``end``."""
+
+    kind: int
+    begin: int
+    end: int
+
+
+class Setup(NamedTuple):
+    """What does not change over a flight."""
+
+    vehicle: Vehicle
+    guard: GuardParameters
+    plant: PlantParameters
+    position: aibs.Parameters
+    attitude: abfnitsm.Parameters
+
+
+class Outcome(NamedTuple):
+    """How a flight ended: mode and reason of the guard, finite, contact, speed m/s and tilt rad then, max_tilt tilt."""
+
+    steps: int
+    mode: int
+    reason: int
+    finite: bool
+    touched: bool
+    speed: float
+    tilt: float
+    largest_tilt: float
+    height: float
+
+
+def setup_of(vehicle: Vehicle) -> Setup:
+    """Return the shipped laws for ``vehicle``."""
+    return Setup(vehicle, GuardParameters(), PlantParameters(), POSITION, ATTITUDE)
+
+
+def acts(fault: Fault, kind: int, k: int) -> bool:
+    """Return whether ``fault`` is of this kind and acts at step ``k``."""
+    return fault.kind == kind and fault.begin <= k < fault.end
+
+
+def any_acts(a: Fault, b: Fault, c: Fault, kind: int, k: int) -> bool:
+    """Return whether one of three faults is of this kind and acts at step ``k``."""
+    return acts(a, kind, k) or acts(b, kind, k) or acts(c, kind, k)
+
+
+def spoiled(command: WrenchCommand, a: Fault, b: Fault, c: Fault, k: int) -> WrenchCommand:
+    """Return what arrives of ``command`` under three faults."""
+    wrench, step, arrived, accepted = command.wrench, command.step, command.arrived, command.accepted
+    if any_acts(a, b, c, WRENCH_LOST, k):
+        arrived = False
+    if any_acts(a, b, c, WRENCH_NAN, k):
+        wrench = Wrench(math.nan, wrench.torque_b)
+    if any_acts(a, b, c, WRENCH_ABSURD, k):
+        wrench = Wrench(1e6, wrench.torque_b)
+    if any_acts(a, b, c, WRENCH_FOREIGN, k):
+        accepted = False
+    if any_acts(a, b, c, WRENCH_OLD, k):
+        step = step - 60
+    return WrenchCommand(wrench, step, step * PERIOD, arrived, accepted)
+
+
+def seen_state(state: VehicleState, frozen: VehicleState, a: Fault, b: Fault, c: Fault, k: int) -> StateSample:
+    """Return what the estimator says of ``state`` under three faults."""
+    p, q, stamp = state.p_w, state.q_wb, k * PERIOD
+    if any_acts(a, b, c, STATE_JUMP, k):
+        p = Vec3(p.x + 4.0, p.y, p.z)
+    if any_acts(a, b, c, STATE_NAN, k):
+        q = Quat(math.nan, q.y, q.z, q.w)
+    if any_acts(a, b, c, STATE_STAMP, k):
+        stamp = 0
+    reading = VehicleState(p, state.v_w, q, state.omega_b)
+    if any_acts(a, b, c, STATE_FROZEN, k):
+        reading = frozen
+    return StateSample(reading, k, stamp, not any_acts(a, b, c, STATE_LOST, k), True)
+
+
+def faulty_flight(
+    setup: Setup, start: rigid_body.State, a: Fault, b: Fault, c: Fault, steps: int, longest: int
+) -> Outcome:
+    """Return how a hover of ``steps`` steps ends under three faults; a descent is followed to the ground.
+
+    Where the guard refuses a state no controller sees it, and none answers.
+    """
+    vehicle, plant = setup.vehicle, start
+    dt = PERIOD / 1e9
+    zero = Vec3(0.0, 0.0, 0.0)
+    none = Rotors(0.0, 0.0, 0.0, 0.0)
+    actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
+    setpoint = AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0)
+    memory = guard_init(setup.guard, vehicle)
+    position, attitude = position_init(setup.position, vehicle), attitude_init(setup.attitude, vehicle)
+    first = observe(setup.plant, vehicle, plant)
+    reference = TrajectoryPoint(0.0, first.p_w, zero, zero, zero, zero, 0.0, 0.0, 0.0)
+    frozen = first
+    command = WrenchCommand(Wrench(0.0, zero), 0, 0, False, True)
+    mode, reason, k, max_tilt = 0, 0, 0, 0.0
+    finite, touched = True, False
+    while finite and not touched and k < longest and (k < steps or mode == 1):
+        state = observe(setup.plant, vehicle, plant)
+        sample = seen_state(state, frozen, a, b, c, k)
+        frozen = sample.state
+        if mode == 0 and sample.arrived and sample.state == state and sample.stamp == k * PERIOD:
+            if k % POSITION_STEPS == 0:
+                setpoint, position, _ = position_step(
+                    setup.position, vehicle, position, PositionInputs(state, reference, actuation), POSITION_STEPS * dt
+                )
+            wrench, attitude, _ = attitude_step(
+                setup.attitude, vehicle, attitude, AttitudeInputs(state, setpoint, actuation), dt
+            )
+            command = WrenchCommand(wrench, k, k * PERIOD, True, True)
+        else:
+            command = WrenchCommand(command.wrench, command.step, command.stamp, False, True)
+        inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, 0)
+        flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
+        mode, reason = report.mode, report.reason
+        finite = math.isfinite(flown.thrust + flown.torque_b.x + flown.torque_b.y + flown.torque_b.z)
+        plant, actuation = plant_step(setup.plant, vehicle, plant, flown, CALM, dt)
+        after = observe(setup.plant, vehicle, plant)
+        finite = finite and math.isfinite(norm(after.p_w) + norm(after.v_w) + norm(after.omega_b))
+        lean = tilt_of(after)
+        max_tilt = lean if lean > max_tilt else max_tilt
+        touched = after.p_w.z <= FOOT
+        k += 1
+    end = observe(setup.plant, vehicle, plant)
+    return Outcome(k, mode, reason, finite, touched, norm(end.v_w), tilt_of(end), max_tilt, end.p_w.z)
+
+
+def tilt_of(state: VehicleState) -> float:
+    """Return the angle in rad between body z and the vertical."""
+    cosine = 1.0 - 2.0 * (state.q_wb.x * state.q_wb.x + state.q_wb.y * state.q_wb.y)
+    if cosine >= 1.0:
+        return 0.0
+    return math.acos(cosine) if cosine > -1.0 else math.pi

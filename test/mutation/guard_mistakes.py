@@ -1,0 +1,69 @@
+"""Mistakes of guard, backup law and commander, by function: (rule, what stands there, what it becomes)."""
+
+GUARD = {
+    "quad_core.guard_checks.command_refusal": [
+        ("finite", "wrench.thrust + torque.x + torque.y + torque.z", "wrench.thrust + torque.x + torque.y"),
+        ("newer", "command.step <= last_step", "command.step < last_step"),
+        ("ahead", "lead > limits.ahead", "lead < -limits.ahead"),
+        ("old", "-lead > limits.too_old", "-lead > 10.0 * limits.too_old"),
+        ("stamp", "command.stamp != command.step * period", "command.stamp < command.step * period"),
+    ],
+    "quad_core.guard_checks.largest_torque": [
+        ("8", "2.0 * DIAGONAL * tilting", "DIAGONAL * tilting"),
+        ("8", "2.0 * rotor", "rotor"),
+    ],
+    "quad_core.guard_checks.is_frozen": [("frozen", "state != last", "state == last")],
+    "quad_core.guard_checks.position_change": [("jump", "gap * last.v_w.x", "gap * last.v_w.y")],
+    "quad_core.guard_checks.attitude_change": [("jump", "abs(", "(")],
+    "quad_core.guard_state.expired": [("window", "<= limits.refused_window", ">= limits.refused_window")],
+    "quad_core.guard_state.counted": [("window", "refusals.recent + 1", "refusals.recent + 2")],
+    "quad_core.guard.condition": [
+        ("wrench lost", "command_age > parameters.command.lost_age", "command_age > parameters.command.warn_age"),
+        ("state lost", "state_age > parameters.state.lost_age", "state_age > parameters.state.gone_age"),
+        ("state gone", "rate_age > parameters.state.gone_age", "state_age > parameters.state.gone_age"),
+        ("tilt", "height < tilt.low_height", "height > tilt.low_height"),
+    ],
+    "quad_core.guard.next_mode": [
+        ("kill", "wrong >= STATE_GONE", "wrong > STATE_GONE"),
+        ("severity", "asked > memory.mode", "asked != memory.mode"),
+        ("release", "timers.good >= parameters.settle_time", "timers.good >= 0.0"),
+    ],
+    "quad_core.backup.level_torque": [
+        ("attitude", "stiffness * y", "stiffness * x"),
+        ("attitude", "- damping * p", "+ damping * p"),
+        ("yaw", "-zz * law.yaw_rate_bandwidth", "zz * law.yaw_rate_bandwidth"),
+    ],
+    "quad_core.backup.desired_direction": [
+        ("brake", "-law.velocity_bandwidth * state.v_w.x", "law.velocity_bandwidth * state.v_w.x")
+    ],
+    "quad_core.backup.descent_thrust": [("sink", "-sinking - vertical_speed", "sinking - vertical_speed")],
+    "quad_core.backup.contact": [("stop", "low and ramp <= 0.0", "ramp <= RESTING_RAMP")],
+    "quad_core.backup.predicted_rates": [("1", "(xx - yy) * p * q", "(yy - xx) * p * q")],
+}
+
+COMMANDER = {
+    "quad_commander.modes.step": [
+        ("progress", "raised & FLAGS[condition] and TABLE[mode][condition] != mode", "raised & FLAGS[condition]"),
+        ("lasting", "0 if mode == DISARMED else lasting(raised)", "lasting(raised)"),
+        ("mission", "memory.in_mission and (reason != ON_REQUEST)", "memory.in_mission"),
+        ("release", "if memory.mode == DESCEND", "if memory.mode != DESCEND"),
+    ],
+    "quad_commander.modes.asked": [
+        ("blocked", "target < mode or target == ARMING", "target < mode"),
+        ("pilot", "not raised & FLAGS[CONTACT]", "raised & FLAGS[CONTACT]"),
+    ],
+    "quad_commander.modes.most_severe": [("severity", "following > worst", "following < worst")],
+    "quad_commander.modes.watch": [
+        ("contact", "health.thrust < parameters.contact_thrust", "health.thrust > parameters.contact_thrust"),
+    ],
+    "quad_commander.modes.faults_of_inputs": [("guard", "wrong or unseen", "wrong and unseen")],
+    "quad_commander.modes.guard_request": [("release", "release > 0.0", "release >= 0.0")],
+    "quad_commander.references.stopped": [
+        ("stop", "a * abs(a)", "a * a"),
+        ("stop", "0.5 * (a - peak) * first", "0.5 * (a + peak) * first"),
+    ],
+    "quad_commander.references.rest_to_rest": [("move", "4.0 * way", "2.0 * way")],
+    "quad_commander.references.plan_mode": [("land", "z.end > ground_height", "z.end < ground_height")],
+    "quad_commander.missions.next_request": [("hold", "memory.time + dt >= item.value", "memory.time + dt >= 0.0")],
+    "quad_commander.arming.outside": [("fence", "not all(", "not any(")],
+}

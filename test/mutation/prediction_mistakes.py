@@ -1,0 +1,34 @@
+"""Mistakes of the prediction of late states, by function: (rule, what stands there, what it becomes)."""
+
+PREDICTION = {
+    "quad_core.prediction.predict": [
+        ("rates", "scale(ages.z, mean)", "scale(-ages.z, mean)"),
+        ("rates", "2.0 / window", "1.0 / window"),
+        ("window", "ages.y if ages.y > ages.z else ages.z", "ages.z"),
+        ("attitude", "0.5 * ages.y", "-0.5 * ages.y"),
+        ("attitude", "scale(0.5 * ages.y, mean)), ages.y)", "scale(0.5 * ages.y, mean)), ages.x)"),
+        ("velocity", "add(state.v_w, scale(ages.x, acceleration))", "state.v_w"),
+        ("bounded", "parameters.position_age + held.x > parameters.max_age", "held.x > parameters.max_age"),
+    ],
+    "quad_core.prediction._smoothed": [
+        ("smoothing", "1.0 - z * z", "1.0 - z"),
+        ("smoothing", "(1.0 - z) * (1.0 - z) / dt", "(1.0 - z) / dt"),
+        ("smoothing", "add(acceleration, known.disturbance_w)", "acceleration"),
+    ],
+    "quad_core.prediction.held_for": [
+        ("held", "held.x + dt", "dt"),
+        ("held", "before.v_w.x == state.v_w.x", "True"),
+        ("held", "held.y + dt if same_attitude", "held.y + dt if same_rates"),
+    ],
+    "quad_core.prediction.angular_acceleration": [
+        ("1", "(torque.x - turning.x) / xx", "(torque.x + turning.x) / xx"),
+        ("1", "(torque.y - turning.y) / yy", "(torque.y - turning.y) / xx"),
+    ],
+    "quad_core.prediction.explained": [("1", "- vehicle.gravity", "+ vehicle.gravity")],
+    "quad_core.prediction.ahead": [("motion", "0.5 * time * time", "time * time")],
+    "quad_core.prediction.moved_towards": [("lag", "-rate * dt", "-dt")],
+    "quad_core.prediction.turned": [
+        ("13", "0.5 * time * omega.z", "time * omega.z"),
+        ("13", "q.w * x + q.x * cosine + q.y * z", "q.w * x + q.x * cosine - q.y * z"),
+    ],
+}

@@ -1,0 +1,107 @@
+"""The vehicle of the fake autopilot: rigid body in NED and FRD, four rotors, allocation and PX4-like controllers.
+
+Written from PX4's documentation alone: nothing here imports the bridge or the flight stack.
+"""
+
+import numpy as np
+
+GRAVITY = 9.81
+PLACES = np.array(
+    [[0.174, 0.174], [-0.174, -0.174], [0.174, -0.174], [-0.174, 0.174]]
+)  # m: front right, rear left, ...
+TURNS = np.array([1.0, 1.0, -1.0, -1.0])  # +1 counter-clockwise seen from above
+
+
+class Body:
+    """A quadrotor on flat ground; ``step`` moves it by 4 ms."""
+
+    def __init__(self, mass=2.064, max_thrust=8.549, drag_ratio=0.016, lag=0.0125):
+        self.mass, self.max_thrust, self.drag_ratio, self.lag = mass, max_thrust, drag_ratio, lag
+        self.inertia = np.array([0.02362, 0.02362, 0.0439])
+        self.p, self.v, self.w = np.zeros(3), np.zeros(3), np.zeros(3)
+        self.r = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # nose east: yaw 0 in ENU
+        self.thrusts = np.zeros(4)
+        self.effectiveness = np.array([-PLACES[:, 1], PLACES[:, 0], drag_ratio * TURNS, np.ones(4)]) * max_thrust
+        mix = np.linalg.pinv(self.effectiveness / max_thrust)
+        mix[:, :2] /= max(np.sqrt(np.sum(mix[:, axis] ** 2) / 2.0) for axis in (0, 1))
+        mix[:, 2] /= mix[:, 2].max()
+        mix[:, 3] /= np.abs(mix[:, 3]).mean()
+        self.mix = mix
+
+    @property
+    def on_ground(self):
+        """Return whether the legs touch."""
+        return self.p[2] >= -1e-9
+
+    def allocate(self, torque, thrust):
+        """Return the commands 0..1 of the motors for normalised setpoints (FRD; thrust downwards is negative z)."""
+        return np.clip(self.mix @ [*torque, -thrust[2]], 0.0, 1.0)
+
+    def wrench(self, commands):
+        """Return FRD torque in N m and thrust in N of motor commands."""
+        found = self.effectiveness @ commands
+        return found[:3], found[3]
+
+    def step(self, commands, dt=0.004):
+        """Move on by ``dt`` s."""
+        self.thrusts += (commands - self.thrusts) * (1.0 - np.exp(-dt / self.lag))
+        torque, thrust = self.wrench(self.thrusts)
+        acceleration = np.array([0.0, 0.0, GRAVITY]) - self.r[:, 2] * thrust / self.mass - 0.3 * self.v / self.mass
+        self.w = self.w + dt * (torque - np.cross(self.w, self.inertia * self.w)) / self.inertia
+        self.v = self.v + dt * acceleration
+        self.p = self.p + dt * self.v
+        x, y, z = dt * self.w
+        turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        u, _, vt = np.linalg.svd(self.r @ (np.eye(3) + turn + 0.5 * turn @ turn))
+        self.r = u @ vt
+        if self.p[2] > 0.0 or (self.p[2] >= 0.0 and self.v[2] >= 0.0):
+            self.p[2], self.v, self.w = 0.0, np.zeros(3), np.zeros(3)
+
+    def quaternion(self):
+        """Return the attitude as wxyz, by the largest of the four ways."""
+        m = self.r
+        squares = 0.25 * np.array([
+            1 + m[0, 0] + m[1, 1] + m[2, 2],
+            1 + m[0, 0] - m[1, 1] - m[2, 2],
+            1 - m[0, 0] + m[1, 1] - m[2, 2],
+            1 - m[0, 0] - m[1, 1] + m[2, 2],
+        ])  # fmt: skip
+        k = int(np.argmax(squares))
+        a = np.sqrt(squares[k])
+        off = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+        both = {(1, 2): m[0, 1] + m[1, 0], (1, 3): m[0, 2] + m[2, 0], (2, 3): m[1, 2] + m[2, 1]}
+        q = np.zeros(4)
+        q[k] = a
+        for i in range(4):
+            if i != k:
+                part = off[max(i, k) - 1] if 0 in (i, k) else both[(min(i, k), max(i, k))]
+                q[i] = part / (4.0 * a)
+        return q
+
+    def matrix(self, q):
+        """Return the rotation matrix of a quaternion wxyz."""
+        w, x, y, z = np.asarray(q) / np.linalg.norm(q)
+        return np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ])  # fmt: skip
+
+    def hold_rates(self, rates, thrust):
+        """Return motor commands of a rate controller; ``thrust`` is normalised, upwards positive."""
+        torque = self.inertia * 20.0 * (np.asarray(rates) - self.w)
+        return np.clip(np.linalg.inv(self.effectiveness) @ [*torque, 4.0 * self.max_thrust * thrust], 0.0, 1.0)
+
+    def hold_attitude(self, wanted, thrust):
+        """Return motor commands of an attitude controller for a rotation matrix."""
+        error = 0.5 * (wanted.T @ self.r - self.r.T @ wanted)
+        return self.hold_rates(-6.0 * np.array([error[2, 1], error[0, 2], error[1, 0]]), thrust)
+
+    def land(self):
+        """Return motor commands that bring the vehicle down at 0.7 m/s, as PX4 does with its own controllers."""
+        force = self.mass * (np.array([0.0, 0.0, GRAVITY]) + 2.0 * (self.v - [0.0, 0.0, 0.7]))
+        down = force / np.linalg.norm(force)
+        right = np.cross(down, [*self.r[:2, 0], 0.0])
+        right /= np.linalg.norm(right)
+        wanted = np.array([np.cross(right, down), right, down]).T
+        return self.hold_attitude(wanted, np.linalg.norm(force) / (4.0 * self.max_thrust))

@@ -1,0 +1,291 @@
+"""An autopilot that can refuse, over the real DDS wire: python fake_px4.py REPORT '{"option": value}'.
+
+It is written from interface facts and imports nothing of the bridge. It cannot show an estimator, true scale or true
+timing. It writes REPORT (JSON) when it is stopped. Options are the fields of ``OPTIONS``; times are s of its clock.
+"""
+
+import json
+import os
+import signal
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from body import Body
+from px4_msgs import msg
+from rclpy.clock import Clock, ClockType
+from rclpy.experimental import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+OPTIONS = {
+    "bad_preflight": False,
+    "ack_delay": 0.02,
+    "lost_acks": [],
+    "refused": {},  # {command: result}
+    "drop": 0.0,  # share of the odometry
+    "reorder": 0.0,
+    "nan_every": 0,  # samples
+    "reset_after": 0.0,  # s in offboard and armed; 0: never
+    "reset_by": 0.1,  # m
+    "pilot_after": 0.0,
+    "silent_after": 0.0,  # no odometry from then on
+    "spool_up": 1.0,
+    "version": 1,
+}
+SET_MODE, ARM, LAND = 176, 400, 21
+OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL = 14, 4, 18, 2
+ARMED, DISARMED = 2, 1
+BEATS, LOSS = 20, 1.0
+LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
+
+
+class FakePx4:
+    """State machine, controllers and messages around a ``Body``."""
+
+    def __init__(self, options):
+        self.options = {**OPTIONS, **options}
+        self.body, self.random = Body(), np.random.default_rng(3)
+        self.now = 3.0  # its own clock, of no other's epoch
+        self.nav_state, self.arming_state, self.failsafe = AUTO_LOITER, DISARMED, False
+        self.beats, self.last_beat, self.level = 0, -1.0, ""
+        self.torque, self.thrust, self.motors = np.zeros(3), np.zeros(3), np.zeros(4)
+        self.attitude, self.attitude_thrust = np.eye(3), 0.0
+        self.rates, self.rates_thrust = np.zeros(3), 0.0
+        self.armed_at, self.landed_for, self.flown_for = 0.0, 0.0, 0.0
+        self.acks, self.held_back, self.resets, self.shift = [], None, 0, np.zeros(3)
+        self.samples, self.next_sample = 0, 0.0
+        self.report = {"events": [], "wrenches": [], "poses": [], "heartbeats": [], "setpoints": [], "idle_broken": 0}
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node("fake_px4", enable_rosout=False, start_parameter_services=False)
+        self.listen()
+
+    def listen(self):
+        out = QoSProfile(
+            depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.TRANSIENT_LOCAL
+        )
+        into = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
+        self.odometry_out = self.node.create_publisher(msg.VehicleOdometry, "/fmu/out/vehicle_odometry", out)
+        self.status_out = self.node.create_publisher(msg.VehicleStatus, "/fmu/out/vehicle_status_v1", out)
+        self.ack_out = self.node.create_publisher(msg.VehicleCommandAck, "/fmu/out/vehicle_command_ack", out)
+        self.flags_out = self.node.create_publisher(msg.FailsafeFlags, "/fmu/out/failsafe_flags", out)
+        for kind, name, callback in (
+            (msg.OffboardControlMode, "offboard_control_mode", self.on_beat),
+            (msg.VehicleThrustSetpoint, "vehicle_thrust_setpoint", self.on_thrust),
+            (msg.VehicleTorqueSetpoint, "vehicle_torque_setpoint", self.on_torque),
+            (msg.ActuatorMotors, "actuator_motors", self.on_motors),
+            (msg.VehicleAttitudeSetpoint, "vehicle_attitude_setpoint_v1", self.on_attitude),
+            (msg.VehicleRatesSetpoint, "vehicle_rates_setpoint", self.on_rates),
+            (msg.VehicleCommand, "vehicle_command", self.on_command),
+        ):
+            self.node.create_subscription(kind, f"/fmu/in/{name}", callback, into)
+
+    def note(self, what):
+        self.report["events"].append([round(self.now, 3), what])
+
+    def on_beat(self, message):
+        if self.now - self.last_beat > LOSS:
+            self.beats = 0
+        levels = (
+            "position",
+            "velocity",
+            "acceleration",
+            "attitude",
+            "body_rate",
+            "thrust_and_torque",
+            "direct_actuator",
+        )
+        self.level = next((level for level in levels if getattr(message, level)), "")
+        self.beats, self.last_beat = self.beats + 1, self.now
+        self.report["heartbeats"].append(round(self.now, 4))
+
+    def on_thrust(self, message):
+        self.thrust = np.array(message.xyz, dtype=float)
+        self.setpoint_came(message.timestamp_sample)
+
+    def on_torque(self, message):
+        self.torque = np.array(message.xyz, dtype=float)
+        torque, thrust = self.body.wrench(self.body.mix @ [*self.torque, -self.thrust[2]])
+        if self.arming_state == ARMED:
+            self.report["wrenches"].append([message.timestamp_sample, thrust, *torque])
+
+    def on_motors(self, message):
+        if not all(np.isnan(message.control[4:])):
+            self.note("controls beyond the motors are not NaN")
+        self.motors = np.array(message.control[:4], dtype=float)
+        torque, thrust = self.body.wrench(self.motors)
+        if self.arming_state == ARMED:
+            self.report["wrenches"].append([message.timestamp_sample, thrust, *torque])
+        self.setpoint_came(message.timestamp_sample)
+
+    def on_attitude(self, message):
+        self.attitude, self.attitude_thrust = self.body.matrix(message.q_d), -float(message.thrust_body[2])
+        self.setpoint_came(0)
+
+    def on_rates(self, message):
+        self.rates, self.rates_thrust = (
+            np.array([message.roll, message.pitch, message.yaw]),
+            -float(message.thrust_body[2]),
+        )
+        self.setpoint_came(0)
+
+    def setpoint_came(self, sampled):
+        self.report["setpoints"].append([round(self.now, 4), sampled])
+        spooling = self.arming_state == ARMED and self.now - self.armed_at < self.options["spool_up"]
+        if spooling and max(-self.thrust[2], *self.motors, self.attitude_thrust, self.rates_thrust) > 0.01:
+            self.report["idle_broken"] += 1
+
+    def on_command(self, message):
+        if message.target_system != 1 or message.target_component != 1:
+            return
+        self.note(f"command {message.command}")
+        result = self.options["refused"].get(str(message.command), self.carry_out(message))
+        if message.command not in self.options["lost_acks"]:
+            self.acks.append((self.now + self.options["ack_delay"], message.command, result))
+
+    def carry_out(self, message):
+        """Return the result of a command; what is refused has no effect."""
+        if str(message.command) in self.options["refused"]:
+            return 2
+        if message.command == SET_MODE:
+            if (message.param1, message.param2) != (1.0, 6.0):
+                return 3
+            if self.beats < BEATS or self.now - self.last_beat > LOSS:
+                return 1
+            self.nav_state = OFFBOARD
+        elif message.command == ARM:
+            if message.param1 != 1.0 or self.nav_state != OFFBOARD or self.options["bad_preflight"]:
+                return 1
+            self.arming_state, self.armed_at = ARMED, self.now
+        elif message.command == LAND:
+            self.nav_state = AUTO_LAND
+        else:
+            return 3
+        self.note(f"nav_state {self.nav_state}, arming_state {self.arming_state}")
+        return 0
+
+    def motor_commands(self):
+        if self.arming_state != ARMED or self.now - self.armed_at < self.options["spool_up"]:
+            return np.zeros(4)
+        if self.nav_state != OFFBOARD:
+            return self.body.land()
+        return {
+            "thrust_and_torque": lambda: self.body.allocate(self.torque, self.thrust),
+            "direct_actuator": lambda: np.clip(self.motors, 0.0, 1.0),
+            "attitude": lambda: self.body.hold_attitude(self.attitude, self.attitude_thrust),
+            "body_rate": lambda: self.body.hold_rates(self.rates, self.rates_thrust),
+        }.get(self.level, lambda: np.zeros(4))()
+
+    def step(self):
+        """Go on by 4 ms."""
+        options = self.options
+        flying = self.arming_state == ARMED and self.nav_state == OFFBOARD
+        self.flown_for += 0.004 if flying else 0.0
+        if flying and self.now - self.last_beat > LOSS:
+            self.nav_state, self.failsafe = AUTO_LAND, True
+            self.note("offboard lost")
+        if flying and 0.0 < options["pilot_after"] < self.flown_for:
+            self.nav_state, options["pilot_after"] = POSCTL, 0.0
+            self.note("pilot")
+        if flying and 0.0 < options["reset_after"] < self.flown_for:
+            self.resets, options["reset_after"] = self.resets + 1, 0.0
+            self.shift = np.array([options["reset_by"], 0.0, 0.0])
+            self.note("reset")
+        self.body.step(self.motor_commands())
+        down = self.arming_state == ARMED and self.nav_state != OFFBOARD and self.body.on_ground
+        self.landed_for = self.landed_for + 0.004 if down else 0.0
+        if self.landed_for > 0.3:
+            self.arming_state = DISARMED
+            self.note("disarmed")
+        self.now += 0.004
+
+    def publish(self):
+        """Send what is due; odometry is 8 or 12 ms apart."""
+        if self.now >= self.next_sample:
+            self.next_sample = self.now + (0.008 if self.samples % 2 else 0.012) - 1e-6
+            self.samples += 1
+            self.send_odometry()
+        for due in [ack for ack in self.acks if ack[0] <= self.now]:
+            self.acks.remove(due)
+            self.ack_out.publish(msg.VehicleCommandAck(timestamp=self.stamp(), command=due[1], result=due[2]))
+        if round(self.now / 0.004) % 25 == 0:
+            invalid = self.options["bad_preflight"]
+            self.flags_out.publish(
+                msg.FailsafeFlags(
+                    timestamp=self.stamp(), local_position_invalid=invalid, offboard_control_signal_lost=self.failsafe
+                )
+            )
+        if round(self.now / 0.004) % 5 == 0:
+            self.status_out.publish(
+                msg.VehicleStatus(
+                    timestamp=self.stamp(),
+                    arming_state=self.arming_state,
+                    nav_state=self.nav_state,
+                    failsafe=self.failsafe,
+                    pre_flight_checks_pass=not self.options["bad_preflight"],
+                )
+            )
+
+    def stamp(self):
+        return round(1e6 * self.now)
+
+    def send_odometry(self):
+        options, body = self.options, self.body
+        if 0.0 < options["silent_after"] < self.flown_for or self.random.random() < options["drop"]:
+            return
+        message = msg.VehicleOdometry(timestamp=self.stamp() + 600, timestamp_sample=self.stamp())
+        message.pose_frame = message.velocity_frame = 1
+        message.position, message.velocity = (body.p + self.shift).tolist(), body.v.tolist()
+        message.q, message.angular_velocity = body.quaternion().tolist(), body.w.tolist()
+        message.reset_counter = self.resets
+        if options["nan_every"] and self.samples % options["nan_every"] == 0:
+            message.position = [float("nan")] * 3
+        held, self.held_back = self.held_back, None
+        if held is None and self.random.random() < options["reorder"]:
+            self.held_back = message
+            return
+        self.odometry_out.publish(message)
+        if held is not None:
+            self.odometry_out.publish(held)
+        self.report["poses"].append([message.timestamp_sample, *(body.p).tolist()])
+
+    def run(self, done):
+        """Fly until ``done``; where the machine is late, this clock waits: a burst of messages is no autopilot's."""
+        began, steps = time.monotonic(), 0
+
+        def catch_up():
+            nonlocal began, steps
+            began = max(began, time.monotonic() - 0.004 * (steps + 6))
+            while began + 0.004 * steps <= time.monotonic():
+                self.step()
+                self.publish()
+                steps += 1
+
+        self.node.create_timer(0.004, catch_up, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        # An autopilot has a processor of its own.
+        for task in Path("/proc/self/task").iterdir():
+            with suppress(PermissionError, ProcessLookupError):
+                os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(41))
+        executor = EventsExecutor()
+        executor.add_node(self.node)
+        print("up", flush=True)
+        while not done.done():
+            executor.spin_until_future_complete(done, timeout_sec=0.5)
+
+
+def main():
+    """Run until SIGTERM."""
+    done = Future()
+    fake = FakePx4(json.loads(sys.argv[2]) if len(sys.argv) > 2 else {})
+    for name in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(name, lambda *_: done.set_result(None))
+    fake.run(done)
+    Path(sys.argv[1]).write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

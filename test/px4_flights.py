@@ -1,0 +1,144 @@
+"""The bridge beside the fake autopilot: messages of its own built once, processes, what came of it."""
+
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from ament_index_python.packages import get_package_prefix
+from flying import LONGEST, ROOT, executable, wait_until
+
+from quad_bringup.domains import reserved_domain
+
+HERE = Path(__file__).parent / "px4"
+BRIDGE = Path(get_package_prefix("quad_px4"), "lib", "quad_px4", "px4_bridge")
+PERIODS = ["-p", "flight.mode:=realtime", "-p", "flight.plant_period:=4000000"]
+AIRFRAME = """
+/**:
+  ros__parameters:
+    airframe:
+      max_rotor_thrust: 8.549
+      rotor0: {px: 0.174, py: 0.174, km: 0.016}
+      rotor1: {px: -0.174, py: -0.174, km: 0.016}
+      rotor2: {px: 0.174, py: -0.174, km: -0.016}
+      rotor3: {px: -0.174, py: 0.174, km: -0.016}
+"""
+CONFIG = ROOT / "src/quad_flight/quad_flight/config"
+VEHICLE, GAINS = CONFIG / "vehicles/x500.yaml", CONFIG / "controllers/x500.yaml"
+
+
+def environment() -> dict[str, str]:
+    """Return the environment in which px4_msgs is found; builds it where it lacks."""
+    sources = [
+        HERE / "px4_msgs/CMakeLists.txt",
+        HERE / "px4_msgs/package.xml",
+        *sorted(HERE.glob("px4_msgs/msg/*.msg")),
+    ]
+    key = hashlib.sha256(b"".join([sys.prefix.encode(), *(path.read_bytes() for path in sources)])).hexdigest()[:16]
+    prefix = ROOT / ".cache" / f"px4_msgs-{key}"
+    if not (prefix / "share/px4_msgs/package.xml").is_file():
+        build(prefix)
+    packages = next(prefix.glob("lib/python*/site-packages"))
+    found = dict(os.environ)
+    for name, path in (("AMENT_PREFIX_PATH", prefix), ("PYTHONPATH", packages), ("LD_LIBRARY_PATH", prefix / "lib")):
+        found[name] = os.pathsep.join([str(path), *filter(None, [found.get(name)])])
+    return found
+
+
+def build(prefix: Path) -> None:
+    """Build the messages into ``prefix``, all or nothing."""
+    made = prefix.with_name(prefix.name + f".{os.getpid()}")
+    wheels = "QUAD_ROS" not in os.environ and (Path(sys.prefix) / "share/rclpy").is_dir()
+    given = dict(os.environ)
+    if wheels:
+        for name in ("PYTHONPATH", "LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE"):
+            given.pop(name, None)
+        given.update(AMENT_PREFIX_PATH=sys.prefix, CMAKE_PREFIX_PATH=sys.prefix)
+    generator = ["-G", "Ninja"] if shutil.which("ninja") else []
+    options = ["-DCMAKE_BUILD_TYPE=None", "-DCMAKE_C_FLAGS=-O0", "-DCMAKE_CXX_FLAGS=-O0", "-Wno-dev"]
+    options += [f"-DPython3_EXECUTABLE={sys.executable}", f"-DCMAKE_INSTALL_PREFIX={made}"]
+    for words in (
+        ["cmake", "-S", HERE / "px4_msgs", "-B", f"{made}-build", *generator, *options],
+        ["cmake", "--build", f"{made}-build", "--target", "install"],
+    ):
+        done = subprocess.run(list(map(str, words)), env=given, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    shutil.rmtree(f"{made}-build")
+    made.rename(prefix)
+
+
+class Ended(NamedTuple):
+    """How a bridge ended, and what the fake autopilot saw."""
+
+    code: int
+    output: str
+    report: dict
+
+
+class Flight:
+    """A fake autopilot and a bridge in a domain of their own; other processes may join."""
+
+    def __init__(self, folder: Path, given: dict[str, str], options: dict, *bridge: str) -> None:
+        """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
+        self.folder, self.processes = folder, []
+        folder.mkdir()
+        self._domain = reserved_domain(None)
+        self.environment = {**given, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
+        (folder / "airframe.yaml").write_text(AIRFRAME, "utf-8")
+        self.fake = self.start(
+            "fake", [sys.executable, HERE / "fake_px4.py", folder / "report.json", json.dumps(options)]
+        )
+        log = folder / "fake.log"
+        wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
+        files = ["--params-file", VEHICLE, "--params-file", folder / "airframe.yaml"]
+        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *files, *PERIODS, *bridge])
+
+    def node(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
+        """Start a node of the flight with the gains of the x500."""
+        files = [word for path in (VEHICLE, GAINS) for word in ("--params-file", path)]
+        return self.start(role, [executable(role), "--ros-args", *files, *PERIODS, *arguments])
+
+    def start(self, name: str, command: list) -> subprocess.Popen[bytes]:
+        """Start a process whose output goes to ``name``.log."""
+        with (self.folder / f"{name}.log").open("wb") as output:
+            process = subprocess.Popen(
+                list(map(str, command)), env=self.environment, stdout=output, stderr=subprocess.STDOUT
+            )
+        self.processes.append(process)
+        return process
+
+    def end(self, patience: float = LONGEST) -> Ended:
+        """Wait for the bridge, stop all and return how it ended."""
+        try:
+            code = self.bridge.wait(patience)
+        except subprocess.TimeoutExpired:
+            code = -1
+        return self.stop(code)
+
+    def wait_for(self, word: str) -> None:
+        """Wait until the bridge has said ``word``."""
+        log = self.folder / "bridge.log"
+        wait_until(lambda: word in log.read_text("utf-8"), LONGEST, f"{word} of {log}")
+
+    def __enter__(self) -> "Flight":
+        """Return the flight."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop all that still runs."""
+        for process in self.processes:
+            process.kill()
+            process.wait()
+        self._domain.__exit__(None, None, None)
+
+    def stop(self, code: int) -> Ended:
+        """Stop the fake and return how the bridge ended."""
+        self.fake.send_signal(signal.SIGTERM)
+        self.fake.wait(LONGEST)
+        report = json.loads((self.folder / "report.json").read_text("utf-8"))
+        return Ended(code, (self.folder / "bridge.log").read_text("utf-8"), report)

@@ -1,0 +1,220 @@
+"""check_plant names the rule that a vehicle breaks, and always ends: one vehicle for each broken rule."""
+
+import math
+import time
+
+import pytest
+import rclpy
+from flying import ROOT
+from own_node import loaded
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from quad_bringup.domains import reserved_domain
+from quad_dynamics.check_plant import node as check
+from quad_dynamics.check_plant.report import Report
+from quad_msgs.msg import Actuation, FlightState, NodeStatus, VehicleState
+
+pytestmark = pytest.mark.flight
+
+Vehicle = loaded(ROOT / "examples/own_nodes/vehicle.py").Vehicle
+LONGEST = 90.0
+SETTINGS = (
+    "flight.roles:=simulator,attitude_controller", "flight.plant_period:=10000000", "flight.start_timeout:=3.0",
+    "flight.run_id:=mine",
+)  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def hurried(monkeypatch):
+    """Let the check wait a shorter time for what will never come."""
+    monkeypatch.setattr(check, "_ANSWER", 3.0)
+    monkeypatch.setattr(check, "_END", 5.0)
+
+
+def checked(vehicle, *settings):
+    """Return the report on a vehicle (None: nobody) and how long the check took in s."""
+    words = [word for setting in (*SETTINGS, *settings) for word in ("-p", setting)]
+    with reserved_domain(None) as domain:
+        rclpy.init(args=["--ros-args", *words], domain_id=domain)
+        try:
+            report = Report()
+            nodes = [check.PlantCheck(report), *([vehicle()] if vehicle else [])]
+            executor = SingleThreadedExecutor()
+            for each in nodes:
+                executor.add_node(each)
+            began = time.monotonic()
+            while not nodes[0].done.done() and time.monotonic() - began < LONGEST:
+                executor.spin_once(timeout_sec=0.1)
+            took = time.monotonic() - began
+            for each in nodes:
+                executor.remove_node(each)
+                each.destroy_node()
+        finally:
+            rclpy.try_shutdown()
+    return report, took
+
+
+def altered(**methods):
+    """Return a vehicle of which some methods are others."""
+    return type("Altered", (Vehicle,), methods)
+
+
+class Sends(Vehicle):
+    """A vehicle whose messages ``change`` alters just before they go out; it returns False for one that is lost."""
+
+    def __init__(self):
+        self.count = 0
+        super().__init__()
+
+    def create_publisher(self, kind, topic, qos, **options):
+        found = super().create_publisher(kind, topic, qos, **options)
+        publish = found.publish
+        if kind in (VehicleState, Actuation, FlightState, NodeStatus):
+            found.publish = lambda message: self.change(message) is not False and publish(message)
+        return found
+
+
+def changing(kind, **values):
+    def change(_self, message):
+        for name, value in values.items() if isinstance(message, kind) else ():
+            setattr(message, name, value)
+
+    return type("Changing", (Sends,), {"change": change})
+
+
+def losing(lost):
+    return type("Losing", (Sends,), {"change": lambda self, message: not lost(self, message)})
+
+
+def other_numbers(self, message):
+    if isinstance(message, VehicleState):
+        self.count += 1
+        message.p_w = [0.0, 0.0, 1e-6 * self.count]
+
+
+def odd_stamp(self, message):
+    if isinstance(message, VehicleState):
+        message.stamp.nanosec += 1
+
+
+def takes_any_step(self, message):
+    message.header.stamp = self.stamp(self.step)
+    Vehicle.on_wrench(self, message)
+
+
+def takes_anything(self, message):
+    stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+    if stamp == self.step * self.period:
+        self.wrench = [message.wrench.force.z, 0.0, 0.0, 0.0] if math.isfinite(message.wrench.force.z) else [0.0] * 4
+        self.go_on()
+
+
+def skips(self):
+    self.step += 1
+    Vehicle.integrate(self)
+
+
+def falls(self):
+    self.wrench[0] = 0.0
+    Vehicle.integrate(self)
+
+
+def starts_late(self):
+    self.step = self.step or 5
+    Vehicle.publish_state(self)
+
+
+def babbles(self):
+    Vehicle.on_tick(self)
+    if self.phase == FlightState.FLYING:
+        self.wrench = [5.5, 0.0, 0.0, 0.0] if self.wrench is None else self.wrench
+        self.integrate()
+
+
+def never_ends(self, phase, reason=""):
+    pass
+
+
+class BestEffort(Vehicle):
+    def create_publisher(self, kind, topic, qos, **options):
+        if topic == "state":
+            qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+        return super().create_publisher(kind, topic, qos, **options)
+
+
+class SparseTruth(Vehicle):
+    def __init__(self):
+        super().__init__()
+        self.truth_out = self.create_publisher(VehicleState, "truth", 10)
+
+    def publish_state(self):
+        super().publish_state()
+        if self.step % 10 == 0:
+            self.truth_out.publish(VehicleState(stamp=self.stamp(self.step), step=self.step))
+
+
+class Twice(Vehicle):
+    """A domain in which somebody else sends states, too."""
+
+    def __init__(self):
+        super().__init__()
+        self.create_publisher(VehicleState, "state", 10)
+
+
+BROKEN = {
+    "two vehicles": (Twice, "state: quad_msgs/VehicleState, reliable"),
+    "silent": (None, "the vehicle sends and takes what it must, and says READY"),
+    "never ready": (changing(NodeStatus, state=NodeStatus.STARTING), "the vehicle says READY on flight/nodes"),
+    "no state": (losing(lambda _, m: isinstance(m, VehicleState)), "the vehicle sends state 0 once all are READY"),
+    "best effort": (BestEffort, "state: quad_msgs/VehicleState, reliable"),
+    "never repeats": (
+        losing(lambda self, m: isinstance(m, VehicleState) and self.quiet > 0),
+        "an unanswered state is repeated, unchanged",
+    ),
+    "repeats other numbers": (
+        type("Other", (Sends,), {"change": other_numbers}),
+        "an unanswered state is repeated, unchanged",
+    ),
+    "babbles": (altered(on_tick=babbles), "an unanswered state is repeated, unchanged"),
+    "takes any step": (altered(on_wrench=takes_any_step), "a command for another step is ignored"),
+    "takes what is not finite": (altered(on_wrench=takes_anything), "a command that is not finite is ignored"),
+    "leaves steps out": (altered(integrate=skips), "steps come in order, none left out"),
+    "starts late": (altered(publish_state=starts_late), "the first state is step 0"),
+    "stamp": (type("Stamp", (Sends,), {"change": odd_stamp}), "stamp of state = step x flight.plant_period"),
+    "NaN": (
+        changing(VehicleState, v_w=[0.0, math.nan, 0.0]),
+        "state is finite, within bounds, its quaternion of norm 1",
+    ),
+    "no actuation": (losing(lambda _, m: isinstance(m, Actuation)), "actuation of every step"),
+    "NaN actuation": (changing(Actuation, thrust=math.nan), "actuation is finite"),
+    "run id of the flight": (changing(FlightState, run_id="yours"), "the vehicle has the flight's run id"),
+    "run id of the vehicle": (changing(NodeStatus, run_id="yours"), "the vehicle has the flight's run id"),
+    "interface": (changing(NodeStatus, interface_hash="0"), "the vehicle was built with the same quad_msgs"),
+    "period": (changing(NodeStatus, plant_period=3), "flight/nodes: plant_period is flight.plant_period"),
+    "role": (changing(NodeStatus, role="plant"), "flight/nodes: the vehicle has the role simulator"),
+    "stops": (
+        losing(lambda self, m: isinstance(m, VehicleState) and self.step > 20),
+        "the vehicle goes on once its state is answered",
+    ),
+    "dies": (losing(lambda self, _: self.step > 20), "flight/state comes once a second"),
+    "never FLYING": (changing(FlightState, state=FlightState.WAITING), "flight/state is FLYING while states are sent"),
+    "flies on": (altered(end=never_ends), "a silent controller ends the flight as FAILED, named"),
+    "sparse truth": (SparseTruth, "truth is sent of every step, or never"),
+    "falls": (altered(integrate=falls), "climb"),
+}
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_a_broken_rule_is_named_and_the_check_ends(fault):
+    vehicle, rule = BROKEN[fault]
+    report, took = checked(vehicle)
+    assert rule in {finding.name for finding in report.failed}, report.text()
+    assert took < LONGEST, report.text()
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_the_vehicle_of_the_examples_keeps_every_rule(mode, monkeypatch):
+    monkeypatch.setattr(check, "_ANSWER", 10.0)
+    report, _ = checked(Vehicle, f"flight.mode:={mode}", "flight.start_timeout:=30.0")
+    assert not report.failed, report.text()

@@ -1,0 +1,50 @@
+"""The documentation site: every page has a place, docstrings arrive as they are meant."""
+
+import re
+
+import documentation_site
+import pytest
+
+pytestmark = pytest.mark.unit
+
+
+def test_every_page_and_package_has_a_place():
+    assert documentation_site.missing() == []
+
+
+def test_modules_of_the_api_need_no_ros():
+    for package in documentation_site.PURE:
+        for name in documentation_site.modules(package):
+            path = documentation_site.ROOT / "src" / package / (name.replace(".", "/") + ".py")
+            text = path.read_text(encoding="utf-8")
+            assert "import rclpy" not in text, name
+            assert "from quad_msgs" not in text, name
+
+
+def test_a_docstring_is_plain_text_with_equations():
+    lines = ["The law, |s| * tanh_(x) of ``a * b``:", "    u = -K * s", "", "    s = e' + c e", "where e is small.", ""]
+    documentation_site.plain_to_rst(lines)
+    assert lines[0] == r"The law, \|s\| \* tanh\_(x) of ``a * b``:"
+    assert lines[1:5] == ["", "::", "", "    u = -K * s"]
+    assert lines[6:9] == ["    s = e' + c e", "", "where e is small."]
+
+
+def test_equations_that_are_announced_are_announced_once():
+    lines = ["It reads::", "", "    a = b", "", "that is all."]
+    documentation_site.plain_to_rst(lines)
+    assert lines.count("::") == 0
+
+
+def test_every_decision_has_a_date_and_a_row_in_the_index():
+    folder = documentation_site.ROOT / "docs" / "decisions"
+    index = (folder / "README.md").read_text(encoding="utf-8")
+    for path in sorted(folder.glob("0*.md")):
+        number = int(path.name[:4])
+        row = next((line for line in index.splitlines() if line.startswith(f"| [{number}]({path.name}) |")), "")
+        assert row, f"{path.name}: no row in docs/decisions/README.md"
+        assert row.count("|") == 6
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert lines[0].startswith(f"# {number}. ")
+        date = re.search(r"Date: (\d{4}-\d{2}-\d{2})", lines[2])
+        assert date is None or f"| {date[1]} |" in row, path.name
+    assert index.count("\n| [") == len(list(folder.glob("0*.md")))

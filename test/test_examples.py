@@ -1,0 +1,77 @@
+"""Every example flies without ROS; the laws, plants and trajectories are as pure as those that ship."""
+
+import configparser
+import runpy
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+from quad_core import plugins, purity
+from quad_core.cascade import GROUPS
+from quad_flight import flight
+
+pytestmark = pytest.mark.unit
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+SHORT = {"duration": 1.0}
+
+
+@pytest.fixture(autouse=True)
+def installed(tmp_path, monkeypatch):
+    """Make every example importable and write for it the metadata that pip would write."""
+    for example in EXAMPLES.glob("*/setup.cfg"):
+        read = configparser.ConfigParser()
+        read.read(example)
+        name, version = read["metadata"]["name"], read["metadata"]["version"]
+        folder = tmp_path / f"{name}-{version}.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", "utf-8")
+        points = read["options.entry_points"].items()
+        (folder / "entry_points.txt").write_text("".join(f"[{group}]{lines}\n" for group, lines in points), "utf-8")
+        monkeypatch.syspath_prepend(example.parent)
+    monkeypatch.syspath_prepend(tmp_path)
+    plugins.load.cache_clear()
+    yield
+    plugins.load.cache_clear()
+
+
+def test_a_position_law():
+    flown = flight.fly(flight.from_names("hover", position="my_law", **SHORT))
+    assert flown.outcome == "ended"
+    assert flown.rmse < 0.3
+    steps = flown.topics["position_controller/internals"]["steps"]
+    assert steps.tolist() == list(range(len(steps)))
+
+
+def test_a_trajectory():
+    settings = ["trajectory.my_trajectory.height=1.5", "trajectory.my_trajectory.duration=5"]
+    flown = flight.fly(flight.from_names("my_trajectory", settings=settings))
+    assert (flown.outcome, flown.steps) == ("ended", 2500)
+    assert flown.rmse < 0.05
+    assert flown.topics["reference"]["p_w"][-1].tolist() == [0.0, 0.0, 1.5]
+    climb = flown.topics["reference"]
+    # velocity is the slope of position, samples every 10 ms
+    slope = (climb["p_w"][2:, 2] - climb["p_w"][:-2, 2]) / 0.02
+    assert abs(slope - climb["v_w"][1:-1, 2]).max() < 1e-3
+
+
+def test_a_plant():
+    flown = flight.fly(flight.from_names("hover", plant="my_plant", **SHORT))
+    assert flown.outcome == "ended"
+    assert flown.rmse < 0.1
+
+
+@pytest.mark.parametrize("name", ["my_law", "my_trajectory", "my_plant"])
+def test_it_is_pure_text(name):
+    found = [(group, point) for group in GROUPS for point in entry_points(group=group) if point.name == name]
+    assert len(found) == 1
+    group, point = found[0]
+    assert purity.check_plugin(group, plugins.load(group, point.name)) == []
+
+
+def test_five_lines_fly_without_ros(monkeypatch, capsys):
+    short = flight.from_names("case1", duration=0.1, start="printed")
+    monkeypatch.setattr(flight, "from_names", lambda *_, **__: short)
+    runpy.run_path(str(EXAMPLES / "fly_without_ros.py"), run_name="__main__")
+    assert capsys.readouterr().out.startswith("ended after 50 steps, position error")

@@ -1,0 +1,63 @@
+"""Flights whose controller dies: the guard in the vehicle's owner brings the vehicle down, and the culprit is named."""
+
+import math
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+from flying import PATIENT, alive, finish, start, wait_until_flying
+
+from quad_flight_log.bag.reader import open_flight
+
+pytestmark = pytest.mark.flight
+
+
+def landing_of(bag):
+    """Return height m, speed m/s and tilt rad of the last true state."""
+    truth = bag.array("truth")
+    last = truth[-1]
+    x, y = last["q_wb"][0], last["q_wb"][1]
+    return float(last["p_w"][2]), float(np.linalg.norm(last["v_w"])), math.acos(1.0 - 2.0 * (x * x + y * y))
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "realtime"])
+def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
+    out = tmp_path / "bag"
+    words = ["--realtime"] if clock == "realtime" else []
+    flight = start("hover", "--duration", "60", "--out", out, *words)
+    pids = wait_until_flying(flight, out)
+    time.sleep(4.0)
+    os.kill(pids["attitude_controller"], signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "attitude_controller was killed by SIGKILL" in done.stderr
+    assert not [pid for pid in pids.values() if alive(pid)]
+    bag = open_flight(out)
+    assert not bag.truncated
+    assert "attitude_controller does not answer" in bag.metadata["reason"]
+    assert "guard in descend" in bag.metadata["reason"]
+    highest = float(bag.array("truth")["p_w"][:, 2].max())
+    assert highest > 0.3, "it was in the air"
+    height, speed, tilt = landing_of(bag)
+    assert height < 0.02
+    assert speed < 1.5
+    assert tilt < math.radians(15.0)
+
+
+def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
+    out = tmp_path / "bag"
+    flight = start("hover", "--realtime", "--duration", "60", "--out", out, *PATIENT)
+    wait_until_flying(flight, out)
+    time.sleep(4.0)
+    flight.send_signal(signal.SIGINT)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "interrupted by SIGINT" in done.stderr
+    bag = open_flight(out)
+    assert not bag.truncated
+    assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")
+    assert float(bag.array("truth")["p_w"][:, 2].max()) > 0.3
+    height, speed, tilt = landing_of(bag)
+    assert (height < 0.02, speed < 1.5, tilt < math.radians(15.0)) == (True, True, True)

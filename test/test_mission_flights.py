@@ -1,0 +1,215 @@
+"""Missions flown over ROS: take-off, curve, hold and landing, to the bit; requests, Ctrl-C and a dead trajectory."""
+
+import os
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_prefix
+from flying import (
+    alive,
+    bag_file,
+    children,
+    finish,
+    flown,
+    fly,
+    hash_of,
+    in_domain,
+    start,
+    wait_until,
+    wait_until_flying,
+)
+
+from quad_commander.mode_table import Mode
+from quad_flight_log.bag.reader import open_flight
+
+pytestmark = pytest.mark.flight
+
+COMMAND = Path(get_package_prefix("quad_commander"), "lib", "quad_commander", "command")
+_AT_HEIGHT_BYTES = 2_000_000  # 0.4 MB a second
+CLOCKS = [pytest.param((), id="lockstep"), pytest.param(("--realtime",), id="realtime", marks=pytest.mark.long)]
+MISSION = ("--mission", "takeoff,hover,hold:1,land", "--duration", "2")
+
+
+def entered(flight):
+    """Return the modes of a bag in order, each once per entry."""
+    modes = flight.array("flight/mode")["mode"]
+    return [Mode(int(mode)) for mode in modes[np.r_[True, modes[1:] != modes[:-1]]]]
+
+
+def touchdown(flight):
+    """Return height in m and speed in m/s of the vehicle when the motors stopped, and its largest speed below 2 cm."""
+    truth, mode = flight.array("truth"), flight.array("flight/mode")
+    off = mode["step"][np.flatnonzero(mode["mode"] > Mode.ARMING)[-1] + 1]
+    landing = mode["step"][np.flatnonzero(mode["mode"] == Mode.LAND)[0]]
+    at = np.searchsorted(truth["step"], off)
+    low = truth[(truth["step"] > landing) & (truth["p_w"][:, 2] < 0.02)]
+    return truth["p_w"][at, 2], np.linalg.norm(truth["v_w"][at]), np.abs(low["v_w"][:, 2]).max()
+
+
+def test_a_mission_in_lockstep_repeats_to_the_bit(tmp_path):
+    first = flown(*MISSION, "--out", tmp_path / "first")
+    assert entered(first) == [
+        Mode.ARMING,
+        Mode.TAKEOFF,
+        Mode.HOLD,
+        Mode.MISSION,
+        Mode.HOLD,
+        Mode.LAND,
+        Mode.DISARMED,
+    ]
+    height, speed, fastest = touchdown(first)
+    assert abs(height) < 0.01
+    assert speed < 0.1
+    assert fastest < 1.0
+    second = flown(*MISSION, "--out", tmp_path / "second")
+    assert hash_of(tmp_path / "first") == hash_of(tmp_path / "second")
+    names = [name for name in first.array("flight/mode").dtype.names if name not in ("run_id", "log_ns")]
+    for name in names:
+        assert np.array_equal(first.array("flight/mode")[name], second.array("flight/mode")[name]), name
+    events = first.array("flight/events")
+    assert [
+        text.partition(":")[0] for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "mode"
+    ] == [
+        "DISARMED to ARMING",
+        "ARMING to TAKEOFF",
+        "TAKEOFF to HOLD",
+        "HOLD to MISSION",
+        "MISSION to HOLD",
+        "HOLD to LAND",
+        "LAND to DISARMED",
+    ]
+
+
+def wait_until_high(process, directory):
+    """Return {role: pid} of the nodes once the bag is long enough for the take-off to be over."""
+    pids = wait_until_flying(process, directory)
+    wait_until(lambda: bag_file(directory).stat().st_size > _AT_HEIGHT_BYTES, 120.0, "the end of the take-off")
+    return pids
+
+
+def domain_of(process):
+    """Return the domain that `fly` says it flies in."""
+    for line in process.stdout:
+        found = re.search(r"ROS_DOMAIN_ID=(\d+)$", line)
+        if found and "bag" in line:
+            return int(found[1])
+    raise AssertionError("fly did not say its domain")
+
+
+def command(domain, *words):
+    return subprocess.run(
+        [COMMAND, *words], env=in_domain(domain), capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def test_hold_and_land_are_asked_for_in_flight(tmp_path):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hover,land", "--duration", "600", "--out", out)
+    domain = domain_of(flight)
+    wait_until_high(flight, out)
+    refused = command(domain, "arm")
+    assert (refused.returncode, "refused: ARM is not possible in" in refused.stderr) == (1, True), refused
+    held = command(domain, "hold")
+    assert (held.returncode, "the mode is HOLD" in held.stdout) == (0, True), held
+    landing = command(domain, "land")
+    assert (landing.returncode, "the mode is LAND" in landing.stdout) == (0, True), landing
+    done = finish(flight)
+    assert done.returncode == 1
+    assert "mission not finished: LAND at step" in done.stderr
+    bag = open_flight(out)
+    assert entered(bag)[-3:] == [Mode.HOLD, Mode.LAND, Mode.DISARMED]
+    assert abs(touchdown(bag)[0]) < 0.01
+    steps = [int(found) for found in re.findall(r"done at step (\d+)", held.stdout + landing.stdout)]
+    modes = bag.array("flight/mode")
+    assert [int(modes["mode"][np.searchsorted(modes["step"], step)]) for step in steps] == [Mode.HOLD, Mode.LAND]
+    assert len(bag.array("flight/request")) == 3
+
+
+def test_a_command_without_a_flight_says_so():
+    done = command(88, "land", "--patience", "1")
+    assert done.returncode == 2
+    assert (
+        "command: land: flight/request: found no commander without a namespace within 1 s, expected one" in done.stderr
+    )
+
+
+@pytest.mark.parametrize("name", ["SIGINT", pytest.param("SIGTERM", marks=pytest.mark.long)])
+def test_an_interrupted_mission_lands_first(tmp_path, name):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", "--out", out)
+    pids = wait_until_high(flight, out)
+    flight.send_signal(getattr(signal, name))
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"interrupted by {name}" in done.stderr
+    bag = open_flight(out)
+    assert not bag.truncated
+    assert entered(bag)[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert abs(touchdown(bag)[0]) < 0.01
+    assert bag.metadata["reason"] == "landed: simulator was asked to end by SIGINT"
+    assert not [pid for pid in pids.values() if alive(pid)]
+
+
+def test_a_flight_whose_starter_is_killed_lands_and_ends(tmp_path):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", "--out", out)
+    pids = wait_until_high(flight, out)
+    flight.kill()
+    flight.communicate()
+    wait_until(lambda: not [pid for pid in pids.values() if alive(pid)], 60.0, "all nodes have left")
+    bag = open_flight(out)
+    assert entered(bag)[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert bag.metadata["reason"] == "landed: the process that started the flight is gone"
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
+def test_a_killed_trajectory_becomes_hold_and_then_land(tmp_path, clock):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hover,land", "--duration", "600", *clock, "--out", out)
+    pids = wait_until_high(flight, out)
+    os.kill(pids["trajectory"], signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1
+    assert "trajectory was killed by SIGKILL" in done.stderr
+    bag = open_flight(out)
+    assert entered(bag)[-4:] == [Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DISARMED]
+    assert abs(touchdown(bag)[0]) < 0.01
+    assert "mission reference older than 2 s" in bag.metadata["reason"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--mission", "takeoff,case9,land"), "--mission: found 'case9' as item 2, expected one of takeoff[:height]"),
+        (("--mission", "case1,land"), "--mission: found item 1 'case1', expected takeoff first"),
+        (("--mission", "takeoff,case1,case2"), "--mission: found case1, case2, expected one trajectory"),
+        (("--mission", "takeoff", "--plant", "paper"), "plant paper has no ground"),
+    ],
+)
+def test_a_mission_that_cannot_be_flown_is_refused_before_anything_starts(tmp_path, arguments, words):
+    done = fly(*arguments, "--out", tmp_path / "bag")
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert not (tmp_path / "bag").exists()
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
+def test_without_its_commander_the_guard_brings_the_vehicle_down(tmp_path, clock):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", *clock, "--out", out)
+    wait_until_high(flight, out)
+    [commander] = [
+        pid for pid in children(flight.pid) if b"quad_commander" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    ]
+    os.kill(commander, signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1
+    assert "commander was killed by SIGKILL" in done.stderr
+    bag = open_flight(out)
+    assert "commander" in bag.metadata["reason"]
+    assert "guard in descend" in bag.metadata["reason"]
+    assert abs(bag.array("truth")["p_w"][-1, 2]) < 0.01

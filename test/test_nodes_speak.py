@@ -1,0 +1,137 @@
+"""What a node says on its terminal, who can join it, and what two vehicles in one domain share: nothing."""
+
+import re
+import signal
+import subprocess
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from flying import executable, finish, fly, in_domain, start, wait_until
+
+from quad_bringup.domains import reserved_domain
+from quad_flight_log.bag.reader import open_flight
+from quad_node.middleware import OPEN, RANGE, TRANSPORTS, close_unless_asked
+
+pytestmark = pytest.mark.flight
+
+PREFIX = re.compile(r"^\[(INFO|WARN|ERROR)\] \[[0-9.]+\] \[(?P<node>[\w.]+)\]: (?P<text>.*)$", re.MULTILINE)
+
+
+@contextmanager
+def alone(role, folder, **changes):
+    """Run one node by hand, as a shell without scripts/env.sh would, its output in a file."""
+    out = folder / "said.txt"
+    with reserved_domain(None) as domain, out.open("w") as stream:
+        environment = {**in_domain(domain), **changes}
+        for name in (TRANSPORTS, RANGE):
+            if name not in changes:
+                environment.pop(name, None)
+        words = [executable(role), "--ros-args", *(["-p", f"directory:={folder}/bag"] if role == "recorder" else [])]
+        process = subprocess.Popen(words, env=environment, stdout=stream, stderr=stream)
+        try:
+            yield process, lambda: PREFIX.findall(out.read_text())
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(30)
+
+
+def texts(lines):
+    return [text for _, _, text in lines]
+
+
+def udp_sockets(pid):
+    """Return the inodes of the UDP sockets that a process holds."""
+    known = {
+        line.split()[9]
+        for table in ("udp", "udp6")
+        if Path(f"/proc/{pid}/net/{table}").exists()
+        for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]
+    }
+    held = {str(path.readlink()) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
+    return {inode for inode in known if f"socket:[{inode}]" in held}
+
+
+WAITS = {
+    "simulator": ["wrench_setpoint of attitude_controller", "flight/nodes READY of recorder"],
+    "trajectory": ["state of simulator", "a reader of /reference (position_controller, recorder)"],
+    "attitude_controller": ["attitude_setpoint of position_controller", "actuation of simulator"],
+    "recorder": ["state of simulator", "flight/nodes of trajectory"],
+}
+
+
+@pytest.mark.parametrize("role", WAITS)
+def test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_opens_no_socket(role, tmp_path):
+    with alone(role, tmp_path) as (process, said):
+        wait_until(lambda: any("waiting for" in text for text in texts(said())), 30.0, f"{role} says what it waits for")
+        assert udp_sockets(process.pid) == set()
+        time.sleep(3.0)
+        started = [text for text in texts(said()) if text.startswith("starting: ")]
+        waiting = [text for text in texts(said()) if text.startswith("waiting for ")]
+    assert len(started) == 1
+    assert started[0].startswith(f"starting: {role}, run not named, lockstep; seen only by shells of this user with: ")
+    assert len(waiting) == 1
+    for part in WAITS[role]:
+        assert part in waiting[0]
+    assert not any("truth" in text or "disturbance" in text for text in waiting if role == "recorder")
+
+
+def test_a_node_in_an_open_shell_says_so(tmp_path):
+    with alone("trajectory", tmp_path, **{RANGE: "SUBNET"}) as (process, said):
+        wait_until(lambda: texts(said()), 30.0, "a line")
+        assert OPEN in texts(said())[0]
+        assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in texts(said())[0]
+        wait_until(lambda: udp_sockets(process.pid), 10.0, "sockets, as asked")
+
+
+def test_every_node_of_a_flight_says_its_lines_once_and_fly_does_not_repeat_them(tmp_path):
+    done = fly(
+        "hover", "--start", "printed", "--duration", "0.5", "--limits", "position_rmse=9", "--out", tmp_path / "a"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    for role in WAITS:
+        lines = texts(PREFIX.findall((tmp_path / "a/logs" / f"{role}.log").read_text()))
+        assert not [text for text in lines[lines.index("flying") :] if text.startswith("waiting")]
+        said = [text.split(":")[0].split(" ")[0] for text in lines if not text.startswith("waiting")]
+        assert [word for word in said if word in ("starting", "flying", "ended")] == ["starting", "flying", "ended"]
+    printed = done.stdout + done.stderr
+    assert not PREFIX.search(printed)
+    assert "ended: " not in printed
+
+
+def test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics(tmp_path):
+    with reserved_domain(None) as domain:
+        pass
+    short = ["--start", "printed", "--duration", "1", "--limits", "position_rmse=9", "--domain", str(domain)]
+    flights = [start("hover", *short, "--namespace", name, "--out", tmp_path / name) for name in ("uav1", "uav2")]
+    for process in flights:
+        done = finish(process)
+        assert done.returncode == 0, done.stdout + done.stderr
+    for name in ("uav1", "uav2"):
+        flight = open_flight(tmp_path / name, namespace=name)
+        # every fifth of 500 steps of 2 ms, in order, and none of the other vehicle's
+        clock = flight.array("clock")["clock"]
+        assert (clock["sec"] * 1e9 + clock["nanosec"]).tolist() == [10_000_000 * k for k in range(100)]
+        for topic in flight.topics:
+            assert topic.startswith(f"/{name}/")
+        told = [status for row in flight.array("diagnostics") for status in row["status"]]
+        assert told
+        assert all(status["hardware_id"].startswith(f"/{name}/") for status in told)
+
+
+def test_what_is_chosen_holds_and_what_is_not_is_closed():
+    shell = {}
+    assert close_unless_asked(shell).startswith("seen only by shells of this user")
+    assert shell == {TRANSPORTS: "SHM"}
+    for chosen, said in (
+        ({RANGE: "LOCALHOST"}, "open to this machine"),
+        ({TRANSPORTS: "UDPv4"}, OPEN),
+        ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN),  # the range brings UDP back
+        ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN),
+        ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN),
+        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN),
+    ):
+        shell = dict(chosen)
+        assert close_unless_asked(shell).startswith(said), chosen
+        assert shell == chosen

@@ -1,0 +1,110 @@
+"""Nodes of one's own on rclpy and quad_msgs alone take the place of ours, in both clocks, and are recorded."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flying import ROOT, flown, fly
+
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.cli import main
+
+pytestmark = pytest.mark.flight
+
+OWN = {role: ROOT / f"examples/own_nodes/{name}.py" for role, name in (("simulator", "vehicle"), ("trajectory",) * 2)}
+FAR = ["--limits", "position_rmse=9"]  # a start by a step is far from its reference
+
+
+def own(role):
+    return ["--own", f"{role}={sys.executable} {OWN[role]}"]
+
+
+def log(*words):
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    """Return the bag of a short flight in lockstep, with a vehicle that sends only what it must."""
+    folder = tmp_path_factory.mktemp("own") / "bag"
+    done = fly("hover", "--start", "printed", "--duration", "1", *own("simulator"), "--out", folder, *FAR)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "no truth in the bag" in done.stdout
+    return folder
+
+
+def test_a_vehicle_that_sends_only_what_it_must_flies_and_every_step_is_recorded(bag):
+    flight = open_flight(bag)
+    assert not [name for name in ("truth", "disturbance", "odom", "/clock", "clock") if flight.has(name)]
+    assert flight.metadata["outcome"] == "ended"
+    states = flight.array("state")
+    assert states["step"].tolist() == list(range(500))
+    assert flight.array("actuation")["step"].tolist() == list(range(500))
+    assert states["p_w"][-1][2] > 0.1  # on its way to 2 m
+
+
+def test_every_verb_of_log_reads_a_bag_without_truth_and_says_so(bag, tmp_path, capsys):
+    for words in (["metrics"], ["check", "--limits", "position_rmse=9"], ["compare", "--out", tmp_path]):
+        assert log(words[0], bag, *words[1:]) == 0
+        assert "no truth in the bag" in capsys.readouterr().out
+    assert log("metrics", bag, "--json") == 0
+    assert "no truth" in json.loads(capsys.readouterr().out)[0]["note"]
+    assert log("report", bag, "--out", tmp_path) == 0
+    assert "no truth in the bag" in (tmp_path / "bag.html").read_text("utf-8")
+    capsys.readouterr()
+    assert log("view", bag, "--save", tmp_path / "flight.rrd") == 0
+    assert "no truth in the bag" in capsys.readouterr().out
+    assert log("replay", bag) == 0
+    assert log("export", bag, "--out", tmp_path / "tables") == 0
+    assert log("verify", bag) == 0
+    assert (tmp_path / "tables/state.csv").is_file()
+    assert not (tmp_path / "tables/truth.csv").exists()
+
+
+def test_a_trajectory_node_of_one_s_own_is_followed_in_lockstep(tmp_path):
+    flight = flown("hover", *own("trajectory"), "--out", tmp_path / "bag")
+    climbs(flight)
+    assert abs(flight.array("truth")["p_w"][-1] - [0.0, 0.0, 0.5]).max() < 0.05
+
+
+def test_both_fly_together_in_real_time(tmp_path):
+    # How well they fly by the clock depends on what else this machine does; that they do does not.
+    flight = flown("hover", "--realtime", *own("trajectory"), *own("simulator"), "--out", tmp_path / "bag", *FAR)
+    climbs(flight)
+    assert flight.metadata["outcome"] == "ended"
+    assert flight.array("actuation")["step"].tolist() == list(range(1500))
+    assert flight.array("state")["step"][-1] >= 1400
+
+
+def climbs(flight):
+    points = flight.array("reference")
+    # half a cosine of 0.5 m in 2 s: highest speed 0.25 pi / 2 m/s
+    assert points["p_w"][-1].tolist() == pytest.approx([0.0, 0.0, 0.5])
+    assert points["v_w"][:, 2].max() == pytest.approx(np.pi / 8.0, rel=1e-3)
+
+
+def test_what_cannot_take_a_node_s_place_is_refused(tmp_path):
+    for words, named in (
+        (["--own", "pilot=python3"], "pilot=python3"),
+        (["--own", "trajectory="], "NODE=COMMAND"),
+        (["--own", "trajectory=no-such-program"], "no-such-program"),
+        (["--own", "trajectory=python3", "--one-process"], "--one-process"),
+    ):
+        done = fly("hover", *words, "--out", tmp_path / "bag")
+        assert done.returncode == 2, done.stderr
+        assert len(done.stderr.splitlines()) == 1
+        assert named in done.stderr
+
+
+def test_the_examples_are_as_short_as_the_pages_say():
+    assert len(Path(OWN["trajectory"]).read_text("utf-8").splitlines()) < 90
+    assert len(Path(OWN["simulator"]).read_text("utf-8").splitlines()) < 190
+
+
+def test_they_need_no_more_of_us_than_messages_and_their_hash():
+    for path in OWN.values():
+        words = subprocess.run(["grep", "-hE", "^(from|import) quad", path], capture_output=True, text=True, check=True)
+        assert {line.split()[1] for line in words.stdout.splitlines()} == {"quad_msgs.msg", "quad_node.interface"}

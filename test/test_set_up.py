@@ -1,0 +1,118 @@
+"""scripts/setup and scripts/env.sh refuse at once what would be mixed up or ignored; nothing is built here."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+from flying import ROOT
+
+pytestmark = pytest.mark.unit
+
+QUICK = 5.0  # s; about 0.1 s on an idle machine
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """Return a folder with what scripts/setup reads before it builds anything."""
+    top = tmp_path / "here"
+    for name in ("scripts", "requirements"):
+        shutil.copytree(ROOT / name, top / name)
+    package = top / "src" / "some"
+    (package / "msg").mkdir(parents=True)
+    for name in ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg/Some.msg"):
+        (package / name).touch()
+    return top
+
+
+@pytest.fixture
+def other(tmp_path):
+    """Return another checkout that was set up, as its environment names it."""
+    install = tmp_path / "there" / "install"
+    (install / "quad_core").mkdir(parents=True)
+    (install / "env.bash").touch()
+    (install / ".quad").touch()
+    return tmp_path / "there"
+
+
+def run(words, **environment):
+    """Run ``words`` in a shell that has sourced nothing; returns exit code, what it complained of, seconds."""
+    clean = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": os.environ["HOME"], **environment}
+    began = time.monotonic()
+    done = subprocess.run(words, capture_output=True, text=True, env=clean, timeout=60, check=False)
+    return done.returncode, done.stderr, time.monotonic() - began
+
+
+@pytest.mark.parametrize("name", ["python9", "/no/such/python", "false"])
+def test_a_python_that_does_not_run_is_refused(checkout, name):
+    code, said, seconds = run([checkout / "scripts/setup"], PYTHON=name)
+    assert (code, "PYTHON" in said, name in said) == (2, True, True), said
+    assert seconds < QUICK
+
+
+def test_a_python_that_is_asked_for_is_not_ignored_because_all_is_ready(checkout):
+    """The stand-in of .venv is another Python than the one that is asked for: it must not be kept without a word."""
+    code, said, _ = run([checkout / "scripts/setup"], PYTHON="/usr/bin/false")
+    assert code == 2
+    assert "/usr/bin/false" in said
+
+
+@pytest.mark.parametrize("where", ["scripts/setup", "scripts/fly"])
+def test_another_checkout_s_environment_is_named_at_once(checkout, other, where):
+    code, said, seconds = run([checkout / where], AMENT_PREFIX_PATH=f"{other}/install/quad_core:{other}/.venv")
+    assert code == 2
+    assert f"another checkout ({other})" in said
+    assert str(checkout) in said
+    assert seconds < QUICK
+
+
+def test_env_refuses_a_shell_with_another_checkout_s_environment(checkout, other):
+    (checkout / "install").mkdir()
+    (checkout / "install" / "env.bash").write_text("QUAD_ROS=\n", encoding="utf-8")
+    words = ["bash", "-c", 'source "$0"; echo "code $?, ${VIRTUAL_ENV:-none}" >&2', str(checkout / "scripts/env.sh")]
+    _, said, seconds = run(words, AMENT_PREFIX_PATH=f"{other}/install/quad_core")
+    assert "code 2, none" in said
+    assert f"another checkout ({other})" in said
+    assert seconds < QUICK
+
+
+def test_a_copied_environment_is_told_from_one_made_here(checkout, tmp_path):
+    """A copy runs, but the first line of its pip names the place that it was copied from."""
+    made = tmp_path / "made"
+    subprocess.run([sys.executable, "-m", "venv", str(made)], check=True, timeout=120)
+    shutil.copytree(made, checkout / ".venv", symlinks=True)
+    script = (checkout / "scripts/setup").read_text(encoding="utf-8")
+    functions = script[script.index("# Where an environment is") : script.index("make_environment() {")]
+    for where, usable in ((made, True), (checkout / ".venv", False)):
+        code, said, _ = run(["bash", "-c", f'set -uo pipefail; {functions}\nis_usable "$0"', str(where)])
+        assert (code == 0) == usable, said
+
+
+def test_no_file_of_requirements_names_an_address_and_every_locked_version_has_a_hash():
+    for path in sorted((ROOT / "requirements").rglob("*.txt")):
+        text = path.read_text(encoding="utf-8")
+        assert "://" not in text, path.name
+        if path.name.startswith("lock"):
+            pins = text.replace(" \\\n", " ").splitlines()
+            bare = [line for line in pins if "==" in line and "--hash=sha256:" not in line]
+            assert not bare
+
+
+def test_locks_are_those_of_the_versions_that_were_tested():
+    """Every version of constraints.txt that serves a Python stands in lock.txt for it."""
+    lock = (ROOT / "requirements/lock.txt").read_text(encoding="utf-8").lower()
+    for line in (ROOT / "requirements/constraints.txt").read_text(encoding="utf-8").splitlines():
+        name, _, rest = line.partition("==")
+        if rest and f"\n{name.lower().replace('_', '-').replace('.', '-')}==" in lock:
+            version = rest.split(";")[0].strip()
+            assert f"\n{name.lower().replace('_', '-').replace('.', '-')}=={version} " in lock, line
+
+
+def test_fly_by_hand_explains_itself_and_refuses_unknown_words():
+    code, said, _ = run([ROOT / "scripts/fly_by_hand.sh", "--help"])
+    assert (code, said) == (0, "")
+    code, said, _ = run([ROOT / "scripts/fly_by_hand.sh", "--nonsense"])
+    assert (code, len(said.splitlines())) == (2, 1), said
+    assert "--nonsense" in said
