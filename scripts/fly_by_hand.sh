@@ -51,22 +51,24 @@ recorder=$!
 
 nodes=($simulator $trajectory $position $attitude $recorder)
 # `ros2 run` does not pass signals on to its node.
-below() { for node in "${nodes[@]}"; do cat "/proc/$node/task/$node/children"; done; }
+below() { for node in "${nodes[@]}"; do cat "/proc/$node/task/$node/children" 2>/dev/null; done; }
 # SIGTERM: what a script starts in the background ignores SIGINT until it has a handler of its own.
 stop() { kill -TERM "${nodes[@]}" $(below) 2>/dev/null; }
 trap stop INT TERM HUP
 
 worst=0 refused=
 while ((${#nodes[@]})); do
-    ended=
-    wait -n -p ended "${nodes[@]}"
-    code=$?
-    # Empty: a signal cut it short.
-    [[ -n ${ended:-} ]] || continue
-    for index in "${!nodes[@]}"; do if ((nodes[index] == ended)); then unset "nodes[index]"; fi; done
-    if ((code > worst)); then worst=$code; fi
-    # What was refused will not join: the others need not wait for it.
-    case $code in 2 | 126 | 127) refused=yes; stop ;; esac
+    # Not `wait -n`: it fails for ever over a job that bash has reaped and forgotten; `wait PID` knows its code still.
+    sleep 0.1
+    for index in "${!nodes[@]}"; do
+        if kill -0 "${nodes[index]}" 2>/dev/null; then continue; fi
+        wait "${nodes[index]}"
+        code=$?
+        unset "nodes[index]"
+        if ((code > worst)); then worst=$code; fi
+        # What was refused will not join: the others need not wait for it.
+        case $code in 2 | 126 | 127) refused=yes; stop ;; esac
+    done
 done
 if [[ -n $refused ]]; then exit 2; fi
 if ((worst)); then exit 1; fi
