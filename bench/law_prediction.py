@@ -14,8 +14,8 @@ import argparse
 import sys
 from types import ModuleType
 
-from quad_core.geometry import ZERO, add, scale
-from quad_core.prediction import Shown, ahead, angular_acceleration, explained, held_for, turned
+from quad_core.geometry import ZERO, add, scale, turned
+from quad_core.prediction import Shown, ahead, angular_acceleration, explained, held_for
 from quad_core.types import VehicleState
 from quad_flight.flight import fly, from_names
 from quad_flight.stages import PerStage
@@ -39,9 +39,9 @@ def simple(parameters, vehicle, known, state, actuation, dt):
     if form >= TORQUE and known.initialised:
         omega = add(omega, scale(age, angular_acceleration(vehicle, omega, actuation.torque_b)))
     if form >= GYRO:
-        q = turned(q, scale(0.5, add(state.omega_b, omega)), age)
+        q = turned(q, scale(0.5 * age, add(state.omega_b, omega)))
     if form >= ACCELERATION and known.initialised:
-        acceleration = explained(vehicle, turned(q, omega, -0.5 * age) if form >= GYRO else q, actuation.thrust)
+        acceleration = explained(vehicle, turned(q, scale(-0.5 * age, omega)) if form >= GYRO else q, actuation.thrust)
     p, v = ahead(state.p_w, state.v_w, acceleration, age), add(state.v_w, scale(age, acceleration))
     now = VehicleState(p, v, q, omega)
     known = known._replace(reading=state, held=held, predicted=now, initialised=True)

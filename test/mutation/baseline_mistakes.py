@@ -54,9 +54,5 @@ ATTITUDE_BASELINES = {
         ("SE(3)", "gyroscopic.x / vehicle.inertia_xx", "0.0"),
         ("SE(3)", "-parameters.roll.angle * error.x", "parameters.roll.angle * error.x"),
     ],
-    "quad_attitude_ctrl.se3.relative_attitude": [
-        ("SE(3)", "- z * q.y", "+ z * q.y"),
-        ("SE(3)", "w * q.w - x * q.x", "w * q.w + x * q.x"),
-    ],
     "quad_attitude_ctrl.se3.rotation_error": [("SE(3)", "2.0 * relative.w * relative.z", "2.0 * relative.z")],
 }

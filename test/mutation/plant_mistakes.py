@@ -241,6 +241,14 @@ ROTATIONS = {
         ("4", "q.x * q.z + q.w * q.y", "q.x * q.z - q.w * q.y"),
         ("4", "q.y * q.z - q.w * q.x", "q.y * q.z + q.w * q.x"),
     ],
+    "quad_core.geometry.relative_attitude": [
+        ("SE(3)", "- z * q.y", "+ z * q.y"),
+        ("SE(3)", "w * q.w - x * q.x", "w * q.w + x * q.x"),
+    ],
+    "quad_core.geometry.turned": [
+        ("13", "0.5 * turn.z", "turn.z"),
+        ("13", "q.w * x + q.x * cosine + q.y * z", "q.w * x + q.x * cosine - q.y * z"),
+    ],
     "quad_core.geometry.rotate": [("4", "q.w * ty + q.z * tx", "q.w * ty - q.z * tx")],
     "quad_core.geometry.euler_from_quaternion": [
         ("4", "q.w * q.y - q.z * q.x", "q.w * q.y + q.z * q.x"),

@@ -27,8 +27,4 @@ PREDICTION = {
     "quad_core.prediction.explained": [("1", "- vehicle.gravity", "+ vehicle.gravity")],
     "quad_core.prediction.ahead": [("motion", "0.5 * time * time", "time * time")],
     "quad_core.prediction.moved_towards": [("lag", "-rate * dt", "-dt")],
-    "quad_core.prediction.turned": [
-        ("13", "0.5 * time * omega.z", "time * omega.z"),
-        ("13", "q.w * x + q.x * cosine + q.y * z", "q.w * x + q.x * cosine - q.y * z"),
-    ],
 }

@@ -20,7 +20,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
 from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired
-from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, relative, turned_by
+from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
     AxisGains,
@@ -43,8 +43,10 @@ from quad_core.geometry import (
     cross,
     euler_from_quaternion,
     quaternion_from_euler,
+    relative_attitude,
     rotate_inverse,
     subtract,
+    turned,
 )
 from quad_core.parameters import Choice, Flag, Real, Value
 from quad_core.types import AttitudeInputs, AttitudeInternals, AttitudeThrust, AxisFlags, Quat, Vec3, Wrench
@@ -117,7 +119,7 @@ def step(
     setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
     filtered = memory.filter if memory.initialised else at_rest(q_wb)
     goal = goal_of(parameters.command, filtered, setpoint)
-    q = relative(goal.attitude, q_wb)
+    q = relative_attitude(goal.attitude, q_wb)
     side = chosen_side(memory, q.w, parameters.margin)
     error = doubled(q, side)
     turned_rates = rotate_inverse(q, goal.rates)
@@ -206,7 +208,7 @@ def _next_filter(parameters: Parameters, state: RotationState, setpoint: Attitud
             3.0 * (v.y + a.y / pitch.bandwidth) / pitch.bandwidth,
             3.0 * (v.z + a.z / yaw.bandwidth) / yaw.bandwidth,
         )
-        target = turned_by(target, lead)
+        target = turned(target, lead)
     return next_rotation(state, target, roll, pitch, yaw, parameters.widest, dt)
 
 

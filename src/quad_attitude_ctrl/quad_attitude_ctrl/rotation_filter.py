@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
-from quad_core.geometry import ZERO, clamp, norm, normalized, scale
+from quad_core.geometry import ZERO, clamp, norm, relative_attitude, scale, turned
 from quad_core.types import Quat, Vec3
 
 IDENTITY = Quat(0.0, 0.0, 0.0, 1.0)
@@ -44,7 +44,7 @@ def next_rotation(
     dt: float,
 ) -> RotationState:
     """Return the filter one step of ``dt`` s later; ``target`` is the set attitude, ``widest`` in rad."""
-    way = way_to(relative(state.target, target))
+    way = way_to(relative_attitude(state.target, target))
     step = Vec3(
         clamp(way.x, -roll.max_rate * dt, roll.max_rate * dt),
         clamp(way.y, -pitch.max_rate * dt, pitch.max_rate * dt),
@@ -53,8 +53,8 @@ def next_rotation(
     reached = target
     if step.x != way.x or step.y != way.y or step.z != way.z:
         # the thrust first, then the turn about it: as the way is measured
-        reached = turned_by(turned_by(state.target, Vec3(step.x, step.y, 0.0)), Vec3(0.0, 0.0, step.z))
-    left = way_to(relative(state.attitude, reached))
+        reached = turned(turned(state.target, Vec3(step.x, step.y, 0.0)), Vec3(0.0, 0.0, step.z))
+    left = way_to(relative_attitude(state.attitude, reached))
     length = norm(left)
     if length > widest:
         left = scale(widest / length, left)
@@ -63,21 +63,10 @@ def next_rotation(
     y = next_filter_state(FilterState(0.0, v.y, a.y, left.y), left.y, pitch.bandwidth, 1e6, dt)
     z = next_filter_state(FilterState(0.0, v.z, a.z, left.z), left.z, yaw.bandwidth, 1e6, dt)
     return RotationState(
-        turned_by(state.attitude, Vec3(x.angle, y.angle, z.angle)),
+        turned(state.attitude, Vec3(x.angle, y.angle, z.angle)),
         Vec3(x.rate, y.rate, z.rate),
         Vec3(x.acceleration, y.acceleration, z.acceleration),
         reached,
-    )
-
-
-def relative(base: Quat, q: Quat) -> Quat:
-    """Return base^-1 q: the attitude ``q`` as seen from ``base``."""
-    x, y, z, w = -base.x, -base.y, -base.z, base.w
-    return Quat(
-        w * q.x + x * q.w + y * q.z - z * q.y,
-        w * q.y - x * q.z + y * q.w + z * q.x,
-        w * q.z + x * q.y - y * q.x + z * q.w,
-        w * q.w - x * q.x - y * q.y - z * q.z,
     )
 
 
@@ -101,21 +90,3 @@ def way_to(q: Quat) -> Vec3:
     # q = swing * twist, so the swing is q twist^-1
     x, y = (q.x * q.w - q.y * q.z) / twist, (q.y * q.w + q.x * q.z) / twist
     return Vec3(tilt * x / swing, tilt * y / swing, turn)
-
-
-def turned_by(q: Quat, turn: Vec3) -> Quat:
-    """Return ``q`` turned by the rotation vector ``turn`` in rad about its own axes."""
-    x, y, z = 0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z
-    angle = norm(Vec3(x, y, z))
-    cosine, sine = 1.0, 1.0
-    if angle > 1e-9:
-        cosine, sine = math.cos(angle), math.sin(angle) / angle
-    x, y, z = sine * x, sine * y, sine * z
-    return normalized(
-        Quat(
-            q.w * x + q.x * cosine + q.y * z - q.z * y,
-            q.w * y - q.x * z + q.y * cosine + q.z * x,
-            q.w * z + q.x * y - q.y * x + q.z * cosine,
-            q.w * cosine - q.x * x - q.y * y - q.z * z,
-        )
-    )

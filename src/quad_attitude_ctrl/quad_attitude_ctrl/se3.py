@@ -20,6 +20,7 @@ from quad_core.geometry import (
     cross,
     euler_from_quaternion,
     quaternion_from_euler,
+    relative_attitude,
     rotate_inverse,
     subtract,
 )
@@ -112,17 +113,6 @@ def step(
         frozen=AxisFlags(False, False, False),
     )
     return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filters=next_states, initialised=True), internals
-
-
-def relative_attitude(desired_q: Quat, q: Quat) -> Quat:
-    """Return q_d^-1 q: the quaternion of R_d^T R."""
-    x, y, z, w = -desired_q.x, -desired_q.y, -desired_q.z, desired_q.w
-    return Quat(
-        w * q.x + x * q.w + y * q.z - z * q.y,
-        w * q.y - x * q.z + y * q.w + z * q.x,
-        w * q.z + x * q.y - y * q.x + z * q.w,
-        w * q.w - x * q.x - y * q.y - z * q.z,
-    )
 
 
 def rotation_error(relative: Quat) -> Vec3:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from quad_attitude_ctrl import abfnitsm, abfnitsm_so3
 from quad_attitude_ctrl.abfnitsm_so3 import chosen_side, doubled
 from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
-from quad_attitude_ctrl.rotation_filter import at_rest, next_rotation, relative, turned_by, way_to
+from quad_attitude_ctrl.rotation_filter import at_rest, next_rotation, way_to
 from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
@@ -179,15 +179,6 @@ def test_a_filter_that_is_far_off_asks_for_no_more_than_its_way_admits():
     assert fastest < 1.01 * 40.0 * 0.6 / 3.0
     assert hardest < 0.35 * 0.6 * 1600.0
     assert Rotation.from_quat(state.attitude).magnitude() < 1e-3
-
-
-def test_relative_and_turned_by_are_those_of_scipy():
-    rng = np.random.default_rng(11)
-    for _ in range(50):
-        a, b, turn = Rotation.random(random_state=rng), Rotation.random(random_state=rng), rng.normal(size=3)
-        assert (Rotation.from_quat(relative(quaternion(a), quaternion(b))).inv() * a.inv() * b).magnitude() < 1e-12
-        moved = Rotation.from_quat(turned_by(quaternion(a), Vec3(*map(float, turn))))
-        assert (moved.inv() * a * Rotation.from_rotvec(turn)).magnitude() < 1e-12
 
 
 def test_compiled_it_gives_the_same_bits():

@@ -109,6 +109,35 @@ def rotate_inverse(q: Quat, v_w: Vec3) -> Vec3:
     return rotate(Quat(-q.x, -q.y, -q.z, q.w), v_w)
 
 
+def relative_attitude(base: Quat, q: Quat) -> Quat:
+    """Return base^-1 q: the attitude ``q`` as seen from ``base``, the quaternion of R_base^T R."""
+    x, y, z, w = -base.x, -base.y, -base.z, base.w
+    return Quat(
+        w * q.x + x * q.w + y * q.z - z * q.y,
+        w * q.y - x * q.z + y * q.w + z * q.x,
+        w * q.z + x * q.y - y * q.x + z * q.w,
+        w * q.w - x * q.x - y * q.y - z * q.z,
+    )
+
+
+def turned(q: Quat, turn: Vec3) -> Quat:
+    """Return q exp(turn): ``q`` turned by the rotation vector ``turn`` in rad about its own axes."""
+    x, y, z = 0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z
+    angle = norm(Vec3(x, y, z))
+    cosine, sine = 1.0, 1.0
+    if angle > 1e-9:
+        cosine, sine = math.cos(angle), math.sin(angle) / angle
+    x, y, z = sine * x, sine * y, sine * z
+    return normalized(
+        Quat(
+            q.w * x + q.x * cosine + q.y * z - q.z * y,
+            q.w * y - q.x * z + q.y * cosine + q.z * x,
+            q.w * z + q.x * y - q.y * x + q.z * cosine,
+            q.w * cosine - q.x * x - q.y * y - q.z * z,
+        )
+    )
+
+
 def body_z(q: Quat) -> Vec3:
     """Return the body z axis in the world: third column of Eq. 4."""
     return Vec3(

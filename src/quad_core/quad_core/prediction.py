@@ -21,7 +21,7 @@ with v_m = v + T (a + d) and p_m = p + T v + T^2/2 (a + d) of the step before.
 import math
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, cross, norm, normalized, scale, subtract
+from quad_core.geometry import ZERO, add, body_z, cross, scale, subtract, turned
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -110,10 +110,10 @@ def predict(
     if parameters.rate_smoothing > 0.0 and known.initialised:
         expected = add(known.predicted.omega_b, scale(dt, angular))
         omega = moved_towards(expected, omega, parameters.rate_smoothing, dt)
-    q = turned(state.q_wb, subtract(omega, scale(0.5 * ages.y, mean)), ages.y)
+    q = turned(state.q_wb, scale(ages.y, subtract(omega, scale(0.5 * ages.y, mean))))
     acceleration = ZERO
     if known.initialised:
-        acceleration = explained(vehicle, turned(q, omega, -0.5 * ages.x), actuation.thrust)
+        acceleration = explained(vehicle, turned(q, scale(-0.5 * ages.x, omega)), actuation.thrust)
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
     now = VehicleState(p, v, q, omega)
@@ -203,21 +203,3 @@ def moved_towards(value: Vec3, target: Vec3, rate: float, dt: float) -> Vec3:
     """Return a first-order lag of ``rate`` 1/s after ``dt`` s with the input ``target``, exactly."""
     left = math.exp(-rate * dt)
     return add(target, scale(left, subtract(value, target)))
-
-
-def turned(q: Quat, omega: Vec3, time: float) -> Quat:
-    """Return q exp(omega t): the attitude after ``time`` s at constant body rates in rad/s."""
-    x, y, z = 0.5 * time * omega.x, 0.5 * time * omega.y, 0.5 * time * omega.z
-    angle = norm(Vec3(x, y, z))
-    cosine, sine = 1.0, 1.0
-    if angle > 1e-9:
-        cosine, sine = math.cos(angle), math.sin(angle) / angle
-    x, y, z = sine * x, sine * y, sine * z
-    return normalized(
-        Quat(
-            q.w * x + q.x * cosine + q.y * z - q.z * y,
-            q.w * y - q.x * z + q.y * cosine + q.z * x,
-            q.w * z + q.x * y - q.y * x + q.z * cosine,
-            q.w * cosine - q.x * x - q.y * y - q.z * z,
-        )
-    )

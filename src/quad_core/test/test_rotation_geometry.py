@@ -43,6 +43,18 @@ def test_quaternion_turns_as_eq_4_and_scipy(angles, vector):
 
 
 @settings(deadline=None)
+@given(ANGLES, ANGLES, VECTOR)
+def test_relative_attitude_and_turned_are_those_of_scipy(base, angles, turn):
+    a, b, turn = scipy_of(base), scipy_of(angles), geometry.scale(0.03, turn)
+    first, second = (Quat(*each.as_quat().tolist()) for each in (a, b))
+    np.testing.assert_allclose(
+        Rotation.from_quat(geometry.relative_attitude(first, second)).as_matrix(), (a.inv() * b).as_matrix(), atol=1e-12
+    )
+    by_turn = (a * Rotation.from_rotvec(turn)).as_matrix()
+    np.testing.assert_allclose(Rotation.from_quat(geometry.turned(first, turn)).as_matrix(), by_turn, atol=1e-12)
+
+
+@settings(deadline=None)
 @given(ANGLES)
 def test_angles_come_back_as_scipy_gives_them(angles):
     q = Quat(*scipy_of(angles).as_quat().tolist())

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.geometry import clamp
+from quad_core.geometry import clamp, relative_attitude, scale
 from quad_core.parameters import ParameterError
 from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, Wrench
@@ -194,14 +194,8 @@ def rates(mapping: Mapping, setpoint: AttitudeThrust, q: Quat, gain: float, limi
 
     omega = 2 gain vec(q^-1 q_d), the shorter way round; ``gain`` in 1/s; each axis within ``limit`` rad/s.
     """
-    d = setpoint.q_wb
-    w = q.w * d.w + q.x * d.x + q.y * d.y + q.z * d.z
-    factor = math.copysign(2.0 * gain, w)
-    turn = Vec3(
-        factor * (q.w * d.x - q.x * d.w - q.y * d.z + q.z * d.y),
-        factor * (q.w * d.y + q.x * d.z - q.y * d.w - q.z * d.x),
-        factor * (q.w * d.z - q.x * d.y + q.y * d.x - q.z * d.w),
-    )
+    error = relative_attitude(q, setpoint.q_wb)
+    turn = scale(math.copysign(2.0 * gain, error.w), Vec3(error.x, error.y, error.z))
     bounded = Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
     return RatesCommand(frames.body(bounded), collective(mapping, setpoint.thrust))
 
