@@ -9,10 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import rclpy
 from ament_index_python.packages import get_package_prefix
 from mcap.exceptions import McapError
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
+from rclpy.context import Context
+from rclpy.node import Node
 
 from quad_core import cascade
 from quad_flight_log.bag.payload_hash import payload_hash
@@ -61,6 +64,19 @@ def flown(*arguments: str | Path) -> Flight:
     done = fly(*arguments)
     assert done.returncode == 0, done.stdout + done.stderr
     return open_flight(Path(arguments[arguments.index("--out") + 1]))
+
+
+@contextmanager
+def stranger(domain: int, name: str = "stranger") -> Iterator[Node]:
+    """Give a node of its own in ``domain``; it is gone afterwards, whatever the test found."""
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain)
+    node = Node(name, context=context, enable_rosout=False, start_parameter_services=False)
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
 
 
 def hash_of(directory: Path) -> str:

@@ -4,11 +4,8 @@ import re
 import time
 
 import pytest
-import rclpy
-from flying import PATIENT, finish, start, wait_until, wait_until_flying
+from flying import PATIENT, finish, start, stranger, wait_until, wait_until_flying
 from geometry_msgs.msg import WrenchStamped
-from rclpy.context import Context
-from rclpy.node import Node
 
 from quad_flight_log.bag.reader import open_flight
 from quad_msgs.msg import FlightPlan
@@ -33,27 +30,23 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
     flight = start("hover", "--realtime", "--duration", "8", "--limits", "position_max=5", *PATIENT, "--out", out)
     domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
     wait_until_flying(flight, out)
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
-    stranger = Node("stranger", context=context)
-    out_again = stranger.create_publisher(WrenchStamped, "wrench_setpoint", stream(10))
-    plans = stranger.create_publisher(FlightPlan, "flight/plan", latched(2))
-    wait_until(lambda: out_again.get_subscription_count() >= 1, 20.0, "the simulator")
-    wait_until(lambda: plans.get_subscription_count() >= 1, 20.0, "the simulator")
-    for end_step in (1, 2**63):
-        plans.publish(FlightPlan(trajectory="stranger", start="printed", end_step=end_step))
-        time.sleep(1.5)  # events of one kind are a second apart
-    began = time.monotonic()
-    sent = 0
-    while time.monotonic() - began < SECONDS:
-        # 100 m/s^2 up, for a step that is over and for one that is yet to come
-        for message in (wrench(50.0, 2_000_000), wrench(50.0, 60_000_000_000)):
-            out_again.publish(message)
-            sent += 1
-        time.sleep(0.01)
-    done = finish(flight)
-    stranger.destroy_node()
-    context.try_shutdown()
+    with stranger(domain) as node:
+        out_again = node.create_publisher(WrenchStamped, "wrench_setpoint", stream(10))
+        plans = node.create_publisher(FlightPlan, "flight/plan", latched(2))
+        wait_until(lambda: out_again.get_subscription_count() >= 1, 20.0, "the simulator")
+        wait_until(lambda: plans.get_subscription_count() >= 1, 20.0, "the simulator")
+        for end_step in (1, 2**63):
+            plans.publish(FlightPlan(trajectory="stranger", start="printed", end_step=end_step))
+            time.sleep(1.5)  # events of one kind are a second apart
+        began = time.monotonic()
+        sent = 0
+        while time.monotonic() - began < SECONDS:
+            # 100 m/s^2 up, for a step that is over and for one that is yet to come
+            for message in (wrench(50.0, 2_000_000), wrench(50.0, 60_000_000_000)):
+                out_again.publish(message)
+                sent += 1
+            time.sleep(0.01)
+        done = finish(flight)
     assert done.returncode == 0, done.stdout + done.stderr
     bag = open_flight(out)
     guard = bag.array("flight/guard")

@@ -1,13 +1,10 @@
 """A gain set while the vehicle flies: the bag holds what the law ran with, and the replay gives every bit again."""
 
 import pytest
-import rclpy
-from flying import PATIENT, finish, start, wait_until_flying
+from flying import PATIENT, finish, start, stranger, wait_until_flying
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.replay import replay
@@ -19,22 +16,16 @@ DOMAIN = 58
 
 def set_parameter(node_name, name, value):
     """Do what `ros2 param set` does; returns whether the node accepted it."""
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=DOMAIN)
-    node = Node("param_set", context=context, enable_rosout=False, start_parameter_services=False)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    try:
+    with stranger(DOMAIN, "param_set") as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
         client = node.create_client(SetParameters, f"{node_name}/set_parameters")
         assert client.wait_for_service(20.0)
         request = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
         future = client.call_async(SetParameters.Request(parameters=[Parameter(name=name, value=request)]))
         executor.spin_until_future_complete(future, timeout_sec=20.0)
-        return future.result().results[0].successful
-    finally:
         executor.shutdown()
-        node.destroy_node()
-        context.try_shutdown()
+        return future.result().results[0].successful
 
 
 @pytest.mark.parametrize("mode", [(), ("--realtime", *PATIENT)], ids=["lockstep", "realtime"])

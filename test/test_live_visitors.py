@@ -2,15 +2,12 @@
 
 import signal
 import subprocess
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-import rclpy
 from ament_index_python.packages import get_package_prefix
-from flying import flown, in_domain, wait_until
-from rclpy.context import Context
+from flying import flown, in_domain, stranger, wait_until
 
 from quad_bringup.domains import reserved_domain
 
@@ -25,19 +22,6 @@ def visitor(domain, name, *arguments):
     return subprocess.Popen(command, env=in_domain(domain), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-@contextmanager
-def looking(domain):
-    """Give a node of its own in ``domain``."""
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
-    node = rclpy.create_node("onlooker", context=context)
-    try:
-        yield node
-    finally:
-        node.destroy_node()
-        context.try_shutdown()
-
-
 def test_the_live_view_records_the_flight_and_leaves_with_it(tmp_path):
     with reserved_domain(None) as domain:
         pass
@@ -45,7 +29,7 @@ def test_the_live_view_records_the_flight_and_leaves_with_it(tmp_path):
     view = visitor(domain, "log", "view", "--live", "--save", recording)
     markers = visitor(domain, "markers")
     try:
-        with looking(domain) as node:
+        with stranger(domain, "onlooker") as node:
             wait_until(lambda: {"live_view", "markers"} <= {*node.get_node_names()}, 60.0, "both visitors are there")
         flight = flown("hover", "--duration", "3", "--domain", str(domain), "--out", tmp_path / "bag")
         out, err = view.communicate(timeout=30)

@@ -5,12 +5,9 @@ import sys
 from contextlib import suppress
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from flying import PATIENT, ROOT, finish, start, wait_until, wait_until_flying
-from rclpy.context import Context
+from flying import PATIENT, ROOT, finish, start, stranger, wait_until, wait_until_flying
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
 from quad_flight_log.bag.reader import open_flight
@@ -38,23 +35,19 @@ def test_no_payload_costs_the_flight_or_its_bag(tmp_path):
     flight = start("hover", "--realtime", "--duration", "6", "--limits", "position_max=5", *PATIENT, "--out", out)
     domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
     wait_until_flying(flight, out)
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
-    stranger = Node("stranger", context=context)
-    others = (SHADOW_TOPICS, "flight/plan")  # nobody answers there; what comes there too long would be a plan
-    read = [topic for topic in TOPICS.values() if not (topic.only_with or topic.name.startswith(others))]
-    aims = [(topic.name, topic.type) for topic in read]
-    aims.append(("/diagnostics", DiagnosticArray))
-    made = {name: stranger.create_publisher(kind, name, latched(20)) for name, kind in aims}
-    wait_until(lambda: all(each.get_subscription_count() for each in made.values()), 20.0, "subscribers")
-    for name, kind in aims:
-        for payload in payloads(kind):
-            with suppress(rclpy_implementation.RCLError):  # longer than any message of a type without texts
-                made[name].publish(payload)
-    made["flight/events"].publish(serialize_message(FlightEvent(text="x" * 70_000_000)))
-    done = finish(flight)
-    stranger.destroy_node()
-    context.try_shutdown()
+    with stranger(domain) as node:
+        others = (SHADOW_TOPICS, "flight/plan")  # nobody answers there; what comes there too long would be a plan
+        read = [topic for topic in TOPICS.values() if not (topic.only_with or topic.name.startswith(others))]
+        aims = [(topic.name, topic.type) for topic in read]
+        aims.append(("/diagnostics", DiagnosticArray))
+        made = {name: node.create_publisher(kind, name, latched(20)) for name, kind in aims}
+        wait_until(lambda: all(each.get_subscription_count() for each in made.values()), 20.0, "subscribers")
+        for name, kind in aims:
+            for payload in payloads(kind):
+                with suppress(rclpy_implementation.RCLError):  # longer than any message of a type without texts
+                    made[name].publish(payload)
+        made["flight/events"].publish(serialize_message(FlightEvent(text="x" * 70_000_000)))
+        done = finish(flight)
     assert done.returncode == 0, done.stdout + done.stderr
     bag = open_flight(out)
     assert problems_of(bag) == []

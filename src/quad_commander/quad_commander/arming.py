@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.commander_parameters import ArmingLimits, Fence, FlightLimits
+from quad_core.extent import Extent
 from quad_core.types import Vec3
 
 
@@ -20,17 +21,6 @@ class Stream(NamedTuple):
     publishers: int
     expected_rate: float
     rate: float
-
-
-class Extent(NamedTuple):
-    """What the planned trajectory covers: corners m, largest speed m/s, acceleration m/s^2, tilt rad; duration s."""
-
-    low: Vec3
-    high: Vec3
-    speed: float
-    acceleration: float
-    tilt: float
-    duration: float
 
 
 class Observed(NamedTuple):

@@ -3,11 +3,12 @@
 from collections import Counter
 from collections.abc import Callable
 
-from quad_commander.arming import Extent, Observed, Stream
+from quad_commander.arming import Observed, Stream
 from quad_commander.observation import tilt
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.cycle import seconds
+from quad_core.extent import Extent
 from quad_core.flight_parameters import FlightParameters
 from quad_core.geometry import norm
 from quad_core.types import Vec3

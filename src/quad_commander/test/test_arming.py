@@ -6,7 +6,6 @@ import pytest
 
 from quad_commander.arming import (
     ArmingLimits,
-    Extent,
     Fence,
     FlightLimits,
     Observed,
@@ -14,6 +13,7 @@ from quad_commander.arming import (
     outside,
     refusals,
 )
+from quad_core.extent import Extent
 from quad_core.types import Vec3
 
 PLAN = Extent(Vec3(-1.0, -1.0, 0.0), Vec3(1.0, 1.0, 3.0), 2.0, 1.5, 0.2, 60.0)

@@ -2,22 +2,13 @@
 
 import math
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
+from quad_core.extent import Extent
 from quad_core.geometry import norm
 from quad_core.types import Vec3
 
 _SAMPLES = 400
-
-
-class Extent(NamedTuple):
-    """Corners m of the box around it (world frame), largest speed m/s, acceleration m/s^2 and tilt rad."""
-
-    low: Vec3
-    high: Vec3
-    speed: float
-    acceleration: float
-    tilt: float
 
 
 def extent_of(module: ModuleType, parameters: Any, plan: Any, length: float, gravity: float) -> Extent:
@@ -30,4 +21,5 @@ def extent_of(module: ModuleType, parameters: Any, plan: Any, length: float, gra
         max(norm(point.v_w) for point in points),
         max(norm(point.a_w) for point in points),
         max(math.atan2(math.hypot(point.a_w.x, point.a_w.y), gravity + point.a_w.z) for point in points),
+        length,
     )
