@@ -1,10 +1,10 @@
 """What all tests share: which need ROS, and that nothing is skipped unless it is allowed to."""
 
-import re
 from pathlib import Path
 
 import hypothesis
 import pytest
+from ros_imports import imports_ros
 
 # How long one example takes says nothing on a machine with other work.
 hypothesis.settings.register_profile("patient", deadline=None)
@@ -14,9 +14,6 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("patient")
 
-USES_ROS = re.compile(
-    r"^\s*(?:import|from) (?:rclpy|quad_node|quad_[\w.]+\.node|\w+_msgs|\w+_interfaces)\b", re.MULTILINE
-)
 WHOLE_STACK = Path(__file__).parent / "test"
 SKIPS = pytest.StashKey[dict[str, str]]()
 
@@ -37,7 +34,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     uses_ros: dict[Path, bool] = {}
     for item in items:
         if item.path not in uses_ros:
-            uses_ros[item.path] = bool(USES_ROS.search(item.path.read_text(encoding="utf-8")))
+            uses_ros[item.path] = imports_ros(item.path.read_text(encoding="utf-8"))
         in_stack = WHOLE_STACK in item.path.parents and item.get_closest_marker("unit") is None
         if uses_ros[item.path] or in_stack:
             item.add_marker("ros")

@@ -12,6 +12,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from ros_imports import imports_ros
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE, SITE = ROOT / "build" / "site-source", ROOT / "build" / "site"
 LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / "docs-packages"
@@ -21,8 +23,6 @@ PURE = (
     "quad_core", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics", "quad_flight",
     "quad_native", "quad_commander", "quad_px4",
 )  # fmt: skip
-WITH_ROS = {"node", "main", "quad_commander.command", "quad_commander.mode_message", "quad_commander.preflight"}
-"""Modules that import ROS, by their last or their whole name."""
 CONTENTS = {
     "Start": ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"),
     "Fly and look": (
@@ -74,7 +74,12 @@ def modules(package: str) -> list[str]:
     top = ROOT / "src" / package / package
     found = pkgutil.walk_packages([str(top)], f"{package}.")
     names = [entry.name for entry in found if not entry.ispkg]
-    return sorted(name for name in names if not WITH_ROS & {name, name.rpartition(".")[2]})
+    return sorted(name for name in names if not imports_ros(_source(name)))
+
+
+def _source(module: str) -> str:
+    path = ROOT / "src" / module.partition(".")[0] / module.replace(".", "/")
+    return path.with_suffix(".py").read_text(encoding="utf-8")
 
 
 def missing() -> list[str]:
