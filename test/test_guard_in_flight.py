@@ -1,4 +1,4 @@
-"""Flights whose controller dies: the guard in the vehicle's owner brings the vehicle down, and the culprit is named."""
+"""Flights whose controller dies: the guard in the vehicle's owner lands the vehicle, the event names the dead node."""
 
 import math
 import os

@@ -33,14 +33,14 @@ class Climb(Node):
         self.status_out = self.create_publisher(NodeStatus, "flight/nodes", LATCHED)
         self.create_subscription(VehicleState, "state", self.on_state, STEPS)
         self.create_subscription(FlightState, "flight/state", self.on_flight, LATCHED)
-        told = {
+        fields = {
             "node": self.get_fully_qualified_name(),
             "role": "trajectory",
             "run_id": self.run_id,
             "interface_hash": interface_hash(),
         }
-        told |= {"state": NodeStatus.READY, "period_steps": EVERY, "plant_period": self.period}
-        self.status_out.publish(NodeStatus(**told))
+        fields |= {"state": NodeStatus.READY, "period_steps": EVERY, "plant_period": self.period}
+        self.status_out.publish(NodeStatus(**fields))
 
     def on_state(self, message):
         if self.first is None:

@@ -60,18 +60,18 @@ class Vehicle(Node):
         self.create_timer(0.02, self.on_tick)
 
     def tell(self, state):
-        told = {
+        fields = {
             "node": self.get_fully_qualified_name(),
             "role": "simulator",
             "run_id": self.run_id,
             "interface_hash": interface_hash(),
         }
-        self.status_out.publish(NodeStatus(state=state, period_steps=1, plant_period=self.period, **told))
+        self.status_out.publish(NodeStatus(state=state, period_steps=1, plant_period=self.period, **fields))
 
     def publish_phase(self):
-        told = {"step": self.step, "end_step": self.end_step, "run_id": self.run_id, "reason": self.reason}
-        told["wall_time"] = time.monotonic() - self.began if self.began else 0.0
-        self.flight_out.publish(FlightState(state=self.phase, stamp=self.stamp(self.step), **told))
+        fields = {"step": self.step, "end_step": self.end_step, "run_id": self.run_id, "reason": self.reason}
+        fields["wall_time"] = time.monotonic() - self.began if self.began else 0.0
+        self.flight_out.publish(FlightState(state=self.phase, stamp=self.stamp(self.step), **fields))
 
     def stamp(self, step):
         return rclpy.time.Time(nanoseconds=step * self.period).to_msg()

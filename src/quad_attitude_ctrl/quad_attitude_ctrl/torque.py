@@ -62,7 +62,7 @@ def air_drag(coefficient: float, rate: float, drag_sign: int) -> float:
 
 
 def model_acceleration(a: Coefficients, rates: Vec3, drag_sign: int) -> Vec3:
-    """Return a_1 x_4 x_6 + a_2 x_2^2 and its likes in rad/s^2: what Eq. 16 does without control (terms of Eq. 52)."""
+    """Return a_1 x_4 x_6 + a_2 x_2^2, pitch and yaw alike, in rad/s^2: Eq. 16 without control (terms of Eq. 52)."""
     return Vec3(
         a.a1 * rates.y * rates.z + air_drag(a.a2, rates.x, drag_sign),
         a.a3 * rates.x * rates.z + air_drag(a.a4, rates.y, drag_sign),

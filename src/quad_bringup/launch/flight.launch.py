@@ -61,8 +61,8 @@ def nodes(given: dict[str, str]) -> list[Node]:
         *([given["params_file"]] if given["params_file"] else []),
         {"use_sim_time": given["use_sim_time"].lower() == "true"},
     ]
-    told = launched(given["mission"]) if given["mission"] else {role: {} for role in ROLES}
-    roles = [role for role in told if role != "simulator" or given["simulate"].lower() == "true"]
+    overrides = launched(given["mission"]) if given["mission"] else {role: {} for role in ROLES}
+    roles = [role for role in overrides if role != "simulator" or given["simulate"].lower() == "true"]
     # launch ends a node that does not leave; with a commander the vehicle lands first
     patience = {"sigterm_timeout": "300", "sigkill_timeout": "305"} if given["mission"] else {}
     return [
@@ -75,7 +75,7 @@ def nodes(given: dict[str, str]) -> list[Node]:
             parameters=[
                 *parameters,
                 *([{"directory": given["directory"]}] if role == "recorder" else []),
-                *([told[role]] if told[role] else []),
+                *([overrides[role]] if overrides[role] else []),
             ],
             output="screen",
             on_exit=end_all_if_refused,

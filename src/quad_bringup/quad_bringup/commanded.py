@@ -1,4 +1,4 @@
-"""What a flight with a commander is besides: the trajectory of its mission, and what its nodes are told."""
+"""What a flight with a commander is besides: the trajectory of its mission, and the parameters of its nodes."""
 
 import secrets
 

@@ -32,7 +32,7 @@ class Wired(Commander):
     """A commander whose topics are functions."""
 
     def __init__(self):
-        self.callbacks, self.told, self.publishing = {}, [], 1
+        self.callbacks, self.events, self.publishing = {}, [], 1
         super().__init__()
         self._reference_out, self._mode_out = Wire(TrajectoryPoint), Wire(FlightMode)
         self.modes, self.references = self._mode_out.sent, self._reference_out.sent
@@ -41,7 +41,7 @@ class Wired(Commander):
         self.callbacks[topic] = callback
 
     def event(self, severity, kind, text, stamp_ns=0, always=False):
-        self.told.append((severity, kind, text))
+        self.events.append((severity, kind, text))
 
     def count_publishers(self, topic):
         return self.publishing
@@ -132,7 +132,7 @@ def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
     newest = node.modes[-1]
     assert (newest.step, newest.request_step, newest.since) == (15, 15, 15)
     assert (newest.name, newest.request, newest.answer, newest.sender) == ("ARMING", 1, FlightMode.DONE, "pilot")
-    assert (FlightEvent.INFO, "mode", "DISARMED to ARMING: asked for by pilot") in node.told
+    assert (FlightEvent.INFO, "mode", "DISARMED to ARMING: asked for by pilot") in node.events
 
 
 @pytest.mark.parametrize(("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, "")])
@@ -141,7 +141,7 @@ def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender)
     node.ask(request_number, sender)
     node.fly(0, 6)
     assert node.modes[-1].request == 0
-    assert [kind for _, kind, _ in node.told] == ["bad_request"]
+    assert [kind for _, kind, _ in node.events] == ["bad_request"]
 
 
 def test_a_request_for_another_run_is_ignored_and_named(make):
@@ -149,7 +149,7 @@ def test_a_request_for_another_run_is_ignored_and_named(make):
     node.ask(FlightRequest.KILL, run_id="b2")
     node.fly(0, 6)
     assert node.modes[-1].name == "DISARMED"
-    assert [kind for _, kind, _ in node.told] == ["foreign_run"]
+    assert [kind for _, kind, _ in node.events] == ["foreign_run"]
 
 
 def test_the_service_says_at_once_what_the_next_step_would_answer(make):
@@ -218,7 +218,7 @@ def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_two_r
     assert len(node.modes) == 2
     node.state(10)
     assert [mode.step for mode in node.modes] == [0, 5, 10]
-    assert [kind for _, kind, _ in node.told] == ["mission_lost"]
+    assert [kind for _, kind, _ in node.events] == ["mission_lost"]
     node.actuation(14)
     node.state(15)
     assert node.modes[-1].step == 15

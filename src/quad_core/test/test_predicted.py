@@ -74,27 +74,27 @@ def test_the_law_gets_the_state_where_the_vehicle_is_now():
 
 @needs_plugins
 def test_a_node_flies_the_bare_law_unless_it_is_told_to_predict():
-    bare, told = resolve(ROLE, {}), resolve(ROLE, {**ON, "aibs.x.position_gain": 3.5})
+    bare, resolved = resolve(ROLE, {}), resolve(ROLE, {**ON, "aibs.x.position_gain": 3.5})
     assert bare.law is bare.plugins["law"]
-    assert told.law.module is not told.plugins["law"].module
-    assert told.law.module is resolve(f"shadow_{ROLE}", ON).law.module
-    assert told.law.parameters.law.x.position_gain == 3.5
-    assert told.law.parameters.prediction.position_age == 0.02
+    assert resolved.law.module is not resolved.plugins["law"].module
+    assert resolved.law.module is resolve(f"shadow_{ROLE}", ON).law.module
+    assert resolved.law.parameters.law.x.position_gain == 3.5
+    assert resolved.law.parameters.prediction.position_age == 0.02
     # names and files stay those of the law
-    assert flatten(told.plugins["law"].parameters)["x.position_gain"] == 3.5
-    names = [field.name for field in told.all_fields()]
+    assert flatten(resolved.plugins["law"].parameters)["x.position_gain"] == 3.5
+    names = [field.name for field in resolved.all_fields()]
     assert "prediction.position_age" in names
     assert len(names) == len(set(names)) == len(bare.all_fields())
-    assert resolve(ROLE, {field.name: field.default for field in told.all_fields()}) == told
+    assert resolve(ROLE, {field.name: field.default for field in resolved.all_fields()}) == resolved
 
 
 @needs_plugins
 @pytest.mark.parametrize("law", ["aibs", "ibs", "pid", "se3"])
 def test_every_position_law_takes_it(law):
-    told = resolve(ROLE, {"law": law, **ON}).law
+    resolved = resolve(ROLE, {"law": law, **ON}).law
     bare = resolve(ROLE, {"law": law})
-    memory = told.module.init(told.parameters, VEHICLE)
-    _, after, _ = told.module.step(told.parameters, VEHICLE, memory, inputs(1.0), 0.01)
+    memory = resolved.module.init(resolved.parameters, VEHICLE)
+    _, after, _ = resolved.module.step(resolved.parameters, VEHICLE, memory, inputs(1.0), 0.01)
     by_hand = inputs(1.1)
     module, own = bare.law.module, bare.law.parameters
     _, expected, _ = module.step(own, VEHICLE, module.init(own, VEHICLE), by_hand, 0.01)
@@ -106,12 +106,12 @@ def test_compiled_it_gives_the_same_bits():
     pytest.importorskip("numba")
     from quad_core.compilation import compiled
 
-    told = resolve(ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}).law
-    machine, flat = compiled(told.module.step), flattener(told.module.Memory)
-    mine = theirs = told.module.init(told.parameters, VEHICLE)
+    resolved = resolve(ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}).law
+    machine, flat = compiled(resolved.module.step), flattener(resolved.module.Memory)
+    mine = theirs = resolved.module.init(resolved.parameters, VEHICLE)
     for k in range(50):
         seen = inputs(0.05 * k)
-        _, mine, _ = told.module.step(told.parameters, VEHICLE, mine, seen, 0.01)
-        _, theirs, _ = machine(told.parameters, VEHICLE, theirs, seen, 0.01)
+        _, mine, _ = resolved.module.step(resolved.parameters, VEHICLE, mine, seen, 0.01)
+        _, theirs, _ = machine(resolved.parameters, VEHICLE, theirs, seen, 0.01)
         numbers = [list(map(float, flat(memory))) for memory in (mine, theirs)]
         assert struct.pack(f"{len(numbers[0])}d", *numbers[0]) == struct.pack(f"{len(numbers[1])}d", *numbers[1]), k

@@ -43,5 +43,5 @@ def test_a_campaign_notes_it_in_the_row_of_the_flight(flight):
 
 
 def test_a_flown_flight_has_no_reason():
-    told = {"trajectory": {"trajectory": "hover", "hover.duration": 0.1}}
-    assert fly(flight_from_parameters(told)).reason == ""
+    parameters = {"trajectory": {"trajectory": "hover", "hover.duration": 0.1}}
+    assert fly(flight_from_parameters(parameters)).reason == ""

@@ -134,7 +134,7 @@ class VehicleNode(FlightNode):
 
     @property
     def failure(self) -> str:
-        """Why the flight failed: the culprit, and what the guard did about it."""
+        """Why the flight failed: who or what failed, and what the guard did about it."""
         return "; ".join(part for part in (self.cause, self.guard.describe()) if part)
 
     def give_up(self, cause: str) -> None:
