@@ -10,6 +10,7 @@ from typing import Annotated, get_origin, get_type_hints
 
 import pytest
 
+import quad_autopilot
 import quad_commander
 import quad_core
 import quad_px4
@@ -86,7 +87,7 @@ def test_every_number_of_a_plant_state_has_a_unit(name):
 
 def parameter_sets():
     """Return every NamedTuple that declares parameters in packages without ROS: vehicle, nodes, guard, modes, ..."""
-    for package in (quad_core, quad_commander, quad_px4):
+    for package in (quad_core, quad_commander, quad_autopilot, quad_px4):
         for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
             for name, kind in vars(importlib.import_module(module.name)).items():
                 if getattr(kind, "__module__", "") == module.name and getattr(kind, "_field_defaults", ()):

@@ -24,11 +24,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.geometry import clamp, relative_attitude, scale
+from quad_autopilot import frames, thrust
+from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, Wrench
-from quad_px4 import frames
 
 MOTORS = 12
 """Controls in an ActuatorMotors message; those without a motor are NaN."""
@@ -129,29 +129,16 @@ def product(matrix: Matrix, v: Row) -> Row:
     return first, second, third, fourth
 
 
-def signal(fraction: float, factor: float) -> float:
-    """Return the motor signal u, 0..1, at which factor u^2 + (1 - factor) u = ``fraction`` of the largest thrust."""
-    linear = 1.0 - factor
-    divisor = linear + math.sqrt(linear * linear + 4.0 * factor * fraction)
-    return 2.0 * fraction / divisor if divisor > 0.0 else 0.0
-
-
 def compensated(airframe: AirframeParameters, fraction: float) -> float:
-    """Return what PX4 needs for ``fraction`` (0..1) of a rotor's largest thrust.
-
-    PX4 itself turns a command x into the motor signal with THR_MDL_FAC; equal factors leave x = fraction.
-    """
-    if airframe.thr_mdl_fac == airframe.thrust_curve:
-        return fraction
-    u = signal(clamp(fraction, 0.0, 1.0), airframe.thrust_curve)
-    return airframe.thr_mdl_fac * u * u + (1.0 - airframe.thr_mdl_fac) * u
+    """Return what PX4 needs for ``fraction`` (0..1) of a rotor's largest thrust."""
+    return thrust.compensated(airframe.thr_mdl_fac, airframe.thrust_curve, fraction)
 
 
 def slope(airframe: AirframeParameters, fraction: float) -> float:
     """Return the derivative of ``compensated`` at ``fraction``, by which a small torque about a hover is scaled."""
     if airframe.thr_mdl_fac == airframe.thrust_curve:
         return 1.0
-    u = signal(clamp(fraction, 0.01, 1.0), airframe.thrust_curve)
+    u = thrust.signal(clamp(fraction, 0.01, 1.0), airframe.thrust_curve)
     made = 2.0 * airframe.thrust_curve * u + 1.0 - airframe.thrust_curve
     return (2.0 * airframe.thr_mdl_fac * u + 1.0 - airframe.thr_mdl_fac) / made
 
@@ -178,9 +165,9 @@ def motors(mapping: Mapping, wrench: Wrench) -> list[float]:
     return commands + [math.nan] * (MOTORS - len(commands))
 
 
-def collective(mapping: Mapping, thrust: float) -> Vec3:
-    """Return the normalised thrust vector (FRD) for a collective ``thrust`` in N."""
-    fraction = clamp(thrust / (4.0 * mapping.airframe.max_rotor_thrust), 0.0, 1.0)
+def collective(mapping: Mapping, newtons: float) -> Vec3:
+    """Return the normalised thrust vector (FRD) for a collective thrust in N."""
+    fraction = clamp(newtons / (4.0 * mapping.airframe.max_rotor_thrust), 0.0, 1.0)
     return Vec3(0.0, 0.0, -compensated(mapping.airframe, fraction))
 
 
@@ -190,14 +177,8 @@ def attitude(mapping: Mapping, setpoint: AttitudeThrust) -> AttitudeCommand:
 
 
 def rates(mapping: Mapping, setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> RatesCommand:
-    """Return body rates that turn attitude ``q`` (FLU in ENU) towards the setpoint's, for PX4's own rate controller.
-
-    omega = 2 gain vec(q^-1 q_d), the shorter way round; ``gain`` in 1/s; each axis within ``limit`` rad/s.
-    """
-    error = relative_attitude(q, setpoint.q_wb)
-    turn = scale(math.copysign(2.0 * gain, error.w), Vec3(error.x, error.y, error.z))
-    bounded = Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
-    return RatesCommand(frames.body(bounded), collective(mapping, setpoint.thrust))
+    """Return body rates that turn attitude ``q`` (FLU in ENU) towards the setpoint's, for PX4's own rate controller."""
+    return RatesCommand(frames.body(thrust.rates(setpoint, q, gain, limit)), collective(mapping, setpoint.thrust))
 
 
 def predict(mapping: Mapping, wrench: Wrench) -> Actuation:
@@ -208,16 +189,16 @@ def predict(mapping: Mapping, wrench: Wrench) -> Actuation:
     """
     largest = mapping.airframe.max_rotor_thrust
     forces = [largest * clamp(u, 0.0, 1.0) for u in rotor_commands(mapping, wrench)]
-    x, y, z, thrust = product(mapping.wrench_of_rotors, (forces[0], forces[1], forces[2], forces[3]))
+    x, y, z, total = product(mapping.wrench_of_rotors, (forces[0], forces[1], forces[2], forces[3]))
     made, asked = frames.body(Vec3(x, y, z)), wrench.torque_b
     slack = FLAG_TOLERANCE * largest
     return Actuation(
         Rotors(0.0, 0.0, 0.0, 0.0),
         Rotors(*(forces[place] for place in mapping.order)),
-        thrust,
+        total,
         made,
-        thrust < wrench.thrust - slack,
-        thrust > wrench.thrust + slack,
+        total < wrench.thrust - slack,
+        total > wrench.thrust + slack,
         abs(made.x - asked.x) > slack,
         abs(made.y - asked.y) > slack,
         abs(made.z - asked.z) > slack,

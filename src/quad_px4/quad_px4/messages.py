@@ -9,11 +9,12 @@ import math
 from types import ModuleType
 from typing import Any
 
+from quad_autopilot.autopilot import Ack, Autopilot, Request
+from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
 from quad_core.px4_parameters import Mode
-from quad_px4.autopilot import Ack, Autopilot, Request
+from quad_px4.autopilot import ARMED, control, mode_name
 from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
-from quad_px4.odometry import Sample
 
 NEEDED = {
     "OffboardControlMode": ("timestamp", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"),
@@ -105,9 +106,11 @@ def sample(message: Any) -> Sample:
 
 def autopilot(message: Any, reasons: str) -> Autopilot:
     """Return a VehicleStatus with the reasons that are known."""
+    nav_state = int(message.nav_state)
     return Autopilot(
-        int(message.nav_state),
-        int(message.arming_state),
+        mode_name(nav_state),
+        control(nav_state),
+        message.arming_state == ARMED,
         bool(message.failsafe),
         bool(message.pre_flight_checks_pass),
         reasons,

@@ -1,10 +1,9 @@
 """PX4's allocation and the frames as matrices: written from PX4's documentation, importing nothing of the bridge."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from frames_oracle import BODY, WORLD, ned_frd
 
-WORLD = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-BODY = np.diag([1.0, -1.0, -1.0])
+__all__ = ["BODY", "WORLD", "allocated", "made", "ned_frd"]
 CT = 6.5  # PX4's default thrust coefficient: it must not matter
 
 
@@ -35,8 +34,3 @@ def made(rotors, commands, max_thrust, drag_ratio=None):
         torque[2] += np.sign(km) * ratio * force
         thrust += force
     return BODY @ torque, thrust
-
-
-def ned_frd(q_xyzw):
-    """Return the attitude of FRD in NED as a Rotation, of FLU in ENU as a quaternion xyzw."""
-    return Rotation.from_matrix(WORLD @ Rotation.from_quat(q_xyzw).as_matrix() @ BODY)

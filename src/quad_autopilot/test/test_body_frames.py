@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from frames_oracle import BODY, WORLD, ned_frd
 from hypothesis import given
 from hypothesis import strategies as st
-from px4_oracle import BODY, WORLD, ned_frd
 from scipy.spatial.transform import Rotation
 
+from quad_autopilot import frames
 from quad_core.types import Quat, Vec3
-from quad_px4 import frames
 
 numbers = st.floats(-100.0, 100.0)
 vectors = st.builds(Vec3, numbers, numbers, numbers)

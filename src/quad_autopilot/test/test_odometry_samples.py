@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from px4_oracle import BODY, WORLD, ned_frd
+from frames_oracle import BODY, WORLD, ned_frd
 
+from quad_autopilot import odometry
+from quad_autopilot.odometry import Sample
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_px4 import odometry
-from quad_px4.odometry import Sample
 
 GOOD = Sample(1_008_000, 1_000_000, 1, 1, (1.0, 2.0, -3.0), (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, -0.3), (0.4, 0.5, 0.6), 0)
 

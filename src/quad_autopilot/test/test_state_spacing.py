@@ -2,7 +2,7 @@
 
 import pytest
 
-from quad_px4.spacing import misfit
+from quad_autopilot.spacing import misfit
 
 MS = 1_000_000
 PX4 = [8 * MS, 12 * MS] * 50

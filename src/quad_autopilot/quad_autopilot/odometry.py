@@ -1,12 +1,12 @@
-"""From PX4's vehicle_odometry to the state of the flight: what is believed, what is dropped, what is a jump."""
+"""From an autopilot's estimate to the state of the flight: what is believed, what is dropped, what is a jump."""
 
 import math
 from typing import NamedTuple
 
+from quad_autopilot import frames
 from quad_core.geometry import norm, normalized, subtract
 from quad_core.guard_checks import attitude_change
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_px4 import frames
 
 NED = 1
 """POSE_FRAME_NED and VELOCITY_FRAME_NED."""
@@ -15,7 +15,7 @@ _SHORTEST, _LONGEST = 0.9, 1.1
 
 
 class Sample(NamedTuple):
-    """One VehicleOdometry: stamps in microseconds of PX4, NED world in m and m/s, FRD body in rad/s, q as wxyz."""
+    """One estimate: stamps in microseconds of the autopilot, NED world in m and m/s, FRD body in rad/s, q as wxyz."""
 
     timestamp: int
     timestamp_sample: int

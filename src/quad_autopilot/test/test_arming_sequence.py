@@ -4,21 +4,32 @@ import math
 
 import pytest
 
-from quad_core.px4_parameters import ArmingParameters
-from quad_px4 import arming
-from quad_px4.arming import Inputs, Phase, Setpoint
-from quad_px4.autopilot import COMMANDS, Ack, Autopilot
+from quad_autopilot import arming
+from quad_autopilot.arming import Inputs, Phase, Setpoint
+from quad_autopilot.autopilot import COMMANDS, DO_SET_MODE, Ack, Autopilot, Control, Profile, Request
+from quad_core.autopilot_parameters import ArmingParameters
 
 TICK = 0.02
 PARAMETERS = ArmingParameters()
 MODE, ARM, LAND = 176, 400, 21
+PROFILE = Profile(
+    "PX4", "offboard", "vehicle_status", "vehicle_odometry", "where is its agent?", Request(DO_SET_MODE, 1.0, 6.0)
+)
+OURS = {14: Control.OURS, 18: Control.LANDING}
+NAMES = {2: "POSCTL", 15: "STAB", 18: "AUTO_LAND"}
+
+
+def said(nav_state, arming_state, failsafe=False, checks_pass=True, reasons=""):
+    """Return what an autopilot in a mode says, by PX4's numbers."""
+    name, control = NAMES.get(nav_state, f"mode {nav_state}"), OURS.get(nav_state, Control.OTHER)
+    return Autopilot(name, control, arming_state == 2, failsafe, checks_pass, reasons)
 
 
 class Flight:
     """Runs the sequence beside a simple autopilot, which obeys after two ticks unless told otherwise."""
 
     def __init__(self, **px4):
-        self.now, self.px4_time = 100.0, 7.0
+        self.now, self.autopilot_time = 100.0, 7.0
         self.nav_state, self.arming_state, self.silent = 4, 1, False
         self.results = {}  # {command: result}
         self.lost, self.deaf, self.reasons, self.failsafe = set(), set(), "", False
@@ -41,20 +52,20 @@ class Flight:
         return None if request.command in self.lost else Ack(request.command, result)
 
     def tick(self, **inputs):
-        said = Autopilot(self.nav_state, self.arming_state, self.failsafe, True, self.reasons)
-        autopilot = None if self.silent else said
+        told = said(self.nav_state, self.arming_state, self.failsafe, True, self.reasons)
+        autopilot = None if self.silent else told
         ack = None
         if self.due and self.due[0][0] <= self.now:
             ack = self.obey(self.due.pop(0)[1])
-        given = Inputs(self.now, self.px4_time, autopilot, ack, **{**self.inputs, **inputs})
-        self.output, self.memory = arming.step(PARAMETERS, self.memory, given)
+        given = Inputs(self.now, self.autopilot_time, autopilot, ack, **{**self.inputs, **inputs})
+        self.output, self.memory = arming.step(PROFILE, PARAMETERS, self.memory, given)
         if self.output.request:
             self.requests.append((self.now, self.output.request))
             self.due.append((self.now + 2 * TICK, self.output.request))
         if not self.phases or self.phases[-1] != self.output.phase:
             self.phases.append(self.output.phase)
         self.now += TICK
-        self.px4_time += TICK
+        self.autopilot_time += TICK
         return self.output
 
     def run(self, until, longest=30.0, **inputs):
@@ -145,8 +156,8 @@ def test_an_answer_in_progress_or_to_another_command_is_none():
     flight.run(Phase.MODE)
     flight.due.clear()
     for ack in (Ack(MODE, 5), Ack(LAND, 2)):
-        given = Inputs(flight.now, flight.px4_time, Autopilot(4, 1), ack, 0.0, 0.0)
-        assert arming.step(PARAMETERS, flight.memory, given)[1].answer == ""
+        given = Inputs(flight.now, flight.autopilot_time, said(4, 1), ack, 0.0, 0.0)
+        assert arming.step(PROFILE, PARAMETERS, flight.memory, given)[1].answer == ""
 
 
 def test_without_status_or_odometry_nothing_is_asked():
@@ -275,7 +286,7 @@ def test_a_landing_that_does_not_end_is_left_to_px4():
 def test_the_clock_of_the_spool_up_is_px4s():
     flight = Flight()
     flight.run(Phase.SPOOL_UP)
-    frozen = flight.px4_time
+    frozen = flight.autopilot_time
     for _ in range(200):
-        flight.px4_time = frozen
+        flight.autopilot_time = frozen
         assert flight.tick().phase == Phase.SPOOL_UP

@@ -1,4 +1,4 @@
-"""Between the frames of this stack (world ENU, body FLU) and PX4's (world NED, body FRD).
+"""Between the frames of this stack (world ENU, body FLU) and an autopilot's (world NED, body FRD).
 
 ::
 

@@ -1,0 +1,273 @@
+"""From the ground to the flight and back, with the autopilot's own reasons where it refuses.
+
+::
+
+    STREAM -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
+                any of them -> RELEASED: quiet for good, nothing is asked of the autopilot again
+
+``step`` is called every 20 ms and is pure. An autopilot leaves the offboard mode by itself a while after the last
+heartbeat (PX4: 1.0 s, COM_OF_LOSS_T), but as long as heartbeats come it obeys stale setpoints: so the heartbeat stops
+with the controller, and the autopilot is asked to land at once. Whoever takes the mode away has it.
+"""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from quad_autopilot.autopilot import (
+    COMMANDS,
+    IN_PROGRESS,
+    RESULTS,
+    Ack,
+    Autopilot,
+    Control,
+    Profile,
+    Request,
+    because,
+    taken,
+)
+from quad_core.autopilot_parameters import ArmingParameters
+
+
+class Phase(IntEnum):
+    """Where the vehicle is between ground and ground."""
+
+    STREAM = 0
+    MODE = 1
+    ARM = 2
+    SPOOL_UP = 3
+    FLY = 4
+    LAND = 5
+    LANDED = 6
+    RELEASED = 7
+
+
+class Setpoint(IntEnum):
+    """What goes to the autopilot with or without a heartbeat."""
+
+    NONE = 0
+    IDLE = 1
+    COMMAND = 2
+    LEVEL = 3
+
+
+class Inputs(NamedTuple):
+    """What is known now. Times and ages in s; an age is infinite before the first message.
+
+    ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``refusal``: why the flight must not begin,
+    empty if it may. ``stop``: why it must end now, empty if it need not. ``ended``: it has flown to its planned end.
+    """
+
+    now: float
+    autopilot_time: float
+    autopilot: Autopilot | None
+    ack: Ack | None = None
+    command_age: float = math.inf
+    state_age: float = math.inf
+    refusal: str = ""
+    stop: str = ""
+    ended: bool = False
+
+
+class Memory(NamedTuple):
+    """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request."""
+
+    phase: Phase = Phase.STREAM
+    since: float = -1.0
+    beats: int = 0
+    asked_at: float = -math.inf
+    attempts: int = 0
+    answer: str = ""
+    spooled_from: float = 0.0
+    reason: str = ""
+    failed: bool = False
+
+
+class Output(NamedTuple):
+    """What to send now. ``reason`` is why the flight ends; ``failed`` whether that is no good end."""
+
+    phase: Phase
+    heartbeat: bool
+    setpoint: Setpoint
+    request: Request | None
+    reason: str
+    failed: bool
+
+
+def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[Output, Memory]:
+    """Return what to send, and the next memory; ``profile`` says how this autopilot is asked."""
+    if memory.since < 0.0:
+        memory = memory._replace(since=inputs.now)
+    memory = _answered(profile, memory, inputs)
+    following = _next(profile, parameters, memory, inputs)
+    if following.phase != memory.phase:
+        following = following._replace(
+            since=inputs.now, asked_at=-math.inf, attempts=0, answer="", spooled_from=inputs.autopilot_time
+        )
+    request, following = _request(profile, parameters, following, inputs)
+    heartbeat, setpoint = _stream(parameters, following, inputs)
+    following = following._replace(beats=following.beats + int(heartbeat))
+    return Output(following.phase, heartbeat, setpoint, request, following.reason, following.failed), following
+
+
+def _asked_in(profile: Profile, phase: Phase) -> Request | None:
+    return {Phase.MODE: profile.mode, Phase.ARM: profile.arm, Phase.LAND: profile.land}.get(phase)
+
+
+def _asked_for(profile: Profile, phase: Phase) -> str:
+    request = _asked_in(profile, phase)
+    return COMMANDS.get(request.command, str(request.command)) if request else ""
+
+
+def _answered(profile: Profile, memory: Memory, inputs: Inputs) -> Memory:
+    request = _asked_in(profile, memory.phase)
+    if inputs.ack is None or request is None or inputs.ack.command != request.command:
+        return memory
+    if inputs.ack.result == IN_PROGRESS:
+        return memory
+    known = 0 <= inputs.ack.result < len(RESULTS)
+    return memory._replace(answer=RESULTS[inputs.ack.result] if known else f"result {inputs.ack.result}")
+
+
+def _next(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> Memory:
+    """Return the memory with the phase that follows now."""
+    phase = memory.phase
+    if phase in (Phase.LANDED, Phase.RELEASED):
+        return memory
+    if phase == Phase.STREAM:
+        return _streaming(profile, parameters, memory, inputs)
+    if inputs.autopilot is None:  # known since STREAM
+        return memory
+    if phase in (Phase.MODE, Phase.ARM, Phase.SPOOL_UP):
+        return _preparing(profile, parameters, memory, inputs, inputs.autopilot)
+    if phase == Phase.FLY:
+        return _flying(profile, parameters, memory, inputs, inputs.autopilot)
+    return _landing(profile, parameters, memory, inputs, inputs.autopilot)
+
+
+def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> Memory:
+    late = inputs.now - memory.since > parameters.step_timeout
+    if inputs.stop:
+        return _release(memory, inputs.stop)
+    if inputs.autopilot is None:
+        return _release(memory, f"no {profile.status} from {profile.name}: {profile.hint}") if late else memory
+    if inputs.autopilot.armed:
+        return _release(memory, f"{profile.name} is armed already, in {inputs.autopilot.mode}: disarm it first")
+    if inputs.state_age > parameters.state_timeout:
+        return _release(memory, f"no {profile.state} from {profile.name} that can be believed") if late else memory
+    if memory.beats < parameters.beats:
+        return memory
+    if inputs.refusal:
+        return _release(memory, f"arming refused: {inputs.refusal}") if late else memory
+    return memory._replace(phase=Phase.MODE)
+
+
+def _preparing(
+    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
+) -> Memory:
+    """Return the next memory between the first request and the flight."""
+    phase, armed = memory.phase, autopilot.armed
+    if inputs.stop:
+        return _land(profile, memory, inputs.stop) if armed else _release(memory, inputs.stop)
+    if phase != Phase.MODE and autopilot.control != Control.OURS:
+        return _release(memory, taken(profile, autopilot, "before the flight"))
+    if phase == Phase.MODE and autopilot.control == Control.OURS:
+        return memory._replace(phase=Phase.ARM)
+    if phase == Phase.ARM and armed:
+        return memory._replace(phase=Phase.SPOOL_UP)
+    if phase == Phase.SPOOL_UP:
+        if not armed:
+            return _release(memory, f"{profile.name} disarmed while the rotors spooled up{because(autopilot)}")
+        if inputs.state_age > parameters.state_timeout:
+            return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
+        spooled = inputs.autopilot_time - memory.spooled_from >= parameters.spool_up
+        return memory._replace(phase=Phase.FLY) if spooled else memory
+    if inputs.now - memory.since > parameters.step_timeout:
+        what = f"change to {profile.offboard}" if phase == Phase.MODE else "arm"
+        answer = memory.answer or "never acknowledged (is target_system right?)"
+        text = (
+            f"{profile.name} did not {what} within {parameters.step_timeout:g} s: {_asked_for(profile, phase)} {answer}"
+        )
+        return _release(memory, text + because(autopilot))
+    return memory
+
+
+def _flying(
+    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
+) -> Memory:
+    """Return the next memory in flight: the autopilot comes first, then what is lost, then the planned end."""
+    if not autopilot.armed:
+        return _release(memory, f"{profile.name} disarmed in flight{because(autopilot)}")
+    if autopilot.control != Control.OURS:
+        return _release(memory, taken(profile, autopilot, "in flight"))
+    if inputs.stop:
+        return _land(profile, memory, inputs.stop)
+    if inputs.state_age > parameters.state_timeout:
+        return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
+    if inputs.command_age > _patience(parameters, memory, inputs):
+        return _land(
+            profile,
+            memory,
+            f"controllers: no command for {1e3 * min(inputs.command_age, inputs.now - memory.since):.0f} ms",
+        )
+    return memory._replace(phase=Phase.LAND, reason="", failed=False) if inputs.ended else memory
+
+
+def _landing(
+    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
+) -> Memory:
+    if not autopilot.armed:
+        return memory._replace(phase=Phase.LANDED)
+    if autopilot.control == Control.OTHER:
+        return _release(memory, _both(memory.reason, taken(profile, autopilot, "while landing")))
+    if inputs.now - memory.since > parameters.land_timeout:
+        text = f"not landed after {parameters.land_timeout:g} s: NAV_LAND {memory.answer or 'never acknowledged'}"
+        return _release(memory, _both(memory.reason, f"{text}; {profile.name} is in {autopilot.mode} and still armed"))
+    return memory
+
+
+def _patience(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> float:
+    """Return the largest age of a command; the first may take longer, for the vehicle stands on the ground."""
+    starting = math.isinf(inputs.command_age) and inputs.now - memory.since <= parameters.first_command
+    return math.inf if starting else parameters.command_timeout
+
+
+def _request(
+    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs
+) -> tuple[Request | None, Memory]:
+    """Return the request that is due; one without an effect is repeated."""
+    request = _asked_in(profile, memory.phase)
+    landing = inputs.autopilot is not None and inputs.autopilot.control == Control.LANDING
+    if request is None or (memory.phase == Phase.LAND and landing):
+        return None, memory
+    if inputs.now - memory.asked_at < parameters.answer_timeout:
+        return None, memory
+    asked = request._replace(attempt=memory.attempts)
+    return asked, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1)
+
+
+def _stream(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[bool, Setpoint]:
+    """Return whether a heartbeat goes out, and what setpoint."""
+    if memory.phase <= Phase.SPOOL_UP:
+        return True, Setpoint.IDLE
+    offboard = inputs.autopilot is not None and inputs.autopilot.control == Control.OURS
+    if memory.phase not in (Phase.FLY, Phase.LAND) or not offboard:
+        return False, Setpoint.NONE
+    if math.isinf(inputs.command_age):
+        return memory.phase == Phase.FLY, Setpoint.IDLE
+    fresh = inputs.command_age <= parameters.command_timeout
+    if memory.failed or not fresh:
+        return False, Setpoint.LEVEL
+    return True, Setpoint.COMMAND
+
+
+def _land(profile: Profile, memory: Memory, reason: str) -> Memory:
+    return memory._replace(phase=Phase.LAND, reason=f"{reason}; {profile.name} lands", failed=True)
+
+
+def _release(memory: Memory, reason: str) -> Memory:
+    return memory._replace(phase=Phase.RELEASED, reason=reason, failed=True)
+
+
+def _both(first: str, second: str) -> str:
+    return f"{first}; {second}" if first else second

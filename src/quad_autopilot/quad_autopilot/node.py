@@ -1,0 +1,265 @@
+"""The base of every bridge to an autopilot: states in, the way to the flight and back, what ends it.
+
+A subclass gives what ``AutopilotNode`` names as its own part: how a request, a heartbeat and a setpoint are sent. It
+calls ``on_sample`` with each estimate and sets ``autopilot`` and ``ack`` when the autopilot speaks of itself.
+"""
+
+import math
+import time
+from collections import deque
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+
+from quad_autopilot import arming, odometry, spacing, thrust
+from quad_autopilot.arming import Phase, Setpoint
+from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps
+from quad_core.cascade import POSITION, SIGNALS, STAGE, STAGES
+from quad_core.geometry import norm
+from quad_core.parameters import ParameterError
+from quad_core.types import Actuation, AttitudeThrust, VehicleState
+from quad_msgs.msg import FlightEvent, FlightState
+from quad_node.codec import MALFORMED, packer, unpacker
+from quad_node.topics import message_type
+from quad_node.vehicle_node import VehicleNode
+
+BEAT = 0.02
+"""Seconds between two steps of the sequence, and between two heartbeats."""
+_SPACINGS = 200
+_RESET_ANGLE = math.radians(10.0)
+_LAST_WORDS = 3
+_ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND)
+
+
+class AutopilotNode(VehicleNode):
+    """Arms an autopilot, flies it with the controllers' commands, lands it."""
+
+    profile: Profile
+    max_rotor_thrust: float
+    predicted: Actuation
+
+    def __init__(self, kind: str, profile: Profile) -> None:
+        """Set up all but the link; raises as FlightNode, ParameterError for what cannot fly."""
+        super().__init__(kind)
+        self.settings, self.profile = self.resolved.node, profile
+        if self.lockstep:
+            raise ParameterError("flight.mode: found lockstep, expected realtime: nobody can halt an autopilot's clock")
+        if self.commanded:
+            raise ParameterError(f"flight.roles: found commander, expected none: {profile.name} itself arms and lands")
+        self.sequence = arming.Memory()
+        self.autopilot: Autopilot | None = None
+        self.ack: Ack | None = None
+        self.state: VehicleState | None = None
+        self.stop = ""
+        self.origin = -1
+        self.heard, self.commanded_at = -math.inf, -math.inf
+        self.sample: odometry.Sample | None = None
+        self._ended = False
+        self._spacings: deque[int] = deque(maxlen=_SPACINGS)
+        self._hover_thrusts, self._hover_count = 0.0, 0
+        self._state_out, self._actuation_out = self._output("state"), self._output("actuation")
+        self.create_timer(BEAT, self._on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def send_request(self, request: Request) -> None:
+        """Send a command."""
+        raise NotImplementedError
+
+    def send_heartbeat(self) -> None:
+        """Say that we are there, where setpoints alone do not say it."""
+
+    def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
+        """Send an attitude and a thrust in N."""
+
+    def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
+        """Send level attitude, or no torque, with a thrust in N; ``output`` is IDLE or LEVEL."""
+        raise NotImplementedError
+
+    def refusal(self) -> str:
+        """Return what else speaks against a flight; empty if nothing."""
+        return ""
+
+    def before_beat(self) -> None:
+        """Do what must come before each step of the sequence."""
+
+    def stamps(self) -> Stamps:
+        """Return the autopilot's time as its last state gave it."""
+        return Stamps(self.sample.timestamp, self.sample.timestamp_sample) if self.sample else Stamps()
+
+    def take_attitude(self) -> None:
+        """Fly by attitude_setpoint."""
+        self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust))
+        self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
+
+    def _output(self, topic: str) -> tuple[Any, Any]:
+        kind = SIGNALS[topic].kind
+        return self.publisher(topic), packer(kind, message_type(kind))
+
+    def on_sample(self, sample: odometry.Sample) -> None:
+        """Take an estimate: believe or drop it, and answer it."""
+        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+            return
+        last = self.sample
+        refused = odometry.refusal(sample, last.timestamp_sample if last else -1)
+        if refused:
+            self.drop_sample(refused)
+            return
+        state = odometry.state(sample)
+        if last is not None and self.state is not None:
+            elapsed = sample.timestamp_sample - last.timestamp_sample
+            self._spacings.append(1000 * elapsed)
+            if sample.reset_counter != last.reset_counter:
+                self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
+        self.sample, self.state, self.heard = sample, state, time.monotonic()
+        # until the autopilot has taken over to land, the controllers go on
+        obeyed = self.autopilot is not None and self.autopilot.control == Control.OURS
+        if self.phase == FlightState.FLYING and obeyed and self.sequence.phase in (Phase.FLY, Phase.LAND):
+            self._publish_step(sample, state)
+
+    def drop_sample(self, why: str) -> None:
+        """Count and report an estimate that is not believed."""
+        self.counters["rejected"] += 1
+        text = f"{self.profile.state}: {why}; dropped"
+        self.event(FlightEvent.WARNING, "rejected_odometry", text, self.elapsed_ns)
+
+    def _on_reset(self, jump: odometry.Jump) -> None:
+        text = f"the estimate jumped by {jump.distance:.2f} m and {math.degrees(jump.angle):.1f} deg"
+        self.event(FlightEvent.WARNING, "estimator_reset", text, self.elapsed_ns, always=True)
+        beyond = jump.distance > self.settings.reset_limit or jump.angle > _RESET_ANGLE
+        if self.sequence.phase == Phase.FLY and beyond:
+            self.stop = self.stop or f"{self.profile.state}: {text}"
+
+    def on_state_published(self) -> None:
+        """Note that the current step has a new state."""
+
+    def _publish_step(self, sample: odometry.Sample, state: VehicleState) -> None:
+        """Publish what was made of the last command, and the state; stamps stand on the plant period's grid."""
+        first, period = self.origin < 0, self.flight.plant_period
+        if first:
+            self.origin = sample.timestamp_sample
+        step = round(1000 * (sample.timestamp_sample - self.origin) / period)
+        if not first and step <= self.current_step:
+            self.counters["crowded_states"] += 1
+            return
+        if not first:
+            publisher, pack = self._actuation_out
+            publisher.publish(pack(self.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
+        self.current_step = step
+        self.on_state_published()
+        self._ended = bool(self.end_step) and step >= self.end_step
+        self.asked_at = time.monotonic()
+        publisher, pack = self._state_out
+        publisher.publish(pack(state, step, step + 1, self.elapsed_ns))
+
+    def begin(self) -> None:
+        """Go: the next estimate is step 0."""
+        text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
+        self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
+
+    def prepare(self) -> list[str]:
+        """Return what the autopilot still has to do before step 0."""
+        phase = self.sequence.phase
+        return [] if phase == Phase.FLY else [f"{self.profile.name} ({phase.name.lower()})"]
+
+    def waits_for(self) -> list[str]:
+        """Return what must come before the flight begins, the autopilot's part included."""
+        return super().waits_for() or self.prepare()
+
+    def on_given_up(self) -> None:
+        """Have the autopilot land."""
+        self.stop = self.stop or self.cause
+
+    def _on_setpoint(self, payload: bytes) -> None:
+        try:
+            stamped = self._read_setpoint(payload)
+        except MALFORMED as error:
+            self._reject("rejected_malformed", f"a malformed attitude_setpoint ({error})", 0)
+            return
+        if not stamped.finite:
+            self._reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
+            return
+        self.commanded_at = time.monotonic()
+        if self.sequence.phase == Phase.FLY and self.state is not None:
+            self.send_attitude(stamped.value, self.state)
+            self.note_sent()
+
+    def note_sent(self) -> None:
+        """Note the thrust just sent if the vehicle hovers."""
+        if self.state is None or self.sequence.phase != Phase.FLY:
+            return
+        if self.state.p_w.z > thrust.AIRBORNE and norm(self.state.v_w) < thrust.AT_REST:
+            self._hover_thrusts += self.predicted.thrust
+            self._hover_count += 1
+
+    def _on_beat(self) -> None:
+        """Ask, answer and keep the autopilot in our mode, 50 times a second, once all nodes are ready."""
+        if self.phase in (FlightState.ENDED, FlightState.FAILED) or self.handshake.missing():
+            return
+        now = time.monotonic()
+        self.before_beat()
+        output, self.sequence = arming.step(
+            self.profile,
+            self.settings.arming,
+            self.sequence,
+            arming.Inputs(
+                now,
+                1e-6 * self.stamps().now,
+                self.autopilot,
+                self.ack,
+                now - self.commanded_at,
+                now - self.heard,
+                self._refusal() if self.sequence.phase == Phase.STREAM else "",
+                self.stop,
+                self._ended,
+            ),
+        )
+        self.ack = None
+        if output.request is not None:
+            self._ask(output.request)
+        if output.heartbeat:
+            self.send_heartbeat()
+        if output.setpoint in (Setpoint.IDLE, Setpoint.LEVEL) and self.state is not None:
+            newtons = self.vehicle.mass * self.vehicle.gravity if output.setpoint == Setpoint.LEVEL else 0.0
+            self.send_safe(output.setpoint, newtons, self.state)
+        if output.phase in (Phase.LANDED, Phase.RELEASED):
+            if report := self._hover_report():
+                self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
+            super().end(FlightState.FAILED if output.failed else FlightState.ENDED, output.reason)
+
+    def _hover_report(self) -> str:
+        return thrust.hover_report(self.vehicle, self.max_rotor_thrust, self._hover_thrusts, self._hover_count)
+
+    def _refusal(self) -> str:
+        """Return why the flight must not begin."""
+        periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
+        misfit = spacing.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
+        return self.refusal() or misfit
+
+    def _ask(self, request: Request) -> None:
+        text = f"{COMMANDS[request.command]}, attempt {request.attempt + 1}"
+        self.event(FlightEvent.INFO, f"{self.profile.name.lower()}_command", text, self.elapsed_ns, always=True)
+        self.send_request(request)
+
+    def end(self, phase: int, reason: str) -> None:
+        """End the flight; a vehicle in the air is landed first."""
+        if self.sequence.phase in _ALOFT:
+            self.stop = self.stop or reason
+        else:
+            super().end(phase, reason)
+
+    def on_interrupt(self, name: str) -> None:
+        """Have the autopilot land; the bridge cannot stay to see it."""
+        flown = self.sequence.phase in _ALOFT
+        for attempt in range(_LAST_WORDS if flown else 0):
+            self._ask(Request(NAV_LAND, attempt=attempt))
+            time.sleep(BEAT)
+        self.sequence = self.sequence._replace(phase=Phase.RELEASED)
+        asked = f"; {self.profile.name} was asked to land" if flown else ""
+        super().end(FlightState.FAILED, f"{self.role} stopped by {name}{asked}")
+        self.exit_code = 1
+
+    def measurements(self) -> dict[str, float]:
+        """Return diagnostics: the base's, where the autopilot stands, and how old its states are when sent."""
+        found = {**super().measurements(), "actuation_predicted": 1, "autopilot_phase": int(self.sequence.phase)}
+        if self.sample is not None:
+            found["state_age_ms"] = 1e-3 * (self.sample.timestamp - self.sample.timestamp_sample)
+        return found

@@ -1,0 +1,61 @@
+"""From newtons to an autopilot's thrust 0..1, whatever curve it takes the motors to have; rates towards an attitude.
+
+A curve says u -> thrust / T_m = k u^2 + (1 - k) u for a motor signal u, 0..1: PX4's THR_MDL_FAC, ArduPilot's
+MOT_THST_EXPO. The autopilot inverts the curve that it believes in; the motors follow the true one.
+"""
+
+import math
+
+from quad_core.geometry import clamp, relative_attitude, scale
+from quad_core.types import AttitudeThrust, Quat, Vec3
+from quad_core.vehicle import Vehicle
+
+AT_REST, AIRBORNE = 0.3, 0.3
+"""Speed in m/s below which, and height in m above which, the mean thrust is that of a hover."""
+RESERVE = 1.05
+"""Least thrust over weight."""
+HOVER_SAMPLES = 50
+
+
+def signal(fraction: float, factor: float) -> float:
+    """Return the motor signal u, 0..1, at which factor u^2 + (1 - factor) u = ``fraction`` of the largest thrust."""
+    linear = 1.0 - factor
+    divisor = linear + math.sqrt(linear * linear + 4.0 * factor * fraction)
+    return 2.0 * fraction / divisor if divisor > 0.0 else 0.0
+
+
+def compensated(believed: float, true: float, fraction: float) -> float:
+    """Return what an autopilot needs for ``fraction`` (0..1) of the largest thrust; equal curves leave it as it is."""
+    if believed == true:
+        return fraction
+    u = signal(clamp(fraction, 0.0, 1.0), true)
+    return believed * u * u + (1.0 - believed) * u
+
+
+def rates(setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> Vec3:
+    """Return the FLU body rates (rad/s) that turn attitude ``q`` (FLU in ENU) towards the setpoint's.
+
+    omega = 2 gain vec(q^-1 q_d), the shorter way round; ``gain`` in 1/s; each axis within ``limit`` rad/s.
+    """
+    error = relative_attitude(q, setpoint.q_wb)
+    turn = scale(math.copysign(2.0 * gain, error.w), Vec3(error.x, error.y, error.z))
+    return Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
+
+
+def weakness(vehicle: Vehicle, max_rotor_thrust: float, key: str) -> str:
+    """Return why four rotors of ``max_rotor_thrust`` N (parameter ``key``) cannot lift the vehicle; empty if so."""
+    available = 4.0 * max_rotor_thrust
+    if available >= RESERVE * vehicle.mass * vehicle.gravity:
+        return ""
+    return f"{key}: four rotors give {available:g} N, too little for {vehicle.mass:g} kg"
+
+
+def hover_report(vehicle: Vehicle, max_rotor_thrust: float, thrusts: float, count: int) -> str:
+    """Return what ``count`` hovering thrusts of sum ``thrusts`` N say of a rotor's largest; empty if too few."""
+    if count < HOVER_SAMPLES:
+        return ""
+    mean, weight = thrusts / count, vehicle.mass * vehicle.gravity
+    return (
+        f"mean thrust in hover {mean:.2f} N of our scale, weight {weight:.2f} N: if the mass is right, a rotor's "
+        f"largest thrust is {max_rotor_thrust * weight / mean:.2f} N (told {max_rotor_thrust:g} N)"
+    )

@@ -1,0 +1,48 @@
+"""The parameters that the bridges to autopilots share: the way from the ground to the flight and back."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.parameters import Real, Whole
+
+
+class ArmingParameters(NamedTuple):
+    """The way from the ground to the flight and back (``arming.*``)."""
+
+    beats: Annotated[int, Whole("", "setpoints streamed before the mode is asked for; one every 20 ms", 1, 10_000)] = 25
+    answer_timeout: Annotated[
+        float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0, live=False)
+    ] = 0.5
+    step_timeout: Annotated[
+        float,
+        Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0, "", False),
+    ] = 10.0
+    spool_up: Annotated[
+        float,
+        Real(
+            "s",
+            "the autopilot's time from armed to the first state of the flight",
+            0.0,
+            60.0,
+            "COM_SPOOLUP_TIME",
+            False,
+        ),
+    ] = 1.0
+    first_command: Annotated[
+        float, Real("s", "time that the controllers have for their first command", 0.02, 10.0, live=False)
+    ] = 0.5
+    command_timeout: Annotated[
+        float,
+        Real(
+            "s",
+            "age of the newest command after which the stream stops and the autopilot lands",
+            0.01,
+            0.08,
+            live=False,
+        ),
+    ] = 0.06
+    state_timeout: Annotated[
+        float, Real("s", "time without a state after which the autopilot lands", 0.02, 10.0, live=False)
+    ] = 0.1
+    land_timeout: Annotated[
+        float, Real("s", "longest time for the landing; the autopilot is left alone after it", 1.0, 3600.0, live=False)
+    ] = 60.0
