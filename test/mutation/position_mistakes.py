@@ -105,7 +105,8 @@ POSITION = {
     ],
     "quad_position_ctrl.setpoint.attitude_setpoint": [
         ("38", "thrust / max_thrust(vehicle)", "thrust"),
-        ("38", "derivatives.rates", "derivatives.accelerations"),
+        ("38", "along.rates", "along.accelerations"),
+        ("38", "if feed_forward", "if not feed_forward"),
     ],
     "quad_position_ctrl.setpoint.integrals_frozen": [
         ("21", "anti_windup and", "anti_windup or"),
@@ -209,5 +210,4 @@ POSITION = {
     "quad_position_ctrl.flatness.product": [("38", "2.0 * a.rate * b.rate", "a.rate * b.rate")],
     "quad_position_ctrl.flatness.cosine": [("38", "- s * angle.acceleration", "+ s * angle.acceleration")],
     "quad_position_ctrl.flatness.arctangent": [("38", "slope * slope", "slope")],
-    "quad_position_ctrl.flatness.setpoint_derivatives": [("38", "if feed_forward", "if not feed_forward")],
 }

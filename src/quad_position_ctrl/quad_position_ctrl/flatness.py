@@ -102,12 +102,3 @@ def arctangent(x: Jet) -> Jet:
     return Jet(
         math.atan(x.value), slope * x.rate, slope * x.acceleration - 2.0 * x.value * slope * slope * x.rate * x.rate
     )
-
-
-def setpoint_derivatives(
-    feed_forward: bool, reference: TrajectoryPoint, heading: float, gravity: float
-) -> AngleDerivatives:
-    """Return what a setpoint carries: the chain if ``feed_forward``, else the derivatives of yaw alone."""
-    if feed_forward:
-        return angle_derivatives(reference, heading, gravity)
-    return AngleDerivatives(Vec3(0.0, 0.0, reference.yaw_rate), Vec3(0.0, 0.0, reference.yaw_acceleration))

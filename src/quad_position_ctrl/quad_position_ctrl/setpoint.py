@@ -17,7 +17,7 @@ from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_position_ctrl.flatness import setpoint_derivatives
+from quad_position_ctrl.flatness import angle_derivatives
 from quad_position_ctrl.speed_limit import BoundedCorrection, is_speed_limited
 
 
@@ -207,11 +207,14 @@ def attitude_setpoint(
 
     Its derivatives are those of the reference if ``feed_forward``, else those of its yaw alone.
     """
-    derivatives = setpoint_derivatives(feed_forward, reference, heading, vehicle.gravity)
+    rates, accelerations = Vec3(0.0, 0.0, reference.yaw_rate), Vec3(0.0, 0.0, reference.yaw_acceleration)
+    if feed_forward:
+        along = angle_derivatives(reference, heading, vehicle.gravity)
+        rates, accelerations = along.rates, along.accelerations
     return AttitudeThrust(
         angles,
-        derivatives.rates,
-        derivatives.accelerations,
+        rates,
+        accelerations,
         quaternion_from_euler(angles),
         thrust,
         clamp(thrust / max_thrust(vehicle), 0.0, 1.0),
