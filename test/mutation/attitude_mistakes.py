@@ -163,6 +163,7 @@ ATTITUDE = {
     ],
     "quad_attitude_ctrl.abfnitsm._axis_states": [
         ("40", "wrap_angle(angles.z - x_d.z)", "angles.z - x_d.z"),
+        ("40", "wrap_angle(angles.x - x_d.x)", "angles.x - x_d.x"),
         ("40", "angles.y - x_d.y", "angles.x - x_d.y"),
         ("41", "rates.x - v_d.x", "rates.x + v_d.x"),
         ("52", "a_d.x, model.x", "a_d.x, model.y"),

@@ -152,9 +152,9 @@ def _axis_states(
     if parameters.mapping == TorqueMapping.PRINTED:
         model = model_acceleration(coefficients(vehicle), rates, parameters.drag_sign)
     x_d, v_d, a_d = goal.angles, goal.rates, goal.accelerations
-    yaw_error = wrap_angle(angles.z - x_d.z)
+    roll_error, yaw_error = wrap_angle(angles.x - x_d.x), wrap_angle(angles.z - x_d.z)
     return (
-        AxisState(angles.x, rates.x, angles.x - x_d.x, rates.x - v_d.x, a_d.x, model.x),
+        AxisState(angles.x, rates.x, roll_error, rates.x - v_d.x, a_d.x, model.x),
         AxisState(angles.y, rates.y, angles.y - x_d.y, rates.y - v_d.y, a_d.y, model.y),
         AxisState(angles.z, rates.z, yaw_error, rates.z - v_d.z, a_d.z, model.z),
     )

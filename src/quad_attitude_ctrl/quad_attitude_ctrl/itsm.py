@@ -107,7 +107,7 @@ def step(
     layered = parameters.switching == Switching.LAYER
     old = memory.integral
     a_d, v_d = goal.accelerations, goal.rates
-    roll = axis_control(parameters.roll, layered, angles.x - goal.angles.x, rates.x - v_d.x, old.x, a_d.x)
+    roll = axis_control(parameters.roll, layered, wrap_angle(angles.x - goal.angles.x), rates.x - v_d.x, old.x, a_d.x)
     pitch = axis_control(parameters.pitch, layered, angles.y - goal.angles.y, rates.y - v_d.y, old.y, a_d.y)
     yaw = axis_control(parameters.yaw, layered, wrap_angle(angles.z - goal.angles.z), rates.z - v_d.z, old.z, a_d.z)
 

@@ -82,7 +82,7 @@ def step(
     if not memory.initialised:
         filters = filters_at_rest(angles)
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
-    error = Vec3(angles.x - goal.angles.x, angles.y - goal.angles.y, wrap_angle(angles.z - goal.angles.z))
+    error = Vec3(wrap_angle(angles.x - goal.angles.x), angles.y - goal.angles.y, wrap_angle(angles.z - goal.angles.z))
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw
     euler_rates_d = Vec3(
         goal.rates.x - roll.angle * error.x, goal.rates.y - pitch.angle * error.y, goal.rates.z - yaw.angle * error.z
