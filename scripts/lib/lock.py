@@ -17,7 +17,10 @@ GROUPS = {
     "lock": ("ros", "runtime", "build", "extras", "dev"),
     "lock-minimal": ("ros", "runtime"),
     "docs/lock": ("docs/packages",),
+    "vehicles/lock": ("vehicles/packages",),
 }
+APART = {"docs/lock": [], "vehicles/lock": ["--no-deps"]}
+"""Locks of folders of their own, which change the versions of nobody else, with further options of uv."""
 HEAD = """# Written by scripts/lib/lock.py; to renew: change the other files here and run it again.
 # Linux x86-64, Python 3.10 to 3.13. pip refuses a file whose hash is not here.
 """
@@ -47,8 +50,8 @@ def resolved(names: tuple[str, ...]) -> str:
         command = [sys.executable, "-m", "uv", "pip", "compile", "--project", folder, "--universal", "--quiet"]
         command += ["--python-version", "3.10", "--generate-hashes", "--no-emit-index-url", "--no-header"]
         command += ["--no-annotate"]
-        if names != GROUPS["docs/lock"]:  # these live in a folder of their own, and change the versions of nobody else
-            command += ["--constraint", str(REQUIREMENTS / "constraints.txt")]
+        apart = next((options for name, options in APART.items() if GROUPS[name] == names), None)
+        command += ["--constraint", str(REQUIREMENTS / "constraints.txt")] if apart is None else apart
         files = [str(REQUIREMENTS / f"{name}.txt") for name in names]
         return subprocess.run([*command, *files], check=True, stdout=subprocess.PIPE, text=True).stdout
 

@@ -205,11 +205,10 @@ def _flying(
     if inputs.state_age > parameters.state_timeout:
         return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
     if inputs.command_age > _patience(parameters, memory, inputs):
-        return _land(
-            profile,
-            memory,
-            f"controllers: no command for {1e3 * min(inputs.command_age, inputs.now - memory.since):.0f} ms",
-        )
+        silence = f"controllers: no command for {1e3 * min(inputs.command_age, inputs.now - memory.since):.0f} ms"
+        if inputs.state_age > 0.5 * parameters.command_timeout:  # they had nothing to answer
+            silence += f", {profile.state}: nothing for {1e3 * inputs.state_age:.0f} ms"
+        return _land(profile, memory, silence)
     return memory._replace(phase=Phase.LAND, reason="", failed=False) if inputs.ended else memory
 
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.commander_parameters import CommanderParameters
+from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_core.node_parameters import (
     AttitudeControllerParameters,
     OdometryRelayParameters,
@@ -44,6 +45,7 @@ RECORDER = "recorder"
 RELAY = "odometry_relay"
 COMMANDER = "commander"
 PX4 = "px4_bridge"
+MAVLINK = "mavlink_bridge"
 
 
 class Input(NamedTuple):
@@ -166,7 +168,10 @@ GUESTS = {
 }
 """Nodes that a flight may have besides; named in ``flight.roles`` they take part in the handshake."""
 
-OWNERS = {PX4: Role("quad_px4", Px4BridgeParameters, {})}
+OWNERS = {
+    PX4: Role("quad_px4", Px4BridgeParameters, {}),
+    MAVLINK: Role("quad_mavlink", MavlinkBridgeParameters, {}),
+}
 """Nodes that take the simulator's role in a flight, because they own another vehicle."""
 
 SHADOW = "shadow_"

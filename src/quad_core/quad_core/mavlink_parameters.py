@@ -1,0 +1,60 @@
+"""The parameters of the bridge over MAVLink: where the autopilot is, what it is sent, when it is given up."""
+
+from enum import IntEnum
+from typing import Annotated, NamedTuple
+
+from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.guard_parameters import GuardParameters
+from quad_core.parameters import Choice, Real, Text, Whole
+
+
+class MavlinkMode(IntEnum):
+    """What is sent with SET_ATTITUDE_TARGET."""
+
+    ATTITUDE = 0
+    RATES = 1
+
+
+class MavlinkBridgeParameters(NamedTuple):
+    """The bridge over MAVLink: where the autopilot is, what it is sent, and when it is given up."""
+
+    mode: Annotated[
+        int, Choice(MavlinkMode, "what SET_ATTITUDE_TARGET carries beside thrust: attitude, or body rates")
+    ] = MavlinkMode.ATTITUDE.value
+    listen: Annotated[str, Text("host:port on which the bridge takes UDP; 0.0.0.0 takes it from other machines")] = (
+        "127.0.0.1:14540"
+    )
+    connect: Annotated[str, Text("host:port of an autopilot that waits to be spoken to; empty: answer who speaks")] = ""
+    target_system: Annotated[int, Whole("", "the autopilot's system number", 1, 255, "MAV_SYS_ID, SYSID_THISMAV")] = 1
+    source_system: Annotated[
+        int, Whole("", "our system number; ArduPilot's GCS failsafe watches this one", 1, 255, "MAV_GCS_SYSID")
+    ] = 255
+    state_interval: Annotated[
+        float, Real("s", "spacing of states that is asked for", 0.002, 0.1, "SET_MESSAGE_INTERVAL", False)
+    ] = 0.01
+    max_rotor_thrust: Annotated[
+        float,
+        Real("N", "largest thrust of one of four rotors; measure it: nobody else knows it", 0.0, 1e4, "T_m", False),
+    ] = 0.0
+    autopilot_curve: Annotated[
+        float,
+        Real(
+            "", "the thrust curve that the autopilot takes the motors to have", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"
+        ),
+    ] = 0.0
+    thrust_curve: Annotated[
+        float,
+        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
+    ] = 0.0
+    rate_gain: Annotated[
+        float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
+    ] = 6.5
+    rate_limit: Annotated[
+        float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
+    ] = 3.8
+    reset_limit: Annotated[
+        float,
+        Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
+    ] = 0.3
+    arming: ArmingParameters = ArmingParameters()
+    guard: GuardParameters = GuardParameters()

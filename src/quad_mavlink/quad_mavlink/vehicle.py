@@ -1,0 +1,211 @@
+"""One autopilot over MAVLink, without ROS: what it says, what it is asked, what it is sent.
+
+It is asked for its states (SET_MESSAGE_INTERVAL), for its time (TIMESYNC) and, ArduPilot, for the parameters that
+decide what a thrust means. Nothing here decides to arm or to fly: ``quad_autopilot.arming`` does.
+"""
+
+import math
+from typing import Any
+
+from quad_autopilot.autopilot import Ack, Autopilot, Profile, Request, Stamps
+from quad_autopilot.odometry import Sample
+from quad_core.mavlink_parameters import MavlinkBridgeParameters
+from quad_mavlink import estimate, modes, reasons
+from quad_mavlink.link import AUTOPILOT, Link
+from quad_mavlink.setpoints import AttitudeTarget
+
+SET_MESSAGE_INTERVAL = 511
+GUID_OPTIONS, ANGLE_BOOST = "GUID_OPTIONS", "ATC_ANGLE_BOOST"
+THRUST_AS_THRUST = 8
+"""Bit 3 of GUID_OPTIONS: without it SET_ATTITUDE_TARGET's thrust is a climb rate."""
+_PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
+_ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
+_HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
+_STATES = {modes.PX4: (_ODOMETRY,), modes.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
+_RESET_ANGLE = math.radians(10.0)
+_SHARE = 0.1  # how fast the clock's offset is corrected
+
+
+class MavlinkVehicle:
+    """``autopilot``, ``ack`` and ``profile`` are what the arming sequence takes; times in s of the steady clock."""
+
+    def __init__(self, link: Link, settings: MavlinkBridgeParameters) -> None:
+        """Nothing is known before the first HEARTBEAT."""
+        self.link, self.settings, self._mavlink = link, settings, link.mavlink
+        self.profile: Profile = modes.UNKNOWN
+        self.autopilot: Autopilot | None = None
+        self.ack: Ack | None = None
+        self.kind = 0
+        self.parameters: dict[str, float] = {}
+        self.battery = math.nan
+        self.refused: list[str] = []
+        self._checks_pass = True
+        self._texts: tuple[reasons.Text, ...] = ()
+        self._heartbeat: modes.Heartbeat | None = None
+        self._position: estimate.Position | None = None
+        self._last: Sample | None = None
+        self._resets = 0
+        self._offset = math.nan  # autopilot's ns minus ours
+        self._asked = False
+
+    def handle(self, message: Any, now: float) -> Sample | None:
+        """Take a message; return the estimate that it completes."""
+        kind = message.get_type()
+        if kind == "HEARTBEAT":
+            self._on_heartbeat(message)
+        elif kind == "COMMAND_ACK":
+            self._on_ack(message)
+        elif kind == "STATUSTEXT":
+            self._texts = reasons.heard(self._texts, now, message.severity, message.text, message.id)
+        elif kind == "SYS_STATUS":
+            asked = message.onboard_control_sensors_enabled & _PREARM
+            self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
+            self.battery = 1e-3 * message.voltage_battery if message.voltage_battery != 65535 else math.nan
+        elif kind == "TIMESYNC":
+            self._on_timesync(message, now)
+        elif kind == "PARAM_VALUE":
+            self.parameters[message.param_id] = message.param_value
+        elif kind in ("ODOMETRY", "ATTITUDE_QUATERNION", "LOCAL_POSITION_NED"):
+            return self._on_state(kind, message)
+        self._renew(now)
+        return None
+
+    def _on_heartbeat(self, message: Any) -> None:
+        self._heartbeat = modes.Heartbeat(
+            message.autopilot, message.base_mode, message.custom_mode, message.system_status
+        )
+        if message.autopilot in modes.PROFILES:
+            self.kind, self.profile = message.autopilot, modes.PROFILES[message.autopilot]
+        elif not self.kind:
+            self.profile = modes.UNKNOWN._replace(
+                hint=f"system {self.settings.target_system} is MAV_AUTOPILOT {message.autopilot}, "
+                f"expected {modes.PX4} (PX4) or {modes.ARDUPILOT} (ArduPilot)"
+            )
+
+    def _renew(self, now: float) -> None:
+        if self.kind and self._heartbeat is not None:
+            line = reasons.line(self._texts, now)
+            self.autopilot = modes.said(self._heartbeat, self._checks_pass, line)
+
+    def _on_ack(self, message: Any) -> None:
+        if message.target_system not in (0, self.settings.source_system):
+            return
+        if message.command == SET_MESSAGE_INTERVAL:
+            if message.result:
+                self.refused.append(f"SET_MESSAGE_INTERVAL: result {message.result}")
+        else:
+            self.ack = Ack(message.command, message.result)
+
+    def _on_timesync(self, message: Any, now: float) -> None:
+        if message.tc1 == 0:
+            return  # the autopilot's own question: its clock stays as it is
+        taken = 1e9 * now - message.ts1
+        if 0.0 <= taken < 1e9:
+            offset = message.tc1 - (message.ts1 + 0.5 * taken)
+            known = not math.isnan(self._offset) and abs(offset - self._offset) < 1e8
+            self._offset = self._offset + _SHARE * (offset - self._offset) if known else offset
+
+    def _on_state(self, kind: str, message: Any) -> Sample | None:
+        is_odometry = kind == "ODOMETRY"
+        if is_odometry != (self.kind == modes.PX4):
+            return None
+        if kind == "LOCAL_POSITION_NED":
+            self._position = estimate.Position(
+                message.time_boot_ms, (message.x, message.y, message.z), (message.vx, message.vy, message.vz)
+            )
+            return None
+        rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
+        if is_odometry:
+            return estimate.of_odometry(
+                message.time_usec,
+                (message.frame_id, message.child_frame_id),
+                (message.x, message.y, message.z),
+                tuple(message.q),
+                (message.vx, message.vy, message.vz),
+                rates,
+                message.reset_counter,
+            )
+        q = (message.q1, message.q2, message.q3, message.q4)
+        found = estimate.of_pair(message.time_boot_ms, q, rates, self._position, self._resets)
+        if found is None:
+            return None
+        limit = self.settings.reset_limit
+        if self._last is not None and estimate.jumped(self._last, found, limit, _RESET_ANGLE):
+            self._resets += 1
+            found = found._replace(reset_counter=self._resets)
+        self._last = found
+        return found
+
+    def stamped(self, sample: Sample, now: float) -> Sample:
+        """Return a sample with the autopilot's time now, so that its age is known once TIMESYNC was answered."""
+        if math.isnan(self._offset):
+            return sample
+        return sample._replace(timestamp=max(sample.timestamp_sample, round(1e-3 * (1e9 * now + self._offset))))
+
+    def every_second(self, now: float) -> None:
+        """Send our HEARTBEAT and a TIMESYNC, and ask for what is still missing."""
+        mavlink = self._mavlink
+        self.link.send(
+            mavlink.MAVLink_heartbeat_message(_ONBOARD_CONTROLLER, _NO_AUTOPILOT, 0, 0, _ACTIVE, mavlink_version=3)
+        )
+        self.link.send(mavlink.MAVLink_timesync_message(0, round(1e9 * now)))
+        if not self.kind:
+            return
+        for name in self.missing():
+            self.link.send(
+                mavlink.MAVLink_param_request_read_message(
+                    self.settings.target_system, AUTOPILOT, name.encode("ascii"), -1
+                )
+            )
+        interval = 1e6 * self.settings.state_interval
+        for identity in _STATES[self.kind]:
+            self._command(SET_MESSAGE_INTERVAL, (identity, interval), 0)
+        for identity, microseconds in ((_HEARTBEAT, 1e5), (_SYS_STATUS, 1e6)):
+            if not self._asked:
+                self._command(SET_MESSAGE_INTERVAL, (identity, microseconds), 0)
+        self._asked = True
+
+    def missing(self) -> list[str]:
+        """Return the parameters that must be known before a flight."""
+        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == modes.ARDUPILOT else ()
+        return [name for name in needed if name not in self.parameters]
+
+    def refusal(self) -> str:
+        """Return what in the autopilot's parameters speaks against a flight; empty if nothing."""
+        if missing := self.missing():
+            return f"{', '.join(missing)}: asked for, not answered"
+        if self.kind == modes.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
+            found = int(self.parameters[GUID_OPTIONS])
+            return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
+        return ""
+
+    @property
+    def boosts(self) -> bool:
+        """Whether the autopilot divides the thrust by the cosine of the tilt."""
+        return self.kind == modes.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
+
+    def request(self, request: Request) -> None:
+        """Send a COMMAND_LONG."""
+        self._command(request.command, (request.param1, request.param2), request.attempt)
+
+    def _command(self, command: int, given: tuple[float, float], attempt: int) -> None:
+        first, second = (0.0 if math.isnan(value) else float(value) for value in given)
+        self.link.send(
+            self._mavlink.MAVLink_command_long_message(
+                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, 0.0, 0.0, 0.0, 0.0, 0.0
+            )
+        )
+
+    def fly(self, target: AttitudeTarget, stamps: Stamps) -> None:
+        """Send a SET_ATTITUDE_TARGET, stamped with the state that it answers."""
+        self.link.send(
+            self._mavlink.MAVLink_set_attitude_target_message(
+                stamps.sampled // 1000 & 0xFFFFFFFF,
+                self.settings.target_system,
+                AUTOPILOT,
+                target.type_mask,
+                list(target.q),
+                *target.rates,
+                target.thrust,
+            )
+        )

@@ -1,0 +1,16 @@
+from setuptools import find_packages, setup
+
+setup(
+    name="quad_mavlink",
+    version="0.1.0",
+    description="Bridge between a flight and PX4 or ArduPilot over MAVLink.",
+    license="Apache-2.0",
+    packages=find_packages(include=["quad_mavlink", "quad_mavlink.*"]),
+    package_data={"": ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/quad_mavlink"]),
+        ("share/quad_mavlink", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={"console_scripts": ["mavlink_bridge = quad_mavlink.node:main"]},
+)

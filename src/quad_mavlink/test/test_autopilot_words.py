@@ -1,0 +1,105 @@
+"""Modes, reasons and estimates as PX4 and ArduPilot send them, written from MAVLink's definitions."""
+
+import math
+
+import numpy as np
+import pytest
+from frames_oracle import BODY, WORLD
+from scipy.spatial.transform import Rotation
+
+from quad_autopilot import odometry
+from quad_autopilot.autopilot import Control
+from quad_core.parameters import ParameterError
+from quad_mavlink import estimate, link, modes, reasons
+from quad_mavlink.modes import Heartbeat
+
+PX4, ARDUPILOT = 12, 3
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "custom_mode", "name", "control"),
+    [
+        (PX4, 6 << 16, "OFFBOARD", Control.OURS),
+        (PX4, 3 << 16, "POSCTL", Control.OTHER),
+        (PX4, 4 << 16 | 6 << 24, "AUTO_LAND", Control.LANDING),
+        (PX4, 4 << 16 | 9 << 24, "AUTO_PRECLAND", Control.LANDING),
+        (PX4, 4 << 16 | 5 << 24, "AUTO_RTL", Control.OTHER),
+        (PX4, 99 << 16, "mode 99", Control.OTHER),
+        (PX4, 6, "mode 0", Control.OTHER),
+        (ARDUPILOT, 4, "GUIDED", Control.OURS),
+        (ARDUPILOT, 9, "LAND", Control.LANDING),
+        (ARDUPILOT, 5, "LOITER", Control.OTHER),
+        (ARDUPILOT, 20, "GUIDED_NOGPS", Control.OTHER),
+        (ARDUPILOT, 77, "mode 77", Control.OTHER),
+    ],
+)
+def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, name, control):
+    found = modes.said(Heartbeat(autopilot, 1, custom_mode, 4), True, "")
+    assert (found.mode, found.control, found.armed, found.failsafe) == (name, control, False, False)
+    assert modes.said(Heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
+
+
+def test_the_mode_is_asked_for_by_each_autopilot_s_number():
+    assert modes.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
+    assert modes.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
+    assert modes.PROFILES[PX4].land.command == modes.PROFILES[ARDUPILOT].land.command == 21
+
+
+def test_texts_are_put_together_shown_once_and_forgotten():
+    first = "Preflight Fail: Compass Sensor 0 missing and nothi"
+    texts = reasons.heard((), 1.0, 3, first, 5)
+    texts = reasons.heard(texts, 1.0, 3, "ng else", 5)
+    texts = reasons.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
+    for _ in range(3):
+        texts = reasons.heard(texts, 3.0, 2, "battery low", 0)
+    assert reasons.line(texts, 4.0) == first + "ng else; battery low"
+    assert reasons.line(texts, 12.0) == "battery low"
+    assert reasons.heard(texts, 30.0, 7, "quiet", 0) == ()
+
+
+Q = Rotation.from_euler("ZYX", [0.7, 0.2, -0.3])
+WXYZ = tuple(np.roll(Q.as_quat(), 1).tolist())
+
+
+@pytest.mark.parametrize("child", [1, 12])
+def test_the_velocity_of_odometry_is_in_the_frame_that_it_names(child):
+    ned = np.array([1.0, -2.0, 0.5])
+    sent = ned if child == 1 else Q.as_matrix().T @ ned
+    sample = estimate.of_odometry(5_000_000, (1, child), (1.0, 2.0, -3.0), WXYZ, tuple(sent), (0.1, 0.2, 0.3), 4)
+    assert odometry.refusal(sample, -1) == ""
+    state = odometry.state(sample)
+    assert state.p_w == pytest.approx(WORLD @ [1.0, 2.0, -3.0])
+    assert state.v_w == pytest.approx(WORLD @ ned)
+    assert state.omega_b == pytest.approx(BODY @ [0.1, 0.2, 0.3])
+    assert sample.reset_counter == 4
+
+
+@pytest.mark.parametrize("frames", [(20, 1), (1, 20), (0, 0)])
+def test_odometry_in_another_frame_is_refused(frames):
+    sample = estimate.of_odometry(5_000_000, frames, (1.0, 2.0, -3.0), WXYZ, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
+    assert "NED" in odometry.refusal(sample, -1)
+
+
+def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
+    position = estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
+    sample = estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position, 0)
+    assert sample.timestamp_sample == 1_010_000
+    assert sample.position == pytest.approx((1.1, 2.0, -3.01))
+    assert estimate.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position, 0) is None
+    assert estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None, 0) is None
+
+
+def test_a_jump_without_a_counter_is_seen_and_a_flight_is_none():
+    still = (0.0, 0.0, 0.0)
+    last = estimate.of_pair(1000, WXYZ, still, estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
+    flown = estimate.of_pair(1010, WXYZ, still, estimate.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
+    far = flown._replace(position=(1.1, 2.5, -3.0))
+    assert not estimate.jumped(last, flown, 0.3, 0.17)
+    assert estimate.jumped(last, far, 0.3, 0.17)
+    assert not estimate.jumped(last, far._replace(position=(math.nan, 0.0, 0.0)), 0.3, 0.17)
+
+
+@pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])
+def test_an_address_that_is_none_is_refused_by_name(text):
+    with pytest.raises(ParameterError, match="listen: found"):
+        link.address(text, "listen")

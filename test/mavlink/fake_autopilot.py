@@ -1,0 +1,285 @@
+"""An autopilot that can refuse, over MAVLink and UDP: python fake_autopilot.py PORT REPORT '{"option": value}'.
+
+It is written from interface facts of PX4 and ArduPilot and imports nothing of the bridge. It cannot show an
+estimator, true scale or true timing. It writes REPORT (JSON) when it is stopped. Times are s of its own clock.
+"""
+
+import json
+import math
+import select
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from pymavlink.dialects.v20 import common as mavlink
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
+from body import Body
+from wire_rules import FRESH, OPTIONS, fault
+
+SET_MODE, ARM, LAND, INTERVAL = 176, 400, 21, 511
+BEATS, OFFBOARD_LOSS, GUIDED_LOSS, GCS_LOSS = 20, 1.0, 3.0, 5.0
+SPOOL = 0.5
+
+
+class FakeAutopilot:
+    """State machine, controllers and messages around a ``Body``."""
+
+    def __init__(self, port, options):
+        self.options = {**OPTIONS, **options}
+        self.is_px4 = self.options["kind"] == "px4"
+        self.body, self.random = Body(), np.random.default_rng(5)
+        self.now, self.mode, self.armed, self.failsafe = 7.0, "loiter", False, False
+        self.beats, self.last_beat, self.last_gcs = 0, -9.0, -9.0
+        self.target, self.thrust = np.eye(3), 0.0
+        self.rates = None
+        self.armed_at = self.landed_for = self.flown_for = self.spooled = 0.0
+        self.acks, self.intervals, self.due, self.samples = [], {}, {}, 0
+        self.resets, self.shift, self.other_clock = 0, np.zeros(3), False
+        self.report = {"events": [], "refusals": [], "targets": [], "poses": [], "heartbeats": [], "idle_broken": 0}
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.setblocking(False)
+        self.peer = ("127.0.0.1", port)
+        self.out = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+        self.other = mavlink.MAVLink(None, srcSystem=9, srcComponent=1)
+        self.into = mavlink.MAVLink(None)
+        self.into.robust_parsing = True
+
+    def note(self, what):
+        self.report["events"].append([round(self.now, 3), what])
+
+    def refuse(self, why):
+        self.report["refusals"].append([round(self.now, 3), why])
+
+    def send(self, message, codec=None):
+        self.socket.sendto(message.pack(codec or self.out), self.peer)
+
+    def say(self, text, severity=3):
+        """Send a text; a long one goes in pieces of 50 with a number."""
+        pieces = [text[i : i + 50] for i in range(0, len(text), 50)]
+        for place, piece in enumerate(pieces):
+            number = 77 if len(pieces) > 1 else 0
+            self.send(mavlink.MAVLink_statustext_message(severity, piece.encode(), number, place))
+
+    def take(self):
+        """Handle what has come."""
+        while select.select([self.socket], [], [], 0.0)[0]:
+            try:
+                data = self.socket.recv(2048)
+            except OSError:
+                continue
+            for message in self.into.parse_buffer(data) or ():
+                handler = {
+                    "HEARTBEAT": self.on_heartbeat,
+                    "SET_ATTITUDE_TARGET": self.on_target,
+                    "COMMAND_LONG": self.on_command,
+                    "TIMESYNC": self.on_timesync,
+                    "PARAM_REQUEST_READ": self.on_parameter,
+                }.get(message.get_type())
+                if handler:
+                    handler(message)
+
+    def on_heartbeat(self, message):
+        self.report["heartbeats"].append(round(self.now, 3))
+        if message.autopilot == 8 and message.type in (6, 18):
+            self.last_gcs = self.now
+
+    def on_timesync(self, message):
+        if message.tc1 == 0:
+            self.send(mavlink.MAVLink_timesync_message(round(1e9 * self.now), message.ts1))
+
+    def on_parameter(self, message):
+        values = {"GUID_OPTIONS": self.options["guid_options"], "ATC_ANGLE_BOOST": self.options["angle_boost"]}
+        if not self.is_px4 and message.param_id in values:
+            self.send(
+                mavlink.MAVLink_param_value_message(message.param_id.encode(), values[message.param_id], 4, 900, 7)
+            )
+
+    def on_target(self, message):
+        why = fault(message, self.now)
+        if why:
+            self.refuse(why)
+            return
+        self.beats = self.beats + 1 if self.now - self.last_beat <= FRESH else 1
+        self.last_beat = self.now
+        self.thrust = message.thrust
+        rates = [message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate]
+        self.rates = np.array(rates) if message.type_mask == 128 else None
+        if self.rates is None:
+            self.target = self.body.matrix(message.q)
+        spooling = self.armed and self.now - self.armed_at < 1.0
+        self.report["idle_broken"] += int(spooling and self.is_px4 and self.thrust > 0.01)
+        self.report["targets"].append(
+            [round(self.now, 4), message.type_mask, message.time_boot_ms, message.thrust, *message.q, *rates]
+        )
+
+    def on_command(self, message):
+        if (message.target_system, message.target_component) != (1, 1):
+            self.refuse("target")
+            return
+        if message.command == INTERVAL:
+            self.intervals[int(message.param1)] = 1e-6 * message.param2
+            result = 0
+        else:
+            self.note(f"command {message.command}")
+            result = self.options["refused"].get(str(message.command))
+            result = self.carry_out(message) if result is None else result
+        if message.command not in self.options["lost_acks"]:
+            self.acks.append((self.now + self.options["ack_delay"], message.command, result, message.get_srcSystem()))
+
+    def carry_out(self, m):
+        """Return the result of a command; what is refused has no effect."""
+        if m.command == SET_MODE:
+            if (m.param1, m.param2) != (1.0, 6.0 if self.is_px4 else 4.0):
+                return 2
+            if self.is_px4 and (self.beats < BEATS or self.now - self.last_beat > FRESH):
+                self.say("Offboard: no stream of setpoints", 4)
+                return 1
+            self.mode = "ours"
+        elif m.command == ARM:
+            if m.param1 != 1.0 or m.param2 == 21196.0 or self.mode != "ours":
+                return 1 if self.is_px4 else 4
+            if self.options["bad_preflight"]:
+                self.say("Preflight Fail: Compass Sensor 0 missing and nothing else can be said about it")
+                return 1 if self.is_px4 else 4
+            if self.now - self.last_gcs > 3.0:
+                self.say("Preflight Fail: no heartbeat")
+                return 1
+            self.armed, self.armed_at = True, self.now
+        elif m.command == LAND:
+            self.mode = "land"
+        else:
+            return 3
+        self.note(f"{self.mode}{', armed' if self.armed else ''}")
+        return 0
+
+    def motors(self):
+        """Return the commands of the four motors."""
+        if not self.armed or self.now - self.armed_at < (1.0 if self.is_px4 else SPOOL):
+            return np.zeros(4)
+        if self.mode != "ours":
+            return self.body.land()
+        thrust, late = self.thrust, self.now - self.last_beat > GUIDED_LOSS
+        if not self.is_px4:
+            if late or not self.options["guid_options"] & 8:
+                return self.body.land()
+            tilt = self.body.r[2, 2] if self.rates is not None else self.target[2, 2]
+            thrust = thrust / min(max(tilt, 0.1), 1.0) if self.options["angle_boost"] else thrust
+        if self.rates is not None:
+            return self.body.hold_rates(self.rates, thrust)
+        return self.body.hold_attitude(self.target, thrust)
+
+    def step(self):
+        """Go on by 4 ms."""
+        options, flying = self.options, self.armed and self.mode == "ours"
+        self.flown_for += 0.004 if flying else 0.0
+        if flying and self.is_px4 and self.now - self.last_beat > OFFBOARD_LOSS:
+            self.mode, self.failsafe = "land", True
+            self.note("offboard lost")
+        if flying and not self.is_px4 and self.now - self.last_gcs > GCS_LOSS:
+            self.mode, self.failsafe = "land", True
+            self.note("GCS lost")
+        if flying and 0.0 < options["pilot_after"] < self.flown_for:
+            self.mode, options["pilot_after"] = "pilot", 0.0
+            self.note("pilot")
+        if flying and 0.0 < options["reset_after"] < self.flown_for:
+            self.resets, options["reset_after"] = self.resets + 1, 0.0
+            self.shift = np.array([options["reset_by"], 0.0, 0.0])
+            self.note("reset")
+        self.body.step(self.motors())
+        down = self.armed and self.mode != "ours" and self.body.on_ground
+        self.landed_for = self.landed_for + 0.004 if down else 0.0
+        if self.landed_for > 0.3:
+            self.armed = False
+            self.note("disarmed")
+        self.now += 0.004
+
+    def is_due(self, identity, default=None):
+        interval = self.intervals.get(identity, default)
+        if interval is None or self.now + 1e-6 < self.due.get(identity, 0.0):
+            return False
+        self.due[identity] = max(self.due.get(identity, 0.0) + interval, self.now - interval)
+        return True
+
+    def publish(self):
+        """Send what is due."""
+        if self.is_due(0, 1.0):
+            self.send_heartbeat(self.out)
+            if self.options["stranger"]:
+                self.send_heartbeat(self.other)
+        for ack in [ack for ack in self.acks if ack[0] <= self.now]:
+            self.acks.remove(ack)
+            self.send(mavlink.MAVLink_command_ack_message(ack[1], ack[2], 0, 0, ack[3], 191))
+        if self.is_due(1):
+            health = 0 if self.options["bad_preflight"] else 0x10000000
+            self.send(mavlink.MAVLink_sys_status_message(0, 0x10000000, health, 0, 11800, 0, 80, 0, 0, 0, 0, 0, 0))
+        silent = 0.0 < self.options["silent_after"] < self.flown_for
+        for identity, sender in ((331, self.send_odometry), (32, self.send_position), (31, self.send_attitude)):
+            due = (identity == 331) == self.is_px4 and self.is_due(identity) and not silent
+            if due and self.random.random() >= self.options["drop"]:
+                sender()
+
+    def send_heartbeat(self, codec):
+        px4 = {"ours": 6 << 16, "land": 4 << 16 | 6 << 24, "pilot": 3 << 16, "loiter": 4 << 16 | 3 << 24}
+        copter = {"ours": 4, "land": 9, "pilot": 5, "loiter": 5}
+        mode = (px4 if self.is_px4 else copter)[self.mode]
+        status = 5 if self.failsafe else 4 if self.armed else 3
+        kind = 12 if self.is_px4 else 3
+        self.send(mavlink.MAVLink_heartbeat_message(2, kind, 1 | (128 if self.armed else 0), mode, status, 3), codec)
+
+    def sampled(self):
+        p = self.body.p + self.shift
+        self.samples += 1
+        self.report["poses"].append([round(1e6 * self.now), *self.body.p.tolist()])
+        if self.options["nan_every"] and self.samples % self.options["nan_every"] == 0:
+            p = p * math.nan
+        return p
+
+    def send_odometry(self):
+        p, child = self.sampled(), self.options["child_frame"]
+        v = self.body.v if child == 1 else self.body.r.T @ self.body.v
+        q, nothing = self.body.quaternion(), [math.nan] * 21
+        stamp = round(1e6 * self.now)
+        self.send(
+            mavlink.MAVLink_odometry_message(
+                stamp, 1, child, *p, q, *v, *self.body.w, nothing, nothing, self.resets, 8, 0
+            )
+        )
+
+    def send_position(self):
+        self.send(mavlink.MAVLink_local_position_ned_message(round(1e3 * self.now), *self.sampled(), *self.body.v))
+
+    def send_attitude(self):
+        q = self.body.quaternion()
+        self.send(mavlink.MAVLink_attitude_quaternion_message(round(1e3 * self.now), *q, *self.body.w))
+
+    def run(self, is_done):
+        """Fly until ``is_done``; where the machine is late, this clock waits."""
+        began, steps = time.monotonic(), 0
+        while not is_done():
+            began = max(began, time.monotonic() - 0.004 * (steps + 6))
+            while began + 0.004 * steps <= time.monotonic():
+                self.take()
+                self.step()
+                self.publish()
+                steps += 1
+            time.sleep(max(0.0, began + 0.004 * steps - time.monotonic()))
+
+
+def main():
+    """Run until SIGTERM."""
+    done = []
+    for name in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(name, lambda *_: done.append(1))
+    fake = FakeAutopilot(int(sys.argv[1]), json.loads(sys.argv[3]) if len(sys.argv) > 3 else {})
+    print("up", flush=True)
+    fake.run(lambda: bool(done))
+    Path(sys.argv[2]).write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,111 @@
+"""The bridge over MAVLink as a node: hover with the position law, refusals with their reason, what lacks."""
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_prefix
+from flying import LONGEST, wait_until
+from mavlink_flights import HERE, free_port
+from px4_flights import PERIODS, VEHICLE, Flight
+from vehicle_packages import vehicle_packages
+
+from quad_bringup.domains import reserved_domain
+from quad_flight_log.bag.reader import open_flight
+
+pytestmark = pytest.mark.flight
+
+BRIDGE = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "mavlink_bridge")
+ALONE = ["-p", "flight.roles:=simulator"]
+THRUST = ["-p", "max_rotor_thrust:=8.549"]
+NODES = {"trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=1.0"], "position_controller": []}
+
+
+class MavlinkFlight(Flight):
+    """A fake autopilot and a bridge over MAVLink in a domain of their own."""
+
+    def __init__(self, folder, options, *bridge):
+        self.folder, self.processes = folder, []
+        folder.mkdir()
+        self._domain = reserved_domain(None)
+        known = os.environ.get("PYTHONPATH", "")
+        paths = os.pathsep.join([known, str(vehicle_packages())]) if known else str(vehicle_packages())
+        self.environment = {**os.environ, "PYTHONPATH": paths, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
+        port, report = free_port(), folder / "report.json"
+        self.fake = self.start("fake", [sys.executable, HERE / "fake_autopilot.py", port, report, json.dumps(options)])
+        log = folder / "fake.log"
+        wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
+        words = ["--params-file", VEHICLE, *THRUST, "-p", f"listen:=127.0.0.1:{port}"]
+        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *bridge])
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """Return how a hover and a refused flight ended, beside each other."""
+    folder = tmp_path_factory.mktemp("mavlink")
+
+    def hover():
+        roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES, "recorder"])]
+        with MavlinkFlight(folder / "hover", {"drop": 0.01, "nan_every": 60}, *roles) as flight:
+            for role, words in {**NODES, "recorder": []}.items():
+                period = ["-p", "period_steps:=2"] if role != "recorder" else ["-p", f"directory:={folder / 'bag'}"]
+                flight.node(role, *roles, *period, *words)
+            return flight.end()
+
+    def refused():
+        quick = [*ALONE, "-p", "arming.step_timeout:=2.0"]
+        with MavlinkFlight(folder / "refused", {"bad_preflight": True}, *quick) as flight:
+            return flight.end()
+
+    with ThreadPoolExecutor(2) as pool:
+        runs = pool.submit(hover), pool.submit(refused)
+        return runs[0].result(), runs[1].result(), folder / "bag"
+
+
+def test_the_position_law_hovers_and_the_autopilot_lands(flown):
+    ended, _, bag = flown
+    assert ended.code == 0, ended.output
+    events = ended.report["events"]
+    landing = next(at for at, what in events if what == "command 21")
+    poses = np.array(ended.report["poses"])
+    hover = poses[(poses[:, 0] * 1e-6 > landing - 0.5) & (poses[:, 0] * 1e-6 < landing)]
+    assert np.abs(hover[:, 1:] - [0.0, 0.0, -2.0]).max() < 0.2
+    assert events[-1][1] == "disarmed"
+    assert ended.report["refusals"] == []
+    assert ended.report["idle_broken"] == 0
+    assert "PX4 at" in ended.output
+    assert len(open_flight(bag).array("state")) > 200
+
+
+def test_what_the_autopilot_refuses_ends_the_flight_with_its_words(flown):
+    ended = flown[1]
+    assert ended.code == 1
+    cause = next(line for line in ended.output.splitlines() if "flight_failed" in line)
+    for word in ("PX4 did not arm", "temporarily rejected", "pre-flight checks fail", "Compass Sensor 0 missing"):
+        assert word in cause, ended.output
+    assert not [what for _, what in ended.report["events"] if "armed" in what.split(", ")]
+
+
+def test_what_cannot_fly_ends_with_one_line_and_2():
+    whole = {**os.environ, "PYTHONPATH": os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(vehicle_packages())])}
+    for environment, words, named in (
+        (os.environ, [*PERIODS, *THRUST], "pymavlink: not found"),
+        (whole, [*PERIODS, *THRUST, "-p", "flight.roles:=simulator,attitude_controller"], "no torque message"),
+        (whole, [*PERIODS, *THRUST, "-p", "listen:=here"], "listen: found 'here', expected host:port"),
+    ):
+        done = subprocess.run(
+            [BRIDGE, "--ros-args", *ALONE, *words],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        assert done.returncode == 2, done.stderr
+        assert len(done.stderr.splitlines()) == 1, done.stderr
+        assert named in done.stderr

@@ -1,0 +1,187 @@
+"""MAVLink over UDP against an autopilot that refuses: modes, masks, reasons, landings, both autopilots, no ROS."""
+
+import math
+
+import numpy as np
+import pytest
+from mavlink_flights import FakeAutopilot, Flight, hover
+
+from quad_autopilot.arming import Phase
+from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.mavlink_parameters import MavlinkMode
+
+pytestmark = pytest.mark.unit
+QUICK = {"arming": ArmingParameters(step_timeout=2.0)}
+RATES = {"mode": MavlinkMode.RATES.value}
+KINDS = {
+    "px4 attitude": ({"kind": "px4"}, {}),
+    "px4 rates": ({"kind": "px4", "child_frame": 12, "drop": 0.03, "nan_every": 50}, RATES),
+    "ardupilot attitude": ({"kind": "ardupilot"}, {}),
+    "ardupilot rates": ({"kind": "ardupilot", "angle_boost": 0, "stranger": True}, RATES),
+}
+
+
+@pytest.mark.parametrize(("options", "settings"), KINDS.values(), ids=KINDS)
+def test_from_the_ground_to_a_hover_and_back(options, settings):
+    with Flight(options, **settings) as flight:
+        assert flight.run(Phase.FLY).phase == Phase.FLY, flight.output
+        flight.fly(4.0)
+        assert np.array(flight.state.p_w) == pytest.approx([0.0, 0.0, 1.0], abs=0.1)
+        assert -flight.fake.body.p[2] == pytest.approx(1.0, abs=0.1)
+        flight.ended = True
+        output = flight.run(Phase.LANDED)
+        assert (output.phase, output.failed, output.reason) == (Phase.LANDED, False, "")
+        masks = {int(row[1]) for row in flight.fake.report["targets"]}
+        assert masks == ({7, 128} if settings else {7})
+        assert flight.refusals == set()
+        assert flight.fake.report["idle_broken"] == 0
+        assert flight.events[-1] == "disarmed"
+        beats = np.diff(flight.fake.report["heartbeats"])
+        assert beats == pytest.approx(1.0, abs=0.1)
+        assert bool(flight.rejected) == bool(options.get("nan_every"))
+
+
+SPOILED = {
+    "type_mask": lambda t: t._replace(type_mask=0),
+    "quaternion": lambda t: t._replace(q=tuple(0.7 * part for part in t.q)),
+    "not finite": lambda t: t._replace(q=(math.nan, *t.q[1:])),
+    "thrust": lambda t: t._replace(thrust=-0.1),
+}
+
+
+@pytest.mark.parametrize("name", SPOILED)
+def test_a_planted_mistake_is_refused_and_the_mode_with_it(name):
+    with Flight(spoil=SPOILED[name], **QUICK) as flight:
+        output = flight.run(Phase.FLY)
+        assert output.phase == Phase.RELEASED
+        assert flight.refusals == {name}
+        assert "did not change to OFFBOARD" in output.reason
+        assert "temporarily rejected" in output.reason
+        assert "Offboard: no stream of setpoints" in output.reason
+        assert flight.fake.armed is False
+
+
+def test_targets_are_stamped_in_the_autopilot_s_time_and_stale_ones_are_refused():
+    with Flight() as flight:
+        flight.run(Phase.FLY)
+        flight.fly(0.5)
+        rows = np.array(flight.fake.report["targets"])
+        assert np.abs(rows[:, 0] - 1e-3 * rows[:, 2]).max() < 0.1
+        old = flight.sample._replace(timestamp_sample=1_000_000)
+        flight.sample = old
+        flight.send(hover(flight.state, 1.0), flight.settings.mode)
+        flight.fake.take()
+        assert "stale" in flight.refusals
+
+
+DENIED = {
+    "preflight": (
+        {"bad_preflight": True},
+        {},
+        [
+            "did not arm",
+            "temporarily rejected",
+            "pre-flight checks fail",
+            "Compass Sensor 0 missing and nothing else can be said",
+        ],
+    ),
+    "mode": ({"refused": {"176": 2}}, {}, ["did not change to OFFBOARD", "DO_SET_MODE denied"]),
+    "ardupilot": ({"kind": "ardupilot", "bad_preflight": True}, {}, ["ArduPilot did not arm", "failed", "Compass"]),
+    "target": ({}, {"target_system": 7}, ["no HEARTBEAT", "`listen`"]),
+    "thrust": ({"kind": "ardupilot", "guid_options": 0}, {}, ["GUID_OPTIONS: found 0", "climb rate"]),
+}
+
+
+@pytest.mark.parametrize("name", DENIED)
+def test_what_the_autopilot_refuses_ends_with_its_reason(name):
+    options, settings, words = DENIED[name]
+    with Flight(options, **settings, **QUICK) as flight:
+        output = flight.run(Phase.FLY)
+        assert output.phase == Phase.RELEASED
+        assert output.failed
+        assert [word for word in words if word not in output.reason] == [], output.reason
+        assert flight.fake.armed is False
+
+
+def flying(options=None, **settings):
+    flight = Flight(options, **settings)
+    flight.run(Phase.FLY)
+    return flight
+
+
+def test_a_lost_answer_costs_nothing():
+    with flying({"lost_acks": [176, 400, 21]}) as flight:
+        assert flight.output.phase == Phase.FLY
+
+
+@pytest.mark.parametrize("kind", ["px4", "ardupilot"])
+def test_a_pilot_has_the_vehicle_within_one_heartbeat_and_nothing_is_asked_again(kind):
+    with flying({"kind": kind, "pilot_after": 3.0}) as flight:
+        output = flight.run(Phase.LANDED)
+        taken = next(at for at, what in flight.fake.report["events"] if what == "pilot")
+        assert f"a pilot or {flight.vehicle.profile.name} took the vehicle in flight" in output.reason
+        assert flight.fake.now - taken < 0.3
+        sent = len(flight.fake.report["targets"])
+        flight.fly(0.5)
+        assert len(flight.fake.report["targets"]) <= sent + 1
+        assert "command 21" not in flight.events
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [({"silent_after": 3.0}, "nothing for"), ({"kind": "ardupilot", "silent_after": 3.0}, "nothing for")],
+)
+def test_states_that_stop_end_in_a_landing(options, word):
+    with flying(options) as flight:
+        output = flight.run(Phase.LANDED)
+        assert word in output.reason
+        assert output.failed
+        assert "command 21" in flight.events
+        assert flight.events[-1] == "disarmed"
+
+
+@pytest.mark.parametrize("kind", ["px4", "ardupilot"])
+def test_a_reset_is_counted_whether_the_autopilot_counts_or_not(kind):
+    with flying({"kind": kind, "reset_after": 2.5, "reset_by": 0.5}) as flight:
+        flight.fly(2.0)
+        assert flight.resets == 1
+
+
+def test_dead_controllers_stop_the_stream_and_the_autopilot_lands():
+    with flying({}, **RATES) as flight:
+        flight.fly(2.5)
+        flight.commands, last = False, flight.fake.now
+        output = flight.run(Phase.LANDED)
+        assert "no command for" in output.reason
+        after = [row for row in flight.fake.report["targets"] if row[0] > last + 0.05]
+        assert len(after) == 1  # level, once: a stream would hold the mode
+        assert after[0][1] == 7
+        assert after[0][0] - last < 0.1
+        land = next(at for at, what in flight.fake.report["events"] if what == "command 21")
+        assert land - last < 0.1
+        assert flight.events[-1] == "disarmed"
+
+
+def test_a_bridge_that_dies_leaves_the_landing_to_the_autopilot():
+    for kind, word, longest in (("px4", "offboard lost", 1.2), ("ardupilot", "GCS lost", 6.2)):
+        with flying({"kind": kind}) as flight:
+            flight.fly(2.0)
+            died = flight.fake.now
+            flight.receive = flight.beat = lambda: None
+            flight.vehicle.every_second = lambda now: None
+            flight.fly(longest + 3.0)
+            lost = next(at for at, what in flight.fake.report["events"] if what == word)
+            assert 0.9 < lost - died < longest
+            assert flight.fake.mode == "land"
+
+
+def test_another_address_with_the_same_number_is_a_stranger():
+    with flying() as flight:
+        second = FakeAutopilot(flight.fake.peer[1], {})
+        for _ in range(300):
+            second.step()
+            second.publish()
+        flight.fly(0.5)
+        assert flight.link.strangers > 0
+        assert flight.output.phase == Phase.FLY
+        second.socket.close()
