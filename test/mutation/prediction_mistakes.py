@@ -6,7 +6,7 @@ PREDICTION = {
         ("rates", "2.0 / window", "1.0 / window"),
         ("window", "ages.y if ages.y > ages.z else ages.z", "ages.z"),
         ("attitude", "0.5 * ages.y", "-0.5 * ages.y"),
-        ("attitude", "scale(0.5 * ages.y, mean)), ages.y)", "scale(0.5 * ages.y, mean)), ages.x)"),
+        ("attitude", "scale(ages.y, subtract", "scale(ages.x, subtract"),
         ("velocity", "add(state.v_w, scale(ages.x, acceleration))", "state.v_w"),
         ("bounded", "parameters.position_age + held.x > parameters.max_age", "held.x > parameters.max_age"),
     ],
