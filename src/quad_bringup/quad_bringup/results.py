@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.judge import faults
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
-from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.text import judged, table
@@ -36,14 +36,13 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     try:
         flight = open_flight(directory, namespace=namespace)
         state, reason, flight_time, wall_time = _last_state(flight)
-        metrics, note = measured(flight), truth_note(flight)
+        metrics, note, safety = measured(flight), truth_note(flight), faults(flight)
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
     problems = []
     if state != STATES[ENDED]:
         problems.append(reason or f"the flight did not end: flight/state is {state}")
-    elif flown_by_guard := described(takeovers(flight)):
-        problems.append(flown_by_guard)
+    problems += safety
     if flight.truncated:
         problems.append(f"the bag was not closed: {flight.damage}")
     for verdict in judged(metrics, limits):

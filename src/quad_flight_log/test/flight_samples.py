@@ -1,9 +1,10 @@
 """Sample messages and bags for the tests; every payload is encoded by rosbags, which shares no code with us."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -125,11 +126,12 @@ def write_bag(
     close: bool = True,
     parameters: str = "simulator: {ros__parameters: {flight.seed: 7}}\n",
     log_ns: Callable[[int, Any], int] = lambda index, _: index * 1000,
+    notes: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
     """Write a bag of rosbags messages; ``pause_every`` messages the writer is given time to flush a chunk."""
     bag = BagWriter(
         directory,
-        metadata={"run_id": "test", "seed": "7"},
+        metadata={"run_id": "test", "seed": "7", **notes},
         parameters=parameters,
         definition_of=definition,
         flush_period=0.05,
@@ -150,6 +152,6 @@ def write_bag(
         target.write_bytes(bag.part_path.read_bytes())
         bag.close()
         return target
-    report = bag.close({"outcome": "ended"})
+    report = bag.close({"outcome": "ended", **notes})
     assert report.error == ""
     return report.path

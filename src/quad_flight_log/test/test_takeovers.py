@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.takeovers import Takeover, described, takeovers
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.interactive_figures import colours, specification
 from quad_flight_log.report.printed_figures import drawn
 from quad_flight_log.report.run import Run, with_bands
-from quad_flight_log.report.verdict import judgement
 
 pytestmark = pytest.mark.unit
 
@@ -19,9 +17,6 @@ TRUTH = np.dtype([("stamp_ns", "i8")])
 
 class Bag:
     """A flight with the given rows of flight/guard, whose truth ends at 9 s."""
-
-    truncated, damage = False, ""
-    metadata = {"outcome": "ended"}  # noqa: RUF012
 
     def __init__(self, rows):
         self.rows = rows
@@ -62,13 +57,8 @@ def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
     assert takeovers(Bag(rows)) == [Takeover(*one) for one in expected]
 
 
-def test_a_flight_that_the_guard_took_over_is_not_good():
-    found = judgement(Bag([PASSES, LOST]), FlightMetrics(), {})
-    assert (found.good, found.text) == (
-        False,
-        "Failed: the guard took over at step 1525 (descend): no good wrench",
-    )
-    assert judgement(Bag([PASSES]), FlightMetrics(), {}).good
+def test_takeovers_are_put_into_words():
+    assert described(takeovers(Bag([PASSES, LOST]))) == "the guard took over at step 1525 (descend): no good wrench"
     assert described([]) == ""
 
 

@@ -43,16 +43,33 @@ _KINDS = {
 def flight_tables(flight: Flight) -> dict[str, Table]:
     """Return {topic: table} of those of TOPICS that the flight has; raises TopicError if one lacks a needed field.
 
-    A needed number that is not finite is refused as well. A vehicle that is no simulator sends no truth: then what
-    the controllers saw stands for it, see ``truth_topic``.
+    Messages with a needed number that is not finite are left out (``unusable_messages``): no node of a flight sends
+    such a one, a stranger may. Of the flown path they are refused as well. A vehicle that is no simulator sends no
+    truth: then what the controllers saw stands for it, see ``truth_topic``.
     """
     found = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
     for topic, table in found.items():
         _check(flight, topic, table)
+    for topic, table in found.items():
+        good = _usable(topic, table)
+        if topic != "truth" and not good.all():
+            found[topic] = table[good]
     if truth_topic(flight) == "state":
         found["truth"] = flight.array("state")
         _check(flight, "state", found["truth"])
-    return found
+    if "truth" in found and not _usable("truth", found["truth"]).all():
+        where = f"{flight.path}: {truth_topic(flight)}"
+        raise TopicError(f"{where}: holds a number that is not finite, or larger than {LARGEST:g}")
+    return {topic: table for topic, table in found.items() if len(table)}
+
+
+def unusable_messages(flight: Flight) -> dict[str, int]:
+    """Return {topic: messages that the metrics leave out}; raises TopicError as ``flight_tables``."""
+    tables = flight_tables(flight)
+    lost = {topic: flight.topics[flight.resolve(topic)].messages for topic in TOPICS[1:] if flight.has(topic)}
+    return {
+        topic: count - len(tables.get(topic, ())) for topic, count in lost.items() if count > len(tables.get(topic, ()))
+    }
 
 
 def truth_topic(flight: Flight) -> str:
@@ -67,6 +84,8 @@ def truth_note(flight: Flight) -> str:
         found.append("no truth in the bag: flown is what `state` says, an estimator's errors included")
     if flight.has("flight/mode"):
         found.append("metrics are those of mode MISSION alone")
+    for topic, count in unusable_messages(flight).items():
+        found.append(f"{topic}: {count} messages with a number that is not finite, or beyond {LARGEST:g}, are left out")
     return "; ".join(found)
 
 
@@ -94,13 +113,19 @@ def _check(flight: Flight, topic: str, table: Table) -> None:
     for name, shape in shapes.items():
         if name in names and not _numbers(table.dtype[name], shape):
             raise _wrong(flight, topic, name)
-    for name in needed:
-        _check_values(flight, f"{topic}: {name}", table[name])
 
 
-def _check_values(flight: Flight, where: str, values: NDArray[Any]) -> None:
-    if not (np.abs(values) <= LARGEST).all():  # of NaN it is false
-        raise TopicError(f"{flight.path}: {where} holds a number that is not finite, or larger than {LARGEST:g}")
+def _usable(topic: str, table: Table) -> NDArray[np.bool_]:
+    """Return which rows hold only finite numbers of a size that belongs to a flight, in the fields that are needed."""
+    if topic == COMMAND:
+        parts = [table["wrench"][part][axis] for part in ("force", "torque") for axis in "xyz"]
+    else:
+        parts = [table[name].reshape(len(table), -1) for name in NEEDED[topic]]
+    good = np.ones(len(table), dtype=bool)
+    for values in parts:
+        within = np.abs(values) <= LARGEST  # of NaN it is false
+        good &= within if within.ndim == 1 else within.all(axis=1)
+    return good
 
 
 def _check_wrench(flight: Flight, table: Table) -> None:
@@ -112,7 +137,6 @@ def _check_wrench(flight: Flight, table: Table) -> None:
                 good = False
             if not good:
                 raise _wrong(flight, COMMAND, f"wrench.{part}.{axis}")
-            _check_values(flight, f"{COMMAND}: {part}.{axis}", table["wrench"][part][axis])
 
 
 def _numbers(kind: np.dtype[Any], shape: tuple[int, ...]) -> bool:

@@ -7,6 +7,7 @@ from quad_core.guard import MODES, PASS
 from quad_flight_log.bag.reader import Flight
 
 TOPIC = "flight/guard"
+_FIELDS = ("mode", "reason_text", "since", "stamp_ns")
 
 
 class Takeover(NamedTuple):
@@ -24,12 +25,10 @@ def takeovers(flight: Flight) -> list[Takeover]:
 
     The guard reports every change at its step; a mode that nothing followed holds to the end of the bag.
     """
-    if not flight.has(TOPIC):
+    table = flight.array(TOPIC) if flight.has(TOPIC) else None
+    if table is None or not set(_FIELDS) <= set(table.dtype.names or ()):
         return []
-    rows = [
-        (int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"]))
-        for row in flight.array(TOPIC)
-    ]
+    rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in table]
     found: list[Takeover] = []
     last_ns = max([stamp for *_, stamp in rows], default=0)
     if flight.has("truth"):

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from quad_flight_log.analysis.judge import faults
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
-from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.recorder.provenance import LIMIT
 from quad_flight_log.report.text import judged
@@ -42,8 +42,7 @@ def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float
     if outcome != "ended":
         reason = flight.metadata.get("reason", "")
         problems.append(f"the flight did not end as planned: {reason or outcome}")
-    elif flown_by_guard := described(takeovers(flight)):
-        problems.append(flown_by_guard)
+    problems += faults(flight)
     for verdict in judged(metrics, limits_used):
         if not verdict.met:
             value = "not available" if verdict.value is None else f"{verdict.value:.4g}"

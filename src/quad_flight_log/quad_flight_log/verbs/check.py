@@ -1,11 +1,11 @@
-"""Compare every flight with limits; 1 if one is not met, a bag is truncated or the guard took over."""
+"""Compare every flight with limits; 1 if one is not met, a bag is truncated or a rule of the judge is broken."""
 
 import argparse
 
 from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.judge import faults
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.analysis.tables import truth_note
-from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.report.text import judged, read_limits
 from quad_flight_log.verbs.common import add_bags, flight_name, opened
 
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     good = True
     for flight in opened(options):
         name = flight_name(flight)
-        verdicts = judged(measured(flight), limits)
+        verdicts, found_faults = judged(measured(flight), limits), faults(flight)
         for verdict in verdicts:
             mark = "ok  " if verdict.met else "FAIL"
             found = "n/a" if verdict.value is None else f"{verdict.value:.5g}"
@@ -38,8 +38,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"note {name}: {truth_note(flight)}")
         if flight.truncated:
             print(f"FAIL {name}: {flight.damage}")
-        flown_by_guard = described(takeovers(flight))
-        if flown_by_guard:
-            print(f"FAIL {name}: {flown_by_guard}")
-        good &= all(verdict.met for verdict in verdicts) and not flight.truncated and not flown_by_guard
+        for fault in found_faults:
+            print(f"FAIL {name}: {fault}")
+        good &= all(verdict.met for verdict in verdicts) and not flight.truncated and not found_faults
     return 0 if good else 1

@@ -1,0 +1,218 @@
+"""Whether a bag shows one flight that stayed safe, whatever its metrics: one table of rules.
+
+A rule finds a fault in the bag alone, in words, or nothing. ``fly``, ``log check`` and a report's verdict ask for all.
+Times in the words are flight times in s. Bags of flights without a guard (controllers ``printed``) are not held to the
+guard's envelope: they show what the law does.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import SIGNALS, SIMULATOR
+from quad_core.guard_parameters import GuardParameters
+from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
+from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.recorded_parameters import recorded_parameters
+from quad_flight_log.analysis.tables import flight_tables
+from quad_flight_log.analysis.takeovers import described, takeovers
+from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.errors import FlightLogError
+
+IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode")
+"""Topics whose messages name the run of their sender."""
+
+REALTIME_SHARE = 0.05  # of a topic's messages that may be missing in real time: a late plant skips steps
+STRAY = 2.5  # m beyond all that was commanded
+STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
+STOPPED_TIME = 0.1  # s
+
+
+class Flown(NamedTuple):
+    """A bag and what several rules need of it: its tables, whether a guard flew along, with which parameters."""
+
+    flight: Flight
+    tables: dict[str, Table]
+    guard: GuardParameters
+
+    @property
+    def failed(self) -> bool:
+        """Whether the recorder noted another end than the planned one."""
+        return self.flight.metadata.get("outcome", "ended") != "ended"
+
+
+class Rule(NamedTuple):
+    """What is demanded, and the fault that ``found`` names, empty if there is none.
+
+    ``of_failed``: also looked for where the flight failed anyway.
+    """
+
+    demand: str
+    found: Callable[[Flown], str]
+    of_failed: bool = True
+
+
+def faults(flight: Flight) -> list[str]:
+    """Return what speaks against a flight beside its metrics, one line each, in the order of RULES.
+
+    Raises FlightLogError as the metrics do where the bag cannot be read.
+    """
+    flown = Flown(flight, flight_tables(flight), _guard_of(flight))
+    asked = [rule for rule in RULES if rule.of_failed or not flown.failed]
+    return [fault for rule in asked if (fault := rule.found(flown))]
+
+
+def run_ids(flown: Flown) -> str:
+    """Name the runs of the bag if there are two or more; an empty id is no run."""
+    known = {flown.flight.metadata.get("run_id", "")}
+    for topic in IDENTIFIED:
+        if flown.flight.has(topic):
+            table = flown.flight.array(topic)
+            if "run_id" in (table.dtype.names or ()):
+                known |= {str(name) for name in table["run_id"]}
+    known.discard("")
+    return f"messages of {len(known)} runs: {', '.join(map(repr, sorted(known)))}" if len(known) > 1 else ""
+
+
+def equal_stamps(flown: Flown) -> str:
+    """Name the topics on which two different messages carry one stamp; a repeat to the last bit is none."""
+    found = []
+    for topic in SIGNALS:
+        if not flown.flight.has(topic):
+            continue
+        count = _conflicts(flown.flight.array(topic))
+        if count:
+            found.append(f"{topic}: {count}")
+    return f"different messages with equal stamps ({', '.join(found)}): more than one sender" if found else ""
+
+
+def missing_steps(flown: Flown) -> str:
+    """Name the topics that lack messages: any in lockstep, more than REALTIME_SHARE in real time."""
+    tables = {name: by_stamp(table) for name, table in flown.tables.items()}
+    share = 0.0 if flown.flight.metadata.get("mode") == "lockstep" else REALTIME_SHARE
+    found = [
+        f"{topic}: {count}"
+        for topic, count in missing_messages(tables).items()
+        if count > share * (count + len(tables[topic]))
+    ]
+    return f"missing messages ({', '.join(found)})" if found else ""
+
+
+def envelope(flown: Flown) -> str:
+    """Say when the vehicle first leaned, or strayed, farther than a flight under the guard may."""
+    if "truth" not in flown.tables or not flown.guard.enabled:
+        return ""
+    truth = by_stamp(flown.tables["truth"])
+    times = truth["stamp_ns"] * 1e-9
+    limit = flown.guard.tilt
+    x, y = truth["q_wb"][:, 0], truth["q_wb"][:, 1]
+    leaning = _longest(times, 1.0 - 2.0 * (x * x + y * y) < np.cos(limit.large))
+    parts = []
+    if leaning.time > limit.large_time:
+        parts.append(
+            f"tilt above {np.degrees(limit.large):.0f} deg for {leaning.time:.2f} s from {leaning.begin:.2f} s on"
+        )
+    commanded = truth["p_w"][:1]
+    if "reference" in flown.tables:
+        commanded = np.concatenate([commanded, flown.tables["reference"]["p_w"]])
+        beyond = _beyond(truth["p_w"], commanded)
+        if beyond.max() > STRAY:
+            at = times[int(np.argmax(beyond > STRAY))]
+            parts.append(f"{beyond.max():.3g} m outside of all that was commanded, from {at:.2f} s on")
+    return f"the vehicle left its envelope: {'; '.join(parts)}" if parts else ""
+
+
+def stopped_motors(flown: Flown) -> str:
+    """Say when the motors stood still in the air, or that a flight which had to land ended above the ground."""
+    if "truth" not in flown.tables or not flown.guard.enabled:
+        return ""
+    truth, limit = by_stamp(flown.tables["truth"]), flown.guard.contact.stop_height
+    times, height = truth["stamp_ns"] * 1e-9, truth["p_w"][:, 2] - flown.guard.ground_height
+    if "actuation" in flown.tables:
+        actuation = by_stamp(flown.tables["actuation"])
+        thrust = np.interp(times, actuation["stamp_ns"] * 1e-9, actuation["thrust"])
+        still = _longest(times, (thrust < STOPPED_SHARE * actuation["thrust"].max()) & (height > limit))
+        if still.time > STOPPED_TIME:
+            return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
+    if height[-1] > limit and ("flight/mode" in flown.tables or flown.failed):
+        return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
+    return ""
+
+
+RULES = (
+    Rule("all messages that name a run name the same one", run_ids),
+    Rule("no topic has two different messages with one stamp", equal_stamps),
+    Rule("no step is missing in lockstep, at most 5 % of a topic in real time", missing_steps, of_failed=False),
+    Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
+    Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
+    Rule("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
+)
+"""What a good flight's bag must show."""
+
+
+class _Spell(NamedTuple):
+    """The longest time in s in which something held without a break, and when it began."""
+
+    begin: float
+    time: float
+
+
+def _longest(times: Floats, holds: NDArray[np.bool_]) -> _Spell:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
+    begins, ends = edges[::2], edges[1::2] - 1
+    if len(begins) == 0:
+        return _Spell(0.0, 0.0)
+    lengths = times[ends] - times[begins]
+    at = int(lengths.argmax())
+    return _Spell(float(times[begins[at]]), float(lengths[at]))
+
+
+def _beyond(places: Floats, commanded: Floats) -> Floats:
+    """Return how far in m each of ``places`` lies outside the box around ``commanded``."""
+    low, high = commanded.min(axis=0), commanded.max(axis=0)
+    return norms(np.maximum(np.maximum(low - places, places - high), 0.0))
+
+
+def _conflicts(table: Table) -> int:
+    names = table.dtype.names or ()
+    if "stamp_ns" not in names or len(table) < 2:
+        return 0
+    order = np.argsort(table["stamp_ns"], kind="stable")
+    stamps = table["stamp_ns"][order]
+    pairs = np.flatnonzero(stamps[1:] == stamps[:-1])
+    rows = [[table[order[pairs + offset]][name] for name in names if name != "log_ns"] for offset in (0, 1)]
+    return sum(1 for k in range(len(pairs)) if any(not _same(a[k], b[k]) for a, b in zip(*rows, strict=True)))
+
+
+def _same(left: Any, right: Any) -> bool:
+    """Return whether two values of one field are equal to the last bit."""
+    if isinstance(left, np.ndarray | np.generic) and not left.dtype.hasobject:
+        return bool(left.tobytes() == right.tobytes())
+    return bool(np.array_equal(left, right))
+
+
+def _guard_of(flight: Flight) -> GuardParameters:
+    """Return those of the guard's parameters that the rules need, as recorded; the defaults where the bag says none."""
+    known = GuardParameters()
+    try:
+        values = recorded_parameters(flight)[SIMULATOR].values
+    except (FlightLogError, KeyError):
+        return known
+
+    def number(name: str, default: float) -> float:
+        value = values.get(f"guard.{name}", default)
+        return float(value) if isinstance(value, int | float) and np.isfinite(value) else default
+
+    tilt = known.tilt._replace(
+        large=number("tilt.large", known.tilt.large), large_time=number("tilt.large_time", known.tilt.large_time)
+    )
+    contact = known.contact._replace(stop_height=number("contact.stop_height", known.contact.stop_height))
+    return known._replace(
+        enabled=values.get("guard.enabled", True) is not False,
+        tilt=tilt,
+        contact=contact,
+        ground_height=number("ground_height", known.ground_height),
+    )

@@ -1,0 +1,186 @@
+"""Flights that must not pass as good, each written into a bag with one thing wrong: the judge names it."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+from flight_samples import message, stamp, write_bag
+
+from quad_flight_log import cli
+from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.judge import RULES, faults
+from quad_flight_log.analysis.metrics import FlightMetrics
+from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.report.verdict import judgement
+
+pytestmark = pytest.mark.unit
+
+STEPS = 500
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+LEANING = (math.sin(math.radians(35.0)), 0.0, 0.0, math.cos(math.radians(35.0)))  # 70 deg about x
+
+
+def pose(kind_stamp, height=1.0, q=UPRIGHT, y=0.0):
+    return message(
+        "quad_msgs/msg/VehicleState", stamp=kind_stamp, p_w=np.array([0.0, y, height]), q_wb=np.array(q, dtype=float)
+    )
+
+
+def wrench(step, thrust):
+    header = message("std_msgs/msg/Header", stamp=stamp(step), frame_id="base_link")
+    force = message("geometry_msgs/msg/Vector3", z=thrust)
+    return message(
+        "geometry_msgs/msg/WrenchStamped", header=header, wrench=message("geometry_msgs/msg/Wrench", force=force)
+    )
+
+
+def status(run_id):
+    return message("quad_msgs/msg/NodeStatus", node="/n", role="trajectory", run_id=run_id)
+
+
+def hover(place=pose, thrust=lambda _: 10.0):
+    """Return a second of hover at 1 m as messages; ``place`` and ``thrust`` may differ from step to step."""
+    found = [("/flight/nodes", status("test"))]
+    for k in range(STEPS):
+        found.append(("/truth", place(stamp(k)) if place is pose else place(k)))
+        found.append(("/wrench_setpoint", wrench(k, 10.0)))
+        found.append(("/actuation", message("quad_msgs/msg/Actuation", stamp=stamp(k), thrust=thrust(k))))
+        if k % 5 == 0:
+            point = message("quad_msgs/msg/TrajectoryPoint", stamp=stamp(k), p_w=np.array([0.0, 0.0, 1.0]))
+            found.append(("/reference", point))
+    return found
+
+
+def without(messages, topic, wanted):
+    """Return ``messages`` without those of ``topic`` whose number among them is in ``wanted``."""
+    count, found = -1, []
+    for name, sample in messages:
+        count += name == topic
+        if not (name == topic and count in wanted):
+            found.append((name, sample))
+    return found
+
+
+def flight_of(tmp_path, messages, guard=None, **notes):
+    values = {"/simulator": {"ros__parameters": {f"guard.{name}": value for name, value in (guard or {}).items()}}}
+    text = yaml.safe_dump(values)
+    return open_flight(write_bag(tmp_path / "bag", messages, parameters=text, notes={"mode": "realtime", **notes}))
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_a_good_flight_passes(tmp_path, mode):
+    flight = flight_of(tmp_path, hover(), mode=mode)
+    assert faults(flight) == []
+    assert judgement(flight, measured(flight), {}).good
+
+
+def test_messages_of_two_runs_are_refused_and_an_empty_id_is_none(tmp_path):
+    ours = hover()
+    assert faults(flight_of(tmp_path / "empty", [*ours, ("/flight/nodes", status(""))])) == []
+    found = faults(flight_of(tmp_path / "other", [*ours, ("/flight/nodes", status("other"))]))
+    assert found == ["messages of 2 runs: 'other', 'test'"]
+
+
+def test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not(tmp_path):
+    ours = hover()
+    assert faults(flight_of(tmp_path / "repeat", [*ours, ("/wrench_setpoint", wrench(7, 10.0))])) == []
+    strange = [("/wrench_setpoint", wrench(k, 0.0)) for k in (7, 9)]
+    found = faults(flight_of(tmp_path / "strange", [*ours, *strange]))
+    assert found == ["different messages with equal stamps (wrench_setpoint: 2): more than one sender"]
+
+
+@pytest.mark.parametrize(
+    ("mode", "lost", "fault"),
+    [
+        ("lockstep", [250], "missing messages (actuation: 1)"),
+        ("realtime", [250], ""),
+        ("realtime", range(200, 230), "missing messages (actuation: 30)"),
+    ],
+)
+def test_missing_steps_are_refused_all_in_lockstep_and_many_in_real_time(tmp_path, mode, lost, fault):
+    found = faults(flight_of(tmp_path, without(hover(), "/actuation", lost), mode=mode))
+    assert found == ([fault] if fault else [])
+
+
+@pytest.mark.parametrize(
+    ("place", "word"),
+    [
+        (lambda k: pose(stamp(k), q=LEANING if k >= 100 else UPRIGHT), "tilt above 60 deg for 0.80 s from 0.20 s on"),
+        (lambda k: pose(stamp(k), y=0.01 * k), "4.99 m outside of all that was commanded"),
+        (lambda k: pose(stamp(k), height=1.0 - 0.02 * k), "9.98 m outside of all that was commanded, from 0.25 s on"),
+    ],
+)
+def test_a_vehicle_out_of_its_envelope_is_refused(tmp_path, place, word):
+    # 70 deg for 0.8 s; 4.99 m beside the reference; 9.98 m below where it began, at 0.25 s more than 2.5 m
+    (found,) = faults(flight_of(tmp_path, hover(place)))
+    assert word in found
+
+
+def test_a_short_lean_or_a_raised_limit_passes(tmp_path):
+    def lean(first):
+        return hover(lambda k: pose(stamp(k), q=LEANING if first <= k < first + 140 else UPRIGHT))
+
+    assert faults(flight_of(tmp_path / "short", lean(100))) == []
+    long = hover(lambda k: pose(stamp(k), q=LEANING if k >= 100 else UPRIGHT))
+    assert faults(flight_of(tmp_path / "raised", long, {"tilt.large": 1.4})) == []
+
+
+@pytest.mark.parametrize(("height", "refused"), [(1.0, True), (0.31, True), (0.29, False)])
+def test_motors_that_stop_in_the_air_are_refused(tmp_path, height, refused):
+    flown = hover(lambda k: pose(stamp(k), height=height), thrust=lambda k: 0.0 if 300 <= k < 400 else 10.0)
+    found = faults(flight_of(tmp_path, flown))
+    assert found == (["motors stopped 0.60 s after the start, above 0.3 m, for 0.20 s"] if refused else [])
+
+
+def test_height_counts_from_the_ground(tmp_path):
+    flown = hover(thrust=lambda k: 0.0 if k >= 300 else 10.0)
+    assert faults(flight_of(tmp_path, flown, {"ground_height": 0.8})) == []
+
+
+def test_a_failed_flight_that_ends_in_the_air_is_named(tmp_path):
+    flight = flight_of(tmp_path, hover(), outcome="failed", reason="attitude_controller does not answer")
+    assert faults(flight) == ["the flight ended with the vehicle 1.00 m above the ground: motors stopped in the air"]
+    low = hover(lambda k: pose(stamp(k), height=0.2))
+    assert faults(flight_of(tmp_path / "low", low, outcome="failed")) == []
+
+
+def test_where_a_commander_flew_the_end_is_on_the_ground(tmp_path):
+    modes = [("/flight/mode", message("quad_msgs/msg/FlightMode", stamp=stamp(k), mode=3)) for k in range(STEPS)]
+    (found,) = faults(flight_of(tmp_path, [*hover(), *modes]))
+    assert "1.00 m above the ground" in found
+
+
+def test_flights_without_a_guard_show_what_the_law_does(tmp_path):
+    crash = hover(lambda k: pose(stamp(k), height=1.0 - 0.02 * k, q=LEANING), thrust=lambda _: 0.0)
+    assert faults(flight_of(tmp_path, crash, {"enabled": False})) == []
+
+
+def test_wrenches_that_are_not_finite_are_left_out_and_said(tmp_path):
+    strange = [("/wrench_setpoint", wrench(STEPS + k, thrust)) for k, thrust in enumerate((math.nan, math.inf, 1e12))]
+    flight = flight_of(tmp_path, [*hover(), *strange])
+    clean = flight_of(tmp_path / "clean", hover())
+    assert measured(flight).thrust_effort == measured(clean).thrust_effort
+    assert truth_note(flight).startswith("wrench_setpoint: 3 messages with a number that is not finite")
+    assert faults(flight) == []
+
+
+def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
+    took = message("quad_msgs/msg/GuardStatus", stamp=stamp(300), mode=1, since=300, reason_text="no good wrench")
+    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", took)])
+    assert judgement(flight, FlightMetrics(), {}).text == (
+        "Failed: the guard took over at step 300 (descend): no good wrench"
+    )
+
+
+def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
+    flight = flight_of(tmp_path, [*hover(), ("/flight/nodes", status("other"))])
+    assert cli.main(["check", str(flight.path), "--limits", "position_max=1"]) == 1
+    assert "FAIL bag: messages of 2 runs" in capsys.readouterr().out
+    verdict = judgement(flight, FlightMetrics(), {})
+    assert (verdict.good, verdict.text) == (False, "Failed: messages of 2 runs: 'other', 'test'")
+
+
+def test_every_rule_has_its_demand():
+    assert len({rule.demand for rule in RULES}) == len(RULES) == 6
