@@ -1,4 +1,4 @@
-"""A stranger's wrenches and plans in real time: refused, counted and named, while the controller flies on."""
+"""A stranger's wrenches and plans in real time: refused, counted and named, and the judge of the bag sees them."""
 
 import re
 import time
@@ -8,7 +8,7 @@ from flying import PATIENT, finish, start, stranger, wait_until, wait_until_flyi
 from geometry_msgs.msg import WrenchStamped
 
 from quad_flight_log.bag.reader import open_flight
-from quad_msgs.msg import FlightPlan
+from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_node.conversion import set_stamp
 from quad_node.topics import latched, stream
 
@@ -33,11 +33,18 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
     with stranger(domain) as node:
         out_again = node.create_publisher(WrenchStamped, "wrench_setpoint", stream(10))
         plans = node.create_publisher(FlightPlan, "flight/plan", latched(2))
+        nodes = node.create_publisher(NodeStatus, "flight/nodes", latched(2))
+        states = node.create_publisher(FlightState, "flight/state", latched(2))
+        wait_until(lambda: nodes.get_subscription_count() >= 2, 20.0, "simulator and recorder")
+        wait_until(lambda: states.get_subscription_count() >= 4, 20.0, "the nodes")
         wait_until(lambda: out_again.get_subscription_count() >= 1, 20.0, "the simulator")
         wait_until(lambda: plans.get_subscription_count() >= 1, 20.0, "the simulator")
         for end_step in (1, 2**63):
             plans.publish(FlightPlan(trajectory="stranger", start="printed", end_step=end_step))
             time.sleep(1.5)  # events of one kind are a second apart
+        # an empty run id belongs to nobody: this failure ends no flight
+        nodes.publish(NodeStatus(node="/x", role="recorder", state=NodeStatus.FAULT, detail="I am a stranger"))
+        states.publish(FlightState(state=FlightState.FAILED, reason="I am a stranger"))
         began = time.monotonic()
         sent = 0
         while time.monotonic() - began < SECONDS:
@@ -47,13 +54,20 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
                 sent += 1
             time.sleep(0.01)
         done = finish(flight)
-    assert done.returncode == 0, done.stdout + done.stderr
+    # the flight flew on to its end, but its bag holds a stranger's messages, and the judge says so
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "different messages with equal stamps (wrench_setpoint: " in done.stderr
     bag = open_flight(out)
+    assert bag.metadata["outcome"] == "ended"
+    assert bag.array("flight/events")["kind"].tolist().count("far_ahead") >= 1
+    assert int(bag.array("wrench_setpoint")["stamp_ns"].max()) < 30_000_000_000
     guard = bag.array("flight/guard")
     assert not guard["mode"].any()
     assert int(guard["refused_commands"][-1]) > 0.5 * sent
     events = bag.array("flight/events")
     texts = [str(text) for text in events["text"][events["kind"] == "guard_refused"]]
+    second = [str(text) for text in events["text"][events["kind"] == "second_publisher"]]
+    assert any("one publisher of wrench_setpoint, there are 2: /attitude_controller, /" in text for text in second)
     refused = [str(text) for text in events["text"][events["kind"] == "rejected_plan"]]
     assert any("end_step 1, " in text for text in refused), refused
     assert any(f"end_step {2**63}, " in text for text in refused), refused

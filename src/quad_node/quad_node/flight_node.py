@@ -17,8 +17,9 @@ from quad_core.flight_parameters import LOCKSTEP
 from quad_core.parameters import Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
-from quad_node import parameters, topics
+from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp
+from quad_node.handshake import is_foreign
 from quad_node.interface import interface_hash, versions
 from quad_node.voice import Voice
 
@@ -221,12 +222,7 @@ class FlightNode(Node):
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        missing = [
-            f"a reader of {publisher.topic_name} ({readers})"
-            for publisher, needed, readers in self._out
-            if publisher.get_subscription_count() < needed
-        ]
-        return missing + [f"{name} of {role}" for name, role in self._in.items() if self.count_publishers(name) == 0]
+        return links.missing(self, self._out, self._in)
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
@@ -240,7 +236,7 @@ class FlightNode(Node):
         self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
 
     def _on_flight_state(self, message: FlightState) -> None:
-        if self.flight.run_id and message.run_id and message.run_id != self.flight.run_id:
+        if is_foreign(message.run_id, self.flight.run_id):
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/state of run {message.run_id!r} ignored")
             return
         self.last_heard = time.monotonic()
@@ -265,6 +261,8 @@ class FlightNode(Node):
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
+            if self.flying and (others := links.described(links.second_senders(self, self._in))):
+                self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(others)}")
 
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.last_heard

@@ -29,6 +29,14 @@ _TAKEN = (
 )
 
 
+def is_foreign(run_id: str, ours: str) -> bool:
+    """Return whether a message that names ``run_id`` is none of the run ``ours``: an empty id belongs to nobody.
+
+    A flight without a run id, as of nodes started by hand, cannot tell and takes every one.
+    """
+    return bool(ours) and run_id != ours
+
+
 def plan_refusal(end_step: int, planned: int, plant_period: int) -> str:
     """Return why a plan that ends at ``end_step`` is refused, empty if it is not.
 
@@ -54,7 +62,7 @@ class Handshake:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
         if status.role not in self._expected:
             return ""
-        if self._flight.run_id and status.run_id and status.run_id != self._flight.run_id:
+        if is_foreign(status.run_id, self._flight.run_id):
             return ""
         self._known[status.role] = status
         if status.interface_hash != self._hash:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from quad_core.flight_parameters import FlightParameters
-from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, plan_refusal
+from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, is_foreign, plan_refusal
 
 ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 
@@ -38,6 +38,20 @@ def test_all_roles_must_be_ready():
 
 def test_a_role_that_is_only_starting_is_missing():
     handshake, _ = shake(*(Said(role, state=0) for role in ROLES))
+    assert handshake.missing() == ROLES
+
+
+@pytest.mark.parametrize(
+    ("theirs", "ours", "foreign"),
+    [("a", "a", False), ("b", "a", True), ("", "a", True), ("b", "", False), ("", "", False)],
+)
+def test_an_empty_run_id_belongs_to_nobody(theirs, ours, foreign):
+    assert is_foreign(theirs, ours) is foreign
+
+
+def test_a_failure_without_a_run_id_ends_nobodys_flight():
+    handshake, problems = shake(Said("recorder", state=FAULT, detail="I am a stranger"), run_id="mine")
+    assert problems == [""]
     assert handshake.missing() == ROLES
 
 

@@ -15,6 +15,7 @@ from quad_flight_log.bag.definitions import installed, parse
 from quad_flight_log.bag.metadata import Qos
 from quad_flight_log.bag.payload_check import PayloadCheck
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
+from quad_flight_log.recorder.flight_clock import FlightClock
 from quad_flight_log.recorder.gap_counter import GapCounter
 from quad_flight_log.recorder.opening import opened
 from quad_flight_log.recorder.provenance import flight_metadata
@@ -22,6 +23,7 @@ from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.flight_node import FlightNode
+from quad_node.handshake import is_foreign
 from quad_node.interface import interface_hash, versions
 from quad_node.main import run
 
@@ -31,7 +33,6 @@ _LATCHED_DEPTH = 64
 _SILENCE = 1.0  # s without a message of any step after which a failed flight has no more
 _GRACE = 0.15  # s in which the last words of the other nodes still arrive
 _TAIL_NS = 100_000_000  # before the end, in real time: what a late plant left out there
-
 
 _TOO_LARGE = f"a message of {{}} bytes, more than the {MESSAGE_LIMIT} that are recorded"
 
@@ -47,7 +48,7 @@ class Recorder(FlightNode):
         self.tracker: StepTracker | None = None
         self._gaps = GapCounter({})
         self._periods: dict[str, int] = {}
-        self._flight_ns = 0
+        self._stamps = FlightClock(time.monotonic())
         self._acked = -1
         self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
         self._last: FlightState | None = None
@@ -62,6 +63,10 @@ class Recorder(FlightNode):
         handle = self._declare("diagnostics", DiagnosticArray, latched=False)
         keep = self._checked("diagnostics", DiagnosticArray, handle, self._plain(handle))
         self.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
+
+    @property
+    def _flight_ns(self) -> int:
+        return self._stamps.newest
 
     def _create_bag(self) -> BagWriter:
         name = self.flight.run_id or datetime.now(timezone.utc).strftime("%Y%m%d-%H%M%S")
@@ -121,6 +126,11 @@ class Recorder(FlightNode):
             self._arrived = steady()
             seconds, nanoseconds = unpack(payload, 4)
             stamp = seconds * 1_000_000_000 + nanoseconds
+            if not self._stamps.believes(stamp, self._arrived):
+                self.bag.refuse(handle)
+                text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
+                self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
+                return
             if self.tracker is not None:
                 kind = self.tracker.add(name, stamp, payload)
                 if kind is not Arrival.NEW:
@@ -129,8 +139,6 @@ class Recorder(FlightNode):
                         return
             else:
                 self._gaps.add(name, stamp)
-            if stamp > self._flight_ns:
-                self._flight_ns = stamp
             write(handle, payload, self._flight_ns, wall())
             if self._flight_ns >= self._due_ns:
                 self._acknowledge()
@@ -141,8 +149,7 @@ class Recorder(FlightNode):
         def on_message(payload: bytes) -> None:
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
-            ours = not (self.flight.run_id and status.run_id) or status.run_id == self.flight.run_id
-            if ours and status.role in self.roles:
+            if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
                 self._periods[status.role] = status.period_steps
 
         return on_message

@@ -1,0 +1,65 @@
+"""What must be matched before a flight: readers of every topic, and one sender of each.
+
+rclpy does not say which publisher a message came from, so a second one is found by the graph: before the flight it
+keeps nodes from being ready, in flight it is an event, and it is looked for once a second.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
+
+from rclpy.publisher import Publisher
+
+MANY_SENDERS = frozenset({"flight/nodes"})
+"""Topics on which every node of a flight speaks."""
+
+
+class Graph(Protocol):
+    """What is asked of an rclpy node."""
+
+    def count_publishers(self, topic_name: str) -> int:
+        """Return how many publishers a topic has."""
+        ...
+
+    def get_publishers_info_by_topic(self, topic_name: str) -> list[Any]:
+        """Return who they are."""
+        ...
+
+
+def missing(graph: Graph, out: Iterable[tuple[Publisher, int, str]], sources: Mapping[str, str]) -> list[str]:
+    """Return the topics that are not matched with all the nodes they need, and whose part that is.
+
+    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: roles that publish it}.
+    """
+    found = [
+        f"a reader of {publisher.topic_name} ({readers})"
+        for publisher, needed, readers in out
+        if publisher.get_subscription_count() < needed
+    ]
+    found += [f"{name} of {role}" for name, role in sources.items() if graph.count_publishers(name) == 0]
+    return found + described(second_senders(graph, sources))
+
+
+def second_senders(graph: Graph, topics: Iterable[str]) -> dict[str, list[str]]:
+    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher."""
+    found = {}
+    for topic in topics:
+        # counting is all that a good flight pays for
+        if topic not in MANY_SENDERS and graph.count_publishers(topic) > 1:
+            names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
+            if len(names) > 1:
+                found[topic] = sorted(names)
+    return found
+
+
+def described(found: Mapping[str, list[str]]) -> list[str]:
+    """Return one line per topic with a second sender; a node that publishes twice is said to."""
+    lines = []
+    for topic, names in found.items():
+        named = [name if count == 1 else f"{name} ({count} times)" for name, count in sorted(Counter(names).items())]
+        lines.append(f"one publisher of {topic}, there are {len(names)}: {', '.join(named)}")
+    return lines
+
+
+def _full_name(info: Any) -> str:
+    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"

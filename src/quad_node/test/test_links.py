@@ -1,0 +1,55 @@
+"""Second publishers of a flight's topics, as the graph shows them."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from quad_node.links import described, missing, second_senders
+
+pytestmark = pytest.mark.unit
+
+
+class Graph:
+    """A graph of {topic: [(namespace, node)]} that counts how often somebody was asked for by name."""
+
+    def __init__(self, publishers):
+        self.publishers, self.asked = publishers, 0
+
+    def count_publishers(self, topic):
+        return len(self.publishers.get(topic, ()))
+
+    def get_publishers_info_by_topic(self, topic):
+        self.asked += 1
+        return [SimpleNamespace(node_namespace=space, node_name=name) for space, name in self.publishers[topic]]
+
+
+def test_one_sender_each_costs_no_more_than_counting():
+    graph = Graph({"wrench_setpoint": [("/", "attitude_controller")], "state": [("/uav1", "simulator")]})
+    assert second_senders(graph, ["wrench_setpoint", "state", "reference"]) == {}
+    assert graph.asked == 0
+
+
+def test_a_second_sender_is_named():
+    graph = Graph({"wrench_setpoint": [("/", "stranger"), ("/uav1", "attitude_controller")]})
+    found = second_senders(graph, ["wrench_setpoint"])
+    assert described(found) == ["one publisher of wrench_setpoint, there are 2: /stranger, /uav1/attitude_controller"]
+
+
+def test_a_node_that_publishes_twice_is_said_to():
+    graph = Graph({"state": [("/", "simulator"), ("/", "simulator"), ("/", "simulator")]})
+    assert described(second_senders(graph, ["state"])) == ["one publisher of state, there are 3: /simulator (3 times)"]
+
+
+def test_every_node_speaks_on_flight_nodes():
+    graph = Graph({"flight/nodes": [("/", "a"), ("/", "b")]})
+    assert second_senders(graph, ["flight/nodes"]) == {}
+
+
+def test_what_is_missing_is_named_and_so_is_what_is_too_much():
+    readers = SimpleNamespace(topic_name="/reference", get_subscription_count=lambda: 1)
+    graph = Graph({"state": [("/", "simulator"), ("/", "other")]})
+    assert missing(graph, [(readers, 2, "position_controller")], {"state": "simulator", "actuation": "simulator"}) == [
+        "a reader of /reference (position_controller)",
+        "actuation of simulator",
+        "one publisher of state, there are 2: /other, /simulator",
+    ]
