@@ -35,6 +35,7 @@ CONTENTS = {
         "mavlink",
         "vehicle_without_truth",
         "safety",
+        "faults",
         "performance",
     ),
     "The paper": ("paper_map", "as_printed", "comparison", "sensitivity", "stability", "real_conditions"),

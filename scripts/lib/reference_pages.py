@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import documentation_site
+import fault_pages
 
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
@@ -177,7 +178,7 @@ def main() -> int:
     if options.site:
         return documentation_site.build()
     check = options.check
-    pages = {DOCS / "topics.md": topics_page()}
+    pages = {DOCS / "topics.md": topics_page(), DOCS / "faults.md": GENERATED + "\n" + fault_pages.faults_page()}
     pages |= {DOCS / "layouts" / name: text for name, text in layout_files().items()}
     pages |= {DOCS / "parameters" / name: text for name, text in parameter_pages().items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]

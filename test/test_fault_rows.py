@@ -1,0 +1,34 @@
+"""The table of faults: every row is there, every test that it names exists, and docs/faults.md shows it."""
+
+import sys
+
+import pytest
+from flying import ROOT
+
+sys.path.insert(0, str(ROOT / "scripts" / "lib"))
+import fault_pages
+
+pytestmark = pytest.mark.unit
+
+
+def test_every_row_is_there_and_every_test_that_it_names_exists():
+    rows = fault_pages.fault_rows()
+    assert len(rows) == 68
+    assert len({row["fault"] for row in rows}) == 68
+    assert fault_pages.problems(rows) == []
+
+
+def test_a_claim_without_its_test_is_found():
+    row = {"fault": "f", "happens": "h", "state": "tested", "tests": ["test/test_house.py::none"], "outcome": "o"}
+    found = fault_pages.problems([row, {**row, "tests": []}, {**row, "tests": ["accept none"], "state": "good"}])
+    assert found == [
+        "row 1: no test test/test_house.py::none",
+        "row 2: tested by nothing",
+        "row 3: state 'good', expected one of tested, reasoned, open",
+        "row 3: no test accept none",
+    ]
+
+
+def test_the_page_shows_every_row():
+    text = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    assert all(f"| {row['fault']} | {row['happens']} |" in text for row in fault_pages.fault_rows())
