@@ -34,7 +34,9 @@ FOOT = 0.1
 
 WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_FOREIGN, WRENCH_OLD = range(5)
 STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN, STATE_STAMP = range(5, 10)
-KINDS = 10
+DESCENT_ASKED, RELEASE_ASKED = 10, 11
+KINDS = 12
+CONDITIONS = 10  # of quad_core.guard
 
 POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
 ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])
@@ -64,7 +66,10 @@ class Setup(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How a flight ended: mode and reason of the guard, finite, contact, speed m/s and tilt rad then, max_tilt tilt."""
+    """How a flight ended: mode and reason of the guard, finite, contact, speed m/s and tilt rad then, largest tilt.
+
+    ``climb``: largest height above the start in m; ``visited``: bit mode * CONDITIONS + condition for each pair met.
+    """
 
     steps: int
     mode: int
@@ -75,6 +80,8 @@ class Outcome(NamedTuple):
     tilt: float
     largest_tilt: float
     height: float
+    climb: float
+    visited: int
 
 
 def setup_of(vehicle: Vehicle) -> Setup:
@@ -108,6 +115,13 @@ def spoiled(command: WrenchCommand, a: Fault, b: Fault, c: Fault, k: int) -> Wre
     return WrenchCommand(wrench, step, step * PERIOD, arrived, accepted)
 
 
+def asked(a: Fault, b: Fault, c: Fault, k: int) -> int:
+    """Return what is asked of the guard at step ``k``: a descent, to give back, or nothing."""
+    if any_acts(a, b, c, DESCENT_ASKED, k):
+        return 2
+    return 1 if any_acts(a, b, c, RELEASE_ASKED, k) else 0
+
+
 def seen_state(state: VehicleState, frozen: VehicleState, a: Fault, b: Fault, c: Fault, k: int) -> StateSample:
     """Return what the estimator says of ``state`` under three faults."""
     p, q, stamp = state.p_w, state.q_wb, k * PERIOD
@@ -128,7 +142,7 @@ def faulty_flight(
 ) -> Outcome:
     """Return how a hover of ``steps`` steps ends under three faults; a descent is followed to the ground.
 
-    Where the guard refuses a state no controller sees it, and none answers.
+    Where the guard refuses a state no controller sees it, and none answers; while the guard flies they answer unheard.
     """
     vehicle, plant = setup.vehicle, start
     dt = PERIOD / 1e9
@@ -142,13 +156,13 @@ def faulty_flight(
     reference = TrajectoryPoint(0.0, first.p_w, zero, zero, zero, zero, 0.0, 0.0, 0.0)
     frozen = first
     command = WrenchCommand(Wrench(0.0, zero), 0, 0, False, True)
-    mode, reason, k, max_tilt = 0, 0, 0, 0.0
+    mode, reason, k, max_tilt, climb, visited = 0, 0, 0, 0.0, 0.0, 0
     finite, touched = True, False
     while finite and not touched and k < longest and (k < steps or mode == 1):
         state = observe(setup.plant, vehicle, plant)
         sample = seen_state(state, frozen, a, b, c, k)
         frozen = sample.state
-        if mode == 0 and sample.arrived and sample.state == state and sample.stamp == k * PERIOD:
+        if sample.arrived and sample.state == state and sample.stamp == k * PERIOD:
             if k % POSITION_STEPS == 0:
                 setpoint, position, _ = position_step(
                     setup.position, vehicle, position, PositionInputs(state, reference, actuation), POSITION_STEPS * dt
@@ -159,19 +173,21 @@ def faulty_flight(
             command = WrenchCommand(wrench, k, k * PERIOD, True, True)
         else:
             command = WrenchCommand(command.wrench, command.step, command.stamp, False, True)
-        inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, 0)
+        inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, asked(a, b, c, k))
         flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
         mode, reason = report.mode, report.reason
+        visited |= 1 << (mode * CONDITIONS + report.condition)
         finite = math.isfinite(flown.thrust + flown.torque_b.x + flown.torque_b.y + flown.torque_b.z)
         plant, actuation = plant_step(setup.plant, vehicle, plant, flown, CALM, dt)
         after = observe(setup.plant, vehicle, plant)
         finite = finite and math.isfinite(norm(after.p_w) + norm(after.v_w) + norm(after.omega_b))
         lean = tilt_of(after)
         max_tilt = lean if lean > max_tilt else max_tilt
+        climb = max(climb, after.p_w.z - first.p_w.z)
         touched = after.p_w.z <= FOOT
         k += 1
     end = observe(setup.plant, vehicle, plant)
-    return Outcome(k, mode, reason, finite, touched, norm(end.v_w), tilt_of(end), max_tilt, end.p_w.z)
+    return Outcome(k, mode, reason, finite, touched, norm(end.v_w), tilt_of(end), max_tilt, end.p_w.z, climb, visited)
 
 
 def tilt_of(state: VehicleState) -> float:

@@ -1,0 +1,104 @@
+"""kill -9 and SIGSTOP of 0.1, 1 and 5 s for each node but the vehicle's owner, in real time: landed, by name.
+
+Hover and Case 2 as missions. QUAD_ACCEPT_EACH: random moments of each pair, by default 5 (200 flights, hours).
+"""
+
+import math
+import os
+import random
+import signal
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from figures import Figures
+from flying import FLY, bag_file, children, finish, start, wait_until, wait_until_flying
+
+from quad_core.guard_parameters import GuardParameters
+from quad_flight_log.analysis.judge import Flown, equal_stamps, run_ids, stopped_motors
+from quad_flight_log.analysis.tables import flight_tables
+from quad_flight_log.bag.reader import open_flight
+
+EACH = int(os.environ.get("QUAD_ACCEPT_EACH", "5"))
+MISSIONS = {"hover": "takeoff,hold:12,land", "Case 2": "takeoff,case2,land"}
+VICTIMS = ("trajectory", "position_controller", "attitude_controller", "commander", "recorder")
+STOPS = (None, 0.1, 1.0, 5.0)  # s; None: kill -9
+AT_HEIGHT = 6_000_000  # bytes of a bag whose take-off is over
+REACTION = 0.06  # s from the last good wrench to the backup law
+
+
+def pids_of(process):
+    """Return {role: pid} of all nodes, the commander too."""
+    found = {}
+    for pid in children(process.pid):
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        found.update({role: pid for role in VICTIMS if any(word.endswith(f"/{role}".encode()) for word in words)})
+    return found
+
+
+def flight(mission, victim, stop, moment, out):
+    """Return how a flight ended in which ``victim`` was stopped for ``stop`` s, or killed (None), at ``moment`` s."""
+    process = start("--mission", mission, "--realtime", "--duration", "25", "--out", out)
+    wait_until_flying(process, out)
+    wait_until(lambda: bag_file(out).stat().st_size > AT_HEIGHT, 120.0, "the end of the take-off")
+    time.sleep(moment)
+    pid = pids_of(process)[victim]
+    os.kill(pid, signal.SIGKILL if stop is None else signal.SIGSTOP)
+    if stop is not None:
+        time.sleep(stop)
+        os.kill(pid, signal.SIGCONT)
+    return finish(process, 300.0)
+
+
+def landing(bag):
+    """Return height m, speed m/s and tilt deg of the last true state."""
+    last = bag.array("truth")[-1]
+    x, y = last["q_wb"][:2]
+    return (
+        float(last["p_w"][2]),
+        float(np.linalg.norm(last["v_w"])),
+        math.degrees(math.acos(1.0 - 2.0 * (x * x + y * y))),
+    )
+
+
+def slowest(bag):
+    """Return the age in s of the last good wrench when the guard took over for want of one, 0 if it never did."""
+    rows = bag.array("flight/guard")
+    took = rows[(rows["mode"] == 1) & (rows["reason_text"] == "no good wrench")]
+    return float(took["command_age"][0]) if len(took) else 0.0
+
+
+def judge(figures, name, done, out, victim, stop):
+    """Print what a flight was."""
+    if stop is None:
+        figures.check(f"{victim} was killed by SIGKILL" in done.stderr or done.returncode == 0, f"{name}: named")
+    bag = open_flight(out)
+    if victim == "recorder" and bag.truncated:
+        print(f"     {name}: the bag ends where its recorder did; exit code {done.returncode}")
+        return
+    flown = Flown(bag, flight_tables(bag), GuardParameters())
+    problems = [text for text in (run_ids(flown), equal_stamps(flown), stopped_motors(flown)) if text]
+    figures.check(not problems, f"{name}: exit code {done.returncode}, {problems or 'motors on in the air'}")
+    height, speed, tilt = landing(bag)
+    figures.check(
+        height < 0.3 and speed < 1.5 and tilt < 15.0, f"{name}: ends at {height:.2f} m, {speed:.2f} m/s, {tilt:.1f} deg"
+    )
+    figures.at_most(f"{name}: age of the last good wrench when the guard took over", slowest(bag), REACTION, "s")
+
+
+def main():
+    figures, draw = Figures(), random.Random(1)
+    assert FLY.exists()
+    with tempfile.TemporaryDirectory(prefix="stops-") as folder:
+        for case, mission in MISSIONS.items():
+            for victim in VICTIMS:
+                for stop in STOPS:
+                    for number in range(EACH):
+                        how = "killed" if stop is None else f"stopped {stop:g} s"
+                        name = f"{case}, {victim} {how}, {number + 1}"
+                        out = Path(folder, name.replace(" ", "-").replace(",", ""))
+                        judge(
+                            figures, name, flight(mission, victim, stop, draw.uniform(0.5, 8.0), out), out, victim, stop
+                        )
+    return figures.code()
