@@ -12,6 +12,7 @@ from ament_index_python.packages import get_package_prefix
 from flying import LONGEST
 from px4_flights import BRIDGE, PERIODS, VEHICLE, Flight, environment
 
+from quad_flight_log.analysis.takeovers import takeovers
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
@@ -131,6 +132,7 @@ def test_position_and_attitude_controller_hover_unchanged_and_px4_lands(given, t
     assert ended.report["events"][-1][1] == "disarmed"
     assert max(ended.report["heartbeats"]) < landing + 0.2
     bag = open_flight(tmp_path / "flight/bag")
+    assert takeovers(bag) == []  # nor while PX4 lands
     assert {round(step) for step in np.diff(bag.array("state")["step"])} <= {2, 3, 4, 5, 6}
     asked, made = bag.array("wrench_setpoint"), np.array(ended.report["wrenches"])
     made = made[made[:, 1] > 0.0]  # idle before the flight

@@ -199,14 +199,15 @@ class FakePx4:
         down = self.arming_state == ARMED and self.nav_state != OFFBOARD and self.body.on_ground
         self.landed_for = self.landed_for + 0.004 if down else 0.0
         if self.landed_for > 0.3:
-            self.arming_state = DISARMED
+            # seen on firmware: disarmed, it names the mode it was last asked for again
+            self.arming_state, self.nav_state = DISARMED, OFFBOARD if self.beats else AUTO_LOITER
             self.note("disarmed")
         self.now += 0.004
 
     def publish(self):
-        """Send what is due; odometry is 8 or 12 ms apart."""
+        """Send what is due; odometry is 8, 12 or 16 ms apart."""
         if self.now >= self.next_sample:
-            self.next_sample = self.now + (0.008 if self.samples % 2 else 0.012) - 1e-6
+            self.next_sample = self.now + (0.008, 0.012, 0.008, 0.008, 0.016)[self.samples % 5] - 1e-6
             self.samples += 1
             self.send_odometry()
         for due in [ack for ack in self.acks if ack[0] <= self.now]:

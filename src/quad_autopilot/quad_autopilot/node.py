@@ -26,7 +26,9 @@ from quad_node.vehicle_node import VehicleNode
 BEAT = 0.02
 """Seconds between two steps of the sequence, and between two heartbeats."""
 _SPACINGS = 200
-_RESET_ANGLE = math.radians(10.0)
+_RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
+"""Jumps that are flown through. PX4 turns its heading by up to 16 degrees when it first trusts the compass in the air;
+the guard refuses samples from 20 degrees on."""
 _LAST_WORDS = 3
 _ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND)
 
@@ -54,7 +56,7 @@ class AutopilotNode(VehicleNode):
         self.origin = -1
         self.heard, self.commanded_at = -math.inf, -math.inf
         self.sample: odometry.Sample | None = None
-        self._ended = False
+        self._ended = self._is_landing = False
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count = 0.0, 0
         self._state_out, self._actuation_out = self._output("state"), self._output("actuation")
@@ -110,10 +112,15 @@ class AutopilotNode(VehicleNode):
             if sample.reset_counter != last.reset_counter:
                 self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
         self.sample, self.state, self.heard = sample, state, time.monotonic()
-        # until the autopilot has taken over to land, the controllers go on
-        obeyed = self.autopilot is not None and self.autopilot.control == Control.OURS
-        if self.phase == FlightState.FLYING and obeyed and self.sequence.phase in (Phase.FLY, Phase.LAND):
+        if self.phase == FlightState.FLYING and self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND):
             self._publish_step(sample, state)
+
+    def is_obeyed(self) -> bool:
+        """Return whether the autopilot is in our mode; once it has taken over to land, never again."""
+        ours = self.autopilot is not None and self.autopilot.control == Control.OURS
+        # it may name our mode again when it has landed and disarmed
+        self._is_landing = self._is_landing or (self.sequence.phase == Phase.LAND and not ours)
+        return ours and not self._is_landing
 
     def drop_sample(self, why: str) -> None:
         """Count and report an estimate that is not believed."""
@@ -122,10 +129,11 @@ class AutopilotNode(VehicleNode):
         self.event(FlightEvent.WARNING, "rejected_odometry", text, self.elapsed_ns)
 
     def _on_reset(self, jump: odometry.Jump) -> None:
-        text = f"the estimate jumped by {jump.distance:.2f} m and {math.degrees(jump.angle):.1f} deg"
+        angles = f"{math.degrees(jump.tilt):.1f} deg of tilt, {math.degrees(jump.heading):.1f} deg of heading"
+        text = f"the estimate jumped by {jump.distance:.2f} m, {angles}"
         self.event(FlightEvent.WARNING, "estimator_reset", text, self.elapsed_ns, always=True)
-        beyond = jump.distance > self.settings.reset_limit or jump.angle > _RESET_ANGLE
-        if self.sequence.phase == Phase.FLY and beyond:
+        turned = jump.tilt > _RESET_TILT or jump.heading > _RESET_HEADING
+        if self.sequence.phase == Phase.FLY and (jump.distance > self.settings.reset_limit or turned):
             self.stop = self.stop or f"{self.profile.state}: {text}"
 
     def on_state_published(self) -> None:

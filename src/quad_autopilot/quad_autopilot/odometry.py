@@ -4,8 +4,7 @@ import math
 from typing import NamedTuple
 
 from quad_autopilot import frames
-from quad_core.geometry import norm, normalized, subtract
-from quad_core.guard_checks import attitude_change
+from quad_core.geometry import norm, normalized, relative_attitude, subtract, wrap_angle
 from quad_core.types import Quat, Vec3, VehicleState
 
 NED = 1
@@ -29,10 +28,11 @@ class Sample(NamedTuple):
 
 
 class Jump(NamedTuple):
-    """How far the estimate moved by itself: m and rad."""
+    """How far the estimate moved by itself: m, and rad about a horizontal axis and about the vertical."""
 
     distance: float
-    angle: float
+    tilt: float
+    heading: float
 
 
 def refusal(sample: Sample, newest: int) -> str:
@@ -63,5 +63,12 @@ def state(sample: Sample) -> VehicleState:
 def jump(before: VehicleState, after: VehicleState, elapsed: float) -> Jump:
     """Return by how much ``after`` differs from where ``before`` led within ``elapsed`` s at its own velocities."""
     led = Vec3(*(p + elapsed * v for p, v in zip(before.p_w, before.v_w, strict=True)))
-    turned = elapsed * norm(before.omega_b)
-    return Jump(norm(subtract(after.p_w, led)), max(attitude_change(before.q_wb, after.q_wb) - turned, 0.0))
+    motion = elapsed * norm(before.omega_b)
+    turn = relative_attitude(_inverse(after.q_wb), _inverse(before.q_wb))  # in world axes
+    tilt = 2.0 * math.atan2(math.hypot(turn.x, turn.y), math.hypot(turn.z, turn.w))
+    heading = abs(wrap_angle(2.0 * math.atan2(turn.z, turn.w)))
+    return Jump(norm(subtract(after.p_w, led)), max(tilt - motion, 0.0), max(heading - motion, 0.0))
+
+
+def _inverse(q: Quat) -> Quat:
+    return Quat(-q.x, -q.y, -q.z, q.w)

@@ -8,6 +8,7 @@ from frames_oracle import BODY, WORLD, ned_frd
 
 from quad_autopilot import odometry
 from quad_autopilot.odometry import Sample
+from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Quat, Vec3, VehicleState
 
 GOOD = Sample(1_008_000, 1_000_000, 1, 1, (1.0, 2.0, -3.0), (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, -0.3), (0.4, 0.5, 0.6), 0)
@@ -46,7 +47,16 @@ def test_a_jump_is_what_the_motion_does_not_explain():
     before = VehicleState(Vec3(0.0, 0.0, 1.0), Vec3(2.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 1.0))
     turned = Quat(0.0, 0.0, math.sin(0.005), math.cos(0.005))
     assert odometry.jump(before, before._replace(p_w=Vec3(0.02, 0.0, 1.0), q_wb=turned), 0.01) == pytest.approx(
-        (0.0, 0.0), abs=1e-9
+        (0.0, 0.0, 0.0), abs=1e-9
     )
     far = before._replace(p_w=Vec3(0.02, 0.5, 1.0), q_wb=Quat(0.0, 0.0, math.sin(0.1), math.cos(0.1)))
-    assert odometry.jump(before, far, 0.01) == pytest.approx((0.5, 0.19), abs=1e-9)
+    assert odometry.jump(before, far, 0.01) == pytest.approx((0.5, 0.0, 0.19), abs=1e-9)
+
+
+def test_a_jump_of_heading_and_one_of_tilt_are_told_apart_at_any_attitude():
+    rest = VehicleState(Vec3(), Vec3(), quaternion_from_euler(Vec3(0.3, -0.2, 3.0)), Vec3())
+    headed = rest._replace(q_wb=quaternion_from_euler(Vec3(0.3, -0.2, 3.0 + 0.25)))
+    assert odometry.jump(rest, headed, 0.01) == pytest.approx((0.0, 0.0, 0.25), abs=1e-7)
+    level = rest._replace(q_wb=quaternion_from_euler(Vec3(0.0, 0.0, 1.0)))
+    tilted = rest._replace(q_wb=quaternion_from_euler(Vec3(0.0, 0.15, 1.0)))
+    assert odometry.jump(level, tilted, 0.01) == pytest.approx((0.0, 0.15, 0.0), abs=1e-7)

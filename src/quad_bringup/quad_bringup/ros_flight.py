@@ -11,7 +11,7 @@ from quad_bringup import one_process, results, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
-from quad_core.cascade import ROLES, SHADOWS
+from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
@@ -83,7 +83,8 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
     recorder = flight.nodes["recorder"]
     settings = recorder._replace(node=recorder.node._replace(parameters_file=str(parameters)))
-    parameters.write_text(parameter_file({**flight.nodes, "recorder": settings}, flight.namespace), encoding="utf-8")
+    nodes, owners = {**flight.nodes, "recorder": settings}, tuple(OWNERS) if SIMULATOR in flight.own else ()
+    parameters.write_text(parameter_file(nodes, flight.namespace, owners), encoding="utf-8")
     arguments = ["--ros-args", "--params-file", str(parameters)]
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]

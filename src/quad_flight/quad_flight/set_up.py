@@ -132,13 +132,20 @@ def _line_of(files: Sequence[Path], error: Exception) -> str:
     return ""
 
 
-def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "") -> str:
-    """Return the flight as one ROS 2 parameter file: every parameter of every node in ``namespace``, as resolved."""
+def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "", owners: Sequence[str] = ()) -> str:
+    """Return the flight as one ROS 2 parameter file: every parameter of every node in ``namespace``, as resolved.
+
+    ``owners``: nodes that may take the simulator's role; they get what all nodes share.
+    """
     prefix = "/" + namespace.strip("/") if namespace.strip("/") else ""
     content = {
         f"{prefix}/{role}": {"ros__parameters": {field.name: field.default for field in node.all_fields()}}
         for role, node in resolved.items()
     }
+    for owner in owners:
+        every = content[f"{prefix}/{SIMULATOR}"]["ros__parameters"]
+        shared = {name: value for name, value in every.items() if name.startswith(("flight.", "vehicle."))}
+        content[f"{prefix}/{owner}"] = {"ros__parameters": shared}
     return yaml.safe_dump(content, sort_keys=False)
 
 

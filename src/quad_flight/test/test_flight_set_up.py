@@ -5,7 +5,7 @@ import yaml
 
 from quad_core import plugins
 from quad_core.parameters import ParameterError, flatten
-from quad_flight import configuration, flight
+from quad_flight import configuration, flight, set_up
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
@@ -41,3 +41,12 @@ def test_the_shipped_files_are_found_without_ament():
     assert configuration.names(configuration.CONTROLLERS) == ["minimal", "printed", "tuned", "x500"]
     with pytest.raises(ParameterError, match="expected minimal, printed, tuned, x500"):
         configuration.find(configuration.CONTROLLERS, "brave")
+
+
+def test_an_owner_of_another_vehicle_gets_what_all_nodes_share_and_nothing_of_the_simulator():
+    asked = flight.from_names("hover", vehicle="x500", settings=["flight.plant_period=4000000"])
+    file = yaml.safe_load(set_up.parameter_file(asked.resolved, "red", ("px4_bridge",)))
+    shared = file["/red/px4_bridge"]["ros__parameters"]
+    assert (shared["flight.plant_period"], shared["vehicle.mass"]) == (4_000_000, 2.064)
+    assert {name.partition(".")[0] for name in shared} == {"flight", "vehicle"}
+    assert "/red/px4_bridge" not in yaml.safe_load(set_up.parameter_file(asked.resolved, "red"))

@@ -64,4 +64,4 @@ def jumped(last: Sample, new: Sample, distance: float, angle: float) -> bool:
         return False
     elapsed = 1e-6 * (new.timestamp_sample - last.timestamp_sample)
     found = odometry.jump(odometry.state(last), odometry.state(new), elapsed)
-    return found.distance > distance or found.angle > angle
+    return found.distance > distance or max(found.tilt, found.heading) > angle

@@ -89,15 +89,16 @@ class Px4Bridge(AutopilotNode):
                 self.note_sent()
 
     def _step_guard(self) -> None:
-        """Bring the guard up to now, on the grid of PX4's own time; it rests until the first command is there."""
-        if self.command is None or self.state is None or self.origin < 0 or self.setpoints.by_attitude:
+        """Bring the guard up to now, in PX4's own time; it rests before the first command and as PX4 lands."""
+        given, state = self.command, self.state
+        if given is None or state is None or self.origin < 0 or not self.is_obeyed():
             return
         period = self.flight.plant_period
         now = self.current_step + int(1e9 * (time.monotonic() - self.heard)) // period
         for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
-            newest, (answered, wrench, _), of = step == now, self.command, self.current_step
+            newest, (answered, wrench, _), of = step == now, given, self.current_step
             command = WrenchCommand(wrench, answered, answered * period, newest and self._is_command_new, True)
-            sample = StateSample(self.state, of, of * period, newest and self._is_state_new, True)
+            sample = StateSample(state, of, of * period, newest and self._is_state_new, True)
             self._flown = self.guarded(command, sample, step)
             self._guarded_step = step
             if newest:
@@ -105,7 +106,8 @@ class Px4Bridge(AutopilotNode):
 
     def before_beat(self) -> None:
         """Step the guard; what it took over ends the flight."""
-        self._step_guard()
+        if not self.setpoints.by_attitude:
+            self._step_guard()
         if self.guard.taken_over:
             self.stop = self.stop or self.failure
 
