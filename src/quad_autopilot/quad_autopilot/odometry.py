@@ -72,3 +72,11 @@ def jump(before: VehicleState, after: VehicleState, elapsed: float) -> Jump:
 
 def _inverse(q: Quat) -> Quat:
     return Quat(-q.x, -q.y, -q.z, q.w)
+
+
+def jumped(last: Sample, new: Sample, distance: float, angle: float) -> bool:
+    """Return whether an estimate without a reset counter jumped beyond m and rad."""
+    if refusal(last, -1) or refusal(new, last.timestamp_sample):
+        return False
+    found = jump(state(last), state(new), 1e-6 * (new.timestamp_sample - last.timestamp_sample))
+    return found.distance > distance or max(found.tilt, found.heading) > angle

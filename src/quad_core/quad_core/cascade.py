@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.commander_parameters import CommanderParameters
+from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_core.node_parameters import (
     AttitudeControllerParameters,
@@ -46,6 +47,7 @@ RELAY = "odometry_relay"
 COMMANDER = "commander"
 PX4 = "px4_bridge"
 MAVLINK = "mavlink_bridge"
+CRAZYFLIE = "crazyflie_bridge"
 
 
 class Input(NamedTuple):
@@ -170,6 +172,7 @@ GUESTS = {
 
 OWNERS = {
     PX4: Role("quad_px4", Px4BridgeParameters, {}),
+    CRAZYFLIE: Role("quad_crazyflie", CrazyflieBridgeParameters, {}),
     MAVLINK: Role("quad_mavlink", MavlinkBridgeParameters, {}),
 }
 """Nodes that take the simulator's role in a flight, because they own another vehicle."""

@@ -5,7 +5,6 @@ Velocities of ODOMETRY are in the frame of ``child_frame_id``: PX4 sends NED (1)
 
 from typing import NamedTuple
 
-from quad_autopilot import odometry
 from quad_autopilot.odometry import NED, Sample
 from quad_core.geometry import rotate
 from quad_core.types import Quat, Vec3
@@ -56,12 +55,3 @@ def of_pair(time_boot_ms: int, q: Quadruple, rates: Triple, position: Position |
     moved = [p + elapsed * v for p, v in zip(position.position, position.velocity, strict=True)]
     stamp = 1000 * time_boot_ms
     return Sample(stamp, stamp, NED, NED, (moved[0], moved[1], moved[2]), q, position.velocity, rates, resets)
-
-
-def jumped(last: Sample, new: Sample, distance: float, angle: float) -> bool:
-    """Return whether an estimate without a reset counter jumped beyond m and rad: ArduPilot counts none here."""
-    if odometry.refusal(last, -1) or odometry.refusal(new, last.timestamp_sample):
-        return False
-    elapsed = 1e-6 * (new.timestamp_sample - last.timestamp_sample)
-    found = odometry.jump(odometry.state(last), odometry.state(new), elapsed)
-    return found.distance > distance or max(found.tilt, found.heading) > angle

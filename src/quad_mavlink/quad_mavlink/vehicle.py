@@ -7,6 +7,7 @@ decide what a thrust means. Nothing here decides to arm or to fly: ``quad_autopi
 import math
 from typing import Any
 
+from quad_autopilot import odometry
 from quad_autopilot.autopilot import Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
 from quad_core.mavlink_parameters import MavlinkBridgeParameters
@@ -130,7 +131,7 @@ class MavlinkVehicle:
         if found is None:
             return None
         limit = self.settings.reset_limit
-        if self._last is not None and estimate.jumped(self._last, found, limit, _RESET_ANGLE):
+        if self._last is not None and odometry.jumped(self._last, found, limit, _RESET_ANGLE):
             self._resets += 1
             found = found._replace(reset_counter=self._resets)
         self._last = found

@@ -94,9 +94,9 @@ def test_a_jump_without_a_counter_is_seen_and_a_flight_is_none():
     last = estimate.of_pair(1000, WXYZ, still, estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
     flown = estimate.of_pair(1010, WXYZ, still, estimate.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
     far = flown._replace(position=(1.1, 2.5, -3.0))
-    assert not estimate.jumped(last, flown, 0.3, 0.17)
-    assert estimate.jumped(last, far, 0.3, 0.17)
-    assert not estimate.jumped(last, far._replace(position=(math.nan, 0.0, 0.0)), 0.3, 0.17)
+    assert not odometry.jumped(last, flown, 0.3, 0.17)
+    assert odometry.jumped(last, far, 0.3, 0.17)
+    assert not odometry.jumped(last, far._replace(position=(math.nan, 0.0, 0.0)), 0.3, 0.17)
 
 
 @pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])

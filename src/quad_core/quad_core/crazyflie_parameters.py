@@ -1,0 +1,47 @@
+"""The parameters of the bridge to a Crazyflie: where it is, what its motors give, when it is given up."""
+
+from typing import Annotated, NamedTuple
+
+from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.guard_parameters import GuardParameters
+from quad_core.parameters import Real, Text
+
+
+class CrazyflieBridgeParameters(NamedTuple):
+    """The bridge to a Crazyflie: where it is, what it is sent, and when it is given up."""
+
+    uri: Annotated[
+        str, Text("where the Crazyflie is, as cflib names it: radio://0/80/2M/E7E7E7E7E7, udp://host:port")
+    ] = "radio://0/80/2M/E7E7E7E7E7"
+    max_rotor_thrust: Annotated[
+        float,
+        Real(
+            "N", "largest thrust of one rotor at thrust 65535; measure it: nobody else knows it", 0.0, 1e4, "T_m", False
+        ),
+    ] = 0.0
+    thrust_curve: Annotated[
+        float,
+        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
+    ] = 0.0
+    yaw_gain: Annotated[
+        float, Real("1/s", "yaw rate per rad of heading error", 0.0, 20.0, "manual setpoint", live=False)
+    ] = 3.0
+    yaw_rate_limit: Annotated[
+        float, Real("rad/s", "largest yaw rate that is asked for", 0.0, 20.0, "manual setpoint", live=False)
+    ] = 3.0
+    tilt_limit: Annotated[
+        float, Real("rad", "largest roll and pitch that is asked for", 0.05, 1.0, "manual setpoint", live=False)
+    ] = 0.5
+    landing_speed: Annotated[
+        float, Real("m/s", "mean speed of the Crazyflie's own landing", 0.05, 2.0, "high level commander", False)
+    ] = 0.3
+    low_battery: Annotated[
+        float,
+        Real("V", "battery below which a flight does not begin, and a flight ends", 0.0, 20.0, "pm.vbatMV", False),
+    ] = 3.2
+    reset_limit: Annotated[
+        float,
+        Real("m", "jump of the estimate that is flown through, with an event; beyond: land", 0.0, 100.0),
+    ] = 0.3
+    arming: ArmingParameters = ArmingParameters()
+    guard: GuardParameters = GuardParameters()

@@ -1,0 +1,100 @@
+"""The bridge to a Crazyflie over the real cflib and UDP: a hover, a refusal, a tumble, and what lacks."""
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_prefix
+from flying import LONGEST, wait_until
+from mavlink_flights import free_port
+from px4_flights import PERIODS, VEHICLE, Flight
+from vehicle_packages import vehicle_packages
+
+from quad_bringup.domains import reserved_domain
+
+pytestmark = pytest.mark.flight
+
+HERE = Path(__file__).parent / "crazyflie"
+BRIDGE = Path(get_package_prefix("quad_crazyflie"), "lib", "quad_crazyflie", "crazyflie_bridge")
+ALONE = ["-p", "flight.roles:=simulator", "-p", "arming.step_timeout:=3.0"]
+GRID = ["-p", "flight.plant_period:=5000000"]
+THRUST = ["-p", "max_rotor_thrust:=8.549"]
+NODES = {"trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=1.0"], "position_controller": []}
+
+
+class CrazyflieFlight(Flight):
+    """A fake Crazyflie and its bridge in a domain of their own."""
+
+    def __init__(self, folder, options, *bridge):
+        self.folder, self.processes = folder, []
+        folder.mkdir()
+        self._domain = reserved_domain(None)
+        paths = os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(vehicle_packages())])
+        self.environment = {**os.environ, "PYTHONPATH": paths, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
+        port, report = free_port(), folder / "report.json"
+        self.fake = self.start("fake", [sys.executable, HERE / "fake_crazyflie.py", port, report, json.dumps(options)])
+        log = folder / "fake.log"
+        wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "a Crazyflie")
+        words = ["--params-file", VEHICLE, *THRUST, "-p", f"uri:=udp://127.0.0.1:{port}"]
+        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *GRID, *bridge])
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """Return how a hover and a refused flight ended, beside each other."""
+    folder = tmp_path_factory.mktemp("crazyflie")
+
+    def fly(name, options):
+        roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES])]
+        with CrazyflieFlight(folder / name, options, *roles) as flight:
+            for role, words in NODES.items():
+                flight.node(role, *roles, *GRID, "-p", "period_steps:=2", *words)
+            return flight.end()
+
+    def refused():
+        with CrazyflieFlight(folder / "refused", {"cannot_arm": True}, *ALONE) as flight:
+            return flight.end()
+
+    with ThreadPoolExecutor(2) as pool:
+        runs = pool.submit(fly, "hover", {}), pool.submit(refused)
+        return runs[0].result(), runs[1].result()
+
+
+def cause(ended):
+    return next(line for line in ended.output.splitlines() if "flight_failed" in line)
+
+
+def test_the_position_law_hovers_by_angles_and_the_crazyflie_lands(flown):
+    ended = flown[0]
+    assert ended.code == 0, ended.output
+    assert ended.report["refusals"] == []
+    events = ended.report["events"]
+    landing = next(at for at, what in events if what.startswith("land"))
+    poses = np.array(ended.report["poses"])
+    hover = poses[(poses[:, 0] * 1e-3 > landing - 0.5) & (poses[:, 0] * 1e-3 < landing)]
+    assert np.abs(hover[:, 1:] - [0.0, 0.0, 2.0]).max() < 0.2
+    assert [what for _, what in events][-2:] == ["stop", "disarmed"]
+    assert max(row[0] for row in ended.report["manual"]) < landing + 0.1
+    assert poses[-1, 3] < 0.05
+
+
+def test_a_crazyflie_that_does_not_arm_ends_the_flight_on_the_ground(flown):
+    ended = flown[1]
+    assert ended.code == 1
+    assert "Crazyflie did not arm" in cause(ended), ended.output
+    assert "pre-flight checks fail" in cause(ended)
+    assert ended.report["manual"] == []
+
+
+def test_without_cflib_one_line_says_what_to_install():
+    done = subprocess.run(
+        [BRIDGE, "--ros-args", *ALONE, *PERIODS, *THRUST], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    assert "cflib: not found" in done.stderr
