@@ -14,7 +14,7 @@ from rclpy.clock import Clock, ClockType
 from quad_autopilot import arming, odometry, spacing, thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps
-from quad_core.cascade import POSITION, SIGNALS, STAGE, STAGES
+from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
@@ -88,7 +88,10 @@ class AutopilotNode(VehicleNode):
         return Stamps(self.sample.timestamp, self.sample.timestamp_sample) if self.sample else Stamps()
 
     def take_attitude(self) -> None:
-        """Fly by attitude_setpoint."""
+        """Fly by attitude_setpoint; an attitude law that runs all the same stays in shadow, and an event says so."""
+        if ATTITUDE in self.roles:
+            text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor obeys it"
+            self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
         self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust))
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 

@@ -13,7 +13,7 @@ from quad_autopilot import odometry, thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
-from quad_core.cascade import ATTITUDE, CRAZYFLIE
+from quad_core.cascade import CRAZYFLIE
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, Rotors, VehicleState
@@ -31,10 +31,6 @@ class CrazyflieBridge(AutopilotNode):
     def __init__(self) -> None:
         """Look for cflib and begin to connect; raises as FlightNode, ParameterError for what cannot fly."""
         super().__init__(CRAZYFLIE, PROFILE)
-        if ATTITUDE in self.roles:
-            raise ParameterError(
-                f"flight.roles: found {ATTITUDE}, expected none: a Crazyflie takes no torque (a shadow may answer)"
-            )
         if self.settings.max_rotor_thrust <= 0.0:
             raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
         self.max_rotor_thrust = self.settings.max_rotor_thrust

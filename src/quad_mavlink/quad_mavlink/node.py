@@ -14,7 +14,7 @@ from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
-from quad_core.cascade import ATTITUDE, MAVLINK
+from quad_core.cascade import MAVLINK
 from quad_core.mavlink_parameters import MavlinkMode
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
@@ -31,10 +31,6 @@ class MavlinkBridge(AutopilotNode):
     def __init__(self) -> None:
         """Look for pymavlink and open the port; raises as FlightNode, ParameterError for what cannot fly."""
         super().__init__(MAVLINK, modes.UNKNOWN)
-        if ATTITUDE in self.roles:
-            raise ParameterError(
-                f"flight.roles: found {ATTITUDE}, expected none: MAVLink has no torque message (a shadow may answer)"
-            )
         if self.settings.max_rotor_thrust <= 0.0:
             raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
         found = self.settings
