@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from quad_bringup import preparation, surroundings
+from quad_bringup import preparation, surroundings, vehicle_owner
 from quad_bringup.commanded import trajectory_of
 from quad_bringup.domains import reserved_domain
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
@@ -182,6 +182,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NODE=COMMAND",
         help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
     )
+    parser.add_argument("--vehicle-owner", metavar="NAME=FILE", help="a vehicle's bridge: px4, mavlink or crazyflie")
     parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
     _add_surroundings(parser)
     return parser
@@ -244,7 +245,7 @@ def _make(directory: Path, made: list[Path]) -> None:
 
 def _own(options: argparse.Namespace) -> dict[str, list[str]]:
     """Return {node: the command that is started in its place}; raises ParameterError for what cannot be."""
-    found = {}
+    found = vehicle_owner.commands(options)
     for given in options.own:
         role, _, command = given.partition("=")
         if role not in ROLES or not command.strip():
