@@ -27,7 +27,7 @@ COMMENT = re.compile(r"# \[([^\]]*)\]")
 HOLDERS = {"Vec3", "Quat", "Rotors"}
 """Triples and quadruples: the field that holds one names the unit."""
 NUMBERS = {"float", *HOLDERS}
-UNIT = re.compile(r"(?:1|mixed|steps|(?:kg|m|s|rad|N|Hz|ns|GB|%)(?:\^\d)?)(?:[ /](?:kg|m|s|rad|N)(?:\^\d)?)*")
+UNIT = re.compile(r"(?:1|mixed|steps|(?:kg|m|s|rad|N|V|Hz|ns|GB|%)(?:\^\d)?)(?:[ /](?:kg|m|s|rad|N)(?:\^\d)?)*")
 
 
 def units_in(module):
