@@ -21,10 +21,10 @@ from quad_flight_log.analysis.tables import flight_tables
 from quad_flight_log.bag.reader import open_flight
 
 EACH = int(os.environ.get("QUAD_ACCEPT_EACH", "5"))
-MISSIONS = {"hover": "takeoff,hold:12,land", "Case 2": "takeoff,case2,land"}
+MISSIONS = {"hover": "takeoff,hold:20,land", "Case 2": "takeoff,case2,land"}
 VICTIMS = ("trajectory", "position_controller", "attitude_controller", "commander", "recorder")
 STOPS = (None, 0.1, 1.0, 5.0)  # s; None: kill -9
-AT_HEIGHT = 6_000_000  # bytes of a bag whose take-off is over
+AT_HEIGHT = 2_000_000  # bytes of a bag whose take-off is over
 REACTION = 0.06  # s from the last good wrench to the backup law
 
 
