@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from flying import ROLES, alive, bag_file, finish, last_reception, start, wait_until, wait_until_flying
+from flying import ROLES, alive, bag_file, finish, fly, last_reception, start, wait_until, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
 
@@ -50,3 +50,16 @@ def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag(tmp_path, name
     bag = open_flight(out)
     assert not bag.truncated
     assert bag.metadata["outcome"] == "failed"
+
+
+@pytest.mark.parametrize("processes", [(), ("--one-process",)], ids=["five", "one"])
+def test_a_reference_that_asks_for_too_much_is_said_once_and_refused(tmp_path, processes):
+    tilt = ("--set", "position_controller.aibs.limits.tilt=0.06")  # rad: too little for the turns of Case 2
+    done = fly("case2", "--duration", "8", *tilt, *processes, "--out", tmp_path / "bag")
+    assert done.returncode == 1
+    assert "the reference asked for more than the vehicle has" in done.stderr
+    events = open_flight(tmp_path / "bag").array("flight/events")
+    (said,) = [
+        str(text) for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "infeasible_reference"
+    ]
+    assert "at a limit of aibs for 2.0 s" in said

@@ -10,7 +10,7 @@ import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.task import Future
 
-from quad_core.cascade import STAGES
+from quad_core.cascade import POSITION, STAGES
 from quad_core.parameters import ParameterError
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
@@ -26,9 +26,16 @@ def makers() -> list[Callable[[], FlightNode]]:
     """Return the classes of the nodes, the simulator first."""
     from quad_dynamics.node import Simulator
     from quad_flight_log.recorder.node import Recorder
+    from quad_position_ctrl.node import PositionController
     from quad_trajectory.node import Trajectory
 
-    return [Simulator, Trajectory, *(partial(LawNode, stage.role) for stage in STAGES), Recorder]
+    return [
+        Simulator,
+        Trajectory,
+        PositionController,
+        *(partial(LawNode, stage.role) for stage in STAGES if stage.role != POSITION),
+        Recorder,
+    ]
 
 
 def run(args: list[str]) -> int:

@@ -1,8 +1,11 @@
-"""What a planned trajectory covers: the trajectory says it, arming judges it."""
+"""What a planned trajectory covers: the trajectory says it, arming judges it; and when a vehicle cannot follow one."""
 
 from typing import NamedTuple
 
 from quad_core.types import Vec3
+
+INFEASIBLE_ERROR = 1.0  # m from the reference with the position law at a limit,
+INFEASIBLE_TIME = 2.0  # for longer than this, s: it asks for more than the vehicle has
 
 
 class Extent(NamedTuple):

@@ -140,6 +140,30 @@ def test_height_counts_from_the_ground(tmp_path):
     assert faults(flight_of(tmp_path, flown, {"ground_height": 0.8})) == []
 
 
+@pytest.mark.parametrize(
+    ("error", "limit", "seconds", "refused"),
+    [
+        (1.2, "tilt_limited", 2.5, True),
+        (1.2, "thrust_limited", 2.5, True),
+        (1.2, "tilt_limited", 1.5, False),
+        (0.8, "tilt_limited", 2.5, False),
+        (1.2, "adaptation_frozen", 2.5, False),
+    ],
+)
+def test_a_reference_that_the_vehicle_cannot_follow_is_named(tmp_path, error, limit, seconds, refused):
+    def internals(k):
+        met = {limit: 100 <= k < 100 + seconds / 0.002}
+        return message(
+            "quad_msgs/msg/PositionInternals", stamp=stamp(k), step=k, position_error=np.array([error, 0.0, 0.0]), **met
+        )
+
+    shown = [("/position_controller/internals", internals(k)) for k in range(0, 2000, 5)]
+    found = faults(flight_of(tmp_path, hover() + shown))
+    assert [line for line in found if "asked for more than the vehicle has" in line] == found
+    assert len(found) == refused
+    assert not refused or "2.49 s at a limit of the position law from 0.20 s on, up to 1.2 m behind" in found[0]
+
+
 def test_a_failed_flight_that_ends_in_the_air_is_named(tmp_path):
     flight = flight_of(tmp_path, hover(), outcome="failed", reason="attitude_controller does not answer")
     assert faults(flight) == ["the flight ended with the vehicle 1.00 m above the ground: motors stopped in the air"]
@@ -184,4 +208,4 @@ def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
 
 
 def test_every_rule_has_its_demand():
-    assert len({rule.demand for rule in RULES}) == len(RULES) == 6
+    assert len({rule.demand for rule in RULES}) == len(RULES) == 7

@@ -60,6 +60,7 @@ class LawNode(Responder):
             self.finish(1, f"{self.law.name}: non-finite output at step {sample.step}")
             return
         self.memory = memory
+        self.on_internals(internals, sample)
         yield self._output, self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
@@ -104,6 +105,9 @@ class LawNode(Responder):
     def measurements(self) -> dict[str, Any]:
         """Return whether machine code runs the law, 1 or 0."""
         return {"machine_code": int(self.engine == NATIVE)}
+
+    def on_internals(self, internals: Any, sample: Sample) -> None:
+        """Look at what the law showed of itself in one step; nothing here."""
 
     def _report_stale(self, topic: str, arrival: Arrival) -> None:
         self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(arrival) * 1e3:.0f} ms old; safe output")

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR
+from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME
 from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
@@ -144,6 +145,26 @@ def stopped_motors(flown: Flown) -> str:
     return ""
 
 
+def infeasible_reference(flown: Flown) -> str:
+    """Say how long the position law was at its limits without a break, INFEASIBLE_ERROR behind its reference."""
+    internals = flown.tables.get("position_controller/internals")
+    if internals is None or len(internals) == 0:
+        return ""
+    internals = by_stamp(internals)
+    limited = np.zeros(len(internals), dtype=np.bool_)
+    for name in internals.dtype.names or ():
+        if name.endswith("_limited"):
+            limited |= internals[name]
+    errors = norms(internals["position_error"])
+    behind = _longest(internals["stamp_ns"] * 1e-9, limited & (errors > INFEASIBLE_ERROR))
+    if behind.time <= INFEASIBLE_TIME:
+        return ""
+    return (
+        f"the reference asked for more than the vehicle has: {behind.time:.2f} s at a limit of the position law from "
+        f"{behind.begin:.2f} s on, up to {errors.max():.3g} m behind"
+    )
+
+
 RULES = (
     Rule("all messages that name a run name the same one", run_ids),
     Rule("no topic has two different messages with one stamp", equal_stamps),
@@ -154,6 +175,7 @@ RULES = (
     ),
     Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
     Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
+    Rule("the position law is not at a limit for 2 s, 1 m or more from its reference", infeasible_reference),
     Rule("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
 )
 """What a good flight's bag must show."""
