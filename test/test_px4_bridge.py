@@ -177,14 +177,16 @@ def test_a_dead_controller_stops_the_heartbeat_within_100_ms_and_px4_lands(given
 
 
 def test_px4_lands_by_itself_when_the_bridge_dies_and_is_told_to_when_it_is_stopped(given, tmp_path):
-    ended = {}
-    for name in ("SIGKILL", "SIGINT"):
+    def fly(name):
         with Flight(tmp_path / name, given, {}, *WAITING) as flight:
             flight.wait_for("actuation_predicted")
             flight.bridge.send_signal(signal.Signals[name])
             code = flight.bridge.wait(30.0)
             time.sleep(2.0)
-            ended[name] = flight.stop(code)
+            return name, flight.stop(code)
+
+    with ThreadPoolExecutor(2) as pool:
+        ended = dict(pool.map(fly, ("SIGKILL", "SIGINT")))
     killed, stopped = ended["SIGKILL"].report, ended["SIGINT"].report
     lost = next(at for at, what in killed["events"] if what == "offboard lost")
     assert 0.9 < lost - max(killed["heartbeats"]) < 1.3
@@ -205,14 +207,17 @@ def checked(folder, given, *bridge):
 
 
 def test_climb_and_doublets_have_the_right_sign_axis_and_size_and_a_turned_yaw_is_seen(given, tmp_path):
-    code, output = checked(tmp_path / "right", given, "-p", "mode:=motors")
-    assert code == 0, output
     turned = [
         word
         for rotor, km in enumerate((-0.016, -0.016, 0.016, 0.016))
         for word in ("-p", f"airframe.rotor{rotor}.km:={km}")
     ]
-    code, output = checked(tmp_path / "wrong", given, "-p", "mode:=motors", *turned)
+    with ThreadPoolExecutor(2) as pool:
+        right = pool.submit(checked, tmp_path / "right", given, "-p", "mode:=motors")
+        wrong = pool.submit(checked, tmp_path / "wrong", given, "-p", "mode:=motors", *turned)
+    code, output = right.result()
+    assert code == 0, output
+    code, output = wrong.result()
     assert code == 1, output
     assert "FAIL  torque +z" in output
     assert "ok    torque +x" in output
