@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import SIGNALS, SIMULATOR
 from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME
 from quad_core.guard_parameters import GuardParameters
+from quad_core.types import PositionInternals
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
@@ -30,6 +31,7 @@ SILENCE = 0.5  # s without the flown path in real time: as long as the guard bea
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
+LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
 
 
 class Flown(NamedTuple):
@@ -148,13 +150,10 @@ def stopped_motors(flown: Flown) -> str:
 def infeasible_reference(flown: Flown) -> str:
     """Say how long the position law was at its limits without a break, INFEASIBLE_ERROR behind its reference."""
     internals = flown.tables.get("position_controller/internals")
-    if internals is None or len(internals) == 0:
+    if internals is None or not {"position_error", *LIMIT_FLAGS} <= {*(internals.dtype.names or ())}:
         return ""
     internals = by_stamp(internals)
-    limited = np.zeros(len(internals), dtype=np.bool_)
-    for name in internals.dtype.names or ():
-        if name.endswith("_limited"):
-            limited |= internals[name]
+    limited = np.any([internals[name] for name in LIMIT_FLAGS], axis=0)
     errors = norms(internals["position_error"])
     behind = _longest(internals["stamp_ns"] * 1e-9, limited & (errors > INFEASIBLE_ERROR))
     if behind.time <= INFEASIBLE_TIME:
