@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 # Loaded once before forking: most of a short test run is importing these.
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
-COPIED = ("src", "test/paper", "pyproject.toml", "conftest.py", "scripts/lib/ros_imports.py")
+COPIED = ("src", "test/paper", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
     "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
