@@ -22,7 +22,8 @@ def landing_of(bag):
     return float(last["p_w"][2]), float(np.linalg.norm(last["v_w"])), math.acos(1.0 - 2.0 * (x * x + y * y))
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "realtime"])
+# in real time the guard's own 50 ms are measured: only a machine without other work can show them
+@pytest.mark.parametrize("clock", ["lockstep", pytest.param("realtime", marks=pytest.mark.long)])
 def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
     out = tmp_path / "bag"
     words = ["--realtime"] if clock == "realtime" else []
