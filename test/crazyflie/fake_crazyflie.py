@@ -4,20 +4,18 @@ It is written from interface facts and imports nothing of the bridge nor of cfli
 true scale or true timing: its body is that of a 2 kg vehicle. It writes REPORT (JSON) when it is stopped.
 """
 
-import json
 import math
 import select
-import signal
 import socket
 import struct
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body
+from over_udp import serve
 
 OPTIONS = {"cannot_arm": False, "tumbles_after": 0.0, "silent_after": 0.0, "millivolts": 3900}
 PARAM, RPYT, MEM, LOG, GENERIC, HIGH_LEVEL, SUPERVISOR, PLATFORM, LINK = 2, 3, 4, 5, 7, 8, 9, 13, 15
@@ -221,28 +219,11 @@ class FakeCrazyflie:
         self.report["poses"].append([stamp, *p.tolist()])
         self.send(LOG, 2, struct.pack("<BI", self.identity, stamp)[:4] + data)
 
-    def run(self, is_done):
-        """Fly until ``is_done``; where the machine is late, this clock waits."""
-        began, steps = time.monotonic(), 0
-        while not is_done():
-            began = max(began, time.monotonic() - 0.004 * (steps + 6))
-            while began + 0.004 * steps <= time.monotonic():
-                self.take()
-                self.step()
-                steps += 1
-            time.sleep(max(0.0, began + 0.004 * steps - time.monotonic()))
-
-
-def main():
-    """Run until SIGTERM."""
-    done = []
-    for name in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(name, lambda *_: done.append(1))
-    fake = FakeCrazyflie(int(sys.argv[1]), json.loads(sys.argv[3]) if len(sys.argv) > 3 else {})
-    print("up", flush=True)
-    fake.run(lambda: bool(done))
-    Path(sys.argv[2]).write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+    def turn(self):
+        """Take what came and go one step on."""
+        self.take()
+        self.step()
 
 
 if __name__ == "__main__":
-    main()
+    serve(FakeCrazyflie)

@@ -4,13 +4,10 @@ It is written from interface facts of PX4 and ArduPilot and imports nothing of t
 estimator, true scale or true timing. It writes REPORT (JSON) when it is stopped. Times are s of its own clock.
 """
 
-import json
 import math
 import select
-import signal
 import socket
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +15,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body
+from over_udp import serve
 from wire_rules import FRESH, OPTIONS, fault
 
 SET_MODE, ARM, LAND, INTERVAL = 176, 400, 21, 511
@@ -257,29 +255,12 @@ class FakeAutopilot:
         q = self.body.quaternion()
         self.send(mavlink.MAVLink_attitude_quaternion_message(round(1e3 * self.now), *q, *self.body.w))
 
-    def run(self, is_done):
-        """Fly until ``is_done``; where the machine is late, this clock waits."""
-        began, steps = time.monotonic(), 0
-        while not is_done():
-            began = max(began, time.monotonic() - 0.004 * (steps + 6))
-            while began + 0.004 * steps <= time.monotonic():
-                self.take()
-                self.step()
-                self.publish()
-                steps += 1
-            time.sleep(max(0.0, began + 0.004 * steps - time.monotonic()))
-
-
-def main():
-    """Run until SIGTERM."""
-    done = []
-    for name in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(name, lambda *_: done.append(1))
-    fake = FakeAutopilot(int(sys.argv[1]), json.loads(sys.argv[3]) if len(sys.argv) > 3 else {})
-    print("up", flush=True)
-    fake.run(lambda: bool(done))
-    Path(sys.argv[2]).write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+    def turn(self):
+        """Take what came and go one step on."""
+        self.take()
+        self.step()
+        self.publish()
 
 
 if __name__ == "__main__":
-    main()
+    serve(FakeAutopilot)

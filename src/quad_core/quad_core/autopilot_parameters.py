@@ -4,6 +4,21 @@ from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real, Whole
 
+ThrustCurve = Annotated[
+    float,
+    Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
+]
+RateGain = Annotated[
+    float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
+]
+RateLimit = Annotated[
+    float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
+]
+ResetLimit = Annotated[
+    float,
+    Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
+]
+
 
 class ArmingParameters(NamedTuple):
     """The way from the ground to the flight and back (``arming.*``)."""

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.autopilot_parameters import ArmingParameters, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text
 
@@ -19,10 +19,7 @@ class CrazyflieBridgeParameters(NamedTuple):
             "N", "largest thrust of one rotor at thrust 65535; measure it: nobody else knows it", 0.0, 1e4, "T_m", False
         ),
     ] = 0.0
-    thrust_curve: Annotated[
-        float,
-        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
-    ] = 0.0
+    thrust_curve: ThrustCurve = 0.0
     yaw_gain: Annotated[
         float, Real("1/s", "yaw rate per rad of heading error", 0.0, 20.0, "manual setpoint", live=False)
     ] = 3.0

@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
-from quad_core.types import Vec3
+from quad_core.types import PositionInternals, Vec3
 
 INFEASIBLE_ERROR = 1.0  # m from the reference with the position law at a limit,
 INFEASIBLE_TIME = 2.0  # for longer than this, s: it asks for more than the vehicle has
+LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
 
 
 class Extent(NamedTuple):

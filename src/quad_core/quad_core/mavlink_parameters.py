@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.autopilot_parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 
@@ -42,19 +42,9 @@ class MavlinkBridgeParameters(NamedTuple):
             "", "the thrust curve that the autopilot takes the motors to have", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"
         ),
     ] = 0.0
-    thrust_curve: Annotated[
-        float,
-        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
-    ] = 0.0
-    rate_gain: Annotated[
-        float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
-    ] = 6.5
-    rate_limit: Annotated[
-        float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
-    ] = 3.8
-    reset_limit: Annotated[
-        float,
-        Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
-    ] = 0.3
+    thrust_curve: ThrustCurve = 0.0
+    rate_gain: RateGain = 6.5
+    rate_limit: RateLimit = 3.8
+    reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

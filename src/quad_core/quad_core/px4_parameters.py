@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters
+from quad_core.autopilot_parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 
@@ -40,10 +40,7 @@ class AirframeParameters(NamedTuple):
     thr_mdl_fac: Annotated[
         float, Real("", "the thrust curve that PX4 takes the motors to have", 0.0, 1.0, "THR_MDL_FAC", False)
     ] = 0.0
-    thrust_curve: Annotated[
-        float,
-        Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
-    ] = 0.0
+    thrust_curve: ThrustCurve = 0.0
     rotor0: RotorPlace = RotorPlace(0.15, 0.15, 0.05)
     rotor1: RotorPlace = RotorPlace(-0.15, -0.15, 0.05)
     rotor2: RotorPlace = RotorPlace(0.15, -0.15, -0.05)
@@ -61,16 +58,9 @@ class Px4BridgeParameters(NamedTuple):
         ""
     )
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
-    rate_gain: Annotated[
-        float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
-    ] = 6.5
-    rate_limit: Annotated[
-        float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
-    ] = 3.8
-    reset_limit: Annotated[
-        float,
-        Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
-    ] = 0.3
+    rate_gain: RateGain = 6.5
+    rate_limit: RateLimit = 3.8
+    reset_limit: ResetLimit = 0.3
     airframe: AirframeParameters = AirframeParameters()
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

@@ -3,7 +3,7 @@
 import sys
 
 from quad_core.cascade import POSITION
-from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME
+from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
 from quad_msgs.msg import FlightEvent
@@ -24,7 +24,7 @@ class PositionController(LawNode):
     def on_internals(self, internals: PositionInternals, sample: Sample) -> None:
         """Send one event when the law is at a limit and far from its reference for longer than INFEASIBLE_TIME."""
         error = norm(internals.position_error)
-        if not (error > INFEASIBLE_ERROR and _at_a_limit(internals)):
+        if not (error > INFEASIBLE_ERROR and any(getattr(internals, flag) for flag in LIMIT_FLAGS)):
             self._behind_since = None
             return
         if self._behind_since is None:
@@ -34,16 +34,6 @@ class PositionController(LawNode):
             self._said_infeasible = True
             text = f"{error:.2f} m from the reference, at a limit of {self.law.name} for {behind:.1f} s"
             self.event(FlightEvent.WARNING, "infeasible_reference", text)
-
-
-def _at_a_limit(internals: PositionInternals) -> bool:
-    return (
-        internals.velocity_limited
-        or internals.acceleration_limited
-        or internals.tilt_limited
-        or internals.thrust_limited
-        or internals.descent_limited
-    )
 
 
 def main() -> None:

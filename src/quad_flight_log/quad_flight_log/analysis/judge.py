@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR
-from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME
+from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import PositionInternals
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
@@ -31,7 +30,6 @@ SILENCE = 0.5  # s without the flown path in real time: as long as the guard bea
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
-LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
 
 
 class Flown(NamedTuple):
