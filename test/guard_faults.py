@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_core import guard
-from quad_core.geometry import norm
+from quad_core.geometry import euler_from_quaternion, norm
 from quad_core.guard import Inputs
 from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
@@ -25,7 +25,14 @@ from quad_core.types import (
 )
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.parameters import PlantParameters
+from quad_dynamics.parameters import (
+    Initial,
+    InitialAngles,
+    InitialPosition,
+    InitialRates,
+    InitialVelocity,
+    PlantParameters,
+)
 from quad_position_ctrl import aibs
 
 PERIOD = 2_000_000
@@ -84,6 +91,16 @@ class Outcome(NamedTuple):
     visited: int
 
 
+def initial_of(state: VehicleState) -> Initial:
+    """Return the parameters of a start in ``state``."""
+    return Initial(
+        InitialPosition(*state.p_w),
+        InitialVelocity(*state.v_w),
+        InitialAngles(*euler_from_quaternion(state.q_wb)),
+        InitialRates(*state.omega_b),
+    )
+
+
 def setup_of(vehicle: Vehicle) -> Setup:
     """Return the shipped laws for ``vehicle``."""
     return Setup(vehicle, GuardParameters(), PlantParameters(), POSITION, ATTITUDE)
@@ -97,6 +114,11 @@ def acts(fault: Fault, kind: int, k: int) -> bool:
 def any_acts(a: Fault, b: Fault, c: Fault, kind: int, k: int) -> bool:
     """Return whether one of three faults is of this kind and acts at step ``k``."""
     return acts(a, kind, k) or acts(b, kind, k) or acts(c, kind, k)
+
+
+def is_true(sample: StateSample, state: VehicleState, k: int) -> bool:
+    """Return whether the state of step ``k`` arrived as it is."""
+    return sample.arrived and sample.state == state and sample.stamp == k * PERIOD
 
 
 def spoiled(command: WrenchCommand, a: Fault, b: Fault, c: Fault, k: int) -> WrenchCommand:
@@ -142,7 +164,7 @@ def faulty_flight(
 ) -> Outcome:
     """Return how a hover of ``steps`` steps ends under three faults; a descent is followed to the ground.
 
-    Where the guard refuses a state no controller sees it, and none answers; while the guard flies they answer unheard.
+    Where the state is faulty no controller's answer arrives; while the guard flies they answer unheard.
     """
     vehicle, plant = setup.vehicle, start
     dt = PERIOD / 1e9
@@ -155,24 +177,19 @@ def faulty_flight(
     first = observe(setup.plant, vehicle, plant)
     reference = TrajectoryPoint(0.0, first.p_w, zero, zero, zero, zero, 0.0, 0.0, 0.0)
     frozen = first
-    command = WrenchCommand(Wrench(0.0, zero), 0, 0, False, True)
     mode, reason, k, max_tilt, climb, visited = 0, 0, 0, 0.0, 0.0, 0
     finite, touched = True, False
     while finite and not touched and k < longest and (k < steps or mode == 1):
         state = observe(setup.plant, vehicle, plant)
         sample = seen_state(state, frozen, a, b, c, k)
         frozen = sample.state
-        if sample.arrived and sample.state == state and sample.stamp == k * PERIOD:
-            if k % POSITION_STEPS == 0:
-                setpoint, position, _ = position_step(
-                    setup.position, vehicle, position, PositionInputs(state, reference, actuation), POSITION_STEPS * dt
-                )
-            wrench, attitude, _ = attitude_step(
-                setup.attitude, vehicle, attitude, AttitudeInputs(state, setpoint, actuation), dt
-            )
-            command = WrenchCommand(wrench, k, k * PERIOD, True, True)
-        else:
-            command = WrenchCommand(command.wrench, command.step, command.stamp, False, True)
+        if k % POSITION_STEPS == 0:
+            seen = PositionInputs(state, reference, actuation)
+            setpoint, position, _ = position_step(setup.position, vehicle, position, seen, POSITION_STEPS * dt)
+        wrench, attitude, _ = attitude_step(
+            setup.attitude, vehicle, attitude, AttitudeInputs(state, setpoint, actuation), dt
+        )
+        command = WrenchCommand(wrench, k, k * PERIOD, is_true(sample, state, k), True)
         inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, asked(a, b, c, k))
         flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
         mode, reason = report.mode, report.reason

@@ -11,7 +11,7 @@ from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import build
-from quad_core.types import CALM, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.types import Conditions, Quat, Rotors, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.parameters import Ground, PlantParameters
 from quad_dynamics.rigid_body import State, observe, step
@@ -67,10 +67,11 @@ def descent(
     longest: int,
     gap_begin: int,
     gap_end: int,
+    conditions: Conditions,
 ) -> Ending:
     """Return how a flight ends whose controller is silent from the first step on; contact at the height of the feet.
 
-    No state arrives from step ``gap_begin`` until before ``gap_end``.
+    No state arrives from step ``gap_begin`` until before ``gap_end``. ``conditions`` act at every step.
     """
     zero = Vec3(0.0, 0.0, 0.0)
     none = WrenchCommand(Wrench(0.0, zero), 0, 0, False, False)
@@ -87,7 +88,7 @@ def descent(
         report_mode, stopped = report.mode, report.stopped
         finite = math.isfinite(wrench.thrust + wrench.torque_b.x + wrench.torque_b.y + wrench.torque_b.z)
         if finite:
-            state, _ = step(plant, vehicle, state, wrench, CALM, dt)
+            state, _ = step(plant, vehicle, state, wrench, conditions, dt)
             p, _, q, omega = state.motion
             finite = math.isfinite(p.x + p.y + p.z + q.x + q.y + q.z + omega.x)
         touched = not plant.ground.enabled and observe(plant, vehicle, state).p_w.z <= FOOT

@@ -213,7 +213,7 @@ def test_a_broken_rule_is_named_and_the_check_ends(fault):
     assert took < LONGEST, report.text()
 
 
-@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+@pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.wall_clock)])
 def test_the_vehicle_of_the_examples_keeps_every_rule(mode, monkeypatch):
     monkeypatch.setattr(check, "_ANSWER", 10.0)
     report, _ = checked(Vehicle, f"flight.mode:={mode}", "flight.start_timeout:=30.0")

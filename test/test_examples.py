@@ -62,6 +62,15 @@ def test_a_plant():
     assert flown.rmse < 0.1
 
 
+def test_a_vehicle():
+    flown = flight.fly(flight.from_names("hover", vehicle=str(EXAMPLES / "my_vehicle.yaml"), **SHORT))
+    assert flown.outcome == "ended"
+    assert flown.rmse < 0.05
+    assert flown.topics["actuation"]["thrust"].max() <= 2.5 * 0.5 * 9.81 + 1e-9
+    # in hover four rotors carry 0.5 kg: 600 rad/s each
+    assert abs(flown.topics["actuation"]["rotor_speed"][-500:].mean() - 600.0) < 30.0
+
+
 @pytest.mark.parametrize("name", ["my_law", "my_trajectory", "my_plant"])
 def test_it_is_pure_text(name):
     found = [(group, point) for group in GROUPS for point in entry_points(group=group) if point.name == name]

@@ -11,7 +11,7 @@ from flying import PATIENT, finish, skipped_steps, start, wait_until_flying
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.bag.reader import open_flight
 
-pytestmark = pytest.mark.flight
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 PERIOD = 2_000_000  # ns
 PLANT = ("state", "truth", "disturbance", "actuation")

@@ -8,6 +8,7 @@ from guard_flights import descent, draw_start, on_ground, vehicle_named
 
 from quad_core import guard
 from quad_core.guard_parameters import GuardParameters
+from quad_core.types import CALM
 from quad_dynamics.parameters import PlantParameters
 
 pytestmark = pytest.mark.unit
@@ -22,7 +23,7 @@ def test_it_lands_softly_from_anywhere_in_the_envelope(name):
     vehicle, rng = vehicle_named(name), random.Random(7)
     for _ in range(4):
         start = draw_start(rng, vehicle, (3.5, 6.0))
-        ending = descent(GuardParameters(), PlantParameters(), vehicle, start, LONGEST, 0, 0)
+        ending = descent(GuardParameters(), PlantParameters(), vehicle, start, LONGEST, 0, 0, CALM)
         assert ending.touched, start
         assert ending.finite
         assert ending.speed < TOUCHDOWN_SPEED, start
@@ -34,7 +35,7 @@ def test_it_lands_softly_from_anywhere_in_the_envelope(name):
 def test_with_a_ground_it_comes_to_rest_and_stops_the_motors_there(name):
     vehicle, rng = vehicle_named(name), random.Random(8)
     start = draw_start(rng, vehicle, (1.5, 2.0), tilt=10.0, speed=0.5, rate=0.2)
-    ending = descent(GuardParameters(), on_ground(PlantParameters()), vehicle, start, LONGEST, 0, 0)
+    ending = descent(GuardParameters(), on_ground(PlantParameters()), vehicle, start, LONGEST, 0, 0, CALM)
     assert ending.stopped
     assert ending.height < 0.12
     assert ending.tilt < math.radians(2.0)
@@ -45,7 +46,7 @@ def test_a_state_that_stays_away_for_0_4_s_is_bridged(name):
     vehicle, rng = vehicle_named(name), random.Random(10)
     for begin in (1, 100, 400):
         start = draw_start(rng, vehicle, (5.0, 7.0))
-        ending = descent(GuardParameters(), PlantParameters(), vehicle, start, LONGEST, begin, begin + 200)
+        ending = descent(GuardParameters(), PlantParameters(), vehicle, start, LONGEST, begin, begin + 200, CALM)
         assert ending.touched
         assert ending.mode == guard.DESCEND
         assert ending.speed < TOUCHDOWN_SPEED
@@ -59,7 +60,7 @@ def test_a_wrong_mass_is_borne(mass_share):
         if vehicle.thrust_to_weight / (1.0 + mass_share) < 1.5:
             continue  # x500 with 30 % more mass has too little thrust left to stop 5 m/s in 6 m
         plant = PlantParameters(mass_error=mass_share * vehicle.mass)
-        ending = descent(GuardParameters(), plant, vehicle, draw_start(rng, vehicle, (6.0, 8.0)), LONGEST, 0, 0)
+        ending = descent(GuardParameters(), plant, vehicle, draw_start(rng, vehicle, (6.0, 8.0)), LONGEST, 0, 0, CALM)
         assert ending.touched
         assert ending.speed < TOUCHDOWN_SPEED
         assert ending.tilt < TOUCHDOWN_TILT

@@ -12,7 +12,7 @@ from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_node.conversion import set_stamp
 from quad_node.topics import latched, stream
 
-pytestmark = pytest.mark.flight
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 SECONDS = 2.0
 

@@ -28,7 +28,13 @@ def set_parameter(node_name, name, value):
         return future.result().results[0].successful
 
 
-@pytest.mark.parametrize("mode", [(), ("--realtime", *PATIENT)], ids=["lockstep", "realtime"])
+@pytest.mark.parametrize(
+    "mode",
+    [
+        pytest.param((), id="lockstep"),
+        pytest.param(("--realtime", *PATIENT), id="realtime", marks=pytest.mark.wall_clock),
+    ],
+)
 def test_a_live_change_is_recorded_as_it_was_flown(tmp_path, mode, monkeypatch):
     out = tmp_path / "bag"
     flying = start("case2", "--duration", "20", *mode, "--domain", str(DOMAIN), "--out", out)

@@ -204,6 +204,7 @@ def test_a_mission_that_cannot_be_flown_is_refused_before_anything_starts(tmp_pa
 
 
 @pytest.mark.parametrize("clock", CLOCKS)
+@pytest.mark.wall_clock
 def test_without_its_commander_the_guard_brings_the_vehicle_down(tmp_path, clock):
     out = tmp_path / "bag"
     flight = start("--mission", "takeoff,hold:600,land", *clock, "--out", out)

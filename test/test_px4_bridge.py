@@ -161,6 +161,7 @@ def test_the_other_modes_hover_through_drops_reorder_nan_and_a_small_reset(given
         assert ("estimator_reset" in found.output) == (mode != "motors")
 
 
+@pytest.mark.wall_clock
 def test_a_dead_controller_stops_the_heartbeat_within_100_ms_and_px4_lands(given, tmp_path):
     with airborne(tmp_path / "flight", given, {}, "wrench", BOTH) as flight:
         flight.wait_for("actuation_predicted")

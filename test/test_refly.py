@@ -32,6 +32,7 @@ vary:
         ("ibs", "itsm", "false"),
         ("pid", "pid", "false"),
         ("se3", "se3", "false"),
+        ("aibs", "indi", "true"),
     ],
 )
 def test_a_flight_of_a_campaign_flies_again_over_ros(tmp_path, position, attitude, fast):

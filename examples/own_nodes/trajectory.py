@@ -14,7 +14,7 @@ from rclpy.task import Future
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus, TrajectoryPoint, VehicleState
 from quad_node.interface import interface_hash
 
-HEIGHT, CLIMB, WHOLE = 0.5, 2.0, 3.0  # m, s, s
+CLIMB, WHOLE = 2.0, 3.0  # s, s
 EVERY = 5  # plant steps between two references
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 STEPS = QoSProfile(depth=256)
@@ -27,6 +27,7 @@ class Climb(Node):
         super().__init__("trajectory")
         self.run_id = self.declare_parameter("flight.run_id", "").value
         self.period = self.declare_parameter("flight.plant_period", 2_000_000).value
+        self.height = self.declare_parameter("height", 0.5).value  # m: a parameter of one's own
         self.first, self.due, self.newest, self.over = None, 0, TrajectoryPoint(), Future()
         self.reference_out = self.create_publisher(TrajectoryPoint, "reference", STEPS)
         self.plan_out = self.create_publisher(FlightPlan, "flight/plan", LATCHED)
@@ -60,9 +61,9 @@ class Climb(Node):
         w = math.pi / CLIMB
         angle = min(w * time, math.pi)
         x, y, z = self.first.p_w
-        p = [x, y, z + 0.5 * HEIGHT * (1.0 - math.cos(angle))]
-        v = [0.0, 0.0, 0.5 * HEIGHT * w * math.sin(angle)]
-        a = [0.0, 0.0, 0.5 * HEIGHT * w * w * math.cos(angle) if angle < math.pi else 0.0]
+        p = [x, y, z + 0.5 * self.height * (1.0 - math.cos(angle))]
+        v = [0.0, 0.0, 0.5 * self.height * w * math.sin(angle)]
+        a = [0.0, 0.0, 0.5 * self.height * w * w * math.cos(angle) if angle < math.pi else 0.0]
         key = {"stamp": message.stamp, "step": message.step, "next_step": message.step + EVERY}
         return TrajectoryPoint(trajectory_time=time, p_w=p, v_w=v, a_w=a, **key)
 

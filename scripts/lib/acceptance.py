@@ -22,6 +22,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = ROOT / "test" / "accept"
 SECONDS = "QUAD_ACCEPT_SECONDS"
+EACH = "QUAD_ACCEPT_EACH"
 _CALL = "import importlib, sys; sys.exit(importlib.import_module(sys.argv.pop(1)).main())"
 
 
@@ -61,7 +62,10 @@ def main() -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="which runs (default: all)")
     parser.add_argument("--list", action="store_true", help="name the runs and end")
     parser.add_argument("--seconds", type=float, metavar="S", help="duration of the runs that have one: fuzz, soak")
+    parser.add_argument("--each", type=int, metavar="N", help="flights of each kind, in runs that have kinds: stops")
     options = parser.parse_args()
+    if options.each is not None:
+        os.environ[EACH] = str(options.each)
     if options.seconds is not None:
         os.environ[SECONDS] = str(options.seconds)
     known = summaries()

@@ -29,6 +29,7 @@ CONTENTS = {
         "look_at_flights",
         "flight_log",
         "scenarios",
+        "own_law",
         "own_nodes",
         "swap_the_plant",
         "px4",

@@ -17,6 +17,7 @@ setup(
         "quad.attitude_law": [
             "abfnitsm = quad_attitude_ctrl.abfnitsm",
             "abfnitsm_so3 = quad_attitude_ctrl.abfnitsm_so3",
+            "indi = quad_attitude_ctrl.indi",
             "itsm = quad_attitude_ctrl.itsm",
             "pid = quad_attitude_ctrl.pid",
             "se3 = quad_attitude_ctrl.se3",

@@ -60,6 +60,8 @@ ATTITUDE = {
     "quad_attitude_ctrl.sliding_control.next_estimate": [
         ("54", "estimate + dt", "estimate - dt"),
         ("54", "0.0, max_estimate", "0.0, rate"),
+        ("54", "rate - leak * estimate", "rate + leak * estimate"),
+        ("54", "leak * estimate", "leak"),
     ],
     "quad_attitude_ctrl.sliding_control.lyapunov": [
         ("42", "error * error", "error"),

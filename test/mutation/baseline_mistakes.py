@@ -54,5 +54,17 @@ ATTITUDE_BASELINES = {
         ("SE(3)", "gyroscopic.x / vehicle.inertia_xx", "0.0"),
         ("SE(3)", "-parameters.roll.angle * error.x", "parameters.roll.angle * error.x"),
     ],
+    "quad_attitude_ctrl.indi.step": [
+        ("INDI", "known.x + xx", "known.x - xx"),
+        ("INDI", "feedback.y - measured.y", "feedback.y + measured.y"),
+        ("INDI", "subtract(turned, cross", "subtract(cross(omega_b, ZERO), cross"),
+        ("INDI", "inputs.actuation.torque_b", "ZERO"),
+        ("INDI", "parameters.yaw.rate * error_rate.z", "parameters.yaw.rate * error.z"),
+        ("INDI", "known.z + zz", "known.z + yy"),
+    ],
+    "quad_attitude_ctrl.indi.filtered": [
+        ("INDI", "b.x + gain * (first.x - b.x)", "first.x"),
+        ("INDI", "-bandwidth * dt", "-dt"),
+    ],
     "quad_attitude_ctrl.se3.rotation_error": [("SE(3)", "2.0 * relative.w * relative.z", "2.0 * relative.z")],
 }

@@ -20,9 +20,11 @@ GUARD = {
     "quad_core.guard.condition": [
         ("wrench lost", "command_age > parameters.command.lost_age", "command_age > parameters.command.warn_age"),
         ("state lost", "state_age > parameters.state.lost_age", "state_age > parameters.state.gone_age"),
-        ("state gone", "rate_age > parameters.state.gone_age", "state_age > parameters.state.gone_age"),
         ("tilt", "height < tilt.low_height", "height > tilt.low_height"),
     ],
+    "quad_core.guard_state.is_gone": [("state gone", "belief.step >= 0", "belief.step < 0")],
+    "quad_core.guard_state.observe": [("stale rate", "not repeats", "repeats")],
+    "quad_core.guard.fly": [("state gone", "rate_age <= parameters", "state_age <= parameters")],
     "quad_core.guard.next_mode": [
         ("kill", "wrong >= STATE_GONE", "wrong > STATE_GONE"),
         ("severity", "asked > memory.mode", "asked != memory.mode"),

@@ -10,12 +10,14 @@ import signal
 import sys
 import time
 from pathlib import Path
+from textwrap import indent
 from typing import NamedTuple
 
 # Loaded once before forking: most of a short test run is importing these.
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
 COPIED = ("src", "test/paper", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
+    "quad_autopilot": [],
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
     "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
     "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
@@ -23,11 +25,15 @@ PAPER_TESTS = {
     "quad_trajectory": [],
     "quad_campaign": [],
     "quad_commander": [],
+    "quad_crazyflie": [],
     "quad_flight": [],
     "quad_flight_log": [],
+    "quad_mavlink": [],
+    "quad_px4": [],
 }
 # CPU time, so that a busy machine is not taken for an endless loop.
 SECONDS_PER_MUTANT = 120
+SECONDS_UNMUTATED = 1800
 TIME_UP = -signal.SIGXCPU
 # A test failed; a module of tests could not be collected; and the same where single tests were named.
 NOTICED = (1, 2, 4)
@@ -65,10 +71,17 @@ class Outcome(NamedTuple):
         return self.killed_by or (f"no end within {SECONDS_PER_MUTANT} s of CPU time" if self.timed_out else "NOBODY")
 
 
+def split(function: str) -> tuple[list[str], list[str]]:
+    """Return the module and, within it, the function of a dotted name; a method stands in a class with a capital."""
+    parts = function.split(".")
+    inner = 2 if parts[-2][:1].isupper() else 1
+    return parts[:-inner], parts[-inner:]
+
+
 def source_file(root: Path, mutation: Mutation) -> Path:
     """Return the file that holds the mutated function."""
-    *package, _ = mutation.function.split(".")
-    return root / "src" / package[0] / Path(*package).with_suffix(".py")
+    module, _ = split(mutation.function)
+    return root / "src" / module[0] / Path(*module).with_suffix(".py")
 
 
 def mutated(source: str, mutation: Mutation) -> str:
@@ -76,8 +89,13 @@ def mutated(source: str, mutation: Mutation) -> str:
 
     Raises MutationError if the function is not there, the snippet is not there exactly once, or nothing changes.
     """
-    name = mutation.function.rpartition(".")[2]
-    found = [node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef) and node.name == name]
+    *classes, name = split(mutation.function)[1]
+    body = ast.parse(source).body
+    for class_name in classes:
+        body = [
+            part for node in body if isinstance(node, ast.ClassDef) and node.name == class_name for part in node.body
+        ]
+    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == name]
     if len(found) != 1:
         raise MutationError(f"{mutation}: found {len(found)} functions {name!r}, expected 1")
     function = found[0]
@@ -93,7 +111,8 @@ def mutated(source: str, mutation: Mutation) -> str:
     if changed == text:
         raise MutationError(f"{mutation}: changes nothing")
     lines = source.splitlines()
-    return "\n".join([*lines[: function.lineno - 1], changed, *lines[function.end_lineno :], ""])
+    first = min(node.lineno for node in (function, *function.decorator_list)) - 1
+    return "\n".join([*lines[:first], indent(changed, " " * function.col_offset), *lines[function.end_lineno :], ""])
 
 
 def copy_tree(root: Path, tree: Path) -> None:
@@ -114,21 +133,24 @@ def load_heavy() -> None:
             importlib.import_module(name)
 
 
-def run_tests(tree: Path, paths: list[str], output: Path) -> int:
-    """Run pytest over ``paths`` of ``tree`` in a forked process; return its exit code, TIME_UP when its time is up."""
+def run_tests(tree: Path, paths: list[str], output: Path, *, seconds: int | None = None) -> int:
+    """Run pytest over ``paths`` of ``tree`` in a forked process; return its exit code, TIME_UP when its time is up.
+
+    ``seconds`` of CPU time, by default SECONDS_PER_MUTANT.
+    """
     child = os.fork()
     if child == 0:
-        _be_pytest(tree, paths, output)
+        _be_pytest(tree, paths, output, SECONDS_PER_MUTANT if seconds is None else seconds)
     _, status = os.waitpid(child, 0)
     return os.waitstatus_to_exitcode(status)
 
 
-def _be_pytest(tree: Path, paths: list[str], output: Path) -> None:
+def _be_pytest(tree: Path, paths: list[str], output: Path, seconds: int) -> None:
     import pytest
 
     code = 70
     try:
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_PER_MUTANT, SECONDS_PER_MUTANT + 5))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
         log = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(log, 1)
         os.dup2(log, 2)
@@ -160,7 +182,7 @@ def test_paths(root: Path, function: str) -> list[list[str]]:
 
     The module's own, then those of the paper, then the others of its package.
     """
-    package, *_, module, _ = function.split(".")
+    package, *_, module = split(function)[0]
     stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
     files = sorted((root / "src" / package / "test").glob("test_*.py"))
     mirror = [file for file in files if file.stem.endswith(f"_{module}")]

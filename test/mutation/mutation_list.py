@@ -5,6 +5,7 @@ Snippets are written as ``ast.unparse`` writes code and must stand exactly once 
 
 from attitude_mistakes import ATTITUDE
 from baseline_mistakes import ATTITUDE_BASELINES, POSITION_BASELINES
+from bridge_mistakes import AUTOPILOT, CRAZYFLIE, MAVLINK, PX4
 from campaign_mistakes import CAMPAIGN
 from flight_mistakes import FLIGHT
 from guard_mistakes import COMMANDER, GUARD
@@ -31,6 +32,10 @@ MUTATIONS = [
         COMMANDER,
         LOG,
         CAMPAIGN,
+        AUTOPILOT,
+        PX4,
+        MAVLINK,
+        CRAZYFLIE,
     )
     for function, mistakes in family.items()
     for equation, old, new in mistakes

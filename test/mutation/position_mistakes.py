@@ -43,6 +43,11 @@ POSITION = {
         ("37", "* velocity_error * velocity_error", "* velocity_error"),
         ("37", "adaptation_rate * velocity_error", "-adaptation_rate * velocity_error"),
     ],
+    "quad_position_ctrl.backstepping.adapting_error": [
+        ("37", "size - dead_zone if", "size if"),
+        ("37", "abs(velocity_error)", "velocity_error"),
+        ("37", "else 0.0", "else size"),
+    ],
     "quad_position_ctrl.backstepping.next_adaptive_gain": [
         ("37", "gain + dt", "gain - dt"),
         ("37", "rate - leak", "rate + leak"),

@@ -8,12 +8,14 @@ PREDICTION = {
         ("attitude", "0.5 * ages.y", "-0.5 * ages.y"),
         ("attitude", "scale(ages.y, subtract", "scale(ages.x, subtract"),
         ("velocity", "add(state.v_w, scale(ages.x, acceleration))", "state.v_w"),
+        ("smoothing", "turned(before.q_wb, scale(0.5 * dt", "turned(before.q_wb, scale(dt"),
         ("bounded", "parameters.position_age + held.x > parameters.max_age", "held.x > parameters.max_age"),
     ],
     "quad_core.prediction._smoothed": [
         ("smoothing", "1.0 - z * z", "1.0 - z"),
         ("smoothing", "(1.0 - z) * (1.0 - z) / dt", "(1.0 - z) / dt"),
         ("smoothing", "add(acceleration, known.disturbance_w)", "acceleration"),
+        ("smoothing", "scale(1.0 - slow, residual)", "scale(1.0 - z, residual)"),
     ],
     "quad_core.prediction.held_for": [
         ("held", "held.x + dt", "dt"),
@@ -26,5 +28,10 @@ PREDICTION = {
     ],
     "quad_core.prediction.explained": [("1", "- vehicle.gravity", "+ vehicle.gravity")],
     "quad_core.prediction.ahead": [("motion", "0.5 * time * time", "time * time")],
+    "quad_core.prediction.turned_towards": [
+        ("smoothing", "2.0 * (1.0", "1.0 * (1.0"),
+        ("smoothing", "share = -share", "share = share"),
+        ("smoothing", "relative_attitude(q, target)", "relative_attitude(target, q)"),
+    ],
     "quad_core.prediction.moved_towards": [("lag", "-rate * dt", "-dt")],
 }

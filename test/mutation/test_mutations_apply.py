@@ -66,6 +66,17 @@ def test_tests_that_find_no_end_have_noticed_nothing(tmp_path, monkeypatch, othe
     assert (bool(outcome.killed_by), outcome.timed_out) == verdict
 
 
+def test_all_tests_together_may_take_longer_than_those_of_one_mistake(tmp_path, monkeypatch):
+    monkeypatch.setattr(mutation_engine, "SECONDS_PER_MUTANT", 1)
+    (tmp_path / "conftest.py").write_text(CONFTEST)
+    busy = "import time\ndef test_it():\n    until = time.process_time() + 2.0\n"
+    busy += "    while time.process_time() < until:\n        pass\n"
+    (tmp_path / "test_a.py").write_text(busy)
+    output = tmp_path / "pytest.log"
+    assert mutation_engine.run_tests(tmp_path, ["test_a.py"], output) == mutation_engine.TIME_UP
+    assert mutation_engine.run_tests(tmp_path, ["test_a.py"], output, seconds=30) == 0
+
+
 @pytest.mark.parametrize(
     ("function", "old", "new", "complaint"),
     [

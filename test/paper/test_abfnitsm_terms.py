@@ -94,6 +94,7 @@ def test_eq45_narrow_layer_in_both_terms():
 def test_eq45_integral_is_forward_euler():
     assert sliding_control.next_surface_integral(0.5, -3.0, 100.0, 0.01) == pytest.approx(0.47, rel=1e-14)
     assert sliding_control.next_surface_integral(0.5, 3.0, 0.51, 0.01) == 0.51
+    assert sliding_control.next_estimate(0.5, 3.0, 2.0, 100.0, 0.01) == pytest.approx(0.52, rel=1e-14)
     assert sliding_control.next_surface_integral(-0.5, -3.0, 0.51, 0.01) == -0.51
 
 
@@ -183,8 +184,8 @@ def test_eq55_dead_zone_includes_its_edge(form):
 
 
 def test_eq54_estimates_are_forward_euler():
-    assert sliding_control.next_estimate(0.5, 3.0, 100.0, 0.01) == pytest.approx(0.53, rel=1e-14)
-    assert sliding_control.next_estimate(0.5, 3.0, 0.51, 0.01) == 0.51
+    assert sliding_control.next_estimate(0.5, 3.0, 0.0, 100.0, 0.01) == pytest.approx(0.53, rel=1e-14)
+    assert sliding_control.next_estimate(0.5, 3.0, 0.0, 0.51, 0.01) == 0.51
 
 
 def test_eq56_total_control(axis):

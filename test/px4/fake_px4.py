@@ -59,6 +59,7 @@ class FakePx4:
         self.armed_at, self.landed_for, self.flown_for = 0.0, 0.0, 0.0
         self.acks, self.held_back, self.resets, self.shift = [], None, 0, np.zeros(3)
         self.samples, self.next_sample = 0, 0.0
+        self.said = {}  # {topic: (when, what) of its last message}
         self.report = {"events": [], "wrenches": [], "poses": [], "heartbeats": [], "setpoints": [], "idle_broken": 0}
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node("fake_px4", enable_rosout=False, start_parameter_services=False)
@@ -71,6 +72,7 @@ class FakePx4:
         into = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
         self.odometry_out = self.node.create_publisher(msg.VehicleOdometry, "/fmu/out/vehicle_odometry", out)
         self.status_out = self.node.create_publisher(msg.VehicleStatus, "/fmu/out/vehicle_status_v1", out)
+        self.control_out = self.node.create_publisher(msg.VehicleControlMode, "/fmu/out/vehicle_control_mode", out)
         self.ack_out = self.node.create_publisher(msg.VehicleCommandAck, "/fmu/out/vehicle_command_ack", out)
         self.flags_out = self.node.create_publisher(msg.FailsafeFlags, "/fmu/out/failsafe_flags", out)
         for kind, name, callback in (
@@ -90,16 +92,7 @@ class FakePx4:
     def on_beat(self, message):
         if self.now - self.last_beat > LOSS:
             self.beats = 0
-        levels = (
-            "position",
-            "velocity",
-            "acceleration",
-            "attitude",
-            "body_rate",
-            "thrust_and_torque",
-            "direct_actuator",
-        )
-        self.level = next((level for level in levels if getattr(message, level)), "")
+        self.level = next((level for level in LEVELS if getattr(message, level)), "")
         self.beats, self.last_beat = self.beats + 1, self.now
         self.report["heartbeats"].append(round(self.now, 4))
 
@@ -188,7 +181,8 @@ class FakePx4:
         if flying and self.now - self.last_beat > LOSS:
             self.nav_state, self.failsafe = AUTO_LAND, True
             self.note("offboard lost")
-        if flying and 0.0 < options["pilot_after"] < self.flown_for:
+        # right after a status: the next one is as far away as it can be
+        if flying and 0.0 < options["pilot_after"] < self.flown_for and self.now - self.said["status"][0] < 0.01:
             self.nav_state, options["pilot_after"] = POSCTL, 0.0
             self.note("pilot")
         if flying and 0.0 < options["reset_after"] < self.flown_for:
@@ -220,7 +214,11 @@ class FakePx4:
                     timestamp=self.stamp(), local_position_invalid=invalid, offboard_control_signal_lost=self.failsafe
                 )
             )
-        if round(self.now / 0.004) % 5 == 0:
+        if self.is_due("control mode", 0.02):
+            message = msg.VehicleControlMode(timestamp=self.stamp(), flag_armed=self.arming_state == ARMED)
+            message.flag_control_offboard_enabled = self.nav_state == OFFBOARD
+            self.control_out.publish(message)
+        if self.is_due("status", 0.2):
             self.status_out.publish(
                 msg.VehicleStatus(
                     timestamp=self.stamp(),
@@ -230,6 +228,15 @@ class FakePx4:
                     pre_flight_checks_pass=not self.options["bad_preflight"],
                 )
             )
+
+    def is_due(self, topic, interval):
+        """Return whether to publish now: what changed, as soon as ``interval`` allows, and twice a second anyway."""
+        at, last = self.said.get(topic, (-1.0, None))
+        now = (self.nav_state, self.arming_state, self.failsafe)
+        due = self.now - at >= (interval if now != last else 0.5) - 1e-6
+        if due:
+            self.said[topic] = (self.now, now)
+        return due
 
     def stamp(self):
         return round(1e6 * self.now)

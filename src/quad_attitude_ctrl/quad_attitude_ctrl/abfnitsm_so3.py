@@ -227,5 +227,6 @@ PRESETS: dict[str, dict[str, Value]] = {
         "yaw.filter.max_rate": 1e6,
         "widest": 6.3,
     },
+    "agile": {f"{axis}.filter.bandwidth": 48.0 for axis in ("roll", "pitch")},
 }
-"""As those of ``abfnitsm``; ``minimal``: Table 2 and no bounds."""
+"""As those of ``abfnitsm``; ``minimal``: Table 2 and no bounds; ``agile``: large steps as fast as 0.5 N m allow."""

@@ -7,7 +7,8 @@
 
 ``step`` is called every 20 ms and is pure. An autopilot leaves the offboard mode by itself a while after the last
 heartbeat (PX4: 1.0 s, COM_OF_LOSS_T), but as long as heartbeats come it obeys stale setpoints: so the heartbeat stops
-with the controller, and the autopilot is asked to land at once. Whoever takes the mode away has it.
+with the controller, and the autopilot is asked to land at once. Whoever takes the mode away has it: nothing more goes
+out, even while the autopilot has not yet said who it is.
 """
 
 import math
@@ -27,6 +28,9 @@ from quad_autopilot.autopilot import (
     taken,
 )
 from quad_core.autopilot_parameters import ArmingParameters
+
+NAMED_WITHIN = 0.5
+"""Seconds in which an autopilot says in which mode it is now (PX4: 0.2)."""
 
 
 class Phase(IntEnum):
@@ -70,7 +74,10 @@ class Inputs(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request."""
+    """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request.
+
+    ``left_at``: steady s at which the mode was ours no more, infinite before.
+    """
 
     phase: Phase = Phase.STREAM
     since: float = -1.0
@@ -79,6 +86,7 @@ class Memory(NamedTuple):
     attempts: int = 0
     answer: str = ""
     spooled_from: float = 0.0
+    left_at: float = math.inf
     reason: str = ""
     failed: bool = False
 
@@ -167,10 +175,10 @@ def _preparing(
 ) -> Memory:
     """Return the next memory between the first request and the flight."""
     phase, armed = memory.phase, autopilot.armed
+    if phase != Phase.MODE and _is_left(memory, autopilot):
+        return _leave(profile, memory, inputs, autopilot, "before the flight")
     if inputs.stop:
         return _land(profile, memory, inputs.stop) if armed else _release(memory, inputs.stop)
-    if phase != Phase.MODE and autopilot.control != Control.OURS:
-        return _release(memory, taken(profile, autopilot, "before the flight"))
     if phase == Phase.MODE and autopilot.control == Control.OURS:
         return memory._replace(phase=Phase.ARM)
     if phase == Phase.ARM and armed:
@@ -198,8 +206,8 @@ def _flying(
     """Return the next memory in flight: the autopilot comes first, then what is lost, then the planned end."""
     if not autopilot.armed:
         return _release(memory, f"{profile.name} disarmed in flight{because(autopilot)}")
-    if autopilot.control != Control.OURS:
-        return _release(memory, taken(profile, autopilot, "in flight"))
+    if _is_left(memory, autopilot):
+        return _leave(profile, memory, inputs, autopilot, "in flight")
     if inputs.stop:
         return _land(profile, memory, inputs.stop)
     if inputs.state_age > parameters.state_timeout:
@@ -225,6 +233,18 @@ def _landing(
     return memory
 
 
+def _is_left(memory: Memory, autopilot: Autopilot) -> bool:
+    return autopilot.control != Control.OURS or not math.isinf(memory.left_at)
+
+
+def _leave(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot, when: str) -> Memory:
+    """Return the memory of a mode that was taken away: silent from now on, released once it is known who has it."""
+    memory = memory._replace(left_at=min(memory.left_at, inputs.now))
+    if autopilot.control == Control.UNSAID and inputs.now - memory.left_at < NAMED_WITHIN:
+        return memory
+    return _release(memory, taken(profile, autopilot, when))
+
+
 def _patience(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> float:
     """Return the largest age of a command; the first may take longer, for the vehicle stands on the ground."""
     starting = math.isinf(inputs.command_age) and inputs.now - memory.since <= parameters.first_command
@@ -236,8 +256,8 @@ def _request(
 ) -> tuple[Request | None, Memory]:
     """Return the request that is due; one without an effect is repeated."""
     request = _asked_in(profile, memory.phase)
-    landing = inputs.autopilot is not None and inputs.autopilot.control == Control.LANDING
-    if request is None or (memory.phase == Phase.LAND and landing):
+    obeyed = inputs.autopilot is not None and inputs.autopilot.control in (Control.LANDING, Control.UNSAID)
+    if request is None or not math.isinf(memory.left_at) or (memory.phase == Phase.LAND and obeyed):
         return None, memory
     if inputs.now - memory.asked_at < parameters.answer_timeout:
         return None, memory
@@ -247,6 +267,8 @@ def _request(
 
 def _stream(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[bool, Setpoint]:
     """Return whether a heartbeat goes out, and what setpoint."""
+    if not math.isinf(memory.left_at):
+        return False, Setpoint.NONE
     if memory.phase <= Phase.SPOOL_UP:
         return True, Setpoint.IDLE
     offboard = inputs.autopilot is not None and inputs.autopilot.control == Control.OURS

@@ -18,6 +18,8 @@ class Control(IntEnum):
     OTHER = 0
     OURS = 1
     LANDING = 2
+    UNSAID = 3
+    """Not ours any more; whose it is has not come yet."""
 
 
 class Autopilot(NamedTuple):

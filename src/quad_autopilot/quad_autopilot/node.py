@@ -58,6 +58,7 @@ class AutopilotNode(VehicleNode):
         self.sample: odometry.Sample | None = None
         self._ended = self._is_landing = False
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
+        self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count = 0.0, 0
         self._state_out, self._actuation_out = self._output("state"), self._output("actuation")
         self.create_timer(BEAT, self._on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -112,6 +113,7 @@ class AutopilotNode(VehicleNode):
         if last is not None and self.state is not None:
             elapsed = sample.timestamp_sample - last.timestamp_sample
             self._spacings.append(1000 * elapsed)
+            self._ages.append(1000 * (sample.timestamp - sample.timestamp_sample))
             if sample.reset_counter != last.reset_counter:
                 self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
         self.sample, self.state, self.heard = sample, state, time.monotonic()
@@ -165,6 +167,7 @@ class AutopilotNode(VehicleNode):
         """Go: the next estimate is step 0."""
         text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
         self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
+        self.event(FlightEvent.INFO, "state_age", spacing.age_report(self._ages, self.profile.state), always=True)
 
     def prepare(self) -> list[str]:
         """Return what the autopilot still has to do before step 0."""
@@ -189,7 +192,7 @@ class AutopilotNode(VehicleNode):
             self._reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
             return
         self.commanded_at = time.monotonic()
-        if self.sequence.phase == Phase.FLY and self.state is not None:
+        if self.sequence.phase == Phase.FLY and self.is_obeyed() and self.state is not None:
             self.send_attitude(stamped.value, self.state)
             self.note_sent()
 
@@ -259,7 +262,7 @@ class AutopilotNode(VehicleNode):
 
     def on_interrupt(self, name: str) -> None:
         """Have the autopilot land; the bridge cannot stay to see it."""
-        flown = self.sequence.phase in _ALOFT
+        flown = self.sequence.phase in _ALOFT and self.is_obeyed()  # a pilot who has it keeps it
         for attempt in range(_LAST_WORDS if flown else 0):
             self._ask(Request(NAV_LAND, attempt=attempt))
             time.sleep(BEAT)

@@ -3,86 +3,11 @@
 import math
 
 import pytest
+from sequence_flights import ARM, LAND, MODE, PARAMETERS, PROFILE, TICK, UNSAID, Flight, asked, flying, said
 
 from quad_autopilot import arming
 from quad_autopilot.arming import Inputs, Phase, Setpoint
-from quad_autopilot.autopilot import COMMANDS, DO_SET_MODE, Ack, Autopilot, Control, Profile, Request
-from quad_core.autopilot_parameters import ArmingParameters
-
-TICK = 0.02
-PARAMETERS = ArmingParameters()
-MODE, ARM, LAND = 176, 400, 21
-PROFILE = Profile(
-    "PX4", "offboard", "vehicle_status", "vehicle_odometry", "where is its agent?", Request(DO_SET_MODE, 1.0, 6.0)
-)
-OURS = {14: Control.OURS, 18: Control.LANDING}
-NAMES = {2: "POSCTL", 15: "STAB", 18: "AUTO_LAND"}
-
-
-def said(nav_state, arming_state, failsafe=False, checks_pass=True, reasons=""):
-    """Return what an autopilot in a mode says, by PX4's numbers."""
-    name, control = NAMES.get(nav_state, f"mode {nav_state}"), OURS.get(nav_state, Control.OTHER)
-    return Autopilot(name, control, arming_state == 2, failsafe, checks_pass, reasons)
-
-
-class Flight:
-    """Runs the sequence beside a simple autopilot, which obeys after two ticks unless told otherwise."""
-
-    def __init__(self, **px4):
-        self.now, self.autopilot_time = 100.0, 7.0
-        self.nav_state, self.arming_state, self.silent = 4, 1, False
-        self.results = {}  # {command: result}
-        self.lost, self.deaf, self.reasons, self.failsafe = set(), set(), "", False
-        self.inputs = {"command_age": 0.0, "state_age": 0.0}
-        self.memory, self.output, self.requests, self.phases, self.due = arming.Memory(), None, [], [], []
-        for name, value in px4.items():
-            setattr(self, name, value)
-
-    def obey(self, request):
-        result = self.results.get(request.command, 0)
-        if request.command in self.deaf:
-            return None
-        if result == 0:
-            if request.command == MODE:
-                self.nav_state = 14
-            elif request.command == ARM:
-                self.arming_state = 2
-            else:
-                self.nav_state = 18
-        return None if request.command in self.lost else Ack(request.command, result)
-
-    def tick(self, **inputs):
-        told = said(self.nav_state, self.arming_state, self.failsafe, True, self.reasons)
-        autopilot = None if self.silent else told
-        ack = None
-        if self.due and self.due[0][0] <= self.now:
-            ack = self.obey(self.due.pop(0)[1])
-        given = Inputs(self.now, self.autopilot_time, autopilot, ack, **{**self.inputs, **inputs})
-        self.output, self.memory = arming.step(PROFILE, PARAMETERS, self.memory, given)
-        if self.output.request:
-            self.requests.append((self.now, self.output.request))
-            self.due.append((self.now + 2 * TICK, self.output.request))
-        if not self.phases or self.phases[-1] != self.output.phase:
-            self.phases.append(self.output.phase)
-        self.now += TICK
-        self.autopilot_time += TICK
-        return self.output
-
-    def run(self, until, longest=30.0, **inputs):
-        end = self.now + longest
-        while self.tick(**inputs).phase != until:
-            assert self.now < end, (self.output, self.memory)
-        return self.output
-
-
-def flying(**px4):
-    flight = Flight(**px4)
-    flight.run(Phase.FLY)
-    return flight
-
-
-def asked(flight):
-    return [request.command for _, request in flight.requests]
+from quad_autopilot.autopilot import COMMANDS, Ack
 
 
 def test_from_the_ground_to_the_ground():
@@ -246,6 +171,73 @@ def test_a_pilot_may_take_over_while_arming_and_while_landing():
     output = flight.run(Phase.RELEASED, 0.1)
     assert output.failed
     assert "while landing" in output.reason
+
+
+def test_a_mode_that_was_taken_away_is_left_before_it_is_known_who_has_it():
+    flight = flying()
+    before = len(flight.requests)
+    flight.nav_state = UNSAID
+    for stop in ("", "stopped by SIGINT", ""):  # a landing would take the vehicle from its pilot
+        output = flight.tick(stop=stop, command_age=1.0, ended=True)
+        assert (output.phase, output.heartbeat, output.setpoint) == (Phase.FLY, False, Setpoint.NONE)
+    flight.nav_state = 2
+    output = flight.tick()
+    assert output.phase == Phase.RELEASED
+    assert "took the vehicle in flight: mode POSCTL" in output.reason
+    assert len(flight.requests) == before
+
+
+@pytest.mark.parametrize("phase", [Phase.ARM, Phase.SPOOL_UP, Phase.FLY])
+def test_a_mode_that_comes_back_is_not_ours_again(phase):
+    flight = Flight(deaf={ARM} if phase == Phase.ARM else set())
+    flight.run(phase)
+    flight.nav_state = UNSAID
+    output = flight.tick(stop="stopped by SIGINT")
+    assert (output.heartbeat, output.setpoint, output.request) == (False, Setpoint.NONE, None)
+    flight.nav_state = 14
+    output = flight.tick()
+    assert (output.phase, output.heartbeat, output.setpoint) == (Phase.RELEASED, False, Setpoint.NONE)
+    assert "took the vehicle" in output.reason
+
+
+def test_a_request_that_is_due_is_not_repeated_in_a_mode_that_was_taken_away():
+    flight = Flight(deaf={ARM})
+    flight.run(Phase.ARM)
+    asked_at = flight.requests[-1][0]
+    while flight.now - asked_at < PARAMETERS.answer_timeout - 2 * TICK:
+        flight.tick()
+    flight.nav_state, before = UNSAID, len(flight.requests)
+    for _ in range(10):
+        flight.tick()
+    assert flight.now - asked_at > PARAMETERS.answer_timeout
+    assert len(flight.requests) == before
+
+
+def test_after_a_planned_end_a_command_that_stays_away_is_not_flown_on():
+    flight = flying(deaf={LAND})
+    flight.run(Phase.LAND, 0.1, ended=True)
+    output = flight.tick(ended=True)
+    assert (output.heartbeat, output.setpoint) == (True, Setpoint.COMMAND)
+    output = flight.tick(ended=True, command_age=0.2)
+    assert (output.heartbeat, output.setpoint) == (False, Setpoint.LEVEL)
+
+
+def test_a_mode_that_is_never_named_ends_the_flight_within_half_a_second():
+    flight = flying()
+    flight.nav_state = UNSAID
+    began = flight.now
+    assert "took the vehicle in flight" in flight.run(Phase.RELEASED, 1.0).reason
+    assert 0.4 < flight.now - began < 0.6
+
+
+def test_while_landing_nothing_is_asked_of_a_mode_without_a_name():
+    flight = flying()
+    flight.run(Phase.LAND, 0.1, ended=True)
+    flight.nav_state, flight.due, before = UNSAID, [], len(flight.requests)
+    for _ in range(100):
+        output = flight.tick(ended=True)
+        assert (output.phase, output.heartbeat, output.setpoint) == (Phase.LAND, False, Setpoint.NONE)
+    assert len(flight.requests) == before
 
 
 def test_a_disarmed_vehicle_ends_the_flight():

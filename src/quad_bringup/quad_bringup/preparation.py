@@ -73,11 +73,14 @@ def build_in_background(nodes: Iterable[Resolved], prefix: str) -> "subprocess.P
     return subprocess.Popen(command, stdin=nowhere, stdout=nowhere, stderr=nowhere, start_new_session=True)
 
 
-def main(names: Sequence[str]) -> None:
-    """Build the functions of ``names``, MODULE:FUNCTION; without any what the default flight lacks."""
+def main(names: Sequence[str]) -> int:
+    """Build the functions of ``names``, MODULE:FUNCTION; without any what the default flight lacks.
+
+    Prints what came of each. Returns the exit code: 1 if one cannot be compiled or another process compiles now.
+    """
     if not names:
         build_lacking(resolve_flight(Request("hover"), {}).values(), "setup")
-        return
+        return 0
     os.nice(19)
     root = cache_root()
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -85,10 +88,15 @@ def main(names: Sequence[str]) -> None:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:  # another flight's process builds already; what it leaves out comes next time
-            return
+            _print("compile", "another process compiles now: try again when it is done")
+            return 1
+        problems = []
         for name in names:
             module, _, function = name.partition(":")
-            _problem_of(getattr(import_module(module), function))
+            problem = _problem_of(getattr(import_module(module), function))
+            _print("compile", f"run by CPython: {problem}" if problem else f"compiled {name}")
+            problems += [problem] if problem else []
+    return 1 if problems else 0
 
 
 def _lacks(function: Callable[..., Any]) -> bool:
@@ -112,4 +120,4 @@ def _print(prefix: str, text: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    raise SystemExit(main(sys.argv[1:]))

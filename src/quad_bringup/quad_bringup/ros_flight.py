@@ -11,7 +11,7 @@ from quad_bringup import one_process, results, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
-from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR
+from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
@@ -63,7 +63,9 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     progress = Progress(flight.name, sys.stderr)
     try:
         _start(processes, flight, logs / "parameters.yaml")
-        outcome = supervise(processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show)
+        outcome = supervise(
+            processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show, _spared(flight)
+        )
     finally:
         progress.close()
         watch.close()
@@ -78,6 +80,12 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     if lost:
         _complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
     return code
+
+
+def _spared(flight: Planned) -> tuple[str, ...]:
+    """Return the roles without which the flight goes on: shadows, and controllers that a shadow stands in for."""
+    standby = flight.nodes["simulator"].flight.standby
+    return (*SHADOWS, *(replaceable(flight.nodes) if standby else ()))
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
@@ -113,10 +121,10 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
-    problems = problems or [text for role, text in ends.items() if role not in (*SHADOWS, *outcome.late)]
+    problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
     for role in outcome.late:
         _complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
-    for role in set(ends) & set(SHADOWS):
+    for role in set(ends) & set(_spared(flight)):
         _complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
     for problem in problems:
         _complain(f"{flight.name}: {problem}")

@@ -2,7 +2,7 @@
 
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import NamedTuple
@@ -112,11 +112,13 @@ def supervise(
     patience: Patience,
     interrupted: Interrupts,
     show: Callable[[Sighting | None], None],
+    spared: Collection[str] = SHADOWS,
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
     Where a vehicle flies in real time its owner is first asked to bring it down; a second signal stops it at once.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
+    ``spared``: roles without which the flight goes on.
     """
     cause = ""
     late: tuple[str, ...] = ()
@@ -140,7 +142,7 @@ def supervise(
             # The end of the flight may have been published, but not received here yet.
             state = watch.poll(_LAST_NEWS)
         for role, code in ended.items():
-            if not cause and role not in SHADOWS and not _may_leave(state, code):
+            if not cause and role not in spared and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
         if len(interrupted.names) > heeded:

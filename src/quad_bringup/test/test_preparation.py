@@ -76,13 +76,22 @@ def test_a_process_that_nobody_waits_for_builds_what_lacks(cache, monkeypatch, c
     assert preparation.build_in_background([law], "fly") is None
 
 
-def test_one_process_builds_at_a_time(cache, monkeypatch):
+def test_one_process_builds_at_a_time(cache, monkeypatch, capfd):
     built = []
     monkeypatch.setattr(preparation, "build", built.append)
     monkeypatch.setattr(preparation.os, "nice", lambda _: 0)
     with (cache / "building.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        preparation.main(["math:sqrt"])
+        assert preparation.main(["math:sqrt"]) == 1
+        assert "another process compiles now" in capfd.readouterr().err
     assert built == []
-    preparation.main(["math:sqrt"])
+    assert preparation.main(["math:sqrt"]) == 0
     assert built == [math.sqrt]
+
+
+def test_compiling_by_hand_says_why_not(cache, monkeypatch, capfd):
+    monkeypatch.setattr(preparation.os, "nice", lambda _: 0)
+    assert preparation.main([f"{__name__}:written"]) == 1
+    printed = capfd.readouterr().err
+    assert f"run by CPython: {__name__}.written: " in printed
+    assert "\x1b" not in printed

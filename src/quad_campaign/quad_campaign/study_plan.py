@@ -9,6 +9,7 @@ import yaml
 from quad_core.parameter_files import read_parameter_file
 from quad_core.parameters import ParameterError, Real, Value
 from quad_core.resolution import resolve
+from quad_flight import configuration
 from quad_flight.flight import Flight, flight_from_parameters
 
 Overrides = dict[str, dict[str, Value]]
@@ -61,7 +62,7 @@ class Objective(NamedTuple):
 
 
 class Tuning(NamedTuple):
-    """Budget and flights of the tuning of each controller."""
+    """Budget and flights of the tuning of each controller; every flight is flown under each of ``conditions``."""
 
     trials: int
     sampler_seed: int
@@ -69,6 +70,7 @@ class Tuning(NamedTuple):
     cases: tuple[str, ...]
     plants: tuple[str, ...]
     objective: Objective
+    conditions: tuple[Overrides, ...] = ({},)
 
 
 class Comparison(NamedTuple):
@@ -141,20 +143,44 @@ def tuned_overrides(plan: StudyPlan, controller: Controller) -> Overrides:
     return {pattern.strip("/*"): values for pattern, values in read_parameter_file(path).items()}
 
 
-def flight_of(overrides: Overrides, case: str, plant: str, start: str = "approach") -> Flight:
-    """Return the flight of a controller on a case and a plant, at the default seed. Raises as the nodes would."""
-    told: Overrides = {
-        **overrides,
-        "trajectory": {"trajectory": case, f"{case}.start": start},
+def flight_of(
+    overrides: Overrides, case: str, plant: str, start: str = "approach", condition: Overrides | None = None
+) -> Flight:
+    """Return the flight of a controller on a case and a plant, at the default seed. Raises as the nodes would.
+
+    ``condition``: {node or "/**": {parameter: value}} that acts besides, for example noise, delay and a vehicle; what a
+    controller sets itself wins.
+    """
+    acting = condition or {}
+    asked: Overrides = {
+        **acting,
+        **{node: {**acting.get(node, {}), **values} for node, values in overrides.items()},
+        "trajectory": {**acting.get("trajectory", {}), "trajectory": case, f"{case}.start": start},
         # laws are compared, not the net under them
-        "simulator": {"plant": plant, "guard.enabled": False},
+        "simulator": {**acting.get("simulator", {}), "plant": plant, "guard.enabled": False},
     }
-    return flight_from_parameters(told)
+    return flight_from_parameters(asked)
+
+
+def read_condition(body: Any) -> Overrides:
+    """Return one entry of ``tuning.conditions``: {node: {parameter: value}}, and with ``vehicle: NAME`` its file.
+
+    Raises ParameterError for what is no mapping, or an unknown vehicle; parameters are checked with the first flight.
+    """
+    if not isinstance(body, dict) or not all(
+        isinstance(values, str if node == "vehicle" else dict) for node, values in body.items()
+    ):
+        raise ParameterError("tuning.conditions: expected a list of {node: {parameter: value}, vehicle: NAME}")
+    found: Overrides = {node: dict(values) for node, values in body.items() if node != "vehicle"}
+    if "vehicle" in body:
+        of_file = read_parameter_file(configuration.find(configuration.VEHICLES, str(body["vehicle"])))
+        found["/**"] = {**of_file.get("/**", {}), **found.get("/**", {})}
+    return found
 
 
 def _plan(path: Path, content: Any) -> StudyPlan:
     top = _section(content, "", _TOP)
-    tuning = _section(top["tuning"], "tuning", _TUNING)
+    tuning = _section(top["tuning"], "tuning", _TUNING, ("conditions",))
     objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE)
     study = _section(top["study"], "study", _STUDY)
     if not isinstance(top["controllers"], dict) or not top["controllers"]:
@@ -169,6 +195,7 @@ def _plan(path: Path, content: Any) -> StudyPlan:
             tuple(tuning["cases"]),
             tuple(tuning["plants"]),
             Objective(*(float(objective[key]) for key in _OBJECTIVE)),
+            tuple(map(read_condition, tuning.get("conditions") or [{}])),
         ),
         Comparison(
             int(study["held_out_first"]),
@@ -201,7 +228,7 @@ def _controller(name: str, body: Any) -> Controller:
     for node, values in (told.get("fixed") or {}).items():
         if node not in laws:
             raise ParameterError(f"{place}.fixed.{node}: expected one of {', '.join(laws)}")
-        fixed[node] = {f"{laws[node]}.{key}": value for key, value in values.items()}
+        fixed[node] = {_full_name(laws[node], key): value for key, value in values.items()}
     knobs = tuple(_knob(f"{place}.knobs.{key}", str(key), laws, knob) for key, knob in told["knobs"].items())
     return Controller(name, str(told["title"]), laws["position_controller"], laws["attitude_controller"], fixed, knobs)
 
@@ -212,8 +239,13 @@ def _knob(place: str, name: str, laws: Mapping[str, str], body: Any) -> Knob:
     if node not in laws:
         raise ParameterError(f"{place}.node: found {node!r}, expected one of {', '.join(laws)}")
     low, high = float(told.get("low", float("nan"))), float(told.get("high", float("nan")))
-    names = tuple(f"{laws[node]}.{key}" for key in told["parameters"])
+    names = tuple(_full_name(laws[node], key) for key in told["parameters"])
     return _bounded(place, Knob(name, node, names, low, high, bool(told.get("log", False))), laws[node])
+
+
+def _full_name(law: str, key: str) -> str:
+    """Return the parameter's name in its node: of the law, but for those of the prediction before it."""
+    return key if key.startswith("prediction.") else f"{law}.{key}"
 
 
 def _bounded(place: str, knob: Knob, law: str) -> Knob:
@@ -240,4 +272,5 @@ def _check(plan: StudyPlan) -> None:
     for controller in plan.controllers:
         for case in {*plan.tuning.cases, *plan.study.cases}:
             for plant in {*plan.tuning.plants, *plan.study.plants}:
-                flight_of(controller.overrides({}), case, plant, plan.study.start)
+                for condition in plan.tuning.conditions:
+                    flight_of(controller.overrides({}), case, plant, plan.study.start, condition)

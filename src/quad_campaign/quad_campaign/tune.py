@@ -29,7 +29,7 @@ from quad_campaign.study_plan import (
     read_plan,
 )
 from quad_core.cycle import seconds
-from quad_core.parameters import ParameterError, flatten
+from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError
 from quad_flight.flight import Flight, Result, fly
@@ -74,7 +74,8 @@ def flight_cost(result: Result, objective: Objective, plant_period: int) -> floa
 def cost(controller: Controller, values: Mapping[str, float], tuning: Tuning, threads: int = 2) -> float:
     """Return the mean cost of the training flights with {knob: value}. Raises EngineError as ``fly``."""
     flights = [
-        flight_of(controller.overrides(values), case, plant)._replace(seed=seed)
+        flight_of(controller.overrides(values), case, plant, condition=condition)._replace(seed=seed)
+        for condition in tuning.conditions
         for plant in tuning.plants
         for case in tuning.cases
         for seed in tuning.seeds
@@ -104,8 +105,8 @@ def defaults(controller: Controller) -> dict[str, float]:
     flight = flight_of(controller.overrides({}), "hover", "rigid_body")
     found = {}
     for knob in controller.knobs:
-        law = flight.resolved[knob.node].plugins["law"]
-        value = float(flatten(law.parameters)[knob.parameters[0].partition(".")[2]])
+        values = {field.name: field.default for field in flight.resolved[knob.node].all_fields()}
+        value = float(values[knob.parameters[0]])
         found[knob.name] = min(max(value, knob.low), knob.high)
     return found
 
@@ -171,6 +172,8 @@ def parameter_file(tuned: Tuned, plan: StudyPlan) -> str:
         f"cost: mean of {scales}",
         f"over {flights}; sampler TPE, seed {tuning.sampler_seed}",
     ]
+    if tuning.conditions != ({},):
+        lines.append(f"under {len(tuning.conditions)} conditions, see the plan")
     lines += [f"{k.name}: {best.values[k.name]:.6g} in [{k.low}, {k.high}]" for k in tuned.controller.knobs]
     content = {
         f"/**/{node}": {"ros__parameters": values} for node, values in tuned.controller.overrides(best.values).items()

@@ -107,3 +107,36 @@ def test_the_shipped_plan_and_gains_fly_what_they_say():
         for knob in controller.knobs:
             assert {knob.low <= values[name] <= knob.high for name in knob.parameters} == {True}
     assert len(limits) == 1
+
+
+def test_conditions_act_in_every_flight_and_a_controller_wins(tmp_path):
+    asked = content()
+    asked["tuning"]["conditions"] = [
+        {"simulator": {"sensor.delay": 0.02}, "vehicle": "x500", "/**": {"vehicle.rotor_time_constant": 0.03}},
+        {"attitude_controller": {"itsm.torque.roll": 2.0, "itsm.switching": "sign"}},
+    ]
+    asked["controllers"]["mine"]["fixed"]["position_controller"] = {"prediction.enabled": True}
+    asked["controllers"]["mine"]["knobs"]["s"] = {
+        "node": "position_controller", "parameters": ["prediction.smoothing"], "low": 1.0, "high": 30.0,
+    }  # fmt: skip
+    plan = read(tmp_path, asked)
+    (mine,) = plan.controllers
+    flights = [
+        study_plan.flight_of(mine.overrides({"s": 7.0}), "case1", "rigid_body", condition=condition)
+        for condition in plan.tuning.conditions
+    ]
+    assert flights[0].setup.sensing.delay == 0.02
+    assert flights[0].setup.vehicle.mass == 2.064
+    assert flights[0].setup.vehicle.rotor_time_constant == 0.03
+    assert flights[0].setup.stages.position_controller.prediction.smoothing == 7.0
+    assert flights[1].setup.vehicle.mass == 0.56
+    assert flights[1].setup.stages.attitude_controller.torque.roll == 2.0
+    assert flights[1].setup.stages.attitude_controller.switching == 1
+
+
+@pytest.mark.parametrize("wrong", [[3], [{"simulator": 4}], [{"vehicle": "none such"}], [{"nobody": {"a": 1}}]])
+def test_wrong_conditions_are_refused(tmp_path, wrong):
+    asked = content()
+    asked["tuning"]["conditions"] = wrong
+    with pytest.raises(ParameterError, match="small"):
+        read(tmp_path, asked)

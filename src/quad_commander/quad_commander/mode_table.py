@@ -30,30 +30,29 @@ class Condition(IntEnum):
     SETPOINT_LOST = 2
     WRENCH_LOST = 3
     STATE_LOST = 4
-    STATE_GONE = 5
-    STATE_REFUSED = 6
-    POSITION_LOST = 7
-    TILT = 8
-    EXTREME_TILT = 9
-    EXTREME_TILT_LOW = 10
-    POSITION_ERROR = 11
-    LARGE_POSITION_ERROR = 12
-    FENCE = 13
-    BATTERY_LOW = 14
-    ESTIMATOR_RESET = 15
-    OVERRUNS = 16
-    RECORDER_LOST = 17
-    GUARD_DESCENDS = 18
-    GUARD_KILLED = 19
-    PILOT_TOOK_OVER = 20
-    END_ASKED = 21
-    TAKEOFF_LATE = 22
-    LANDING_LATE = 23
-    ARMING_LATE = 24
-    READY = 25
-    AT_HEIGHT = 26
-    PLAN_ENDED = 27
-    CONTACT = 28
+    STATE_REFUSED = 5
+    POSITION_LOST = 6
+    TILT = 7
+    EXTREME_TILT = 8
+    EXTREME_TILT_LOW = 9
+    POSITION_ERROR = 10
+    LARGE_POSITION_ERROR = 11
+    FENCE = 12
+    BATTERY_LOW = 13
+    ESTIMATOR_RESET = 14
+    OVERRUNS = 15
+    RECORDER_LOST = 16
+    GUARD_DESCENDS = 17
+    GUARD_KILLED = 18
+    PILOT_TOOK_OVER = 19
+    END_ASKED = 20
+    TAKEOFF_LATE = 21
+    LANDING_LATE = 22
+    ARMING_LATE = 23
+    READY = 24
+    AT_HEIGHT = 25
+    PLAN_ENDED = 26
+    CONTACT = 27
 
 
 class Request(IntEnum):
@@ -111,7 +110,6 @@ FAULTS = (
     ),
     Row(Condition.WRENCH_LOST, "wrench older than {wrench_lost}", Mode.DESCEND),
     Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND),
-    Row(Condition.STATE_GONE, "state older than {state_gone}", Mode.KILL),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
     Row(Condition.TILT, "tilt above {tilt} for {tilt_time}", Mode.DESCEND),

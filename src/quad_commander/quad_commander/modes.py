@@ -25,7 +25,7 @@ from quad_core.guard import REQUESTED as GUARD_REQUESTED
 DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL = (mode.value for mode in Mode)
 # fmt: off
 (
-    REFERENCE_LATE, REFERENCE_LOST, SETPOINT_LOST, WRENCH_LOST, STATE_LOST, STATE_GONE,
+    REFERENCE_LATE, REFERENCE_LOST, SETPOINT_LOST, WRENCH_LOST, STATE_LOST,
     STATE_REFUSED, POSITION_LOST, TILT, EXTREME_TILT, EXTREME_TILT_LOW, POSITION_ERROR,
     LARGE_POSITION_ERROR, FENCE, BATTERY_LOW, ESTIMATOR_RESET, OVERRUNS, RECORDER_LOST,
     GUARD_DESCENDS, GUARD_KILLED, PILOT_TOOK_OVER, END_ASKED, TAKEOFF_LATE, LANDING_LATE,
@@ -194,7 +194,6 @@ def faults_of_inputs(parameters: ModeParameters, memory: Memory, health: Health)
     found |= flag(SETPOINT_LOST, health.setpoint_age > parameters.setpoint_lost)
     found |= flag(WRENCH_LOST, health.wrench_age > parameters.wrench_lost)
     found |= flag(STATE_LOST, health.state_age > parameters.state_lost)
-    found |= flag(STATE_GONE, health.state_age > parameters.state_gone)
     found |= flag(STATE_REFUSED, health.guard_land)
     found |= flag(POSITION_LOST, not health.position_good)
     found |= flag(ESTIMATOR_RESET, health.estimator_reset)

@@ -55,6 +55,7 @@ class Commander(Responder):
         self._last: Sample | None = None
         self._guard = GuardSeen()
         self._stepped_at = 0.0
+        self._sent = -1
         self._heard = {"attitude_setpoint": self.started, COMMAND: self.started}
         self._mission_in = self.take("mission/reference")
         self.take("actuation", lag=1)
@@ -121,6 +122,9 @@ class Commander(Responder):
 
     def _messages(self, sample: Sample, said: Said) -> Iterator[tuple[Publisher, Any]]:
         step, next_step = sample.step, sample.step + self.period_steps
+        if step <= self._sent:  # decided without its state, which came all the same: no second message of one step
+            return
+        self._sent = step
         yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
         yield self._mode_out, self._mode_payload.of(said, step, next_step, sample.stamp_ns)
 
@@ -172,8 +176,12 @@ class Commander(Responder):
             return None
         self._since_check = 0.0
         free = shutil.disk_usage(".").free / 1e9
-        observed = self._preflight.observed(sample, self.states_seen, self.count_publishers, free)
+        observed = self._preflight.observed(sample, self.states_seen, self.senders, free)
         return refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
+
+    def senders(self, topic: str) -> int:
+        """Return how many publish ``topic``, a controller in standby not counted."""
+        return int(self.count_publishers(topic)) - (topic in self._standby)
 
     def _on_guard(self, message: GuardStatus) -> None:
         if not self.flight.run_id or message.run_id == self.flight.run_id:

@@ -17,7 +17,6 @@ REFERENCE_LOST        D A T L L L S P K
 SETPOINT_LOST         D D S S S S S P K
 WRENCH_LOST           D D S S S S S P K
 STATE_LOST            D D S S S S S P K
-STATE_GONE            D D K K K K K P K
 STATE_REFUSED         D D L L L L S P K
 POSITION_LOST         D D S S S S S P K
 TILT                  D D S S S S S P K
@@ -55,7 +54,6 @@ HEALTH = {
     Condition.SETPOINT_LOST: {"setpoint_age": 0.31},
     Condition.WRENCH_LOST: {"wrench_age": 0.051},
     Condition.STATE_LOST: {"state_age": 0.101},
-    Condition.STATE_GONE: {"state_age": 0.51},
     Condition.STATE_REFUSED: {"guard_land": True},
     Condition.POSITION_LOST: {"position_good": False},
     Condition.TILT: {"tilt": math.radians(61.0)},

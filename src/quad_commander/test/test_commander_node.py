@@ -177,6 +177,14 @@ def test_a_good_vehicle_is_armed_and_takes_off(make):
     assert node.references[-1].p_w[2] > 0.0
 
 
+def test_a_standby_is_no_second_publisher(make):
+    roles = "simulator,trajectory,commander,position_controller,attitude_controller,shadow_attitude_controller,recorder"
+    node = make("flight.standby:=true", f"flight.roles:={roles}")
+    assert [node.senders(topic) for topic in ("wrench_setpoint", "attitude_setpoint")] == [0, 1]
+    node.publishing = 2
+    assert [node.senders(topic) for topic in ("wrench_setpoint", "attitude_setpoint")] == [1, 2]
+
+
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
@@ -233,8 +241,11 @@ def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node.state_heard -= 0.7
     node.on_tick()
     assert len(node.modes) == count + 1
-    assert node.modes[-1].raised >> 4 & 0b11 == 0b11  # state lost, state gone
+    assert node.modes[-1].raised >> 4 & 1  # state lost
     assert node.modes[-1].step == 5 + 350
+    node._jumped = 5 + 330  # the second state after a gap is believed
+    node.fly(5 + 350, 5 + 360)
+    assert [mode.step for mode in node.modes[count:]] == [5 + 350, 5 + 355]
 
 
 def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):

@@ -110,8 +110,13 @@ def test_a_pilot_may_disarm_on_the_ground_only():
 
 
 def test_faults_win_over_a_request_of_the_same_step():
-    decision, _ = after(in_mode(Mode.MISSION), Condition.STATE_GONE, request=Request.LAND, dt=DT)
+    decision, _ = after(in_mode(Mode.MISSION), Condition.GUARD_KILLED, request=Request.LAND, dt=DT)
     assert decision.mode == Mode.KILL
+
+
+def test_a_state_that_only_the_commander_lacks_stops_no_motors():
+    decision, _ = fly(in_mode(Mode.MISSION), 5.0, state_age=10.0)
+    assert decision.mode == Mode.DESCEND
 
 
 def test_going_down_is_never_refused():

@@ -6,7 +6,8 @@
 
 with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio.
 It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a velocity
-that can be trusted d is vertical and f a fixed share of the weight.
+that can be trusted d is vertical and f a fixed share of the weight; without any state, the attitude that the model
+predicts, a smaller one: the sooner it is down, the less an unknown torque can turn it.
 
 The law shares no text with the controllers, so that no mistake of theirs can be its own (Simplex: Sha, 2001).
 """
@@ -48,15 +49,21 @@ def descend(
     state: VehicleState,
     height: float,
     knows_velocity: bool,
+    blind_thrust: float,
     dt: float,
 ) -> tuple[Wrench, Descent]:
-    """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground."""
+    """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground.
+
+    ``blind_thrust``: thrust over weight where the velocity is not known.
+    """
     zero = Vec3(0.0, 0.0, 0.0)
     if memory.stopped:
         return Wrench(0.0, zero), memory
     up = body_z(state.q_wb)
     sinking = sink_speed(law, state) if knows_velocity else 0.0
-    thrust, lift = descent_thrust(law, vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, up.z, dt)
+    thrust, lift = descent_thrust(
+        law, vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, blind_thrust, up.z, dt
+    )
     direction = desired_direction(law, vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
     torque = level_torque(law, vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
@@ -98,6 +105,7 @@ def descent_thrust(
     vertical_speed: float,
     sinking: float,
     knows_velocity: bool,
+    blind_thrust: float,
     cosine: float,
     dt: float,
 ) -> tuple[float, float]:
@@ -105,7 +113,7 @@ def descent_thrust(
     weight = vehicle.mass * vehicle.gravity
     low, high = law.lowest_thrust * weight, law.thrust_share * max_thrust(vehicle)
     if not knows_velocity:
-        return clamp(law.blind_thrust * weight, low, high), lift
+        return clamp(blind_thrust * weight, low, high), lift
     error = -sinking - vertical_speed
     vertical = vehicle.gravity + law.vertical_bandwidth * error + lift
     thrust = vehicle.mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)

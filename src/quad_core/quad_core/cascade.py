@@ -9,6 +9,7 @@ the loop without ROS, the log, the replay and the processes of ``fly``. A new st
 message of its internals. Rows stand in the order of the data flow; what the last row gives is what the vehicle obeys.
 """
 
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from quad_core import plugins
@@ -180,6 +181,12 @@ OWNERS = {
 SHADOW = "shadow_"
 SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}
 """Second controllers that answer beside the flying ones: recorded, but no vehicle obeys them."""
+
+
+def replaceable(roles: Collection[str]) -> tuple[str, ...]:
+    """Return the controllers among ``roles`` that have a shadow."""
+    return tuple(role.removeprefix(SHADOW) for role in roles if role in SHADOWS)
+
 
 ALL_ROLES = {**ROLES, **GUESTS, **OWNERS, **SHADOWS}
 

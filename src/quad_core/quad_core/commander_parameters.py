@@ -19,7 +19,6 @@ class ModeParameters(NamedTuple):
     ] = 0.3
     wrench_lost: Annotated[float, Real("s", "wrench older: DESCEND", 0.001, 100.0, "", live=False)] = 0.05
     state_lost: Annotated[float, Real("s", "state older: DESCEND", 0.001, 100.0, "MRS", live=False)] = 0.1
-    state_gone: Annotated[float, Real("s", "state older: KILL", 0.001, 100.0, "MRS", live=False)] = 0.5
     tilt: Annotated[float, Real("rad", "tilt that may not last", 0.1, 3.2, "PX4 FailureDetector", live=False)] = (
         1.0471975511965976
     )

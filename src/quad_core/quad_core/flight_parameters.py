@@ -41,3 +41,11 @@ class FlightParameters(NamedTuple):
         bool,
         Flag("laws and plant as machine code where scripts/fly has built it: faster, and the same bits", live=False),
     ] = True
+    standby: Annotated[
+        bool,
+        Flag("a shadow controller flies when its own is silent, or when it is asked to; false: shadows only compute"),
+    ] = False
+    takeover_age: Annotated[
+        float,
+        Real("s", "standby: the other controller's answer is so far behind the state, then it takes over", 0.001, 10.0),
+    ] = 0.02

@@ -13,7 +13,8 @@ wrench and state are in and before the rotors get their command:
 Time is the owner's own plant step: in lockstep the step itself, in real time the steady clock over the period. The text
 is one for both. A refused wrench or sample is dropped, counted and named in the report; it never raises and never
 feeds a watchdog. A mode is left upwards only by request, and KILL never. Between samples, and when they stay away, the
-state is predicted with the nominal model and, if it still arrives, the measured body rate.
+state is predicted with the nominal model and, if it still arrives, the measured body rate. Without either, the
+prediction is flown for ``state.gone_age``, then the motors are off.
 """
 
 import math
@@ -22,7 +23,7 @@ from typing import NamedTuple
 from quad_core.backup import Descent, descend
 from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
 from quad_core.guard_parameters import GuardParameters
-from quad_core.guard_state import Belief, Refusals, is_full, no_belief, observe
+from quad_core.guard_state import Belief, Refusals, is_full, is_gone, no_belief, observe
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -160,6 +161,7 @@ def step(
     )
     command_age = age(now, command_step, first, period)
     state_age = age(now, belief.step, first, period)
+    rate_age = age(now, belief.rate_step, first, period)
     timers = watch(parameters, memory.timers, belief, command_age, state_age, dt)
     refused = is_full(parameters.state, refusals)
     land = refused and not refusals.reset and state_age <= parameters.state.warn_age
@@ -169,12 +171,12 @@ def step(
         inputs.request,
         command_age,
         state_age,
-        age(now, belief.rate_step, first, period),
+        is_gone(parameters.state, belief, rate_age),
         belief.state.p_w.z - parameters.ground_height,
         refused and not (land and parameters.has_commander),
     )
     mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
-    flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, dt)
+    flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, rate_age, dt)
     after = Memory(
         mode, reason, since, first, wrench, command_step, refused_commands, belief, refusals, timers, flown, descent
     )
@@ -205,6 +207,7 @@ def fly(
     wrench: Wrench,
     belief: Belief,
     state_age: float,
+    rate_age: float,
     dt: float,
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's."""
@@ -212,15 +215,16 @@ def fly(
         return wrench, memory.descent
     if mode == KILL:
         return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
-    descent = memory.descent if memory.mode == DESCEND else Descent(0.0, 0.0, 1.0, False)
+    law, descent = parameters.backup, memory.descent if memory.mode == DESCEND else Descent(0.0, 0.0, 1.0, False)
     return descend(
-        parameters.backup,
+        law,
         parameters.contact,
         vehicle,
         descent,
         belief.state,
         belief.state.p_w.z - parameters.ground_height,
         belief.step >= 0 and state_age <= parameters.state.lost_age,
+        law.blind_thrust if rate_age <= parameters.state.blind_age else law.unseen_thrust,
         dt,
     )
 
@@ -254,13 +258,12 @@ def condition(
     request: int,
     command_age: float,
     state_age: float,
-    rate_age: float,
+    gone: bool,
     height: float,
     refused: bool,
 ) -> int:
     """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground."""
-    tilt = parameters.tilt
-    found = GOOD
+    tilt, found = parameters.tilt, GOOD
     if command_age > parameters.command.lost_age:
         found = WRENCH_LOST
     if state_age > parameters.state.lost_age:
@@ -273,7 +276,7 @@ def condition(
         found = REQUESTED
     if timers.extreme_tilt > tilt.extreme_time:
         found = EXTREME_TILT_LOW if height < tilt.low_height else EXTREME_TILT
-    if rate_age > parameters.state.gone_age and found < STATE_GONE:
+    if gone and found < STATE_GONE:
         found = STATE_GONE
     if request == ASK_KILL:
         found = REQUESTED_KILL

@@ -86,9 +86,14 @@ class StateLimits(NamedTuple):
     lost_age: Annotated[
         float, Real("s", "backup law: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
     ] = 0.1
-    gone_age: Annotated[
-        float, Real("s", "motors off: the last believed sample is older", 0.001, 100.0, "MRS", live=False)
+    blind_age: Annotated[
+        float,
+        Real("s", "sink faster: the last believed sample and body rate are older", 0.001, 100.0, "MRS", live=False),
     ] = 0.5
+    gone_age: Annotated[
+        float,
+        Real("s", "motors off: the last believed sample and body rate are older", 0.001, 100.0, "addition", live=False),
+    ] = 3.0
 
 
 class TiltLimits(NamedTuple):
@@ -146,6 +151,10 @@ class BackupLaw(NamedTuple):
         float,
         Real("", "thrust over weight without a velocity that can be trusted", 0.5, 1.0, "PX4", live=False),
     ] = 0.94
+    unseen_thrust: Annotated[
+        float,
+        Real("", "thrust over weight without any state for ``blind_age``", 0.2, 1.0, "addition", live=False),
+    ] = 0.7
     lowest_thrust: Annotated[
         float, Real("", "least thrust over weight in the air", 0.0, 1.0, "addition", live=False)
     ] = 0.2

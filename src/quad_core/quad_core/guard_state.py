@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from quad_core.backup import predict
 from quad_core.cycle import BODY_RATE_BOUND
-from quad_core.guard_checks import ACCEPTED, ATTITUDE_JUMP, POSITION_JUMP, StateSample, sample_refusal
+from quad_core.guard_checks import ACCEPTED, ATTITUDE_JUMP, FOREIGN, POSITION_JUMP, StateSample, sample_refusal
 from quad_core.guard_parameters import StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -13,19 +13,21 @@ COUNTED = (False, True, False, False, True, False, True, True, True, False)
 """By refusal: whether it counts towards the end of the controller's flight. Strangers, repetitions, frozen: no."""
 
 RATE_SERVES = (False, True, False, False, False, False, False, True, True, False)
-"""By refusal: whether the sample's body rate may still be used."""
+"""By refusal: whether the sample's body rate may still be used, if it is not that of the reading before."""
 
 
 class Belief(NamedTuple):
     """The state as the guard knows it, and the last believed sample. Steps are -1 before the first one.
 
-    ``step`` is that of the last believed sample, ``rate_step`` that of the last measured body rate.
+    ``step`` is that of the last believed sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
+    body rate in rad/s of the estimator's newest reading, believed or not.
     """
 
     state: VehicleState
     sample: VehicleState
     step: int
     rate_step: int
+    reading: Vec3
 
 
 class Refusals(NamedTuple):
@@ -41,7 +43,7 @@ def no_belief() -> Belief:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
     rest = VehicleState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Belief(rest, rest, -1, -1)
+    return Belief(rest, rest, -1, -1, zero)
 
 
 def observe(
@@ -58,25 +60,31 @@ def observe(
     """Return the belief at plant step ``now``, the counts and the refusal of ``sample``; ``flown`` is the last wrench.
 
     After too many refusals the next sample that only jumped is believed: the estimator was reset, and the backup law
-    flies better on its new attitude and velocity than on a prediction.
+    flies better on its new attitude and velocity than on a prediction. Of other samples the body rate is used, unless
+    it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
     """
     refusals = expired(limits, refusals, now, period)
-    refusal, gyro, state = ACCEPTED, False, belief.state
+    refusal, gyro, state, reading = ACCEPTED, False, belief.state, belief.reading
     if sample.arrived:
         refusal = sample_refusal(limits, sample, belief.sample, belief.step, now, period)
         if refusal == ACCEPTED:
-            return Belief(sample.state, sample.state, sample.step, sample.step), refusals, refusal
+            return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b), refusals, refusal
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(limits, refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            return Belief(sample.state, sample.state, sample.step, sample.step), reset, refusal
-        gyro = RATE_SERVES[refusal] and is_bounded(sample.state.omega_b)
+            return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b), reset, refusal
+        rate = sample.state.omega_b
+        repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
+        gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
+        if refusal != FOREIGN:
+            reading = rate
         if gyro:
-            state = VehicleState(state.p_w, state.v_w, state.q_wb, sample.state.omega_b)
+            state = VehicleState(state.p_w, state.v_w, state.q_wb, rate)
     if belief.step < 0:
         return belief, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
-    return Belief(predicted, belief.sample, belief.step, now if gyro else belief.rate_step), refusals, refusal
+    rate_step = now if gyro else belief.rate_step
+    return Belief(predicted, belief.sample, belief.step, rate_step, reading), refusals, refusal
 
 
 def is_bounded(omega: Vec3) -> bool:
@@ -102,3 +110,8 @@ def counted(refusals: Refusals, refusal: int, now: int) -> Refusals:
 def is_full(limits: StateLimits, refusals: Refusals) -> bool:
     """Return whether too many samples were refused within the window."""
     return refusals.recent >= limits.refused_count
+
+
+def is_gone(limits: StateLimits, belief: Belief, rate_age: float) -> bool:
+    """Return whether nothing is known any more; ``rate_age`` in s. What never was known is not predicted for long."""
+    return rate_age > (limits.gone_age if belief.step >= 0 else limits.blind_age)

@@ -15,13 +15,16 @@ With ``smoothing`` the predicted position and velocity are not taken as they com
 
     v = v_m + (1 - z^2) r,  d = d_m + (1 - z)^2 r / T,  p = p_m + (1 - z) (p_now - p_m),  r = v_now - v_m,  z = e^(-L T)
 
-with v_m = v + T (a + d) and p_m = p + T v + T^2/2 (a + d) of the step before.
+with v_m = v + T (a + d) and p_m = p + T v + T^2/2 (a + d) of the step before. ``position_smoothing`` gives p a slower z
+of its own: a measured velocity says more about the next centimetre than a noisy position. ``attitude_smoothing`` is the
+same for q: turned on by the gyro, and back to q_now by 1 - e^(-L T) of the difference (a complementary filter; Mahony,
+Hamel and Pflimlin, IEEE TAC 53(5), 2008).
 """
 
 import math
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, cross, scale, subtract, turned
+from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -41,6 +44,12 @@ class Prediction(NamedTuple):
     ] = 0.06
     smoothing: Annotated[
         float, Real("rad/s", "bandwidth L of the filter of predicted position and velocity; 0: none", 0.0, 500.0)
+    ] = 0.0
+    position_smoothing: Annotated[
+        float, Real("rad/s", "slower bandwidth of the position in `smoothing`; 0: the same", 0.0, 500.0)
+    ] = 0.0
+    attitude_smoothing: Annotated[
+        float, Real("rad/s", "bandwidth of the filter of the predicted attitude on the gyro; 0: none", 0.0, 2000.0)
     ] = 0.0
     rate_smoothing: Annotated[
         float, Real("rad/s", "bandwidth of the filter of predicted body rates on the model; 0: none", 0.0, 2000.0)
@@ -111,6 +120,10 @@ def predict(
         expected = add(known.predicted.omega_b, scale(dt, angular))
         omega = moved_towards(expected, omega, parameters.rate_smoothing, dt)
     q = turned(state.q_wb, scale(ages.y, subtract(omega, scale(0.5 * ages.y, mean))))
+    if parameters.attitude_smoothing > 0.0 and known.initialised:
+        before = known.predicted
+        expected_q = turned(before.q_wb, scale(0.5 * dt, add(before.omega_b, omega)))
+        q = turned_towards(expected_q, q, parameters.attitude_smoothing, dt)
     acceleration = ZERO
     if known.initialised:
         acceleration = explained(vehicle, turned(q, scale(-0.5 * ages.x, omega)), actuation.thrust)
@@ -143,7 +156,10 @@ def _smoothed(
             z = math.exp(-parameters.smoothing * dt)
             expected_v = add(known.predicted.v_w, scale(dt, total))
             miss = subtract(now.v_w, expected_v)
-            p = add(expected_p, scale(1.0 - z, residual))
+            slow = z
+            if parameters.position_smoothing > 0.0:
+                slow = math.exp(-parameters.position_smoothing * dt)
+            p = add(expected_p, scale(1.0 - slow, residual))
             v = add(expected_v, scale(1.0 - z * z, miss))
             d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
     predicted = VehicleState(p, v, now.q_wb, now.omega_b)
@@ -203,3 +219,15 @@ def moved_towards(value: Vec3, target: Vec3, rate: float, dt: float) -> Vec3:
     """Return a first-order lag of ``rate`` 1/s after ``dt`` s with the input ``target``, exactly."""
     left = math.exp(-rate * dt)
     return add(target, scale(left, subtract(value, target)))
+
+
+def turned_towards(q: Quat, target: Quat, rate: float, dt: float) -> Quat:
+    """Return ``q`` turned the short way towards ``target`` by 1 - e^(-rate dt) of their difference, which is small.
+
+    The difference is 2 (q_x, q_y, q_z) of q^-1 target: the rotation vector but for a third of its cube over eight.
+    """
+    apart = relative_attitude(q, target)
+    share = 2.0 * (1.0 - math.exp(-rate * dt))
+    if apart.w < 0.0:
+        share = -share
+    return turned(q, Vec3(share * apart.x, share * apart.y, share * apart.z))

@@ -24,7 +24,7 @@ def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0
 
 def wrench(knows_velocity=True, memory=FRESH, **changes):
     seen = state(**changes)
-    return descend(LAW, RULE, VEHICLE, memory, seen, seen.p_w.z, knows_velocity, 0.002)[0]
+    return descend(LAW, RULE, VEHICLE, memory, seen, seen.p_w.z, knows_velocity, LAW.blind_thrust, 0.002)[0]
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def at_rest(height, seconds, knows_velocity=True):
     memory, found = FRESH, []
     for _ in range(round(seconds / 0.002)):
         seen = state(height)
-        output, memory = descend(LAW, RULE, VEHICLE, memory, seen, height, knows_velocity, 0.002)
+        output, memory = descend(LAW, RULE, VEHICLE, memory, seen, height, knows_velocity, LAW.blind_thrust, 0.002)
         found.append((output.thrust, memory.stopped))
     return found
 
@@ -140,7 +140,7 @@ def test_the_prediction_turns_as_eulers_equations_say():
 
 def test_the_torque_carries_the_gyroscopic_part():
     seen = state(omega=(1.0, 2.0, 3.0))
-    torque = descend(LAW, RULE, UNEVEN, FRESH, seen, 5.0, False, 0.002)[0].torque_b
+    torque = descend(LAW, RULE, UNEVEN, FRESH, seen, 5.0, False, LAW.blind_thrust, 0.002)[0].torque_b
     damping = 2.0 * 0.9 * 8.0
     assert torque.x == pytest.approx(-2e-3 * damping * 1.0 + (7e-3 - 3e-3) * 2.0 * 3.0)
     assert torque.y == pytest.approx(-3e-3 * damping * 2.0 + (2e-3 - 7e-3) * 1.0 * 3.0)

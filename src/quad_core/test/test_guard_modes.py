@@ -69,18 +69,39 @@ def test_no_command_ever_is_a_lost_one_too():
     assert owner.events == [(26, guard.DESCEND, guard.WRENCH_LOST)]
 
 
-def test_a_silent_state_warns_descends_and_kills():
+def test_a_silent_state_warns_descends_sinks_faster_and_kills():
     owner = Owner()
     owner.run(0.5)
     last = owner.step - 1
     owner.run(0.052, sample=no_state)
     assert owner.report.warning
-    owner.run(0.6, sample=no_state)
+    owner.run(0.44, sample=no_state)
+    assert owner.wrench.thrust == pytest.approx(0.94 * HOVER.thrust)
+    owner.run(0.02, sample=no_state)
+    assert owner.wrench.thrust == pytest.approx(0.7 * HOVER.thrust)
+    owner.run(2.6, sample=no_state)
     assert owner.events == [
         (last + 51, guard.DESCEND, guard.STATE_LOST),
-        (last + 251, guard.KILL, guard.STATE_GONE),
+        (last + 1501, guard.KILL, guard.STATE_GONE),
     ]
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
+
+
+def test_motors_without_any_state_ever_stop_after_half_a_second():
+    owner = Owner()
+    owner.run(0.6, sample=no_state)
+    assert owner.events == [(51, guard.DESCEND, guard.STATE_LOST), (251, guard.KILL, guard.STATE_GONE)]
+
+
+def test_a_rate_that_repeats_itself_is_none():
+    owner = Owner()
+    owner.run(0.5)
+    stale = flying(x=1.0, rates=(1.0, 0.0, 0.0))._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0))
+    owner.run(0.3, sample=lambda it: it.sample(stale))
+    # its first reading turned the model, whose torque then stops the turn; a stale rate would never show that
+    assert abs(owner.memory.belief.state.omega_b.x) < 0.3
+    owner.run(3.0, sample=lambda it: it.sample(stale))
+    assert owner.events[-1][1:] == (guard.KILL, guard.STATE_GONE)
 
 
 def test_body_rates_alone_keep_the_motors_on():
@@ -88,9 +109,10 @@ def test_body_rates_alone_keep_the_motors_on():
     owner.run(0.5)
 
     def without_attitude(it):
-        return it.sample(flying(x=it.step * DT)._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0)))
+        seen = flying(x=it.step * DT, rates=(1e-6 * it.step, 0.0, 0.0))
+        return it.sample(seen._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0)))
 
-    owner.run(3.0, sample=without_attitude)
+    owner.run(4.0, sample=without_attitude)
     assert [event[1] for event in owner.events] == [guard.DESCEND]
     assert owner.wrench.thrust == pytest.approx(0.94 * HOVER.thrust)
 
@@ -99,7 +121,7 @@ def test_a_frozen_state_is_a_silent_one():
     owner = Owner()
     owner.run(0.5)
     frozen = owner.good_sample().state
-    owner.run(0.7, sample=lambda it: it.sample(frozen))
+    owner.run(3.2, sample=lambda it: it.sample(frozen))
     assert [event[1:] for event in owner.events] == [
         (guard.DESCEND, guard.STATE_LOST),
         (guard.KILL, guard.STATE_GONE),

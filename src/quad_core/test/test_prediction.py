@@ -217,7 +217,7 @@ def test_compiled_it_gives_the_same_bits():
 
     machine, flat, path = compiled(predict), flattener(VehicleState), flown(0.3)
     mine = theirs = unknown()
-    parameters = aged(0.012, smoothing=20.0, rate_smoothing=80.0)
+    parameters = aged(0.012, smoothing=20.0, position_smoothing=6.0, attitude_smoothing=5.0, rate_smoothing=80.0)
     for k in range(10, 150):
         state = as_state(path(k // 2 * 2 * DT))
         actuation = Actuation(thrust=thrust_at(k * DT), torque_b=Vec3(*map(float, torque_at(k * DT))))

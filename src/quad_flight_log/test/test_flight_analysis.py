@@ -76,7 +76,7 @@ def test_reading_needs_neither_ros_nor_extras(flown_bag):
 
 def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monkeypatch):
     page = (Path(__file__).parents[3] / "docs" / "flight_log.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    example, of_others = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     (tmp_path / "flights").mkdir()
     (tmp_path / "flights" / "case1-1-1").symlink_to(flown_bag)
     monkeypatch.chdir(tmp_path)
@@ -84,3 +84,8 @@ def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monke
     exec(example, names)
     assert names["measured"](names["flight"]).position_rmse == pytest.approx(flown.result.rmse, rel=1e-12)
     np.testing.assert_array_equal(names["block"]["p_w"], flown.result.topics["truth"]["p_w"])
+    others: dict = {}
+    exec(of_others, others)
+    heights = flown.result.topics["truth"]["p_w"][:, 2]
+    np.testing.assert_array_equal(others["heights"], heights)
+    assert others["truth"].p_w[2] == heights[-1]

@@ -1,6 +1,7 @@
 """Making a library: Numba compiles the function, the C compiler links it with the glue."""
 
 import os
+import re
 import shutil
 import subprocess
 import sysconfig
@@ -14,6 +15,8 @@ from quad_core.records import field_kinds, leaves
 from quad_native.glue import glue_text
 from quad_native.loading import library_path, load
 from quad_native.signature import Signature, signature_of
+
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # Numba colours its messages, on a terminal or not
 
 
 class CompilationError(TypeError):
@@ -41,7 +44,7 @@ def build(function: Callable[..., Any]) -> Path:
     try:
         text = _compiled_text(function, signature)
     except (NumbaError, TypeError) as error:
-        raise CompilationError(f"{name}: {' '.join(str(error).split())[:600]}") from error
+        raise CompilationError(f"{name}: {' '.join(COLOURS.sub('', str(error)).split())[:600]}") from error
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     # the processor's family and no more: a cache may be shared by machines

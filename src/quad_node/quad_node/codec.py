@@ -169,6 +169,7 @@ def _aligned(code: str, size: int) -> str:
 
 # geometry_msgs/WrenchStamped: stamp, frame name with its length, force, torque
 FRAME, MAP = "base_link", "map"
+_FRAME = FRAME.encode()
 _NAME = struct.Struct("<iII")
 _WRENCH = struct.Struct("<4siII10s2x6d")
 _SIX = struct.Struct("<6d")
@@ -213,20 +214,29 @@ def _pack_stamped_wrench(wrench: Wrench, step: int, next_step: int, stamp: int) 
     return pack_wrench(wrench, stamp)
 
 
+def _expect_body(frame: bytes) -> None:
+    """Refuse the wrench of another frame than [NAME/]base_link; who names none is believed to mean the body."""
+    if frame and frame != _FRAME and not frame.endswith(b"/" + _FRAME):
+        raise ValueError(f"frame {frame.decode(errors='replace')!r}, expected {FRAME!r}")
+
+
 def _stamped_wrench(wrench: Wrench, stamp: int, plant_period: int) -> Stamped:
     step = stamp // plant_period
     return Stamped(step, step + 1, stamp, wrench, all_finite(wrench))
 
 
 def unpack_wrench(payload: bytes) -> tuple[Wrench, int]:
-    """Return thrust, torque and stamp in ns of a WrenchStamped payload."""
+    """Return thrust, torque and stamp in ns of a WrenchStamped payload; one of another frame is a ValueError."""
     if payload[:2] == _PLAIN:
         sec, nanosec, length = _NAME.unpack_from(payload, _BODY)
+        begin = _BODY + _NAME.size
+        _expect_body(payload[begin : begin + length - 1])
         at = _BODY + (_NAME.size + length + 7) // 8 * 8
         _, _, thrust, x, y, z = _SIX.unpack_from(payload, at)
         return Wrench(thrust, Vec3(x, y, z)), sec * NANOSECONDS + nanosec
     from geometry_msgs.msg import WrenchStamped
 
     message = deserialize_message(payload, WrenchStamped)
+    _expect_body(message.header.frame_id.encode())
     force, torque = message.wrench.force, message.wrench.torque
     return Wrench(force.z, Vec3(torque.x, torque.y, torque.z)), stamp_ns(message.header.stamp)

@@ -61,6 +61,7 @@ class FlightNode(Node):
         self._ticks = 0
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
+        self._standby = topics.with_standby(self.roles) if self.flight.standby else ()
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
@@ -73,9 +74,10 @@ class FlightNode(Node):
             self.subscribe("flight/state", self._on_flight_state)
         self.create_timer(_HOUSEKEEPING, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def publisher(self, topic: str, match: bool = True) -> Publisher:
-        """Return a publisher of a topic of the table; READY waits for its subscribers if ``match``."""
-        entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if self.shadow and topics.TOPICS[topic].step else topic]
+    def publisher(self, topic: str, match: bool = True, obeyed: bool = False) -> Publisher:
+        """Return a publisher of a topic, a shadow's own unless ``obeyed``; READY waits for subscribers if ``match``."""
+        aside = self.shadow and topics.TOPICS[topic].step and not obeyed
+        entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
         publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self.lockstep)))
         if match:
             readers = entry.hearers(self.roles)
@@ -87,7 +89,8 @@ class FlightNode(Node):
         entry = topics.TOPICS[topic]
         if self.shadow:  # the plant does not wait for it
             depth = max(depth, entry.history(self.lockstep))
-        self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw)
+        watched = links.qos_events(self.event, entry.name)
+        self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
             self._in[entry.name] = " or ".join(sources)
@@ -110,7 +113,7 @@ class FlightNode(Node):
     @property
     def in_background(self) -> bool:
         """Whether no other node waits for this one at every step."""
-        return self.shadow or self.role == RECORDER
+        return (self.shadow and not self.flight.standby) or self.role == RECORDER
 
     def scheduled(self, refused: str) -> None:
         """Report why the system refused the scheduling that was asked for."""
@@ -222,7 +225,7 @@ class FlightNode(Node):
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return links.missing(self, self._out, self._in)
+        return links.missing(self, self._out, self._in, self._standby)
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
@@ -261,7 +264,7 @@ class FlightNode(Node):
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            if self.flying and (others := links.described(links.second_senders(self, self._in))):
+            if self.flying and (others := links.described(links.second_senders(self, self._in, self._standby))):
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(others)}")
 
     def _watch_flight(self) -> None:

@@ -15,6 +15,7 @@ from quad_core.types import InputSteps, StepRecord
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
+from quad_node.exchange import exchange_of
 from quad_node.native import NATIVE, native_step
 from quad_node.responder import Arrival, Responder, Sample, age
 from quad_node.topics import message_type
@@ -38,14 +39,15 @@ class LawNode(Responder):
         self._is_memory_finite = finite_check(module.Memory)
         for taken in self.stage.takes:
             self.take(taken.topic, taken.lag)
-        self._output = self.publisher(self.stage.gives)
+        self.outputs = [self.publisher(self.stage.gives)]
         self._pack = packer(self.stage.output, message_type(self.stage.output))
         internals_message = message_type(self.stage.internals)
-        self._internals = self.publisher(self.stage.internals_topic)
+        self.inside = [self.publisher(self.stage.internals_topic)]
         self._flat_internals = flattener(module.Internals)
         recorded = joined("Recorded", StepRecord, module.Internals)
         self._pack_internals = numbers_packer(recorded, internals_message)
         self.internals_names = extra_names(module.Internals, internals_message)
+        self.exchange = exchange_of(self)
         self.publish_parameters()
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
@@ -61,11 +63,20 @@ class LawNode(Responder):
             return
         self.memory = memory
         self.on_internals(internals, sample)
-        yield self._output, self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
+        self.exchange.before(sample.step)
+        answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
+        for publisher in self.outputs:
+            yield publisher, answer
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
         numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
-        yield self._internals, self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
+        shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
+        for publisher in self.inside:
+            yield publisher, shown
+
+    def on_repeat(self, step: int) -> None:
+        """Take over from a controller that does not answer: in lockstep the plant waits and asks again."""
+        self.exchange.asked_again(step)
 
     def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
         """Return the law's inputs beside the state, None if one is too old and has no replacement.

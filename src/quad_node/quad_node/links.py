@@ -5,13 +5,21 @@ keeps nodes from being ready, in flight it is an event, and it is looked for onc
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, Protocol
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
+
+from quad_msgs.msg import FlightEvent
 
 MANY_SENDERS = frozenset({"flight/nodes"})
 """Topics on which every node of a flight speaks."""
+
+_POLICIES = {
+    "RMW_QOS_POLICY_RELIABILITY": "best-effort reliability",
+    "RMW_QOS_POLICY_DURABILITY": "volatile durability",
+}
 
 
 class Graph(Protocol):
@@ -26,28 +34,40 @@ class Graph(Protocol):
         ...
 
 
-def missing(graph: Graph, out: Iterable[tuple[Publisher, int, str]], sources: Mapping[str, str]) -> list[str]:
+def missing(
+    graph: Graph,
+    out: Iterable[tuple[Publisher, int, str]],
+    sources: Mapping[str, str],
+    standby: Collection[str] = (),
+) -> list[str]:
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
-    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: roles that publish it}.
+    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: roles that publish it}; ``standby``:
+    topics that a controller in standby may send too.
     """
     found = [
         f"a reader of {publisher.topic_name} ({readers})"
         for publisher, needed, readers in out
         if publisher.get_subscription_count() < needed
     ]
-    found += [f"{name} of {role}" for name, role in sources.items() if graph.count_publishers(name) == 0]
-    return found + described(second_senders(graph, sources))
+    found += [
+        f"{name} of {role}" for name, role in sources.items() if graph.count_publishers(name) <= (name in standby)
+    ]
+    return found + described(second_senders(graph, sources, standby))
 
 
-def second_senders(graph: Graph, topics: Iterable[str]) -> dict[str, list[str]]:
-    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher."""
+def second_senders(graph: Graph, topics: Iterable[str], standby: Collection[str] = ()) -> dict[str, list[str]]:
+    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher.
+
+    ``standby``: topics that have two rightly.
+    """
     found = {}
     for topic in topics:
         # counting is all that a good flight pays for
-        if topic not in MANY_SENDERS and graph.count_publishers(topic) > 1:
+        allowed = 1 + (topic in standby)
+        if topic not in MANY_SENDERS and graph.count_publishers(topic) > allowed:
             names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            if len(names) > 1:
+            if len(names) > allowed:
                 found[topic] = sorted(names)
     return found
 
@@ -59,6 +79,16 @@ def described(found: Mapping[str, list[str]]) -> list[str]:
         named = [name if count == 1 else f"{name} ({count} times)" for name, count in sorted(Counter(names).items())]
         lines.append(f"one publisher of {topic}, there are {len(names)}: {', '.join(named)}")
     return lines
+
+
+def qos_events(report: Callable[[int, str, str], None], topic: str) -> SubscriptionEventCallbacks:
+    """Return what calls ``report(severity, kind, text)`` for a publisher of ``topic`` whose QoS does not fit."""
+
+    def on_other(info: Any) -> None:
+        policy = _POLICIES.get(str(getattr(info.last_policy_kind, "name", "")), "another policy")
+        report(FlightEvent.WARNING, "other_qos", f"{topic}: a publisher with {policy}; nothing of it is received")
+
+    return SubscriptionEventCallbacks(incompatible_qos=on_other)
 
 
 def _full_name(info: Any) -> str:

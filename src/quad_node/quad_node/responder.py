@@ -75,7 +75,7 @@ class Responder(FlightNode):
         super().__init__(role)
         self._read_state = unpacker(VehicleState, VehicleStateMsg)
         self._inputs: list[InputTopic] = []
-        self._answers: list[tuple[Publisher, Any]] = []
+        self.answers: list[tuple[Publisher, Any]] = []
         self._answered = -1
         self._seen = -1
         self._answered_stamp = 0
@@ -113,6 +113,9 @@ class Responder(FlightNode):
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Compute the messages of one step, what others wait for first; ``arrivals``: inputs in the order taken."""
         raise NotImplementedError
+
+    def on_repeat(self, step: int) -> None:
+        """React to a state that was answered and came again."""
 
     def reject(self, topic: str, found: str, stamp: int, kind: str = "rejected_nonfinite") -> None:
         """Count and report a message that is not acted on."""
@@ -156,7 +159,8 @@ class Responder(FlightNode):
             self._answer_pending()
         elif asked_again:
             self.counters["repeated"] += 1
-            for publisher, message in self._answers:
+            self.on_repeat(step)
+            for publisher, message in self.answers:
                 publisher.publish(message)
         elif step >= self._due:
             self._due = step + self.period_steps
@@ -194,10 +198,10 @@ class Responder(FlightNode):
                 self.set_status(NodeStatus.READY, "going on")
             sample = Sample(step, stamp, state, self._elapsed(stamp))
             self._answered, self._answered_stamp, self.current_step = step, stamp, step
-            self._answers = []
+            self.answers = []
             for publisher, message in self.answer(sample, arrivals):
                 publisher.publish(message)
-                self._answers.append((publisher, message))
+                self.answers.append((publisher, message))
 
     def _missing(self, step: int, arrivals: list[Arrival | None]) -> InputTopic | None:
         for taken, arrival in zip(self._inputs, arrivals, strict=True):

@@ -142,6 +142,12 @@ def _step_topic(signal: Signal) -> Topic:
     return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
 
 
+def with_standby(roles: Collection[str]) -> frozenset[str]:
+    """Return the topics that a shadow among ``roles`` may send instead of its own controller."""
+    stages = [STAGE[role.removeprefix(SHADOW)] for role in roles if role in SHADOWS]
+    return frozenset(topic for stage in stages for topic in (stage.gives, stage.internals_topic))
+
+
 def _shadow_topics(role: str) -> tuple[Topic, Topic]:
     """Return the answer of a shadow controller and its internals."""
     stage = STAGE[role.removeprefix(SHADOW)]
@@ -168,6 +174,7 @@ TOPICS = {
         Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
         Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
         Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), False, False, "", COMMANDER),
+        Topic("flight/takeover", NodeStatus, tuple(SHADOWS), (*_STAGES, RECORDER), False, True, ""),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), False, True, ""),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,), False, False, ""),
         Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), False, False, ""),

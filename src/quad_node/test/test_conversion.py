@@ -184,7 +184,15 @@ def test_the_step_of_a_payload_is_read_without_the_rest():
     assert step_of(big_endian(payload, msg.TrajectoryPoint)) == -1
 
 
-@pytest.mark.parametrize("frame", ["", "b", "base_link", "vehicle_7/base_link"])
+@pytest.mark.parametrize("frame", ["map", "b", "odom", "my_base_link", "base_link/rotor"])
+def test_a_wrench_in_another_frame_is_refused(frame):
+    message = WrenchStamped()
+    message.header.frame_id = frame
+    with pytest.raises(ValueError, match="expected 'base_link'"):
+        unpack_wrench(serialize_message(message))
+
+
+@pytest.mark.parametrize("frame", ["", "base_link", "vehicle_7/base_link"])
 def test_a_wrench_in_a_frame_of_any_length_is_read(frame):
     message = WrenchStamped()
     message.header.frame_id = frame

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from quad_node.links import described, missing, second_senders
+from quad_node.links import described, missing, qos_events, second_senders
 
 pytestmark = pytest.mark.unit
 
@@ -21,6 +21,32 @@ class Graph:
     def get_publishers_info_by_topic(self, topic):
         self.asked += 1
         return [SimpleNamespace(node_namespace=space, node_name=name) for space, name in self.publishers[topic]]
+
+
+def test_other_qos_is_named_by_topic_and_policy():
+    events = []
+    found = qos_events(lambda *event: events.append(event), "state")
+    for policy in ("RMW_QOS_POLICY_RELIABILITY", "RMW_QOS_POLICY_DURABILITY", "RMW_QOS_POLICY_LIVELINESS"):
+        found.incompatible_qos(SimpleNamespace(last_policy_kind=SimpleNamespace(name=policy)))
+    kinds, texts = {event[1] for event in events}, [event[2] for event in events]
+    assert kinds == {"other_qos"}
+    assert [text.partition(" with ")[2] for text in texts] == [
+        "best-effort reliability; nothing of it is received",
+        "volatile durability; nothing of it is received",
+        "another policy; nothing of it is received",
+    ]
+    assert all(text.startswith("state: ") for text in texts)
+
+
+def test_a_standby_is_a_second_sender_by_right():
+    graph = Graph({"wrench_setpoint": [("/", "attitude_controller"), ("/", "shadow_attitude_controller")]})
+    assert second_senders(graph, ["wrench_setpoint"], ["wrench_setpoint"]) == {}
+    assert list(second_senders(graph, ["wrench_setpoint"])) == ["wrench_setpoint"]
+    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, ["wrench_setpoint"]) == []
+    graph.publishers["wrench_setpoint"].pop()
+    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, ["wrench_setpoint"]) == [
+        "wrench_setpoint of attitude_controller"
+    ]
 
 
 def test_one_sender_each_costs_no_more_than_counting():

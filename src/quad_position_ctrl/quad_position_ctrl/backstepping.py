@@ -87,6 +87,16 @@ def adaptive_rate(adaptation_rate: float, velocity_error: float) -> float:
     return adaptation_rate * velocity_error * velocity_error
 
 
+def adapting_error(velocity_error: float, dead_zone: float) -> float:
+    """Return the e_8 that Eq. 37 is given in m/s: its size less ``dead_zone``, 0 within it (an addition).
+
+    Noise of at most ``dead_zone`` on e_8 then never raises xi_hat. Source: the dead zone of Peterson and Narendra,
+    IEEE TAC 27(6), 1982, in its continuous form.
+    """
+    size = abs(velocity_error)
+    return size - dead_zone if size > dead_zone else 0.0
+
+
 def next_adaptive_gain(gain: float, rate: float, leak: float, initial_gain: float, max_gain: float, dt: float) -> float:
     """Return xi_hat_8 in 1/s one step later, forward Euler, within [0, ``max_gain``].
 
@@ -131,6 +141,12 @@ class AxisGains(NamedTuple):
         float,
         Real("1/s", "rate at which xi_hat_8 returns to xi_hat_8(0); 0: as printed", 0.0, 100.0, "addition to Eq. 37"),
     ] = 0.05
+    adaptation_dead_zone: Annotated[
+        float,
+        Real(
+            "m/s", "size of e_8 up to which xi_hat_8 rests: the noise level; 0: none", 0.0, 100.0, "addition to Eq. 37"
+        ),
+    ] = 0.0
 
 
 class AxisState(NamedTuple):
@@ -218,13 +234,13 @@ def axis_command(
 
 
 def updated_gain(gains: AxisGains, adaptive_gain: float, velocity_error: float, dt: float) -> float:
-    """Return xi_hat_8 in 1/s after a step of ``dt`` s (Eq. 37 with leak and bound).
+    """Return xi_hat_8 in 1/s after a step of ``dt`` s (Eq. 37 with dead zone, leak and bound).
 
     ``velocity_error`` e_8 in m/s.
     """
     return next_adaptive_gain(
         gain=adaptive_gain,
-        rate=adaptive_rate(gains.adaptation_rate, velocity_error),
+        rate=adaptive_rate(gains.adaptation_rate, adapting_error(velocity_error, gains.adaptation_dead_zone)),
         leak=gains.adaptation_leak,
         initial_gain=gains.initial_gain,
         max_gain=gains.max_gain,

@@ -90,4 +90,5 @@ def _adaptive_gains(gains: Gains) -> AdaptiveGains:
         initial_gain=gains.velocity_gain,
         max_gain=gains.velocity_gain,
         adaptation_leak=0.0,
+        adaptation_dead_zone=0.0,
     )

@@ -63,3 +63,32 @@ def static_error(position_gain: float, adaptive_gain: float, disturbance: float)
     Eqs. 19 and 29 at rest: e_8 = xi_7 e_7 and e_7 + xi_hat_8 e_8 = d.
     """
     return disturbance / (1.0 + position_gain * adaptive_gain)
+
+
+def lyapunov_rate_limit(
+    position_gain: float, lowest_gain: float, position_error: float, velocity_error: float, max_disturbance: float
+) -> float:
+    """Return -xi_7 e_7^2 - xi_low e_8^2 + D abs(e_8): W' of W = (e_7^2 + k Gamma^2 + e_8^2) / 2 never exceeds it.
+
+    For abs(d) <= D and whatever moves xi_hat_8 (leak, dead zone, projection, freezing) as long as it stays at or above
+    ``lowest_gain``, which all of them do from xi_hat_8(0) = ``lowest_gain`` on; and while Gamma moves by Eq. 21 or
+    rests at its bound.
+    """
+    return (
+        -position_gain * position_error * position_error
+        - lowest_gain * velocity_error * velocity_error
+        + max_disturbance * abs(velocity_error)
+    )
+
+
+def ultimate_error(
+    position_gain: float, integral_gain: float, lowest_gain: float, max_integral: float, max_disturbance: float
+) -> float:
+    """Return the length of (e_7, e_8) that is not exceeded in the end: sqrt(k G^2 + D^2 / (c xi_low)).
+
+    c = min(2 xi_7, xi_low), G = ``max_integral`` in m s: W' <= -c (W - k G^2 / 2) + D^2 / (2 xi_low).
+    """
+    rate = min(2.0 * position_gain, lowest_gain)
+    return math.sqrt(
+        integral_gain * max_integral * max_integral + max_disturbance * max_disturbance / (rate * lowest_gain)
+    )

@@ -86,6 +86,8 @@ def any_inputs() -> st.SearchStrategy[PositionInputs]:
             p_w=vectors(1e4),
             v_w=vectors(100.0),
             a_w=vectors(100.0),
+            jerk_w=vectors(1e5),
+            snap_w=vectors(1e7),
             yaw=st.floats(-3.14, 3.14),
             yaw_rate=st.floats(-10.0, 10.0),
             yaw_acceleration=st.floats(-100.0, 100.0),

@@ -37,7 +37,7 @@ def flown(start, disturbance, seconds=3.0):
         u = law.acceleration_command(XI7, K7, gain, DRAG, e7, e8, integral, v, a_d, 0.0)
         return [v, DRAG * v + u + disturbance(t), e7, law.adaptive_rate(ALPHA, e8)]
 
-    times = np.linspace(0.0, seconds, 301)
+    times = np.linspace(0.0, seconds, 1201)
     return times, solve_ivp(rate, (0.0, seconds), start, t_eval=times, rtol=1e-10, atol=1e-12, max_step=0.02).y.T
 
 

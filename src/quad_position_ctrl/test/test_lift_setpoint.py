@@ -4,15 +4,20 @@ import math
 
 import pytest
 
-from quad_core.types import Vec3
+from quad_core.types import Actuation, Vec3
 from quad_position_ctrl.setpoint import (
     LiftLimits,
+    LimitedLift,
+    ThrustCommand,
     desired_angles,
+    integrals_frozen,
     limited_lift,
     limited_thrust,
+    plain_internals,
     thrust_norm,
     thrust_projected,
 )
+from quad_position_ctrl.speed_limit import SpeedLimits, proportional_correction
 
 OFF = LiftLimits(1e6, 1e6, -1e6, 1.58, 1e6, 0.0, False)
 G = 10.0
@@ -99,3 +104,25 @@ def test_collective_thrust_stays_in_its_range_and_says_when_it_was_moved():
     assert limited_thrust(7.0, 1.0, 6.0) == (6.0, True)
     assert limited_thrust(-3.0, 1.0, 6.0) == (1.0, True)
     assert limited_thrust(6.0, 1.0, 6.0) == (6.0, False)
+
+
+FREE = LimitedLift(
+    Vec3(0.0, 0.0, G), acceleration_limited=False, descent_limited=False, thrust_limited=False, tilt_limited=False
+)
+SLOW = proportional_correction(Vec3(), 1.0, 1.0, SpeedLimits())
+
+
+@pytest.mark.parametrize("flag", ["acceleration_limited", "descent_limited", "tilt_limited"])
+def test_integrals_rest_at_each_limit_of_the_lift(flag):
+    assert not integrals_frozen(True, SLOW, ThrustCommand(FREE, 5.0, False), Actuation())
+    assert integrals_frozen(True, SLOW, ThrustCommand(FREE._replace(**{flag: True}), 5.0, False), Actuation())
+
+
+@pytest.mark.parametrize("flag", ["acceleration_limited", "descent_limited", "thrust_limited", "tilt_limited"])
+def test_internals_of_a_law_say_which_limit_was_met(flag):
+    at_the_limit = ThrustCommand(FREE, 5.0, thrust_limited=True)
+    if flag != "thrust_limited":
+        at_the_limit = ThrustCommand(FREE._replace(**{flag: True}), 5.0, thrust_limited=False)
+    nothing = (Vec3(), Vec3(), Vec3(), Vec3(), Vec3())
+    found = plain_internals(*nothing, SLOW, at_the_limit, frozen=False)
+    assert [name for name in found._fields if name.endswith("_limited") and getattr(found, name)] == [flag]

@@ -146,9 +146,44 @@ def slope(airframe: AirframeParameters, fraction: float) -> float:
 def rotor_commands(mapping: Mapping, wrench: Wrench) -> Row:
     """Return the share of its largest thrust that each rotor (PX4's order) must give for a FLU ``wrench``."""
     torque = frames.body(wrench.torque_b)
-    forces = product(mapping.rotors_of_wrench, (torque.x, torque.y, torque.z, wrench.thrust))
-    largest = mapping.airframe.max_rotor_thrust
+    return _shares(mapping, (torque.x, torque.y, torque.z, wrench.thrust))
+
+
+def _shares(mapping: Mapping, wrench: Row) -> Row:
+    forces, largest = product(mapping.rotors_of_wrench, wrench), mapping.airframe.max_rotor_thrust
     return forces[0] / largest, forces[1] / largest, forces[2] / largest, forces[3] / largest
+
+
+def allocated(mapping: Mapping, wrench: Wrench) -> Row:
+    """Return what each rotor (PX4's order) can give of a FLU ``wrench``, 0..1 of its largest thrust.
+
+    Where they cannot give all of it, yaw gives way first, then thrust, which is never raised, then roll and pitch:
+    clipped one by one, rotors that yaw takes to their ends would give no roll nor pitch at all.
+    """
+    whole = rotor_commands(mapping, wrench)
+    if min(whole) >= 0.0 and max(whole) <= 1.0:
+        return whole
+    torque, lift = frames.body(wrench.torque_b), max(wrench.thrust, 0.0)
+    unit = _shares(mapping, (0.0, 0.0, 0.0, 1.0))
+    tilt, yaw = _shares(mapping, (torque.x, torque.y, 0.0, 0.0)), _shares(mapping, (0.0, 0.0, torque.z, 0.0))
+    part = 1.0
+    for t, u in zip(tilt, unit, strict=True):
+        if part * t < -lift * u:
+            part = -lift * u / t
+        for other, its_unit in zip(tilt, unit, strict=True):
+            spread = t * its_unit - other * u  # one rotor at its most, the other at rest
+            if part * spread > its_unit:
+                part = its_unit / spread
+    tilt = (part * tilt[0], part * tilt[1], part * tilt[2], part * tilt[3])
+    lift = min(lift, *((1.0 - t) / u for t, u in zip(tilt, unit, strict=True)))
+    level = [lift * u + t for t, u in zip(tilt, unit, strict=True)]
+    part = 1.0
+    for share, turn in zip(level, yaw, strict=True):
+        room = share if turn < 0.0 else 1.0 - share
+        if part * abs(turn) > room:
+            part = max(room, 0.0) / abs(turn)
+    a, b, c, d = (clamp(share + part * turn, 0.0, 1.0) for share, turn in zip(level, yaw, strict=True))
+    return a, b, c, d
 
 
 def thrust_torque(mapping: Mapping, wrench: Wrench) -> ThrustTorque:
@@ -161,7 +196,7 @@ def thrust_torque(mapping: Mapping, wrench: Wrench) -> ThrustTorque:
 
 def motors(mapping: Mapping, wrench: Wrench) -> list[float]:
     """Return the controls of ActuatorMotors for a FLU ``wrench``: 0..1 for rotors 0 to 3, NaN for the others."""
-    commands = [compensated(mapping.airframe, clamp(u, 0.0, 1.0)) for u in rotor_commands(mapping, wrench)]
+    commands = [compensated(mapping.airframe, u) for u in allocated(mapping, wrench)]
     return commands + [math.nan] * (MOTORS - len(commands))
 
 
@@ -182,13 +217,13 @@ def rates(mapping: Mapping, setpoint: AttitudeThrust, q: Quat, gain: float, limi
 
 
 def predict(mapping: Mapping, wrench: Wrench) -> Actuation:
-    """Return what the rotors will make of a FLU ``wrench`` if each gives what it can: a prediction, not a measurement.
+    """Return what the rotors will make of a FLU ``wrench``: a prediction, not a measurement.
 
-    Speeds are unknown and 0. PX4 gives way in an order of its own when rotors saturate; the flags then agree, the
-    achieved numbers only roughly.
+    Speeds are unknown and 0. When rotors saturate PX4 gives way in much the same order as ``allocated``; the achieved
+    numbers are then only roughly right.
     """
     largest = mapping.airframe.max_rotor_thrust
-    forces = [largest * clamp(u, 0.0, 1.0) for u in rotor_commands(mapping, wrench)]
+    forces = [largest * u for u in allocated(mapping, wrench)]
     x, y, z, total = product(mapping.wrench_of_rotors, (forces[0], forces[1], forces[2], forces[3]))
     made, asked = frames.body(Vec3(x, y, z)), wrench.torque_b
     slack = FLAG_TOLERANCE * largest

@@ -9,11 +9,11 @@ import math
 from types import ModuleType
 from typing import Any
 
-from quad_autopilot.autopilot import Ack, Autopilot, Request
+from quad_autopilot.autopilot import Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
 from quad_core.px4_parameters import Mode
-from quad_px4.autopilot import ARMED, control, mode_name
+from quad_px4.autopilot import ControlMode, Status
 from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
 
 NEEDED = {
@@ -26,7 +26,8 @@ NEEDED = {
     "VehicleOdometry": (*Sample._fields,),
     "VehicleCommand": ("timestamp", "param1", "param2", "command", "target_system", "target_component", "confirmation"),
     "VehicleCommandAck": ("command", "result"),
-    "VehicleStatus": ("arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
+    "VehicleStatus": ("timestamp", "arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
+    "VehicleControlMode": ("timestamp", "flag_armed", "flag_control_offboard_enabled"),
     "FailsafeFlags": ("timestamp",),
 }
 """{message: the fields that the bridge uses}."""
@@ -104,17 +105,20 @@ def sample(message: Any) -> Sample:
     )
 
 
-def autopilot(message: Any, reasons: str) -> Autopilot:
-    """Return a VehicleStatus with the reasons that are known."""
-    nav_state = int(message.nav_state)
-    return Autopilot(
-        mode_name(nav_state),
-        control(nav_state),
-        message.arming_state == ARMED,
+def status(message: Any) -> Status:
+    """Return a VehicleStatus as plain numbers."""
+    return Status(
+        int(message.timestamp),
+        int(message.nav_state),
+        int(message.arming_state),
         bool(message.failsafe),
         bool(message.pre_flight_checks_pass),
-        reasons,
     )
+
+
+def control_mode(message: Any) -> ControlMode:
+    """Return a VehicleControlMode as plain numbers."""
+    return ControlMode(int(message.timestamp), bool(message.flag_armed), bool(message.flag_control_offboard_enabled))
 
 
 def reasons(message: Any) -> str:

@@ -20,7 +20,7 @@ from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_px4 import messages
-from quad_px4.autopilot import PROFILE
+from quad_px4.autopilot import PROFILE, ControlMode, Status, autopilot
 from quad_px4.setpoints import Setpoints
 
 
@@ -34,6 +34,8 @@ class Px4Bridge(AutopilotNode):
         self.setpoints = Setpoints(self.px4, self.settings, self.vehicle)
         self.predicted = self.setpoints.predicted
         self.max_rotor_thrust = self.settings.airframe.max_rotor_thrust
+        self._status: Status | None = None
+        self._control_mode: ControlMode | None = None
         self._reasons = ""
         self._guarded_step, self._flown = -1, Wrench()
         self._is_command_new = self._is_state_new = False
@@ -53,6 +55,7 @@ class Px4Bridge(AutopilotNode):
         for name, callback in (
             ("VehicleOdometry", self._on_odometry),
             ("VehicleStatus", self._on_status),
+            ("VehicleControlMode", self._on_control_mode),
             ("VehicleCommandAck", self._on_ack),
             ("FailsafeFlags", self._on_flags),
         ):
@@ -62,7 +65,16 @@ class Px4Bridge(AutopilotNode):
             self.take_attitude()
 
     def _on_status(self, message: Any) -> None:
-        self.autopilot = messages.autopilot(message, self._reasons)
+        self._status = messages.status(message)
+        self._update()
+
+    def _on_control_mode(self, message: Any) -> None:
+        self._control_mode = messages.control_mode(message)
+        self._update()
+
+    def _update(self) -> None:
+        if self._status is not None:
+            self.autopilot = autopilot(self._status, self._control_mode, self._reasons)
 
     def _on_flags(self, message: Any) -> None:
         self._reasons = messages.reasons(message)
@@ -81,7 +93,7 @@ class Px4Bridge(AutopilotNode):
         """Pass on a wrench that has just come."""
         if self.command is not None and self.command.arrived > self.commanded_at and not self.setpoints.by_attitude:
             self.commanded_at, self._is_command_new = self.command.arrived, True
-            if self.sequence.phase == Phase.FLY:
+            if self.sequence.phase == Phase.FLY and self.is_obeyed():
                 self._step_guard()
                 wrench = self._flown if self.guard.taken_over else self.command.wrench
                 sampled = self.origin + self.command.step * self.flight.plant_period // 1000
@@ -112,7 +124,9 @@ class Px4Bridge(AutopilotNode):
             self.stop = self.stop or self.failure
 
     def refusal(self) -> str:
-        """Return why the rotors cannot lift the vehicle; empty if they can."""
+        """Return why the vehicle must not fly: rotors that cannot lift it, or nobody to say when a pilot takes it."""
+        if self._control_mode is None:
+            return "no vehicle_control_mode from PX4: is it among the topics of its uXRCE-DDS client?"
         return self.setpoints.weakness()
 
     def send_heartbeat(self) -> None:

@@ -105,10 +105,50 @@ def test_motors_make_the_same_wrench_and_the_rest_is_off(wrench):
     assert len(controls) == 12
     assert all(math.isnan(control) for control in controls[4:])
     assert all(0.0 <= control <= 1.0 for control in controls[:4])
-    assume(all(0.0 < control < 1.0 for control in controls[:4]))
+    assume(all(0.0 < share < 1.0 for share in shares(wrench.thrust, *wrench.torque_b)))
     torque, thrust = made(rotors_of(airframe()), controls[:4], TM)
     assert thrust == pytest.approx(wrench.thrust)
     assert torque == pytest.approx(np.array(wrench.torque_b), abs=1e-9)
+
+
+beyond = st.builds(
+    lambda t, x, y, z: Wrench(t, Vec3(x, y, z)), st.floats(0, 30), st.floats(-3, 3), st.floats(-3, 3), st.floats(-2, 2)
+)
+
+
+@given(beyond)
+def test_yaw_gives_way_first_and_roll_and_pitch_last(wrench):
+    found = mapping.allocated(mapping.build(airframe()), wrench)
+    assert all(0.0 <= share <= 1.0 for share in found)
+    assume(not all(0.0 <= share <= 1.0 for share in shares(wrench.thrust, *wrench.torque_b)))
+    (x, y, z), thrust = made(rotors_of(airframe()), found, TM)
+    asked = wrench.torque_b
+    whole = 1e-6 + 1e-6 * abs(asked.x) + 1e-6 * abs(asked.y)
+    # what is left of each has its direction
+    assert x * asked.y == pytest.approx(y * asked.x, abs=1e-6)
+    assert -1e-9 <= z * asked.z <= asked.z * asked.z + 1e-9
+    assert thrust <= wrench.thrust + 1e-6
+    cut = math.hypot(x - asked.x, y - asked.y) > whole
+    if cut or thrust < wrench.thrust - 1e-6:
+        # some rotor stands at an end, for tilting alone
+        tilting = [t + u for t, u in zip(shares(0.0, x, y, 0.0), shares(thrust, 0.0, 0.0, 0.0), strict=True)]
+        assert min(*tilting, *(1.0 - share for share in tilting)) == pytest.approx(0.0, abs=1e-6)
+    if abs(z - asked.z) > 1e-6:
+        assert min(*found, *(1.0 - share for share in found)) == pytest.approx(0.0, abs=1e-6)
+
+
+def shares(thrust, x, y, z):
+    """Rotor commands of a symmetric X for FLU torque, by hand."""
+    signs = [(-1, -1, -1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]  # front right, rear left, front left, rear right
+    return [(thrust + r * x / LY + p * y / LX + t * z / KQ) / (4 * TM) for r, p, t in signs]
+
+
+def test_a_yaw_that_the_rotors_cannot_give_takes_no_roll_nor_pitch():
+    wrench = Wrench(9.8, Vec3(0.3, -0.2, 1.5))
+    torque, thrust = made(rotors_of(airframe()), mapping.allocated(mapping.build(airframe()), wrench), TM)
+    assert (*torque[:2], thrust) == pytest.approx((0.3, -0.2, 9.8))
+    assert 0.0 < torque[2] < 1.5
+    assert mapping.predict(mapping.build(airframe()), wrench).yaw_limited
 
 
 def px4_signal(command, factor):
@@ -180,9 +220,9 @@ def test_the_prediction_is_the_wrench_where_the_rotors_can_and_says_where_they_c
     pitching = mapping.predict(mapping.build(airframe()), Wrench(9.8, Vec3(0.0, 0.1, 0.0))).rotor_thrust
     assert min(pitching.r1, pitching.r4) > 2.5 > 2.4 > max(pitching.r2, pitching.r3)
     beyond = mapping.predict(mapping.build(airframe()), Wrench(25.0, Vec3(0.1, 0.0, 0.0)))
-    assert beyond.thrust_high
-    assert beyond.roll_limited
-    assert beyond.thrust == pytest.approx(4 * TM)
+    assert (beyond.thrust_high, beyond.roll_limited) == (True, False)
+    assert beyond.torque_b.x == pytest.approx(0.1)
+    assert beyond.thrust == pytest.approx(4 * TM - 0.1 / LY)
     assert mapping.predict(mapping.build(airframe()), Wrench(-1.0, Vec3(0.0, 0.0, 0.0))).thrust_low
 
 

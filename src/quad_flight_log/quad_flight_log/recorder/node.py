@@ -33,7 +33,6 @@ _LATCHED_DEPTH = 64
 _SILENCE = 1.0  # s without a message of any step after which a failed flight has no more
 _GRACE = 0.15  # s in which the last words of the other nodes still arrive
 _TAIL_NS = 100_000_000  # before the end, in real time: what a late plant left out there
-
 _TOO_LARGE = f"a message of {{}} bytes, more than the {MESSAGE_LIMIT} that are recorded"
 
 
@@ -53,8 +52,7 @@ class Recorder(FlightNode):
         self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
-        # Only lockstep waits for it.
-        self._ack_out = self.publisher("flight/recorded", match=self.lockstep)
+        self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
         self._shadow_ns: dict[str, int] = {}
         for topic in topics.TOPICS.values():
@@ -121,12 +119,13 @@ class Recorder(FlightNode):
 
     def _stepped(self, name: str, handle: int) -> Callable[[bytes], None]:
         unpack, write, steady, wall = _STAMP.unpack_from, self.bag.write, time.monotonic, time.time_ns
+        stamps = self._stamps
 
         def keep(payload: bytes) -> None:
             self._arrived = steady()
             seconds, nanoseconds = unpack(payload, 4)
             stamp = seconds * 1_000_000_000 + nanoseconds
-            if not self._stamps.believes(stamp, self._arrived):
+            if not stamps.believes(stamp, self._arrived):
                 self.bag.refuse(handle)
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
                 self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
@@ -139,8 +138,9 @@ class Recorder(FlightNode):
                         return
             else:
                 self._gaps.add(name, stamp)
-            write(handle, payload, self._flight_ns, wall())
-            if self._flight_ns >= self._due_ns:
+            newest = stamps.newest
+            write(handle, payload, newest, wall())
+            if newest >= self._due_ns:
                 self._acknowledge()
 
         return keep

@@ -1,0 +1,115 @@
+"""Presets for real conditions on held-out seeds: Case 2, plant rigid_body, start approach; also the delay margin.
+
+  paper        vehicle paper: 10 ms, noise of scenario flight, rotor lag 30 ms, alone and together
+  x500         vehicle x500: noise, 20 ms, lag 30 ms, mass 10 % above and 10 % below, each with all seeds
+  crazyflie21  the same for vehicle crazyflie21 with 15 ms and its own lag of 30 ms
+  margin       largest extra delay of all states in ms that the prediction is set to, by bisection, without noise
+
+Examples:
+  python bench/law_real.py paper --preset paper_real
+  python bench/law_real.py x500 --preset x500_real --preset x500_pid_real --preset x500
+"""
+
+import argparse
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from quad_flight.flight import fly, from_names
+
+NOISE = [
+    f"simulator.sensor.{channel}_noise={size}"
+    for channel, size in (("position", 0.01), ("velocity", 0.02), ("attitude", 3.4907e-3), ("rate", 8.7266e-3))
+]
+LAG = ["vehicle.rotor_time_constant=0.03"]
+FIRST, LOST = 1001, 0.3
+"""The first held-out seed; m beyond which a flight counts as lost."""
+
+
+def conditions(vehicle):
+    """Return {name: settings} of a vehicle."""
+    if vehicle == "paper":
+        late = ["simulator.sensor.delay=0.01"]
+        return {
+            "nothing": [],
+            "10 ms": late,
+            "10 ms, noise": [*late, *NOISE],
+            "10 ms, lag": [*late, *LAG],
+            "10 ms, noise, lag": [*late, *NOISE, *LAG],
+        }
+    delay, mass, lag = (0.02, 0.2064, LAG) if vehicle == "x500" else (0.015, 0.0027, [])
+    base = [f"simulator.sensor.delay={delay}", *NOISE, *lag]
+    return {f"all, mass {sign}10 %": [*base, f"simulator.rigid_body.mass_error={sign}{mass}"] for sign in ("+", "-")}
+
+
+def flown(vehicle, preset, settings, seeds):
+    """Return the results of the flights of Case 2 on the held-out seeds, in order."""
+    flight = from_names("case2", preset=preset, vehicle=vehicle, settings=["simulator.guard.enabled=false", *settings])
+    numbers = range(FIRST, FIRST + seeds)
+    first = fly(flight._replace(seed=FIRST), compiled=True, logging=False)
+    with ThreadPoolExecutor(2) as pool:
+        rest = pool.map(lambda seed: fly(flight._replace(seed=seed), compiled=True, logging=False), numbers[1:])
+        return [first, *rest]
+
+
+def table(vehicle, presets, seeds):
+    """Print one row per preset and condition."""
+    print("| preset | conditions | RMSE, median | worst | largest error | torque variation, median | worst | lost |")
+    print("|---|---|---|---|---|---|---|---|")
+    for preset in presets:
+        for name, settings in conditions(vehicle).items():
+            results = flown(vehicle, preset, settings, seeds)
+            good = [one for one in results if one.outcome == "ended" and one.score.largest_error <= LOST]
+            lost = f"{len(results) - len(good)} of {len(results)}"
+            if not good:
+                print(f"| {preset} | {name} | | | | | | {lost} |", flush=True)
+                continue
+            rmse = 1e3 * np.array([one.rmse for one in good])
+            torque = np.array([one.score.torque_variation for one in good])
+            largest = 1e3 * max(one.score.largest_error for one in good)
+            print(
+                f"| {preset} | {name} | {np.median(rmse):.1f} mm | {rmse.max():.1f} mm | {largest:.0f} mm | "
+                f"{np.median(torque):.1f} N m | {torque.max():.1f} N m | {lost} |",
+                flush=True,
+            )
+
+
+def survives(vehicle, preset, delay):
+    """Return whether Case 2 of the first held-out seed stays within 0.3 m and does not ring, its state this late."""
+    settings = [f"simulator.sensor.delay={delay}"]
+    for role in ("position_controller", "attitude_controller"):
+        settings += [f"{role}.prediction.{channel}_age={delay}" for channel in ("position", "attitude", "rate")]
+        settings += [f"{role}.prediction.enabled=true", f"{role}.prediction.max_age=0.1"]
+    (one,) = flown(vehicle, preset, settings, 1)
+    return one.outcome == "ended" and one.score.largest_error <= LOST
+
+
+def margins(vehicle, presets):
+    """Print the delay up to which each preset flies, to 1 ms."""
+    print("| preset | delay margin |\n|---|---|")
+    for preset in presets:
+        low, high = 0.0, 0.1
+        while high - low > 1e-3:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if survives(vehicle, preset, middle) else (low, middle)
+        print(f"| {preset} | {1e3 * low:.0f} ms |", flush=True)
+
+
+def main():
+    """Print the table that the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("paper", "x500", "crazyflie21", "margin"))
+    parser.add_argument("--preset", action="append", required=True, help="controller file; may be repeated")
+    parser.add_argument("--vehicle", default="paper", help="of margin (default: paper)")
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="held-out seeds from 1001 (default: 20)")
+    options = parser.parse_args()
+    if options.what == "margin":
+        margins(options.vehicle, options.preset)
+    else:
+        table(options.what, options.preset, options.seeds)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

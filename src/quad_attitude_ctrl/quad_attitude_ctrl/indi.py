@@ -1,0 +1,141 @@
+"""INDI: incremental nonlinear dynamic inversion of the attitude, a ``quad.attitude_law`` plug-in.
+
+    nu      = R^T R_d Omega_d' - Omega^ R^T R_d Omega_d - k_R e_R - k_Omega e_Omega     wanted acceleration, rad/s^2
+    w'_f    = H(s) w',   tau_f = H(s) tau,   H(s) = (b / (s + b))^2                     the same filter for both
+    torque  = tau_f + J (nu - w'_f)                                                     N m
+
+Source: Smeur, Chu and de Croon, Adaptive incremental nonlinear dynamic inversion for attitude control of micro air
+vehicles, JGCD 39(3), 2016, without its adaptation of J. The model is left out of the feedback: what acts on the body
+beside the rotors is in w'_f and not in tau_f, and so in the next increment. tau is what the rotors gave (`actuation`),
+so limits wind nothing up and rotor lag is known. w' is the change of the body rates over the last step, the mean over
+the very time that tau stands for; both must be equally old, so late rates need their prediction. e_R and e_Omega are
+those of ``se3``.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.se3 import rotation_error
+from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, limited_torque, plain_internals
+from quad_core.geometry import (
+    ZERO,
+    body_rates,
+    cross,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    relative_attitude,
+    rotate_inverse,
+    subtract,
+)
+from quad_core.parameters import Real
+from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
+from quad_core.vehicle import Vehicle
+
+Internals = AttitudeInternals
+
+
+class Gains(NamedTuple):
+    """Gains of one body axis."""
+
+    angle: Annotated[float, Real("1/s^2", "k_R", 0.0, 1e5, "Smeur 2016")] = 300.0
+    rate: Annotated[float, Real("1/s", "k_Omega", 0.0, 1e4, "Smeur 2016")] = 30.0
+
+
+class Parameters(NamedTuple):
+    """Parameters of INDI."""
+
+    roll: Gains = Gains()
+    pitch: Gains = Gains()
+    yaw: Gains = Gains()
+    bandwidth: Annotated[
+        float, Real("rad/s", "b: both poles of the filter of angular acceleration and torque", 0.1, 1e4, "Smeur 2016")
+    ] = 100.0
+    shaping: Shaping = Shaping()
+    torque: TorqueLimits = TorqueLimits()
+
+
+class Filtered(NamedTuple):
+    """A vector behind the first and behind both poles of H(s): body axes, rad/s^2 or N m."""
+
+    first: Vec3 = Vec3()
+    second: Vec3 = Vec3()
+
+
+class Memory(NamedTuple):
+    """Command filters, body rates of the last step in rad/s, filtered angular acceleration and torque."""
+
+    filters: FilterStates = FilterStates()
+    omega_b: Vec3 = Vec3()
+    acceleration: Filtered = Filtered()
+    torque: Filtered = Filtered()
+    initialised: bool = False
+
+
+def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
+    """Return the memory before the first step: no acceleration, no torque."""
+    nothing = Filtered(ZERO, ZERO)
+    return Memory(filters=filters_at_rest(ZERO), omega_b=ZERO, acceleration=nothing, torque=nothing, initialised=False)
+
+
+def step(
+    parameters: Parameters, vehicle: Vehicle, memory: Memory, inputs: AttitudeInputs, dt: float
+) -> tuple[Wrench, Memory, Internals]:
+    """Return wrench, memory and internals of one step of ``dt`` s. Raises nothing on flyable inputs.
+
+    In the internals ``angle_error`` is e_R, ``rate_error`` e_Omega, ``reaching_control`` the feedback and
+    ``equivalent_control`` the rest of nu, in rad/s^2.
+    """
+    state = inputs.state
+    omega_b = state.omega_b
+    filters, acceleration, given = memory.filters, memory.acceleration, memory.torque
+    if memory.initialised:
+        before = memory.omega_b
+        change = Vec3((omega_b.x - before.x) / dt, (omega_b.y - before.y) / dt, (omega_b.z - before.z) / dt)
+        acceleration = filtered(acceleration, change, parameters.bandwidth, dt)
+        given = filtered(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
+    else:
+        filters = filters_at_rest(euler_from_quaternion(state.q_wb))
+    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
+    relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
+    error = rotation_error(relative)
+    turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
+    turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
+    error_rate = subtract(omega_b, turned_rates)
+    feed_forward = subtract(turned, cross(omega_b, turned_rates))
+    feedback = Vec3(
+        -parameters.roll.angle * error.x - parameters.roll.rate * error_rate.x,
+        -parameters.pitch.angle * error.y - parameters.pitch.rate * error_rate.y,
+        -parameters.yaw.angle * error.z - parameters.yaw.rate * error_rate.z,
+    )
+    measured, known = acceleration.second, given.second
+    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    command = Vec3(
+        known.x + xx * (feed_forward.x + feedback.x - measured.x),
+        known.y + yy * (feed_forward.y + feedback.y - measured.y),
+        known.z + zz * (feed_forward.z + feedback.z - measured.z),
+    )
+    torque = limited_torque(command, parameters.torque)
+    shaping = parameters.shaping
+    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
+    internals = plain_internals(
+        goal=goal,
+        angle_error=error,
+        rate_error=error_rate,
+        feed_forward=feed_forward,
+        feedback=feedback,
+        torque=torque,
+        frozen=AxisFlags(False, False, False),
+    )
+    next_memory = Memory(next_states, omega_b, acceleration, given, True)
+    return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
+
+
+def filtered(state: Filtered, value: Vec3, bandwidth: float, dt: float) -> Filtered:
+    """Return H(s) after a step of ``dt`` s with the input ``value``: two first-order lags of ``bandwidth`` rad/s."""
+    gain = 1.0 - math.exp(-bandwidth * dt)
+    a, b = state.first, state.second
+    first = Vec3(a.x + gain * (value.x - a.x), a.y + gain * (value.y - a.y), a.z + gain * (value.z - a.z))
+    return Filtered(
+        first, Vec3(b.x + gain * (first.x - b.x), b.y + gain * (first.y - b.y), b.z + gain * (first.z - b.z))
+    )

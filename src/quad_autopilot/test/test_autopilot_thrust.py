@@ -1,0 +1,53 @@
+"""From newtons to an autopilot's 0..1, rates towards an attitude, and what a hover says of the scale."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from quad_autopilot import thrust
+from quad_core.types import AttitudeThrust, Quat
+from quad_core.vehicle import Vehicle
+
+shares = st.floats(0.05, 0.95)
+curves = st.just(0.0) | st.floats(0.05, 1.0)
+
+
+@given(shares, curves, curves)
+def test_what_the_autopilot_undoes_is_the_curve_it_believes_in(share, believed, true):
+    command = thrust.compensated(believed, true, share)
+    u = command if believed == 0.0 else float(max(np.roots([believed, 1.0 - believed, -command]).real))
+    assert true * u * u + (1.0 - true) * u == pytest.approx(share, abs=1e-6)
+
+
+def test_a_curve_that_both_have_changes_nothing_and_another_does():
+    assert thrust.compensated(0.3, 0.3, 0.5) == 0.5
+    assert thrust.compensated(0.0, 0.6, 0.5) == pytest.approx((math.sqrt(0.16 + 1.2) - 0.4) / 1.2)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_rates_go_the_shorter_way_and_stay_within_their_limit(sign):
+    desired = Rotation.from_rotvec([0.1, -0.2, 0.3])
+    setpoint = AttitudeThrust(q_wb=Quat(*(sign * desired.as_quat()).tolist()), thrust=9.8)
+    here = Quat(0.0, 0.0, 0.0, 1.0)
+    found = thrust.rates(setpoint, here, gain=2.0, limit=50.0)
+    assert np.array(found) == pytest.approx(4.0 * desired.as_quat()[:3])
+    bounded = thrust.rates(setpoint, here, gain=100.0, limit=0.5)
+    assert bounded == pytest.approx((0.5, -0.5, 0.5))
+
+
+def test_a_hover_with_too_much_of_our_thrust_says_that_a_rotor_gives_less():
+    vehicle = Vehicle(mass=1.0, gravity=10.0)
+    text = thrust.hover_report(vehicle, 5.0, 100 * 12.5, 100)
+    assert "12.50 N" in text
+    assert "thrust is 4.00 N (told 5 N)" in text
+    assert thrust.hover_report(vehicle, 5.0, 12.5, 1) == ""
+
+
+def test_rotors_that_cannot_lift_it_are_named():
+    vehicle = Vehicle(mass=2.0, gravity=10.0)
+    assert thrust.weakness(vehicle, 5.3, "max_rotor_thrust") == ""
+    assert "max_rotor_thrust: four rotors give 20.8 N" in thrust.weakness(vehicle, 5.2, "max_rotor_thrust")

@@ -1,0 +1,139 @@
+"""Take-over of a standby controller at random moments of Case 2, lockstep and real time: errors, steps of the wrench.
+
+``scripts/accept exchange --each N``: N flights in lockstep, two moments each, by default 10, every second flight by
+request instead of kill -9; and a fifth of that in real time, one moment each.
+"""
+
+import os
+import random
+import signal
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from figures import Figures
+from flying import bag_file, finish, hash_of, start, stranger, wait_until, wait_until_flying
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import Trigger
+from takeovers import STANDBY, active_pid
+
+from quad_flight_log.analysis.arrays import by_stamp
+from quad_flight_log.analysis.metrics import thrust_and_torque
+from quad_flight_log.bag.reader import open_flight
+
+EACH = int(os.environ.get("QUAD_ACCEPT_EACH", "10"))
+DURATION = 12.0  # s of Case 2 after its approach
+LONGEST = 900.0
+AFTER = 2.0  # s
+RATIO = 1.2
+DOMAIN = 88
+ROLES = ("position_controller", "attitude_controller")
+SAME_SEED = ("case2", "--duration", str(DURATION), "--limits", "position_max=5", *STANDBY)
+
+
+def flown(out, moments, request, *words):
+    """Fly and let ``{role: share of the bag's final size}`` be replaced then; returns the finished process."""
+    process = start(*SAME_SEED, *words, "--domain", str(DOMAIN), "--out", out)
+    wait_until_flying(process, out)
+    for role, ready in sorted(moments.items(), key=lambda item: item[1]):
+        wait_until(
+            lambda ready=ready: process.poll() is not None or bag_file(out).stat().st_size > ready,
+            LONGEST,
+            "the moment",
+        )
+        if process.poll() is not None:  # over before its moment
+            break
+        if request:
+            ask(role)
+        else:
+            os.kill(active_pid(process.pid, role), signal.SIGKILL)
+    return finish(process, LONGEST)
+
+
+def ask(role):
+    """Call the service of the standby of ``role``."""
+    with stranger(DOMAIN, "operator") as node:
+        client = node.create_client(Trigger, f"{role}/take_over")
+        assert client.wait_for_service(20.0)
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        answer = client.call_async(Trigger.Request())
+        executor.spin_until_future_complete(answer, 10.0)
+        assert answer.result().success
+
+
+def took_over(bag):
+    """Return {role: step} of the takeovers that a bag shows."""
+    return {row["role"].removeprefix("shadow_"): int(row["step"]) for row in bag.array("flight/takeover")}
+
+
+def errors(bag):
+    """Return stamps in ns and distances in m from the reference, at every step of the reference."""
+    truth, reference = by_stamp(bag.array("truth")), by_stamp(bag.array("reference"))
+    _, ours, theirs = np.intersect1d(truth["stamp_ns"], reference["stamp_ns"], return_indices=True)
+    distance = np.linalg.norm(truth["p_w"][ours] - reference["p_w"][theirs], axis=1)
+    return truth["stamp_ns"][ours], distance
+
+
+def rmse_after(bag, stamp):
+    """Return the RMSE in m of the ``AFTER`` s from ``stamp`` ns on."""
+    stamps, distance = errors(bag)
+    window = (stamps >= stamp) & (stamps < stamp + AFTER * 1e9)
+    return float(np.sqrt(np.mean(distance[window] ** 2)))
+
+
+def wrench_step(bag, low=0, high=2**62):
+    """Return the largest steps of thrust N and torque N m between two answers of the time [low, high] in ns."""
+    rows = by_stamp(bag.array("wrench_setpoint"))
+    thrust, torque = thrust_and_torque(rows)
+    window = (rows["stamp_ns"] >= low) & (rows["stamp_ns"] <= high)
+    return float(np.abs(np.diff(thrust[window])).max()), float(np.abs(np.diff(torque[window], axis=0)).max())
+
+
+def judge(figures, name, bag, undisturbed):
+    """Compare the flight after each takeover with the undisturbed one."""
+    largest = wrench_step(undisturbed)
+    for role, step in took_over(bag).items():
+        stamp = step * 2_000_000
+        ratio = rmse_after(bag, stamp) / rmse_after(undisturbed, stamp)
+        figures.at_most(
+            f"{name}: {role} at {stamp * 1e-9:.2f} s, RMSE of the 2 s after it over undisturbed", ratio, RATIO
+        )
+        found = wrench_step(bag, stamp - 50_000_000, stamp + 50_000_000)
+        figures.check(
+            found[0] <= largest[0] and found[1] <= largest[1],
+            f"{name}: {role}, largest wrench step around it {found[0]:.3f} N and {found[1]:.4f} N m, "
+            f"undisturbed flight {largest[0]:.3f} N and {largest[1]:.4f} N m",
+        )
+
+
+def main():
+    figures, draw = Figures(), random.Random(1)
+    with tempfile.TemporaryDirectory(prefix="exchange-") as folder:
+        for clock, words, count, roles in (
+            ("lockstep", (), EACH, 2),
+            ("real time", ("--realtime",), max(1, EACH // 5), 1),
+        ):
+            still = Path(folder, clock.replace(" ", "-"))
+            done = flown(still, {}, False, *words)
+            undisturbed, size = open_flight(still), bag_file(still).stat().st_size
+            figures.check(done.returncode == 0, f"{clock}: undisturbed, exit code {done.returncode}")
+            for number in range(count):
+                out, request = Path(folder, f"{clock}-{number}".replace(" ", "-")), number % 2 == 1
+                chosen = draw.sample(ROLES, roles)
+                moments = {role: draw.uniform(0.05, 0.75) * size for role in chosen}
+                began = time.monotonic()
+                done = flown(out, moments, request, *words)
+                bag = open_flight(out)
+                name = f"{clock} {number + 1}, {'request' if request else 'kill -9'}"
+                found = took_over(bag)
+                figures.check(
+                    done.returncode == 0 and set(found) == set(chosen),
+                    f"{name}: exit code {done.returncode}, {found} ({time.monotonic() - began:.0f} s)",
+                )
+                if clock == "lockstep":
+                    same = hash_of(out) == hash_of(still)
+                    figures.check(same, f"{name}: {'the bits' if same else 'NOT the bits'} of the undisturbed flight")
+                judge(figures, name, bag, undisturbed)
+    return figures.code()

@@ -1,0 +1,68 @@
+"""PX4's own position and attitude controllers on the flight's `reference`, for a comparison on the same vehicle.
+
+In the bridge's place: python own_controllers.py --ros-args --params-file airframe.yaml -p mode:=attitude
+
+It is the bridge with other setpoints: position, velocity and acceleration of the reference, the drag that the vehicle
+is said to have added to the acceleration (a + d/m v), heading and its rate. The flight's controllers run in shadow.
+It needs PX4's own px4_msgs; no test runs it.
+"""
+
+import math
+import sys
+import time
+
+from quad_autopilot import frames
+from quad_core.cascade import PX4, SIGNALS
+from quad_core.geometry import euler_from_quaternion, wrap_angle
+from quad_core.types import TrajectoryPoint, Vec3
+from quad_node.codec import MALFORMED, unpacker
+from quad_node.main import run
+from quad_node.topics import message_type
+from quad_px4 import messages
+from quad_px4.node import Px4Bridge
+
+
+class OwnControllers(Px4Bridge):
+    """Sends TrajectorySetpoint instead of what the mode would send."""
+
+    def _listen(self):
+        super()._listen()
+        kind = self.px4.TrajectorySetpoint
+        self._trajectory_out = self.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
+
+    def take_attitude(self):
+        """Take the reference instead."""
+        self._read_reference = unpacker(TrajectoryPoint, message_type(SIGNALS["reference"].kind))
+        self.subscribe("reference", self._on_reference, raw=True)
+
+    def _on_reference(self, payload):
+        try:
+            stamped = self._read_reference(payload)
+        except MALFORMED:
+            return
+        self.commanded_at = time.monotonic()
+        if stamped.finite and self.is_obeyed():
+            self._send_point(stamped.value)
+
+    def _send_point(self, point):
+        share = self.vehicle.drag_coefficient / self.vehicle.mass
+        a = Vec3(*(a + share * v for a, v in zip(point.a_w, point.v_w, strict=True)))
+        message = self.px4.TrajectorySetpoint(timestamp=self.stamps().now)
+        message.position, message.velocity, message.acceleration = (
+            [float(part) for part in frames.world(v)] for v in (point.p_w, point.v_w, a)
+        )
+        message.jerk = [math.nan] * 3
+        message.yaw, message.yawspeed = wrap_angle(0.5 * math.pi - point.yaw), -point.yaw_rate
+        self._trajectory_out.publish(message)
+
+    def send_heartbeat(self):
+        """Have PX4 fly by position."""
+        self._heartbeat_out.publish(self.px4.OffboardControlMode(timestamp=self.stamps().now, position=True))
+
+    def send_safe(self, output, newtons, state):
+        """Stay here."""
+        self._send_point(TrajectoryPoint(p_w=state.p_w, yaw=euler_from_quaternion(state.q_wb).z))
+
+
+if __name__ == "__main__":
+    sys.exit(run(PX4, OwnControllers, __doc__))
