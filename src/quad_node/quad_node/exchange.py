@@ -93,7 +93,7 @@ class Standby(Exchange):
     """A shadow that may take over."""
 
     def __init__(self, node: StageNode) -> None:
-        """Hear the other's answers, offer the service `<role>/take_over`, and have what it takes to be obeyed."""
+        """Read the other's answers, offer the service `<role>/take_over`, and have what it takes to be obeyed."""
         self._node, stage = node, node.stage
         self._flies, self._requested, self._from = False, False, _NEVER
         self._others = {topic: deque[bytes](maxlen=_RECENT) for topic in (stage.gives, stage.internals_topic)}

@@ -110,7 +110,10 @@ class Handshake:
         return self._known[role].detail if role in self._known else ""
 
     def blame(self, step: int, acked: int, answered: bool, planned: bool) -> str:
-        """Return why step ``step`` cannot go on: the role that others wait for and that itself waits for none."""
+        """Return why step ``step`` cannot go on: the role that others wait for and that itself waits for none.
+
+        ``answered``: the plant has the command of that step; ``planned``: it has the plan, or the commander's mode.
+        """
         waiting = {role: status for role, status in self._known.items() if status.state == WAITING}
         for role, status in waiting.items():
             if status.waiting_role not in waiting:
@@ -119,7 +122,9 @@ class Handshake:
                     f"({role} waits for it)"
                 )
         if not planned:
-            return f"trajectory does not answer step {step}: no flight/plan"
+            commanded = COMMANDER in self._expected
+            role, topic = (COMMANDER, "flight/mode") if commanded else (TRAJECTORY, "flight/plan")
+            return f"{role} does not answer step {step}: no {topic}"
         if not answered:
             return f"{COMMANDING} does not answer step {step}: no {COMMAND}"
         return f"recorder does not answer: flight/recorded is at step {acked}, the plant at {step}"

@@ -163,13 +163,13 @@ class VehicleNode(FlightNode):
         if reason == WRENCH_LOST:
             if seconds(self.current_step - self._heard_step, self.flight.plant_period) <= _HEARD:
                 return f"{COMMAND} arrives, but no good one reaches the rotors"
-            return self.handshake.blame(self.current_step, self.recorded_step, False, self.end_step > 0)
+            return self.blame()
         return "state: the estimator is silent" if reason == STATE_LOST else ""
 
     def blame(self) -> str:
         """Return why the current step cannot go on, the node named that does not do its part."""
         answered = self.command is not None and self.command.step == self.current_step
-        planned = self.commanded or self.end_step > 0
+        planned = self.link.holds(self.current_step) if self.link else self.end_step > 0
         return self.handshake.blame(self.current_step, self.recorded_step, answered, planned)
 
     def waits_for(self) -> list[str]:

@@ -23,8 +23,8 @@ class Said:
     detail: str = ""
 
 
-def shake(*said: Said, run_id: str = "") -> tuple[Handshake, list[str]]:
-    handshake = Handshake(FlightParameters(run_id=run_id), "abc", ROLES)
+def shake(*said: Said, run_id: str = "", roles: list[str] = ROLES) -> tuple[Handshake, list[str]]:
+    handshake = Handshake(FlightParameters(run_id=run_id), "abc", roles)
     return handshake, [handshake.on_status(status) for status in said]
 
 
@@ -102,6 +102,12 @@ def test_blame_is_the_one_that_others_wait_for_and_that_waits_for_none():
 def test_blame_without_complaints_follows_from_what_the_plant_misses(answered, planned, blame):
     handshake, _ = shake(*(Said(role) for role in ROLES))
     assert handshake.blame(7, 6, answered, planned).startswith(f"{blame} does not answer")
+
+
+def test_a_commander_that_does_not_say_its_mode_is_blamed_before_the_recorder():
+    handshake, _ = shake(*(Said(role) for role in ROLES), Said("commander"), roles=[*ROLES, "commander"])
+    reason = handshake.blame(7, 6, answered=True, planned=False)
+    assert reason == "commander does not answer step 7: no flight/mode"
 
 
 def test_period_and_end_are_taken_from_the_last_word():
