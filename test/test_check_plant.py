@@ -51,6 +51,7 @@ def test_mujoco_started_in_its_place_keeps_it_too():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.wall_clock
 def test_the_simulator_keeps_the_contract_in_real_time():
     done = check([], "-p", "flight.mode:=realtime", "-p", "flight.plant_period:=10000000")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -47,6 +47,7 @@ def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
     assert tilt < math.radians(15.0)
 
 
+@pytest.mark.wall_clock
 def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
     out = tmp_path / "bag"
     flight = start("hover", "--realtime", "--duration", "60", "--out", out, *PATIENT)

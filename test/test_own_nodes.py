@@ -70,6 +70,7 @@ def test_a_trajectory_node_of_one_s_own_is_followed_in_lockstep(tmp_path):
     assert abs(flight.array("truth")["p_w"][-1] - [0.0, 0.0, 0.5]).max() < 0.05
 
 
+@pytest.mark.wall_clock
 def test_both_fly_together_in_real_time(tmp_path):
     # How well they fly by the clock depends on what else this machine does; that they do does not.
     flight = flown("hover", "--realtime", *own("trajectory"), *own("simulator"), "--out", tmp_path / "bag", *FAR)

@@ -30,6 +30,7 @@ def payloads(kind):
     return found
 
 
+@pytest.mark.wall_clock
 def test_no_payload_costs_the_flight_or_its_bag(tmp_path):
     out = tmp_path / "bag"
     flight = start("hover", "--realtime", "--duration", "6", "--limits", "position_max=5", *PATIENT, "--out", out)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 
 import flying
 import pytest
@@ -14,6 +15,7 @@ from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
 from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
+from quad_flight_log.bag.reader import open_flight
 
 
 @pytest.mark.flight
@@ -33,6 +35,26 @@ def test_the_flight_has_the_same_bits_and_the_shadow_those_of_its_law(tmp_path):
     assert torque.any()
     position = replay(bag, "position_controller", law="pid").replayed
     assert setpoint["angles"][:, 1].tobytes() == position["attitude_setpoint angles.y"].tobytes()
+
+
+@pytest.mark.flight
+def test_a_shadow_that_stood_still_for_a_second_has_all_its_steps(tmp_path):
+    process = flying.start("hover", "--duration", "2", "--shadow", "itsm", "--out", tmp_path / "bag")
+    part = tmp_path / "bag" / "bag_0.mcap.part"
+    flying.wait_until(lambda: part.exists() and part.stat().st_size > 60_000, 90.0, "the recording began")
+    shadow = pid_of(process.pid, "attitude_controller", "shadow_attitude_controller")
+    os.kill(shadow, signal.SIGSTOP)
+    time.sleep(1.0)
+    os.kill(shadow, signal.SIGCONT)
+    done = flying.finish(process)
+    assert done.returncode == 0, done.stderr
+    bag = open_flight(tmp_path / "bag")
+    steps = bag.topics["/state"].messages
+    assert steps == 2500
+    shadows = [topic for topic in bag.topics if topic.startswith("/shadow/")]
+    assert len(shadows) == 2
+    for topic in shadows:
+        assert len(by_stamp(bag.array(topic))) == steps
 
 
 @pytest.mark.flight

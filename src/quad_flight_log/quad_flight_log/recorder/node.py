@@ -19,6 +19,7 @@ from quad_flight_log.recorder.flight_clock import FlightClock
 from quad_flight_log.recorder.gap_counter import GapCounter
 from quad_flight_log.recorder.opening import opened
 from quad_flight_log.recorder.provenance import flight_metadata
+from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
@@ -54,7 +55,7 @@ class Recorder(FlightNode):
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
-        self._shadow_ns: dict[str, int] = {}
+        self._shadows = ShadowPace(self.flight.plant_period)
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
                 self._record(topic)
@@ -92,7 +93,7 @@ class Recorder(FlightNode):
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
         elif topic.name.startswith(topics.SHADOW_TOPICS):
-            self._shadow_ns[topic.name] = -1
+            self._shadows.expect(topic.name)
             keep = self._with_stamp(topic.name, keep)
         self.subscribe(topic.name, self._checked(topic.name, topic.type, handle, keep), depth=depth, raw=True)
 
@@ -158,7 +159,9 @@ class Recorder(FlightNode):
         def on_message(payload: bytes) -> None:
             keep(payload)
             seconds, nanoseconds = _STAMP.unpack_from(payload, 4)
-            self._shadow_ns[name] = seconds * 1_000_000_000 + nanoseconds
+            self._shadows.add(name, seconds * 1_000_000_000 + nanoseconds)
+            if self._stamps.newest >= self._due_ns:
+                self._acknowledge()
 
         return on_message
 
@@ -186,7 +189,7 @@ class Recorder(FlightNode):
         """Let the plant go on; held back while the disk is behind."""
         if self.tracker is None or self.bag.backlog > BACKLOG_LIMIT // 4:
             return
-        complete = self.tracker.complete_through()
+        complete = self._shadows.leave(self.tracker.complete_through())
         if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
             return
         self._acked = self.current_step = complete
@@ -241,13 +244,7 @@ class Recorder(FlightNode):
         if self.tracker is None:
             heard = self._gaps.reached(step * self.flight.plant_period - _TAIL_NS)
             return heard and time.monotonic() - self._arrived > _GRACE
-        return self.tracker.complete_through() >= step and all(
-            stamp >= self._last_due(name, step) for name, stamp in self._shadow_ns.items()
-        )
-
-    def _last_due(self, name: str, step: int) -> int:
-        period = self._periods[topics.TOPICS[name].publishers[0]]
-        return step // period * period * self.flight.plant_period
+        return self.tracker.complete_through() >= step and self._shadows.answered(step, self._periods)
 
     def _leave(self, last: FlightState) -> None:
         ended = last.state == FlightState.ENDED
