@@ -49,22 +49,26 @@ ATTITUDE_BASELINES = {
     ],
     "quad_attitude_ctrl.pid._integrated": [("PID", "part - gains", "part + gains")],
     "quad_attitude_ctrl.se3.step": [
-        ("SE(3)", "subtract(omega_b, turned_rates)", "subtract(turned_rates, omega_b)"),
-        ("SE(3)", "turned.z - carried.z", "turned.z + carried.z"),
+        ("SE(3)", "feed_forward.z + gyroscopic.z", "gyroscopic.z"),
         ("SE(3)", "gyroscopic.x / vehicle.inertia_xx", "0.0"),
-        ("SE(3)", "-parameters.roll.angle * error.x", "parameters.roll.angle * error.x"),
     ],
     "quad_attitude_ctrl.indi.step": [
         ("INDI", "known.x + xx", "known.x - xx"),
         ("INDI", "feedback.y - measured.y", "feedback.y + measured.y"),
-        ("INDI", "subtract(turned, cross", "subtract(cross(omega_b, ZERO), cross"),
+        ("INDI", "feed_forward.x + feedback.x", "feedback.x"),
         ("INDI", "inputs.actuation.torque_b", "ZERO"),
-        ("INDI", "parameters.yaw.rate * error_rate.z", "parameters.yaw.rate * error.z"),
         ("INDI", "known.z + zz", "known.z + yy"),
     ],
     "quad_attitude_ctrl.indi.filtered": [
         ("INDI", "b.x + gain * (first.x - b.x)", "first.x"),
         ("INDI", "-bandwidth * dt", "-dt"),
     ],
-    "quad_attitude_ctrl.se3.rotation_error": [("SE(3)", "2.0 * relative.w * relative.z", "2.0 * relative.z")],
+    "quad_attitude_ctrl.geometric.tracking": [
+        ("SE(3)", "subtract(state.omega_b, turned_rates)", "subtract(turned_rates, state.omega_b)"),
+        ("SE(3)", "subtract(turned, cross(state.omega_b, turned_rates))", "turned"),
+        ("SE(3)", "subtract(turned, cross", "subtract(Vec3(), cross"),
+        ("SE(3)", "-roll.angle * error.x", "roll.angle * error.x"),
+        ("SE(3)", "yaw.rate * error_rate.z", "yaw.rate * error.z"),
+    ],
+    "quad_attitude_ctrl.geometric.rotation_error": [("SE(3)", "2.0 * relative.w * relative.z", "2.0 * relative.z")],
 }

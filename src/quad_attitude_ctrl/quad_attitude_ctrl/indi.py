@@ -1,6 +1,6 @@
 """INDI: incremental nonlinear dynamic inversion of the attitude, a ``quad.attitude_law`` plug-in.
 
-    nu      = R^T R_d Omega_d' - Omega^ R^T R_d Omega_d - k_R e_R - k_Omega e_Omega     wanted acceleration, rad/s^2
+    nu      = R^T R_d Omega_d' - Omega^ R^T R_d Omega_d - k_R e_R - k_Omega e_Omega     desired acceleration, rad/s^2
     w'_f    = H(s) w',   tau_f = H(s) tau,   H(s) = (b / (s + b))^2                     the same filter for both
     torque  = tau_f + J (nu - w'_f)                                                     N m
 
@@ -9,37 +9,21 @@ vehicles, JGCD 39(3), 2016, without its adaptation of J. The model is left out o
 beside the rotors is in w'_f and not in tau_f, and so in the next increment. tau is what the rotors gave (`actuation`),
 so limits wind nothing up and rotor lag is known. w' is the change of the body rates over the last step, the mean over
 the very time that tau stands for; both must be equally old, so late rates need their prediction. e_R and e_Omega are
-those of ``se3``.
+those of ``geometric``.
 """
 
 import math
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
-from quad_attitude_ctrl.se3 import rotation_error
-from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, limited_torque, plain_internals
-from quad_core.geometry import (
-    ZERO,
-    body_rates,
-    cross,
-    euler_from_quaternion,
-    quaternion_from_euler,
-    relative_attitude,
-    rotate_inverse,
-    subtract,
-)
+from quad_attitude_ctrl.geometric import Gains, tracking
+from quad_attitude_ctrl.torque import TorqueLimits, limited_torque, plain_internals
+from quad_core.geometry import ZERO, euler_from_quaternion
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 
 Internals = AttitudeInternals
-
-
-class Gains(NamedTuple):
-    """Gains of one body axis."""
-
-    angle: Annotated[float, Real("1/s^2", "k_R", 0.0, 1e5, "Smeur 2016")] = 300.0
-    rate: Annotated[float, Real("1/s", "k_Omega", 0.0, 1e4, "Smeur 2016")] = 30.0
 
 
 class Parameters(NamedTuple):
@@ -97,17 +81,8 @@ def step(
     else:
         filters = filters_at_rest(euler_from_quaternion(state.q_wb))
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
-    relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
-    error = rotation_error(relative)
-    turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
-    turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
-    error_rate = subtract(omega_b, turned_rates)
-    feed_forward = subtract(turned, cross(omega_b, turned_rates))
-    feedback = Vec3(
-        -parameters.roll.angle * error.x - parameters.roll.rate * error_rate.x,
-        -parameters.pitch.angle * error.y - parameters.pitch.rate * error_rate.y,
-        -parameters.yaw.angle * error.z - parameters.yaw.rate * error_rate.z,
-    )
+    found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
+    feedback, feed_forward = found.feedback, found.feed_forward
     measured, known = acceleration.second, given.second
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     command = Vec3(
@@ -120,8 +95,8 @@ def step(
     next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
     internals = plain_internals(
         goal=goal,
-        angle_error=error,
-        rate_error=error_rate,
+        angle_error=found.angle_error,
+        rate_error=found.rate_error,
         feed_forward=feed_forward,
         feedback=feedback,
         torque=torque,

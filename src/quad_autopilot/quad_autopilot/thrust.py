@@ -57,5 +57,5 @@ def hover_report(vehicle: Vehicle, max_rotor_thrust: float, thrusts: float, coun
     mean, weight = thrusts / count, vehicle.mass * vehicle.gravity
     return (
         f"mean thrust in hover {mean:.2f} N of our scale, weight {weight:.2f} N: if the mass is right, a rotor's "
-        f"largest thrust is {max_rotor_thrust * weight / mean:.2f} N (told {max_rotor_thrust:g} N)"
+        f"largest thrust is {max_rotor_thrust * weight / mean:.2f} N (given {max_rotor_thrust:g} N)"
     )

@@ -43,7 +43,7 @@ def test_a_hover_with_too_much_of_our_thrust_says_that_a_rotor_gives_less():
     vehicle = Vehicle(mass=1.0, gravity=10.0)
     text = thrust.hover_report(vehicle, 5.0, 100 * 12.5, 100)
     assert "12.50 N" in text
-    assert "thrust is 4.00 N (told 5 N)" in text
+    assert "thrust is 4.00 N (given 5 N)" in text
     assert thrust.hover_report(vehicle, 5.0, 12.5, 1) == ""
 
 

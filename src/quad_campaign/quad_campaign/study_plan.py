@@ -43,14 +43,14 @@ class Controller(NamedTuple):
 
     def overrides(self, values: Mapping[str, float]) -> Overrides:
         """Return {node: {parameter: value}} for {knob name: value}; knobs without a value stay at their defaults."""
-        told: Overrides = {
+        found: Overrides = {
             "position_controller": {"law": self.position, **self.fixed.get("position_controller", {})},
             "attitude_controller": {"law": self.attitude, **self.fixed.get("attitude_controller", {})},
         }
         for knob in self.knobs:
             if knob.name in values:
-                told[knob.node].update(dict.fromkeys(knob.parameters, float(values[knob.name])))
-        return told
+                found[knob.node].update(dict.fromkeys(knob.parameters, float(values[knob.name])))
+        return found
 
 
 class Objective(NamedTuple):
@@ -222,25 +222,25 @@ def _section(content: Any, name: str, keys: tuple[str, ...], optional: tuple[str
 
 def _controller(name: str, body: Any) -> Controller:
     place = f"controllers.{name}"
-    told = _section(body, place, ("title", "position", "attitude", "knobs"), ("fixed",))
-    laws = {node: str(told[key]) for node, key in _NODES.items()}
+    found = _section(body, place, ("title", "position", "attitude", "knobs"), ("fixed",))
+    laws = {node: str(found[key]) for node, key in _NODES.items()}
     fixed: Overrides = {}
-    for node, values in (told.get("fixed") or {}).items():
+    for node, values in (found.get("fixed") or {}).items():
         if node not in laws:
             raise ParameterError(f"{place}.fixed.{node}: expected one of {', '.join(laws)}")
         fixed[node] = {_full_name(laws[node], key): value for key, value in values.items()}
-    knobs = tuple(_knob(f"{place}.knobs.{key}", str(key), laws, knob) for key, knob in told["knobs"].items())
-    return Controller(name, str(told["title"]), laws["position_controller"], laws["attitude_controller"], fixed, knobs)
+    knobs = tuple(_knob(f"{place}.knobs.{key}", str(key), laws, knob) for key, knob in found["knobs"].items())
+    return Controller(name, str(found["title"]), laws["position_controller"], laws["attitude_controller"], fixed, knobs)
 
 
 def _knob(place: str, name: str, laws: Mapping[str, str], body: Any) -> Knob:
-    told = _section(body, place, ("node", "parameters"), ("low", "high", "log"))
-    node = str(told["node"])
+    found = _section(body, place, ("node", "parameters"), ("low", "high", "log"))
+    node = str(found["node"])
     if node not in laws:
         raise ParameterError(f"{place}.node: found {node!r}, expected one of {', '.join(laws)}")
-    low, high = float(told.get("low", float("nan"))), float(told.get("high", float("nan")))
-    names = tuple(_full_name(laws[node], key) for key in told["parameters"])
-    return _bounded(place, Knob(name, node, names, low, high, bool(told.get("log", False))), laws[node])
+    low, high = float(found.get("low", float("nan"))), float(found.get("high", float("nan")))
+    names = tuple(_full_name(laws[node], key) for key in found["parameters"])
+    return _bounded(place, Knob(name, node, names, low, high, bool(found.get("log", False))), laws[node])
 
 
 def _full_name(law: str, key: str) -> str:

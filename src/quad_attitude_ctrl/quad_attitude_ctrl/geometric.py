@@ -1,0 +1,62 @@
+"""The attitude error without Euler angles and its feedback, which ``se3`` and ``indi`` share.
+
+    e_R          = 1/2 (R_d^T R - R^T R_d)^vee                   attitude error: rotation axis times sine of the angle
+    e_Omega      = Omega - R^T R_d Omega_d                       rate error, rad/s
+    feedback     = -k_R e_R - k_Omega e_Omega                    rad/s^2
+    feed_forward = R^T R_d Omega_d' - Omega^ R^T R_d Omega_d     rad/s^2
+
+Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010. On quaternions: with
+q = q_d^-1 q_wb, e_R = 2 q_w (q_x, q_y, q_z). Gains are per axis and divided by the inertia. Omega_d and its derivative
+come from the command filter.
+"""
+
+from typing import Annotated, NamedTuple
+
+from quad_attitude_ctrl.command import Desired
+from quad_attitude_ctrl.torque import body_acceleration
+from quad_core.geometry import (
+    body_rates,
+    cross,
+    quaternion_from_euler,
+    relative_attitude,
+    rotate_inverse,
+    subtract,
+)
+from quad_core.parameters import Real
+from quad_core.types import Quat, Vec3, VehicleState
+
+
+class Gains(NamedTuple):
+    """Gains of one body axis."""
+
+    angle: Annotated[float, Real("1/s^2", "k_R / J", 0.0, 1e5, "Lee 2010")] = 300.0
+    rate: Annotated[float, Real("1/s", "k_Omega / J", 0.0, 1e4, "Lee 2010")] = 30.0
+
+
+class Tracking(NamedTuple):
+    """e_R, e_Omega in rad/s, feedback and feed-forward in rad/s^2, body axes."""
+
+    angle_error: Vec3
+    rate_error: Vec3
+    feedback: Vec3
+    feed_forward: Vec3
+
+
+def tracking(goal: Desired, state: VehicleState, roll: Gains, pitch: Gains, yaw: Gains) -> Tracking:
+    """Return the errors of ``state`` against ``goal`` and what they and the motion of ``goal`` ask for."""
+    relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
+    error = rotation_error(relative)
+    turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
+    turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
+    error_rate = subtract(state.omega_b, turned_rates)
+    feedback = Vec3(
+        -roll.angle * error.x - roll.rate * error_rate.x,
+        -pitch.angle * error.y - pitch.rate * error_rate.y,
+        -yaw.angle * error.z - yaw.rate * error_rate.z,
+    )
+    return Tracking(error, error_rate, feedback, subtract(turned, cross(state.omega_b, turned_rates)))
+
+
+def rotation_error(relative: Quat) -> Vec3:
+    """Return e_R = 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle."""
+    return Vec3(2.0 * relative.w * relative.x, 2.0 * relative.w * relative.y, 2.0 * relative.w * relative.z)
