@@ -12,8 +12,10 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from quad_core import guard
@@ -63,8 +65,18 @@ def build_lacking(nodes: Iterable[Resolved], prefix: str) -> None:
 
 
 def build_in_background(nodes: Iterable[Resolved], prefix: str) -> "subprocess.Popen[bytes] | None":
-    """Start building what ``nodes`` lack in a process that nobody waits for; None if nothing lacks."""
-    found = lacking(nodes)
+    """Start building what ``nodes`` lack in a process that nobody waits for; None if nothing can be built.
+
+    What could not be compiled before is named with the reason, and not tried again.
+    """
+    found = {}
+    for name, function in lacking(nodes).items():
+        reason = _reason_file(function)
+        if not reason.is_file():
+            found[name] = function
+            continue
+        _print(prefix, f"run by CPython: {reason.read_text()}")
+        _print(prefix, f"to compile it again: python -m {__spec__.name} {name}")
     if not found:
         return None
     _print(prefix, f"compiling {', '.join(found)} in the background for the next flights")
@@ -92,8 +104,10 @@ def main(names: Sequence[str]) -> int:
             return 1
         problems = []
         for name in names:
-            module, _, function = name.partition(":")
-            problem = _problem_of(getattr(import_module(module), function))
+            module, _, word = name.partition(":")
+            function = getattr(import_module(module), word)
+            problem = _problem_of(function)
+            _remember(function, problem)
             _print("compile", f"run by CPython: {problem}" if problem else f"compiled {name}")
             problems += [problem] if problem else []
     return 1 if problems else 0
@@ -112,6 +126,20 @@ def _problem_of(function: Callable[..., Any]) -> str:
     except (CompilationError, OSError) as error:
         return str(error)
     return ""
+
+
+def _reason_file(function: Callable[..., Any]) -> Path:
+    """Return where it stands why ``function``, as its text is now, could not be compiled."""
+    return library_path(function).with_suffix(".reason")
+
+
+def _remember(function: Callable[..., Any], problem: str) -> None:
+    with suppress(OSError, TypeError):  # no place for it, or no text of its own: it is tried again
+        if problem:
+            _reason_file(function).parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _reason_file(function).write_text(problem)
+        else:
+            _reason_file(function).unlink(missing_ok=True)
 
 
 def _print(prefix: str, text: str) -> None:

@@ -95,3 +95,24 @@ def test_compiling_by_hand_says_why_not(cache, monkeypatch, capfd):
     printed = capfd.readouterr().err
     assert f"run by CPython: {__name__}.written: " in printed
     assert "\x1b" not in printed
+
+
+def test_what_could_not_be_compiled_is_named_by_the_next_flight_and_not_tried_again(cache, laws, monkeypatch, capfd):
+    monkeypatch.setattr(preparation.os, "nice", lambda _: 0)
+    node = [node for node in nodes() if node.role == "attitude_controller"]
+    assert preparation.main([f"{__name__}:written"]) == 1
+    capfd.readouterr()
+    assert preparation.build_in_background(node, "fly") is None
+    printed = capfd.readouterr().err
+    assert f"fly: run by CPython: {__name__}.written: " in printed
+    assert f"to compile it again: python -m quad_bringup.preparation {__name__}:written" in printed
+    assert "in the background" not in printed
+
+
+def test_a_reason_is_forgotten_once_the_function_compiles(cache, laws, monkeypatch):
+    monkeypatch.setattr(preparation.os, "nice", lambda _: 0)
+    reason = library_path(halved).with_suffix(".reason")
+    reason.parent.mkdir(parents=True)
+    reason.write_text("no C compiler to link it with")
+    assert preparation.main([f"{__name__}:halved"]) == 0
+    assert not reason.exists()
