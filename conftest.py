@@ -5,6 +5,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 from ros_imports import imports_ros
+from stalled_machine import StalledMachine, StallMeter
 
 # How long one example takes says nothing on a machine with other work.
 hypothesis.settings.register_profile("patient", deadline=None)
@@ -27,6 +28,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Start with no skips."""
     config.stash[SKIPS] = {}
     config.pluginmanager.register(SkipCollector(config.stash[SKIPS]))
+    config.pluginmanager.register(StalledMachine(StallMeter()))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -17,7 +17,8 @@ from vehicle_packages import vehicle_packages
 
 from quad_bringup.domains import reserved_domain
 
-pytestmark = pytest.mark.flight
+# an autopilot has a processor of its own
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 HERE = Path(__file__).parent / "crazyflie"
 BRIDGE = Path(get_package_prefix("quad_crazyflie"), "lib", "quad_crazyflie", "crazyflie_bridge")

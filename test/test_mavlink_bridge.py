@@ -18,7 +18,8 @@ from vehicle_packages import vehicle_packages
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
 
-pytestmark = pytest.mark.flight
+# an autopilot has a processor of its own
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 BRIDGE = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "mavlink_bridge")
 ALONE = ["-p", "flight.roles:=simulator"]

@@ -15,7 +15,8 @@ from px4_flights import BRIDGE, PERIODS, VEHICLE, Flight, environment
 from quad_flight_log.analysis.takeovers import takeovers
 from quad_flight_log.bag.reader import open_flight
 
-pytestmark = pytest.mark.flight
+# an autopilot has a processor of its own
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 ALONE = ["-p", "flight.roles:=simulator", "-p", "arming.step_timeout:=6.0"]
 WAITING = [*ALONE, "-p", "arming.first_command:=10.0"]  # armed on the ground, without controllers
@@ -161,7 +162,6 @@ def test_the_other_modes_hover_through_drops_reorder_nan_and_a_small_reset(given
         assert ("estimator_reset" in found.output) == (mode != "motors")
 
 
-@pytest.mark.wall_clock
 def test_a_dead_controller_stops_the_heartbeat_within_100_ms_and_px4_lands(given, tmp_path):
     with airborne(tmp_path / "flight", given, {}, "wrench", BOTH) as flight:
         flight.wait_for("actuation_predicted")

@@ -1,0 +1,72 @@
+"""Lemniscates of 5, 8 and 10 m/s, 10 m from the crossing to a tip, plant rigid_body, the paper's disturbance.
+
+One row per pair of laws and source of the desired rates: `filter` is the command filter alone, `led` leads its input
+by the rates and accelerations that the reference asks for, `feed_forward` takes those without a filter.
+
+Examples:
+  python bench/law_lemniscate.py
+  python bench/law_lemniscate.py --pair aibs+abfnitsm --pair aibs+indi --speed 5 --seeds 20
+"""
+
+import argparse
+import sys
+
+import numpy as np
+from law_margins import PAIRS
+
+from quad_flight.flight import fly, from_names
+
+HALF_WIDTH, SECONDS, LOST = 10.0, 20.0, 1.0
+SOURCES = ("filter", "led", "feed_forward")
+NESTED = ("pid", "se3", "indi")
+"""Attitude laws whose source of the desired rates stands in the group `shaping`."""
+
+
+def flown(vehicle, pair, source, speed, seeds):
+    """Return the results of ``seeds`` flights from seed 1001 on."""
+    position, _, attitude = pair.partition("+")
+    group = f"{attitude}.shaping" if attitude in NESTED else attitude
+    ahead = str(source != "filter").lower()
+    settings = [
+        "simulator.guard.enabled=false",
+        f"trajectory.lemniscate.speed={speed}",
+        f"trajectory.lemniscate.half_width={HALF_WIDTH}",
+        f"position_controller.{position}.feed_forward={ahead}",
+        f"attitude_controller.{group}.command={source}",
+    ]
+    common = {"vehicle": vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
+    flight = from_names("lemniscate", **common, settings=settings)
+    return [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in range(1001, 1001 + seeds)]
+
+
+def cell(results):
+    """Return the median RMSE with its range, and how many flights were lost."""
+    good = [one for one in results if one.outcome == "ended" and one.score.largest_error <= LOST]
+    lost = f", {len(results) - len(good)} lost" if len(good) < len(results) else ""
+    if not good:
+        return "lost"
+    rmse = 1e3 * np.array([one.rmse for one in good])
+    torque = np.median([one.score.torque_variation for one in good])
+    return f"{np.median(rmse):.1f} mm ({rmse.min():.1f} to {rmse.max():.1f}), {torque:.1f} N m{lost}"
+
+
+def main():
+    """Print the table that the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pair", action="append", choices=PAIRS, help="may be repeated (default: all)")
+    parser.add_argument("--speed", action="append", type=float, help="m/s; may be repeated (default: 5, 8, 10)")
+    parser.add_argument("--vehicle", default="paper", help="vehicle file (default: paper)")
+    parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
+    options = parser.parse_args()
+    speeds = options.speed or [5.0, 8.0, 10.0]
+    print("| pair | desired rates | " + " | ".join(f"{speed:g} m/s" for speed in speeds) + " |")
+    print("|---" * (2 + len(speeds)) + "|")
+    for pair in options.pair or PAIRS:
+        for source in SOURCES:
+            cells = [cell(flown(options.vehicle, pair, source, speed, options.seeds)) for speed in speeds]
+            print(f"| {pair} | {source} | {' | '.join(cells)} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
