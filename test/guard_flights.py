@@ -25,7 +25,10 @@ guard_init, guard_step = guard.init, guard.step
 
 
 class Ending(NamedTuple):
-    """How a descent ended: steps flown, contact made, speed m/s and tilt rad then, largest tilt, finite, mode, off."""
+    """How a descent ended: steps flown, contact made, speed m/s and tilt rad then, mode, finite, off, height m.
+
+    ``climb``: largest height above the start in m.
+    """
 
     steps: int
     touched: bool
@@ -35,6 +38,7 @@ class Ending(NamedTuple):
     finite: bool
     stopped: bool
     height: float
+    climb: float
 
 
 def vehicle_named(name):
@@ -79,7 +83,7 @@ def descent(
     state = start
     k = 0
     dt = PERIOD / 1e9
-    report_mode, stopped, touched, finite = 0, False, False, True
+    report_mode, stopped, touched, finite, climb = 0, False, False, True, 0.0
     while k < longest and not touched and finite and not stopped:
         seen = observe(plant, vehicle, state)
         request = 2 if k == 0 else 0
@@ -91,13 +95,14 @@ def descent(
             state, _ = step(plant, vehicle, state, wrench, conditions, dt)
             p, _, q, omega = state.motion
             finite = math.isfinite(p.x + p.y + p.z + q.x + q.y + q.z + omega.x)
+            climb = max(climb, p.z - start.motion.p_w.z)
         touched = not plant.ground.enabled and observe(plant, vehicle, state).p_w.z <= FOOT
         k += 1
     end = observe(plant, vehicle, state)
     cosine = 1.0 - 2.0 * (end.q_wb.x * end.q_wb.x + end.q_wb.y * end.q_wb.y)
     speed = norm(end.v_w)
     tilt = math.acos(cosine) if -1.0 < cosine < 1.0 else (0.0 if cosine > 0.0 else math.pi)
-    return Ending(k, touched, speed, tilt, report_mode, finite, stopped, end.p_w.z)
+    return Ending(k, touched, speed, tilt, report_mode, finite, stopped, end.p_w.z, climb)
 
 
 def on_ground(parameters: PlantParameters) -> PlantParameters:

@@ -40,6 +40,11 @@ GUARD = {
     ],
     "quad_core.backup.descent_thrust": [("sink", "-sinking - vertical_speed", "sinking - vertical_speed")],
     "quad_core.backup.contact": [("stop", "low and ramp <= 0.0", "ramp <= RESTING_RAMP")],
+    "quad_core.unknown_torque.estimated": [("sees", "memory.begun and sees", "memory.begun")],
+    "quad_core.unknown_torque.advanced": [("1", "(yy - zz) * q * r", "(zz - yy) * q * r")],
+    "quad_core.unknown_torque.thrust_for": [("8", "2.0 * DIAGONAL", "DIAGONAL")],
+    "quad_core.unknown_torque.within_thrust": [("weight", "thrust > least", "thrust < least")],
+    "quad_core.backup.without_unknown": [("unknown", "torque.x - unknown.x", "torque.x + unknown.x")],
     "quad_core.backup.predicted_rates": [("1", "(xx - yy) * p * q", "(yy - xx) * p * q")],
 }
 

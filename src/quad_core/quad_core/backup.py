@@ -9,6 +9,9 @@ It stops first and sinks then: v_ref is -descent_speed below walking pace and a 
 that can be trusted d is vertical and f a fixed share of the weight; without any state, the attitude that the model
 predicts, a smaller one: the sooner it is down, the less an unknown torque can turn it.
 
+What torque the model does not explain, a failing rotor's above all, is observed and taken off, and torque never buys
+thrust that was not asked for (``quad_core.unknown_torque``).
+
 The law shares no text with the controllers, so that no mistake of theirs can be its own (Simplex: Sha, 2001).
 """
 
@@ -19,6 +22,7 @@ from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rota
 from quad_core.guard_checks import largest_torque
 from quad_core.guard_parameters import BackupLaw, ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 from quad_core.vehicle import Vehicle, max_thrust
 
 LEAST_SINK = 0.25
@@ -33,12 +37,21 @@ RESTING_RAMP = 0.25
 
 
 class Descent(NamedTuple):
-    """What the backup law remembers: vertical integral m/s^2, time at rest s, share of thrust, motors stopped."""
+    """What the backup law remembers: vertical integral m/s^2, time at rest s, share of thrust, motors stopped.
+
+    ``unknown``: the torque that the model does not explain.
+    """
 
     lift: float = 0.0
     rest_time: float = 0.0
     ramp: float = 1.0
     stopped: bool = False
+    unknown: UnknownTorque = UnknownTorque()
+
+
+def fresh_descent() -> Descent:
+    """Return the memory of a descent that begins."""
+    return Descent(0.0, 0.0, 1.0, False, no_unknown_torque())
 
 
 def descend(
@@ -67,11 +80,28 @@ def descend(
     direction = desired_direction(law, vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
     torque = level_torque(law, vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
+    # what stands on something is held by it: its torque is no rotor's
+    flies = knows_velocity and rest_time == 0.0 and height > rule.stop_height
+    unknown = estimated(law, vehicle, memory.unknown, state.omega_b, flies)
+    if unknown.found:
+        torque = without_unknown(vehicle, torque, unknown.torque)
+    torque = within_thrust(law, vehicle, thrust, torque)
     thrust = ramp * thrust
     torque = Vec3(ramp * torque.x, ramp * torque.y, ramp * torque.z)
     if stopped:
         thrust, torque = 0.0, zero
-    return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped)
+    unknown = advanced(vehicle, unknown, state.omega_b, torque, dt)
+    return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped, unknown)
+
+
+def without_unknown(vehicle: Vehicle, torque: Vec3, unknown: Vec3) -> Vec3:
+    """Return ``torque`` less the ``unknown`` one, N m, as far as four rotors can make it."""
+    largest = largest_torque(vehicle)
+    return Vec3(
+        clamp(torque.x - unknown.x, -largest.x, largest.x),
+        clamp(torque.y - unknown.y, -largest.y, largest.y),
+        clamp(torque.z - unknown.z, -largest.z, largest.z),
+    )
 
 
 def slowness(law: BackupLaw, state: VehicleState) -> float:

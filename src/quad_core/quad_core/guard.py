@@ -20,7 +20,7 @@ prediction is flown for ``state.gone_age``, then the motors are off.
 import math
 from typing import NamedTuple
 
-from quad_core.backup import Descent, descend
+from quad_core.backup import Descent, descend, fresh_descent
 from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
 from quad_core.guard_parameters import GuardParameters
 from quad_core.guard_state import Belief, Refusals, is_full, is_gone, no_belief, observe
@@ -137,7 +137,7 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
         Refusals(0, 0, 0, False),
         Timers(0.0, 0.0, 0.0),
         none,
-        Descent(0.0, 0.0, 1.0, False),
+        fresh_descent(),
     )
 
 
@@ -215,7 +215,7 @@ def fly(
         return wrench, memory.descent
     if mode == KILL:
         return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
-    law, descent = parameters.backup, memory.descent if memory.mode == DESCEND else Descent(0.0, 0.0, 1.0, False)
+    law, descent = parameters.backup, memory.descent if memory.mode == DESCEND else fresh_descent()
     return descend(
         law,
         parameters.contact,

@@ -158,6 +158,31 @@ class BackupLaw(NamedTuple):
     lowest_thrust: Annotated[
         float, Real("", "least thrust over weight in the air", 0.0, 1.0, "addition", live=False)
     ] = 0.2
+    torque_thrust: Annotated[
+        float,
+        Real(
+            "",
+            "thrust over weight that roll and pitch may take where less was asked for: below 1, or it climbs on torque",
+            0.1,
+            1.0,
+            "addition",
+            live=False,
+        ),
+    ] = 0.7
+    torque_bandwidth: Annotated[
+        float, Real("rad/s", "bandwidth of the observer of unknown torque", 0.1, 100.0, "addition", live=False)
+    ] = 15.0
+    torque_found: Annotated[
+        float,
+        Real(
+            "",
+            "unknown torque across body z over that of one rotor in hover, from which on it is taken off",
+            0.01,
+            10.0,
+            "addition",
+            live=False,
+        ),
+    ] = 0.2
     thrust_share: Annotated[
         float,
         Real(

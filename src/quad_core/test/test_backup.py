@@ -10,6 +10,7 @@ from quad_core.backup import Descent, contact, descend, predict
 from quad_core.geometry import quaternion_from_euler
 from quad_core.guard_parameters import BackupLaw, ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.unknown_torque import UnknownTorque
 from quad_core.vehicle import Vehicle
 
 LAW, RULE, VEHICLE = BackupLaw(), ContactRule(), Vehicle()
@@ -41,6 +42,14 @@ def test_the_torque_is_the_stated_one():
     assert wrench(False, angles=(0.3, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 64.0 * math.sin(0.3))
     assert wrench(False, omega=(1.0, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 14.4)
     assert wrench(False, omega=(0.0, 0.0, 1.0)).torque_b.z == pytest.approx(-7e-3 * 3.0)
+
+
+def test_an_unknown_torque_is_taken_off_once_it_was_found():
+    unknown = Vec3(0.03, -0.02, 0.5)
+    for found, expected in ((False, (0.0, 0.0, 0.0)), (True, (-0.03, 0.02, -0.5))):
+        memory = FRESH._replace(unknown=UnknownTorque(torque=unknown, found=found))
+        # blind, so that the estimate stays
+        assert wrench(False, memory=memory).torque_b == pytest.approx(expected)
 
 
 def test_the_heading_is_free():

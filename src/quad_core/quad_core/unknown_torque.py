@@ -1,0 +1,94 @@
+"""What the backup law knows of its rotors: the torque that the model does not explain, and what torque costs in thrust.
+
+    h' = tau - omega x J omega + d,   d = L (J omega - h)
+
+h is the angular momentum that the commanded torque tau leads to, through the rotors' nominal lag; d is the unknown
+torque behind a filter of bandwidth L (a momentum observer: De Luca and Mattone, 2003). A rotor that gives half of its
+thrust shows in d, so does a load off the centre. The backup law subtracts d once its part across body z has been larger
+than a share of what one rotor gives in hover; until then it flies as if there were none.
+
+Four rotors cannot make a torque across body z without thrust: 2 max(|F_4 - F_2|, |F_1 - F_3|) at least (Eqs. 3, 8). An
+allocation that keeps roll and pitch to the last raises thrust for it. A vehicle that cannot be levelled asks for all of
+the torque, for ever, and climbs on it; so the backup law asks for no more torque than a thrust below the weight makes.
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_core.geometry import add, clamp, scale, subtract
+from quad_core.guard_checks import DIAGONAL
+from quad_core.guard_parameters import BackupLaw
+from quad_core.types import Vec3
+from quad_core.vehicle import Layout, Vehicle, max_thrust
+
+
+class UnknownTorque(NamedTuple):
+    """What the observer remembers, body frame: ``momentum`` h in N m s, ``made`` and ``torque`` d in N m.
+
+    ``made`` is the commanded torque behind the rotors' lag. ``begun``: there is a first state; ``found``: d was large
+    once in this descent.
+    """
+
+    momentum: Vec3 = Vec3()
+    made: Vec3 = Vec3()
+    torque: Vec3 = Vec3()
+    begun: bool = False
+    found: bool = False
+
+
+def no_unknown_torque() -> UnknownTorque:
+    """Return the memory before the first step."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    return UnknownTorque(zero, zero, zero, False, False)
+
+
+def momentum_of(vehicle: Vehicle, omega: Vec3) -> Vec3:
+    """Return J omega in N m s of body rates in rad/s."""
+    return Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
+
+
+def estimated(law: BackupLaw, vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:
+    """Return the memory with d at body rates ``omega`` rad/s; while not ``sees``, d stays as it is."""
+    actual = momentum_of(vehicle, omega)
+    if not (memory.begun and sees):
+        held = subtract(actual, scale(1.0 / law.torque_bandwidth, memory.torque))
+        return UnknownTorque(held, memory.made, memory.torque, True, memory.found)
+    found = scale(law.torque_bandwidth, subtract(actual, memory.momentum))
+    rotor = 0.25 * vehicle.mass * vehicle.gravity * vehicle.arm_length
+    across = math.sqrt(found.x * found.x + found.y * found.y)
+    return UnknownTorque(memory.momentum, memory.made, found, True, memory.found or across > law.torque_found * rotor)
+
+
+def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, torque: Vec3, dt: float) -> UnknownTorque:
+    """Return the memory ``dt`` s later, under the commanded ``torque`` N m at body rates ``omega`` rad/s."""
+    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    share = dt / (vehicle.rotor_time_constant + dt)
+    made = add(memory.made, scale(share, subtract(torque, memory.made)))
+    p, q, r = omega.x, omega.y, omega.z
+    turning = Vec3((yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q)
+    momentum = add(memory.momentum, scale(dt, add(add(made, turning), memory.torque)))
+    return UnknownTorque(momentum, made, memory.torque, memory.begun, memory.found)
+
+
+def thrust_for(vehicle: Vehicle, torque: Vec3) -> float:
+    """Return the least thrust in N at which four rotors make the roll and pitch of ``torque`` N m (Eqs. 3, 8)."""
+    roll, pitch = abs(torque.x), abs(torque.y)
+    if vehicle.layout == Layout.X:
+        return 2.0 * DIAGONAL * (roll + pitch) / vehicle.arm_length
+    return 2.0 * (roll if roll > pitch else pitch) / vehicle.arm_length
+
+
+def within_thrust(law: BackupLaw, vehicle: Vehicle, thrust: float, torque: Vec3) -> Vec3:
+    """Return ``torque`` N m with roll and pitch scaled together so that they cost no thrust beyond what is asked for.
+
+    Asked for: ``thrust`` N, or ``law.torque_thrust`` of the weight if that is more; nor more than rotors can differ.
+    """
+    limit = 0.25 * max_thrust(vehicle)
+    idle = vehicle.lift_coefficient * vehicle.rotor_speed_min * vehicle.rotor_speed_min
+    least = law.torque_thrust * vehicle.mass * vehicle.gravity
+    allowed = clamp((thrust if thrust > least else least) - 4.0 * idle, 0.0, 2.0 * (limit - idle))
+    needed = thrust_for(vehicle, torque)
+    if needed <= allowed:
+        return torque
+    share = allowed / needed
+    return Vec3(share * torque.x, share * torque.y, torque.z)
