@@ -1,5 +1,6 @@
 """Every declared mistake still fits the sources; running them is the business of scripts/mutate."""
 
+import re
 from pathlib import Path
 
 import mutation_engine
@@ -31,6 +32,15 @@ def test_mutation_applies(mutation):
 def test_there_are_enough_and_none_twice():
     assert len(MUTATIONS) >= 70
     assert len(set(MUTATIONS)) == len(MUTATIONS)
+
+
+def test_what_unit_tests_read_of_the_root_is_copied():
+    reached = re.compile(r'parents\[3\]((?: / "[^"]+")+)')
+    for file in sorted((ROOT / "src").glob("*/test/*.py")):
+        for words in reached.findall(file.read_text(encoding="utf-8")):
+            path = "/".join(re.findall(r'"([^"]+)"', words))
+            copied = [name for name in mutation_engine.COPIED if f"{path}/".startswith(f"{name}/")]
+            assert copied, f"{file.relative_to(ROOT)} reads {path}, which scripts/mutate does not copy"
 
 
 def test_layout_and_comments_do_not_matter():
