@@ -18,12 +18,12 @@ from quad_flight.flight import fly, from_names
 
 HALF_WIDTH, SECONDS, LOST = 10.0, 20.0, 1.0
 SOURCES = ("filter", "led", "feed_forward")
-NESTED = ("pid", "se3", "indi")
+NESTED = ("indi", "itsm", "pid", "se3")
 """Attitude laws whose source of the desired rates stands in the group `shaping`."""
 
 
-def flown(vehicle, pair, source, speed, seeds):
-    """Return the results of ``seeds`` flights from seed 1001 on."""
+def flown(options, pair, source, speed):
+    """Return the results of the flights of a pair, from seed 1001 on."""
     position, _, attitude = pair.partition("+")
     group = f"{attitude}.shaping" if attitude in NESTED else attitude
     ahead = str(source != "filter").lower()
@@ -33,10 +33,11 @@ def flown(vehicle, pair, source, speed, seeds):
         f"trajectory.lemniscate.half_width={HALF_WIDTH}",
         f"position_controller.{position}.feed_forward={ahead}",
         f"attitude_controller.{group}.command={source}",
+        *options.set,
     ]
-    common = {"vehicle": vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
+    common = {"vehicle": options.vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
     flight = from_names("lemniscate", **common, settings=settings)
-    return [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in range(1001, 1001 + seeds)]
+    return [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in range(1001, 1001 + options.seeds)]
 
 
 def cell(results):
@@ -57,13 +58,14 @@ def main():
     parser.add_argument("--speed", action="append", type=float, help="m/s; may be repeated (default: 5, 8, 10)")
     parser.add_argument("--vehicle", default="paper", help="vehicle file (default: paper)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
+    parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="may be repeated")
     options = parser.parse_args()
     speeds = options.speed or [5.0, 8.0, 10.0]
     print("| pair | desired rates | " + " | ".join(f"{speed:g} m/s" for speed in speeds) + " |")
     print("|---" * (2 + len(speeds)) + "|")
     for pair in options.pair or PAIRS:
         for source in SOURCES:
-            cells = [cell(flown(options.vehicle, pair, source, speed, options.seeds)) for speed in speeds]
+            cells = [cell(flown(options, pair, source, speed)) for speed in speeds]
             print(f"| {pair} | {source} | {' | '.join(cells)} |", flush=True)
     return 0
 
