@@ -88,6 +88,26 @@ def test_the_rate_of_four_times_one_less_q_w_is_error_times_rate_error():
         assert slope == pytest.approx(np.dot(doubled(quaternion(q), side), omega), abs=1e-5)
 
 
+def test_its_rate_error_is_that_of_the_goal_s_rates_turned_into_the_body_s_axes():
+    rng = random.Random(12)
+    for _ in range(50):
+        angles, goal, omega, rates = vector(rng, 1.0), vector(rng, 1.0), vector(rng, 3.0), vector(rng, 3.0)
+        _, _, shown = abfnitsm_so3.step(
+            FED, VEHICLE, abfnitsm_so3.init(FED, VEHICLE), inputs(angles, omega, goal, rates), DT
+        )
+        # omega_d from d/dt of the rotation matrix, by differences
+        step = 1e-6
+        before, after = (
+            Rotation.from_euler("ZYX", [g + sign * step * r for g, r in zip(goal[::-1], rates[::-1], strict=True)])
+            for sign in (-1, 1)
+        )
+        omega_d = (before.inv() * after).as_rotvec() / (2.0 * step)
+        middle = Rotation.from_euler("ZYX", goal[::-1])
+        relative = middle.inv() * Rotation.from_euler("ZYX", angles[::-1])
+        expected = np.array(omega) - relative.inv().apply(omega_d)
+        assert list(shown.rate_error) == pytest.approx(expected.tolist(), abs=1e-6)
+
+
 def test_q_and_minus_q_are_one_attitude():
     rng = np.random.default_rng(9)
     for _ in range(100):

@@ -50,6 +50,22 @@ def test_held_random_input_against_scipy():
     assert found == pytest.approx(states[1:], abs=1e-9)
 
 
+def test_every_axis_is_filtered_with_its_own_bandwidth_and_rate():
+    dt, steps, bandwidths = 0.01, 12, (6.0, 9.0, 14.0)
+    axes = [CommandFilter(bandwidth=bandwidth, max_rate=1e6) for bandwidth in bandwidths]
+    filters = filters_at_rest(Vec3())
+    for _ in range(steps):
+        filters = next_filters(CommandSource.FILTER, filters, AttitudeThrust(Vec3(0.1, 0.2, 0.3)), *axes, dt)
+    for command, bandwidth, goal in zip(filters, bandwidths, (0.1, 0.2, 0.3), strict=True):
+        at = bandwidth * steps * dt
+        assert command.angle == pytest.approx(goal * (1.0 - math.exp(-at) * (1.0 + at + at * at / 2.0)), abs=1e-13)
+    rates = (0.5, 1.0, 2.0)
+    axes = [CommandFilter(bandwidth=9.0, max_rate=rate) for rate in rates]
+    far = AttitudeThrust(Vec3(1.0, 1.0, 1.0))
+    limited = next_filters(CommandSource.FILTER, filters_at_rest(Vec3()), far, *axes, dt)
+    assert [axis.target for axis in limited] == pytest.approx([rate * dt for rate in rates])
+
+
 def test_target_moves_no_faster_than_max_rate():
     assert next_target(0.2, 0.9, 2.0, 0.1) == pytest.approx(0.4)
     assert next_target(0.2, -0.9, 2.0, 0.1) == pytest.approx(0.0)
