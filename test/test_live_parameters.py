@@ -40,10 +40,15 @@ def test_a_live_change_is_recorded_as_it_was_flown(tmp_path, mode, monkeypatch):
     flying = start("case2", "--duration", "20", *mode, "--domain", str(DOMAIN), "--out", out)
     wait_until_flying(flying, out)
     assert set_parameter("/position_controller", "aibs.x.position_gain", 2.25)
+    # what is out of range, or protects the vehicle, is nobody's to change in flight
+    assert not set_parameter("/position_controller", "aibs.x.position_gain", -1.0)
+    assert not set_parameter("/simulator", "guard.command.lost_age", 9.0)
     done = finish(flying, 180.0)
     assert done.returncode == 0, done.stdout + done.stderr
     bag = open_flight(out)
-    (change,) = recorded_parameters(bag)["position_controller"].changes
+    parameters = recorded_parameters(bag)
+    assert not parameters["simulator"].changes
+    (change,) = parameters["position_controller"].changes
     assert change.values["aibs.x.position_gain"] == 2.25
     assert change.step > 0
     found = replay(bag, "position_controller")

@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RUNS = ROOT / "test" / "accept"
 SECONDS = "QUAD_ACCEPT_SECONDS"
 EACH = "QUAD_ACCEPT_EACH"
+ONLY = "QUAD_ACCEPT_ONLY"
 _CALL = "import importlib, sys; sys.exit(importlib.import_module(sys.argv.pop(1)).main())"
 
 
@@ -63,9 +64,12 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="name the runs and end")
     parser.add_argument("--seconds", type=float, metavar="S", help="duration of the runs that have one: fuzz, soak")
     parser.add_argument("--each", type=int, metavar="N", help="flights of each kind, in runs that have kinds: stops")
+    parser.add_argument("--only", metavar="PATTERN", help="only kinds whose name holds this regular expression: stops")
     options = parser.parse_args()
     if options.each is not None:
         os.environ[EACH] = str(options.each)
+    if options.only is not None:
+        os.environ[ONLY] = options.only
     if options.seconds is not None:
         os.environ[SECONDS] = str(options.seconds)
     known = summaries()

@@ -60,5 +60,11 @@ def main():
         speed = float(np.linalg.norm(truth["v_w"][-1]))
         figures.check(guard.MODES[guard.KILL] not in modes, f"guard: {', '.join(modes)}; exit code {done.returncode}")
         figures.at_most("speed of the last state", speed, 1.5, "m/s")
+        # two messages of one stamp: the judge refuses the flight, and so it should
+        said = [line for line in done.stderr.splitlines() if line.startswith("fly: hover: ")]
+        figures.check(
+            done.returncode == 1 and any("wrench_setpoint" in line for line in said),
+            f"the verdict names the topic: {'; '.join(said) or 'nothing said'}",
+        )
         figures.check(not bag.truncated, f"the bag is whole: {bag.metadata.get('reason', '') or 'flown to its end'}")
     return figures.code()

@@ -7,6 +7,8 @@ tests walk them, and ``modes.step`` obeys them. The rows below are the source; t
 from enum import IntEnum
 from typing import NamedTuple
 
+from quad_core.cascade import ATTITUDE, POSITION, SIMULATOR, TRAJECTORY
+
 
 class Mode(IntEnum):
     """What the vehicle does; the larger number is the more severe."""
@@ -73,7 +75,7 @@ class Row(NamedTuple):
     """One condition: the limit in words, the mode that follows in the air, whether it lasts until disarmed.
 
     ``text`` may name parameters in braces. ``only``: the modes in which it means anything; empty: all in the air.
-    ``on_ground``: the mode that follows in ARMING.
+    ``on_ground``: the mode that follows in ARMING. ``giver``: the role that is silent where the row is about silence.
     """
 
     condition: Condition
@@ -82,6 +84,7 @@ class Row(NamedTuple):
     lasts: bool = False
     only: tuple[Mode, ...] = ()
     on_ground: Mode = Mode.DISARMED
+    giver: str = ""
 
 
 IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
@@ -94,6 +97,7 @@ FAULTS = (
         Mode.HOLD,
         only=(Mode.MISSION,),
         on_ground=Mode.ARMING,
+        giver=TRAJECTORY,
     ),
     Row(
         Condition.REFERENCE_LOST,
@@ -101,15 +105,22 @@ FAULTS = (
         Mode.LAND,
         only=(Mode.MISSION, Mode.HOLD),
         on_ground=Mode.ARMING,
+        giver=TRAJECTORY,
     ),
     Row(
         Condition.SETPOINT_LOST,
         "attitude setpoint older than {setpoint_lost}",
         Mode.DESCEND,
         only=FLOWN_BY_REFERENCE,
+        giver=POSITION,
     ),
-    Row(Condition.WRENCH_LOST, "wrench older than {wrench_lost}", Mode.DESCEND),
-    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND),
+    Row(
+        Condition.WRENCH_LOST,
+        "wrench older than {wrench_lost}",
+        Mode.DESCEND,
+        giver=ATTITUDE,
+    ),
+    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, giver=SIMULATOR),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
     Row(Condition.TILT, "tilt above {tilt} for {tilt_time}", Mode.DESCEND),

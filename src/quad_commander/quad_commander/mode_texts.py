@@ -28,12 +28,12 @@ def limits(parameters: ModeParameters) -> dict[str, str]:
 
 
 def reason_text(parameters: ModeParameters, mode: int, reason: int, sender: str) -> str:
-    """Return why ``mode`` was entered; ``sender`` made the last request."""
+    """Return why ``mode`` was entered, who is silent first; ``sender`` made the last request."""
     if reason == NO_REASON:
         return ""
     if reason == ON_REQUEST:
         return f"asked for by {sender}"
-    rows = {row.condition: row.text for row in FAULTS}
+    rows = {row.condition: f"{row.giver} is silent: {row.text}" if row.giver else row.text for row in FAULTS}
     texts = [text for _, condition, then, text in PROGRESS if condition == reason and then == mode]
     text = rows.get(Condition(reason)) or (texts[0] if texts else words(Condition(reason).name))
     return text.format(**limits(parameters))

@@ -32,6 +32,8 @@ from quad_node.responder import Arrival, InputTopic, Responder, Sample
 SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
 _CHECKS_EVERY = 0.3  # s
 _WINDOW = 1.0  # s over which late cycles are counted
+_STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
+_MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
 
 class Commander(Responder):
@@ -55,6 +57,7 @@ class Commander(Responder):
         self._last: Sample | None = None
         self._guard = GuardSeen()
         self._stepped_at = 0.0
+        self._awake = time.monotonic()
         self._sent = -1
         self._heard = {"attitude_setpoint": self.started, COMMAND: self.started}
         self._mission_in = self.take("mission/reference")
@@ -88,6 +91,7 @@ class Commander(Responder):
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
         self._asked_again = 0
+        self._slept(time.monotonic())
         if arrivals[0] is not None and self.lockstep:
             self._lost.clear()
         self._last, self._stepped_at = sample, time.monotonic()
@@ -135,6 +139,7 @@ class Commander(Responder):
         if self.lockstep or self._last is None or not self.flying:
             return
         now = time.monotonic()
+        self._slept(now)
         quiet = now - self.state_heard
         if quiet <= self.settings.modes.state_lost:
             return
@@ -145,6 +150,14 @@ class Commander(Responder):
         self._stepped_at = now
         for publisher, message in self._messages(sample, self._step(sample, [None, None], quiet)):
             publisher.publish(message)
+
+    def _slept(self, now: float) -> None:
+        """Let nothing grow old over the time in which this node itself stood still and could hear nobody."""
+        slept, self._awake = now - self._awake, now
+        if slept > _STOOD_STILL:
+            self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
+        if slept > _MISSED_TICKS:
+            self.state_heard = min(self.state_heard + slept, now)
 
     def _age(self, topic: str) -> float:
         """Return the age in s of a topic; in lockstep the plant waits for it, so it is never old."""

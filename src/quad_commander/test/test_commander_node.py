@@ -1,82 +1,18 @@
 """The commander's node: messages in, messages out; requests, services, and a mission reference that stays away."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 import rclpy
-from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
+from wired_commander import Wired
 
-from quad_commander.mode_table import Request
-from quad_commander.node import Commander
-from quad_core.types import NOT_BEGUN
+from quad_commander import node as commander_node
+from quad_commander.mode_table import Condition, Request
 from quad_msgs import msg
-from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest, TrajectoryPoint
+from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 from quad_node import executor
-from quad_node.conversion import set_stamp
-
-PERIOD = 2_000_000
-
-
-class Wire:
-    """Stands in for a publisher and keeps what was sent."""
-
-    def __init__(self, kind):
-        self.sent, self._kind = [], kind
-
-    def publish(self, payload):
-        self.sent.append(deserialize_message(payload, self._kind))
-
-
-class Wired(Commander):
-    """A commander whose topics are functions."""
-
-    def __init__(self):
-        self.callbacks, self.events, self.publishing = {}, [], 1
-        super().__init__()
-        self._reference_out, self._mode_out = Wire(TrajectoryPoint), Wire(FlightMode)
-        self.modes, self.references = self._mode_out.sent, self._reference_out.sent
-
-    def subscribe(self, topic, callback, depth=10, raw=False):
-        self.callbacks[topic] = callback
-
-    def event(self, severity, kind, text, stamp_ns=0, always=False):
-        self.events.append((severity, kind, text))
-
-    def count_publishers(self, topic):
-        return self.publishing
-
-    def state(self, step, z=0.0):
-        message = msg.VehicleState(step=step)
-        message.p_w[2], message.q_wb[3] = z, 1.0
-        set_stamp(message.stamp, step * PERIOD)
-        self.callbacks["state"](serialize_message(message))
-
-    def mission(self, step, trajectory_time=NOT_BEGUN):
-        point = TrajectoryPoint(step=step, next_step=step + 5, trajectory_time=trajectory_time)
-        self.callbacks["mission/reference"](serialize_message(point))
-
-    def actuation(self, step, thrust=0.0):
-        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
-
-    def plan(self, high=2.0):
-        plan = msg.FlightPlan(trajectory="hover", end_step=5000)
-        plan.high[2] = high
-        self.callbacks["flight/plan"](plan)
-
-    def fly(self, first, last, thrust=0.0):
-        """Answer the states of the plant steps from ``first`` to before ``last``, all inputs there."""
-        for step in range(first, last):
-            self.callbacks["wrench_setpoint"](b"")
-            if step % 5 == 0:
-                self.callbacks["attitude_setpoint"](b"")
-                self.mission(step)
-            if step:
-                self.actuation(step - 1, thrust)
-            self.state(step)
-
-    def ask(self, request, sender="pilot", run_id=""):
-        self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run_id=run_id))
 
 
 @pytest.fixture
@@ -246,6 +182,23 @@ def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node._jumped = 5 + 330  # the second state after a gap is believed
     node.fly(5 + 350, 5 + 360)
     assert [mode.step for mode in node.modes[count:]] == [5 + 350, 5 + 355]
+
+
+def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime")
+    node.fly(0, 6)
+    clock.now += 1.0
+    node.on_tick()  # what came meanwhile is still to be read
+    assert [mode.step for mode in node.modes] == [0, 5]
+    for step in range(10, 60, 5):
+        node.mission(step)
+        node.state(step)
+        clock.now += 0.01
+    raised = [mode.raised >> Condition.SETPOINT_LOST & 7 for mode in node.modes[2:]]  # setpoint, wrench, state
+    assert raised[:5] == [0] * 5
+    assert raised[-1] == 2
 
 
 def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):

@@ -153,7 +153,7 @@ def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
     assert after.index(Mode.HOLD) * DT == pytest.approx(0.2, abs=0.03)
     assert after.index(Mode.LAND) * DT == pytest.approx(2.0, abs=0.03)
     assert flight.said.mode.is_over
-    assert "mission reference older than 2 s" in flight.said.outcome
+    assert "trajectory is silent: mission reference older than 2 s" in flight.said.outcome
     assert largest_steps(flight.in_the_air())[0] < 1.05 * DT
 
 

@@ -22,6 +22,7 @@ from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
 
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
+_STOOD_STILL = 0.03  # s behind the clock from which on this node, not the controller, is to blame for old wrenches
 _UNGUARDED_PATIENCE = 1.0  # s without a command after which a flight in real time fails if its guard is off
 
 
@@ -106,6 +107,8 @@ class Simulator(VehicleNode):
             self.missed_commands += self.command.step < self.current_step
         behind = int((now - self._clock_start) * 1e9) // self.flight.plant_period - self.current_step
         self.counters["overruns"] += max(behind - 1, 0)
+        late = seconds(behind, self.flight.plant_period)
+        self.stood_still = f"{self.role} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
         for _ in range(behind):
             if self.phase == FlightState.FLYING:
                 self._integrate(publish=self.lockstep)
@@ -143,7 +146,9 @@ class Simulator(VehicleNode):
             left = seconds(after, self.flight.plant_period)
             return FlightState.FAILED, f"diverged: the state left its bounds at t = {left:.3f} s"
         if self.link is not None and self.link.is_over:
-            reason = self.link.outcome or self.failure
+            reason = self.failure if self.gives_up else self.link.outcome or self.failure
+            if reason and self.suspect not in reason:
+                reason = f"{reason}; {self.suspect}"
             return FlightState.FAILED if reason else FlightState.ENDED, reason
         if self.link is not None and not self.gives_up:
             return None

@@ -14,6 +14,7 @@ from quad_node.codec import MALFORMED, Stamped, unpacker
 from quad_node.flight_node import FlightNode
 
 _LOST = 0.5  # s
+_STOOD_STILL = 0.2  # s between two looks, which are 0.05 s apart
 STARTER = "QUAD_FLIGHT_STARTER"
 """Environment variable with the pid of the process that started the flight and looks after it."""
 
@@ -29,7 +30,7 @@ class CommandLink:
         self._read = unpacker(FlightMode, FlightModeMsg)
         self._run_id = node.flight.run_id.encode()
         self._passed_on = False
-        self._heard = 0.0
+        self._heard = self._looked = 0.0
         starter = os.environ.get(STARTER, "")
         self._starter = int(starter) if starter.isdecimal() else 0
         self._requests = node.publisher("flight/request")
@@ -65,6 +66,10 @@ class CommandLink:
 
         In real time a commander that is lost is a reason to ``give_up``; in lockstep the flight stands still.
         """
+        now = time.monotonic()
+        if self._looked and now - self._looked > _STOOD_STILL:  # this process slept: what it missed is still to be read
+            self._heard += now - self._looked
+        self._looked = now
         if not self._node.lockstep and self.is_lost:
             give_up("commander: no flight/mode any more")
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""

@@ -3,7 +3,7 @@
 from quad_core import guard
 from quad_core.cascade import COMMAND
 from quad_core.cycle import seconds
-from quad_core.guard import ASK_DESCEND, KILL, MODES, NO_REQUEST, PASS, REASONS, WRENCH_LOST, Report
+from quad_core.guard import ASK_DESCEND, KILL, MODES, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
 from quad_core.guard_checks import ACCEPTED, COMMAND_REFUSALS, FROZEN, STATE_REFUSALS, StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Wrench
@@ -13,6 +13,7 @@ from quad_node.flight_node import FlightNode
 from quad_node.native import native_or_python
 
 _SECOND = 1_000_000_000  # ns
+_HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
 
 
@@ -128,6 +129,18 @@ class VehicleGuard:
         )
         set_stamp(message.stamp, step * self._period)
         self._status_out.publish(message)
+
+
+def culprit(reason: int, quiet: float, stood_still: str, missing: str) -> str:
+    """Return who or what made the guard take over for ``reason``, empty if it was the flight itself.
+
+    ``quiet``: s since a wrench of any quality arrived. ``stood_still``: why the vehicle's owner could not hear one,
+    empty if it could. ``missing`` names who does not answer.
+    """
+    if reason == WRENCH_LOST:
+        arrives = f"{COMMAND} arrives, but no good one reaches the rotors" if quiet <= _HEARD else ""
+        return stood_still or arrives or missing
+    return "state: the estimator is silent" if reason == STATE_LOST else ""
 
 
 def severest(asked: int, gives_up: bool) -> int:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_core.cascade import COMMAND, RECORDER, TRAJECTORY
 from quad_core.cycle import seconds
-from quad_core.guard import NO_REQUEST, STATE_LOST, WRENCH_LOST
+from quad_core.guard import NO_REQUEST
 from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
 from quad_core.records import all_finite
 from quad_core.types import Wrench
@@ -20,9 +20,8 @@ from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
 from quad_node.interface import interface_hash
-from quad_node.vehicle_guard import VehicleGuard, severest
+from quad_node.vehicle_guard import VehicleGuard, culprit, severest
 
-_HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
 
@@ -40,6 +39,7 @@ class VehicleNode(FlightNode):
 
     ``guard_request`` is what the guard is asked for (``quad_core.guard``) at every step until it is changed. While
     ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
+    ``suspect``: who made the guard take over last. ``stood_still``: in words, for how long this process has been late.
     """
 
     def __init__(self, role: str) -> None:
@@ -56,7 +56,7 @@ class VehicleNode(FlightNode):
         self.armed = True
         self.guard_request = NO_REQUEST
         self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
-        self.cause = ""
+        self.cause = self.suspect = self.stood_still = ""
         self.gives_up = False
         self._interrupted_by = ""
         self._accepted_step = self._heard_step = -1
@@ -128,8 +128,10 @@ class VehicleNode(FlightNode):
             return Wrench()
         step = self.current_step if step is None else step
         flown = self.guard.step(step, command, sample, severest(self.guard_request, self.gives_up))
-        if self.guard.taken_over and not self.cause and not self.commanded:
-            self.cause = self._culprit()
+        if self.guard.taken_over and self.guard.memory.since == step:
+            self.suspect = self._culprit() or self.suspect
+            if not self.commanded:
+                self.cause = self.cause or self.suspect
         return flown
 
     @property
@@ -159,12 +161,10 @@ class VehicleNode(FlightNode):
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over."""
-        reason = self.guard.memory.reason
-        if reason == WRENCH_LOST:
-            if seconds(self.current_step - self._heard_step, self.flight.plant_period) <= _HEARD:
-                return f"{COMMAND} arrives, but no good one reaches the rotors"
-            return self.blame()
-        return "state: the estimator is silent" if reason == STATE_LOST else ""
+        quiet = seconds(self.current_step - self._heard_step, self.flight.plant_period)
+        planned = self.commanded or self.end_step > 0  # in real time the mode of a step is often still on its way
+        missing = self.handshake.blame(self.current_step, self.recorded_step, False, planned)
+        return culprit(self.guard.memory.reason, quiet, self.stood_still, missing)
 
     def blame(self) -> str:
         """Return why the current step cannot go on, the node named that does not do its part."""

@@ -117,3 +117,17 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
     monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
     link.pass_on("", list)
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
+
+
+def test_an_owner_that_slept_does_not_call_the_commander_lost(owner, link, monkeypatch):
+    clock, given_up = SimpleNamespace(now=100.0), []
+    monkeypatch.setattr(command_link.time, "monotonic", lambda: clock.now)
+    told(owner, 0, FlightMode.HOLD)
+    link.pass_on("", given_up.append)
+    clock.now = 101.0
+    link.pass_on("", given_up.append)
+    assert given_up == []
+    for _ in range(12):
+        clock.now += 0.05
+        link.pass_on("", given_up.append)
+    assert given_up[0] == "commander: no flight/mode any more"

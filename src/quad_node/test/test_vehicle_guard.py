@@ -11,7 +11,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_msgs.msg import GuardStatus
-from quad_node.vehicle_guard import VehicleGuard, severest
+from quad_node.vehicle_guard import VehicleGuard, culprit, severest
 
 pytestmark = pytest.mark.unit
 
@@ -129,3 +129,17 @@ def test_a_guard_that_is_off_looks_at_nothing():
 )
 def test_giving_up_asks_for_a_descent_at_least(asked, gives_up, expected):
     assert severest(asked, gives_up) == expected
+
+
+@pytest.mark.parametrize(
+    ("reason", "quiet", "stood_still", "expected"),
+    [
+        (guard.WRENCH_LOST, 0.05, "", "attitude_controller does not answer"),
+        (guard.WRENCH_LOST, 0.01, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
+        (guard.WRENCH_LOST, 0.05, "simulator stood still for 1.00 s", "simulator stood still for 1.00 s"),
+        (guard.STATE_LOST, 0.05, "", "state: the estimator is silent"),
+        (guard.TILT, 0.05, "", ""),
+    ],
+)
+def test_who_is_to_blame_for_a_takeover(reason, quiet, stood_still, expected):
+    assert culprit(reason, quiet, stood_still, "attitude_controller does not answer") == expected

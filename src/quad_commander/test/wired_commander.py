@@ -1,0 +1,72 @@
+"""A commander whose topics are functions, for tests of its node."""
+
+from rclpy.serialization import deserialize_message, serialize_message
+
+from quad_commander.node import Commander
+from quad_core.types import NOT_BEGUN
+from quad_msgs import msg
+from quad_msgs.msg import FlightMode, FlightRequest, TrajectoryPoint
+from quad_node.conversion import set_stamp
+
+PERIOD = 2_000_000
+
+
+class Wire:
+    """Stands in for a publisher and keeps what was sent."""
+
+    def __init__(self, kind):
+        self.sent, self._kind = [], kind
+
+    def publish(self, payload):
+        self.sent.append(deserialize_message(payload, self._kind))
+
+
+class Wired(Commander):
+    """A commander whose topics are functions."""
+
+    def __init__(self):
+        self.callbacks, self.events, self.publishing = {}, [], 1
+        super().__init__()
+        self._reference_out, self._mode_out = Wire(TrajectoryPoint), Wire(FlightMode)
+        self.modes, self.references = self._mode_out.sent, self._reference_out.sent
+
+    def subscribe(self, topic, callback, depth=10, raw=False):
+        self.callbacks[topic] = callback
+
+    def event(self, severity, kind, text, stamp_ns=0, always=False):
+        self.events.append((severity, kind, text))
+
+    def count_publishers(self, topic):
+        return self.publishing
+
+    def state(self, step, z=0.0):
+        message = msg.VehicleState(step=step)
+        message.p_w[2], message.q_wb[3] = z, 1.0
+        set_stamp(message.stamp, step * PERIOD)
+        self.callbacks["state"](serialize_message(message))
+
+    def mission(self, step, trajectory_time=NOT_BEGUN):
+        point = TrajectoryPoint(step=step, next_step=step + 5, trajectory_time=trajectory_time)
+        self.callbacks["mission/reference"](serialize_message(point))
+
+    def actuation(self, step, thrust=0.0):
+        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
+
+    def plan(self, high=2.0):
+        plan = msg.FlightPlan(trajectory="hover", end_step=5000)
+        plan.high[2] = high
+        self.callbacks["flight/plan"](plan)
+
+    def fly(self, first, last, thrust=0.0):
+        """Answer the states of the plant steps from ``first`` to before ``last``, all inputs there."""
+        for step in range(first, last):
+            self.callbacks["wrench_setpoint"](b"")
+            if step % 5 == 0:
+                self.callbacks["attitude_setpoint"](b"")
+                self.mission(step)
+            if step:
+                self.actuation(step - 1, thrust)
+            self.state(step)
+
+    def ask(self, request, sender="pilot", run_id=""):
+        self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run_id=run_id))
