@@ -57,6 +57,7 @@ SUMMARIES = {
     "commander": "Modes, missions: takes `mission/reference`, gives `reference` and `flight/mode`; optional.",
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
     "crazyflie_bridge": "Owns a Crazyflie, over cflib: [crazyflie.md](../crazyflie.md); optional.",
+    "hil_plant": "Our plant under PX4's simulator interface, in lockstep: [mavlink.md](../mavlink.md); optional.",
     "mavlink_bridge": "Owns a vehicle of PX4 or ArduPilot, over MAVLink: [mavlink.md](../mavlink.md); optional.",
     "px4_bridge": "Owns a vehicle that PX4 flies, in the role of the simulator: [px4.md](../px4.md); optional.",
 }

@@ -3,7 +3,7 @@ from setuptools import find_packages, setup
 setup(
     name="quad_mavlink",
     version="0.1.0",
-    description="Bridge between a flight and PX4 or ArduPilot over MAVLink.",
+    description="Bridge between a flight and PX4 or ArduPilot over MAVLink, and our plants under PX4.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_mavlink", "quad_mavlink.*"]),
     package_data={"": ["py.typed"]},
@@ -12,5 +12,10 @@ setup(
         ("share/quad_mavlink", ["package.xml"]),
     ],
     zip_safe=False,
-    entry_points={"console_scripts": ["mavlink_bridge = quad_mavlink.node:main"]},
+    entry_points={
+        "console_scripts": [
+            "hil_plant = quad_mavlink.hil.node:main",
+            "mavlink_bridge = quad_mavlink.node:main",
+        ]
+    },
 )

@@ -9,6 +9,7 @@ from bridge_mistakes import AUTOPILOT, CRAZYFLIE, MAVLINK, PX4
 from campaign_mistakes import CAMPAIGN
 from flight_mistakes import FLIGHT
 from guard_mistakes import COMMANDER, GUARD
+from hil_mistakes import HIL
 from log_mistakes import LOG
 from mutation_engine import Mutation
 from plant_mistakes import PLANTS, ROTATIONS
@@ -36,6 +37,7 @@ MUTATIONS = [
         PX4,
         MAVLINK,
         CRAZYFLIE,
+        HIL,
     )
     for function, mistakes in family.items()
     for equation, old, new in mistakes

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from quad_core import plugins
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
+from quad_core.hil_parameters import HilPlantParameters
 from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_core.node_parameters import (
     AttitudeControllerParameters,
@@ -49,6 +50,7 @@ COMMANDER = "commander"
 PX4 = "px4_bridge"
 MAVLINK = "mavlink_bridge"
 CRAZYFLIE = "crazyflie_bridge"
+HIL = "hil_plant"
 
 
 class Input(NamedTuple):
@@ -153,12 +155,10 @@ class Role(NamedTuple):
     slots: dict[str, str]
 
 
+_PLANT_SLOTS = {"plant": plugins.PLANT, "disturbance": plugins.DISTURBANCE, "sensing": plugins.SENSING}
+
 ROLES = {
-    SIMULATOR: Role(
-        "quad_dynamics",
-        SimulatorParameters,
-        {"plant": plugins.PLANT, "disturbance": plugins.DISTURBANCE, "sensing": plugins.SENSING},
-    ),
+    SIMULATOR: Role("quad_dynamics", SimulatorParameters, _PLANT_SLOTS),
     TRAJECTORY: Role("quad_trajectory", TrajectoryParameters, {"trajectory": plugins.TRAJECTORY}),
     **{stage.role: Role(stage.package, stage.parameters, {"law": stage.group}) for stage in STAGES},
     RECORDER: Role("quad_flight_log", RecorderParameters, {}),
@@ -175,8 +175,9 @@ OWNERS = {
     PX4: Role("quad_px4", Px4BridgeParameters, {}),
     CRAZYFLIE: Role("quad_crazyflie", CrazyflieBridgeParameters, {}),
     MAVLINK: Role("quad_mavlink", MavlinkBridgeParameters, {}),
+    HIL: Role("quad_mavlink", HilPlantParameters, _PLANT_SLOTS),
 }
-"""Nodes that take the simulator's role in a flight, because they own another vehicle."""
+"""Nodes that take the simulator's role in a flight: they own another vehicle, or an autopilot flies their plant."""
 
 SHADOW = "shadow_"
 SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}

@@ -7,18 +7,16 @@ from typing import Any
 
 from rclpy.clock import Clock, ClockType
 
-from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIGNALS, SIMULATOR
+from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
 from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_ending import is_down
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.tools_output import ToolsOutput
+from quad_dynamics.plant_output import PlantOutput
 from quad_msgs.msg import FlightEvent, FlightState
-from quad_node.codec import Packer, packer
 from quad_node.main import run
 from quad_node.native import NATIVE, native_or_python
-from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
 
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
@@ -36,20 +34,12 @@ class Simulator(VehicleNode):
         self.model = PlantModel(self.resolved)
         self.model.step, self.engine = native_or_python(self, self.model.step)
         self.model.lumped, _ = native_or_python(self, self.model.lumped)
-        self._state_out = self._output("state") if self.settings.publish_state else None
-        self._truth_out = self._output("truth")
-        self._actuation_out = self._output("actuation")
-        self._disturbance_out = self._output("disturbance")
-        self._tools = ToolsOutput(self)
+        self._output = PlantOutput(self, self.model)
         self._announcements = deque(self.model.announcements())
         self._received_step = -1
         self._repeats = 0
         self._timer: Any = None
         self._clock_start = 0.0
-
-    def _output(self, topic: str) -> tuple[Any, Packer]:
-        kind = SIGNALS[topic].kind
-        return self.publisher(topic), packer(kind, message_type(kind))
 
     def on_plan(self, end_step: int) -> None:
         """Draw what is random for the whole flight, or for the first part of a very long one."""
@@ -121,7 +111,7 @@ class Simulator(VehicleNode):
         truth = self.model.advance(step, self.guarded(self._received(), sample))
         ending = self._ending(truth)
         if ending is not None:
-            self._publish_actuation()
+            self._output.publish_actuation()
             self.end(*ending)
         else:
             self.current_step += 1
@@ -170,23 +160,10 @@ class Simulator(VehicleNode):
             self.event(FlightEvent.INFO, kind, text, self.elapsed_ns, always=True)
 
     def _publish_step(self) -> None:
-        step, stamp = self.current_step, self.elapsed_ns
-        if step > 0:
-            self._publish_actuation()
+        if self.current_step > 0:
+            self._output.publish_actuation()
         self.asked_at = time.monotonic()
-        if self._state_out is None:
-            self._tools.publish(step, stamp, self.model.state)
-        else:
-            _send(self._state_out, self.model.state, step, stamp)
-        # what no controller waits for goes out while they compute
-        _send(self._truth_out, self.model.truth, step, stamp)
-        _send(self._disturbance_out, self.model.disturbance(), step, stamp)
-        if self._state_out is not None:
-            self._tools.publish(step, stamp, self.model.state)
-
-    def _publish_actuation(self) -> None:
-        step = self.model.actuated_step
-        _send(self._actuation_out, self.model.actuation, step, step * self.flight.plant_period)
+        self._output.publish(self.current_step, self.elapsed_ns)
 
     def watch(self) -> None:
         """Ask again for a command that has not come: in lockstep for each, in real time for the first."""
@@ -202,11 +179,6 @@ class Simulator(VehicleNode):
     def measurements(self) -> dict[str, float]:
         """Return diagnostics: engine, missed commands, state-to-command latency in ms since the last report."""
         return {**super().measurements(), "machine_code": int(self.engine == NATIVE)}
-
-
-def _send(output: tuple[Any, Packer], value: Any, step: int, stamp: int) -> None:
-    publisher, pack = output
-    publisher.publish(pack(value, step, step + 1, stamp))
 
 
 def main() -> None:

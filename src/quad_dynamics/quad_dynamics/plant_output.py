@@ -1,0 +1,50 @@
+"""What whoever integrates a plant publishes of each step: state, truth, disturbance, actuation, and for tools."""
+
+from typing import Any
+
+from quad_core.cascade import SIGNALS
+from quad_dynamics.plant_model import PlantModel
+from quad_dynamics.tools_output import ToolsOutput
+from quad_node.codec import Packer, packer
+from quad_node.flight_node import FlightNode
+from quad_node.topics import message_type
+
+
+class PlantOutput:
+    """Publishes what a ``PlantModel`` does."""
+
+    def __init__(self, node: FlightNode, model: PlantModel) -> None:
+        """Make the publishers on ``node``."""
+        self._node, self._model = node, model
+        self._state_out = self._output("state") if node.resolved.node.publish_state else None
+        self._truth_out = self._output("truth")
+        self._actuation_out = self._output("actuation")
+        self._disturbance_out = self._output("disturbance")
+        self._tools = ToolsOutput(node)
+
+    def _output(self, topic: str) -> tuple[Any, Packer]:
+        kind = SIGNALS[topic].kind
+        return self._node.publisher(topic), packer(kind, message_type(kind))
+
+    def publish(self, step: int, stamp: int) -> None:
+        """Publish the state of ``step`` first, then what no controller waits for; ``stamp`` in ns."""
+        model = self._model
+        if self._state_out is None:
+            self._tools.publish(step, stamp, model.state)
+        else:
+            _send(self._state_out, model.state, step, stamp)
+        # what no controller waits for goes out while they compute
+        _send(self._truth_out, model.truth, step, stamp)
+        _send(self._disturbance_out, model.disturbance(), step, stamp)
+        if self._state_out is not None:
+            self._tools.publish(step, stamp, model.state)
+
+    def publish_actuation(self) -> None:
+        """Publish what the rotors made of the last step's command."""
+        step = self._model.actuated_step
+        _send(self._actuation_out, self._model.actuation, step, step * self._node.flight.plant_period)
+
+
+def _send(output: tuple[Any, Packer], value: Any, step: int, stamp: int) -> None:
+    publisher, pack = output
+    publisher.publish(pack(value, step, step + 1, stamp))

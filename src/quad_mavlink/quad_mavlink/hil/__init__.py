@@ -1,0 +1,1 @@
+"""Our plants under an autopilot's simulator interface: sensors, motors, MAVLink over TCP, in lockstep."""
