@@ -26,7 +26,7 @@ WEATHER = """/**:
   ros__parameters:
     disturbance: timeline
     timeline.events: |
-      wind start=0 x=3 y=2 z=0
+      wind velocity=3,2,0
       rotor start=6 number=2 effectiveness=0.8
 """
 
