@@ -27,7 +27,11 @@ COMMENT = re.compile(r"# \[([^\]]*)\]")
 HOLDERS = {"Vec3", "Quat", "Rotors"}
 """Triples and quadruples: the field that holds one names the unit."""
 NUMBERS = {"float", *HOLDERS}
-UNIT = re.compile(r"(?:1|mixed|steps|(?:kg|m|s|rad|N|V|Hz|ns|GB|%)(?:\^\d)?)(?:[ /](?:kg|m|s|rad|N)(?:\^\d)?)*")
+# degrees of a map and gauss are what autopilots send; sqrt(Hz) and sqrt(s) belong to densities of noise
+UNIT = re.compile(
+    r"(?:1|mixed|steps|(?:kg|m|s|rad|deg|N|V|Hz|ns|GB|Pa|gauss|%)(?:\^\d)?)"
+    r"(?:[ /](?:(?:kg|m|s|rad|N)(?:\^\d)?|sqrt\((?:Hz|s)\)))*"
+)
 
 
 def units_in(module):
