@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -45,33 +44,16 @@ class CrazyflieFlight(Flight):
         self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *GRID, *bridge])
 
 
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory):
-    """Return how a hover and a refused flight ended, beside each other."""
-    folder = tmp_path_factory.mktemp("crazyflie")
-
-    def fly(name, options):
-        roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES])]
-        with CrazyflieFlight(folder / name, options, *roles) as flight:
-            for role, words in NODES.items():
-                flight.node(role, *roles, *GRID, "-p", "period_steps:=2", *words)
-            return flight.end()
-
-    def refused():
-        with CrazyflieFlight(folder / "refused", {"cannot_arm": True}, *ALONE) as flight:
-            return flight.end()
-
-    with ThreadPoolExecutor(2) as pool:
-        runs = pool.submit(fly, "hover", {}), pool.submit(refused)
-        return runs[0].result(), runs[1].result()
-
-
 def cause(ended):
     return next(line for line in ended.output.splitlines() if "flight_failed" in line)
 
 
-def test_the_position_law_hovers_by_angles_and_the_crazyflie_lands(flown):
-    ended = flown[0]
+def test_the_position_law_hovers_by_angles_and_the_crazyflie_lands(tmp_path):
+    roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES])]
+    with CrazyflieFlight(tmp_path / "hover", {}, *roles) as flight:
+        for role, words in NODES.items():
+            flight.node(role, *roles, *GRID, "-p", "period_steps:=2", *words)
+        ended = flight.end()
     assert ended.code == 0, ended.output
     assert ended.report["refusals"] == []
     events = ended.report["events"]
@@ -84,8 +66,9 @@ def test_the_position_law_hovers_by_angles_and_the_crazyflie_lands(flown):
     assert poses[-1, 3] < 0.05
 
 
-def test_a_crazyflie_that_does_not_arm_ends_the_flight_on_the_ground(flown):
-    ended = flown[1]
+def test_a_crazyflie_that_does_not_arm_ends_the_flight_on_the_ground(tmp_path):
+    with CrazyflieFlight(tmp_path / "refused", {"cannot_arm": True}, *ALONE) as flight:
+        ended = flight.end()
     assert ended.code == 1
     assert "Crazyflie did not arm" in cause(ended), ended.output
     assert "pre-flight checks fail" in cause(ended)

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -45,31 +44,13 @@ class MavlinkFlight(Flight):
         self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *bridge])
 
 
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory):
-    """Return how a hover and a refused flight ended, beside each other."""
-    folder = tmp_path_factory.mktemp("mavlink")
-
-    def hover():
-        roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES, "recorder"])]
-        with MavlinkFlight(folder / "hover", {"drop": 0.01, "nan_every": 60}, *roles) as flight:
-            for role, words in {**NODES, "recorder": []}.items():
-                period = ["-p", "period_steps:=2"] if role != "recorder" else ["-p", f"directory:={folder / 'bag'}"]
-                flight.node(role, *roles, *period, *words)
-            return flight.end()
-
-    def refused():
-        quick = [*ALONE, "-p", "arming.step_timeout:=2.0"]
-        with MavlinkFlight(folder / "refused", {"bad_preflight": True}, *quick) as flight:
-            return flight.end()
-
-    with ThreadPoolExecutor(2) as pool:
-        runs = pool.submit(hover), pool.submit(refused)
-        return runs[0].result(), runs[1].result(), folder / "bag"
-
-
-def test_the_position_law_hovers_and_the_autopilot_lands(flown):
-    ended, _, bag = flown
+def test_the_position_law_hovers_and_the_autopilot_lands(tmp_path):
+    bag, roles = tmp_path / "bag", ["-p", "flight.roles:=" + ",".join(["simulator", *NODES, "recorder"])]
+    with MavlinkFlight(tmp_path / "hover", {"drop": 0.01, "nan_every": 60}, *roles) as flight:
+        for role, words in {**NODES, "recorder": []}.items():
+            period = ["-p", "period_steps:=2"] if role != "recorder" else ["-p", f"directory:={bag}"]
+            flight.node(role, *roles, *period, *words)
+        ended = flight.end()
     assert ended.code == 0, ended.output
     events = ended.report["events"]
     landing = next(at for at, what in events if what == "command 21")
@@ -83,8 +64,10 @@ def test_the_position_law_hovers_and_the_autopilot_lands(flown):
     assert len(open_flight(bag).array("state")) > 200
 
 
-def test_what_the_autopilot_refuses_ends_the_flight_with_its_words(flown):
-    ended = flown[1]
+def test_what_the_autopilot_refuses_ends_the_flight_with_its_words(tmp_path):
+    quick = [*ALONE, "-p", "arming.step_timeout:=2.0"]
+    with MavlinkFlight(tmp_path / "refused", {"bad_preflight": True}, *quick) as flight:
+        ended = flight.end()
     assert ended.code == 1
     cause = next(line for line in ended.output.splitlines() if "flight_failed" in line)
     for word in ("PX4 did not arm", "temporarily rejected", "pre-flight checks fail", "Compass Sensor 0 missing"):

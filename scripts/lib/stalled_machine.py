@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 _SLEEP, _STALL = 0.005, 0.03
-RERUNS = 2
+RERUNS = 3
 
 
 class StallMeter:
@@ -53,7 +53,7 @@ class StalledMachine:
 
     def __init__(self, meter: StallMeter) -> None:
         """Ask ``meter``."""
-        self._meter, self._name = meter, ""
+        self._meter, self._stall = meter, 0.0
         self.seen: list[str] = []
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -67,14 +67,16 @@ class StalledMachine:
         """Look on while a test of the wall clock runs."""
         if item.get_closest_marker("wall_clock"):
             self._meter.begin()
-            self._name = item.nodeid
 
     def stood_still(self) -> bool:
-        """Return whether the machine stood still in the test that has just failed, and remember it."""
-        stall = self._meter.longest()
-        if stall:
-            self.seen.append(f"{self._name}: the machine stood still for {1e3 * stall:.0f} ms; run again")
-        return stall > 0.0
+        """Return whether the machine stood still in the test that has just ended."""
+        self._stall = self._meter.longest()
+        return self._stall > 0.0
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Remember what is run again."""
+        if str(report.outcome) == "rerun":
+            self.seen.append(f"{report.nodeid}: the machine stood still for {1e3 * self._stall:.0f} ms; run again")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Name what was run again, and why."""
