@@ -5,7 +5,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 from ros_imports import imports_ros
-from stalled_machine import StalledMachine, StallMeter
+from stalled_machine import NOT_JUDGED, StalledMachine, StallMeter
 
 # How long one example takes says nothing on a machine with other work.
 hypothesis.settings.register_profile("patient", deadline=None)
@@ -74,7 +74,8 @@ def grown(config: pytest.Config) -> list[str]:
     """Return the skipped tests that the file of --allowed-skips does not name."""
     file = config.getoption("--allowed-skips")
     allowed = tuple(allowed_prefixes(file)) if file else ("",)
-    return [name for name in config.stash[SKIPS] if not name.startswith(allowed)]
+    skips = config.stash[SKIPS]
+    return [name for name in skips if not (name.startswith(allowed) or skips[name].startswith(NOT_JUDGED))]
 
 
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
