@@ -23,7 +23,7 @@ def said(nav_state, arming_state, failsafe=False, checks_pass=True, reasons=""):
 
 
 class Flight:
-    """Runs the sequence beside a simple autopilot, which obeys after two ticks unless told otherwise."""
+    """Runs the sequence beside a simple autopilot, which obeys after two ticks unless an option says otherwise."""
 
     def __init__(self, **px4):
         self.now, self.autopilot_time = 100.0, 7.0

@@ -2,7 +2,6 @@
 
 import sys
 import time
-from collections import deque
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -14,7 +13,7 @@ from quad_core.guard_ending import is_down
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import PlantOutput
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_msgs.msg import FlightState
 from quad_node.main import run
 from quad_node.native import NATIVE, native_or_python
 from quad_node.vehicle_node import VehicleNode
@@ -35,7 +34,6 @@ class Simulator(VehicleNode):
         self.model.step, self.engine = native_or_python(self, self.model.step)
         self.model.lumped, _ = native_or_python(self, self.model.lumped)
         self._output = PlantOutput(self, self.model)
-        self._announcements = deque(self.model.announcements())
         self._received_step = -1
         self._repeats = 0
         self._timer: Any = None
@@ -47,7 +45,7 @@ class Simulator(VehicleNode):
 
     def begin(self) -> None:
         """Publish step 0."""
-        self._announce()
+        self._output.announce(self.current_step, self.elapsed_ns)
         self._publish_step()
 
     def progress(self) -> None:
@@ -116,7 +114,7 @@ class Simulator(VehicleNode):
         else:
             self.current_step += 1
             self._repeats = 0
-            self._announce()
+            self._output.announce(self.current_step, self.elapsed_ns)
             if publish:
                 self._publish_step()
 
@@ -151,13 +149,6 @@ class Simulator(VehicleNode):
         if seconds(after - memory.since, self.flight.plant_period) > self.settings.descent_timeout:
             return FlightState.FAILED, f"{self.failure}; not down after {self.settings.descent_timeout:g} s"
         return None
-
-    def _announce(self) -> None:
-        """Report what begins or ends to act at this step."""
-        time_now = seconds(self.current_step, self.flight.plant_period)
-        while self._announcements and self._announcements[0][0] <= time_now:
-            _, kind, text = self._announcements.popleft()
-            self.event(FlightEvent.INFO, kind, text, self.elapsed_ns, always=True)
 
     def _publish_step(self) -> None:
         if self.current_step > 0:

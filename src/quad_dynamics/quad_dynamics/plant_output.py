@@ -1,10 +1,13 @@
 """What whoever integrates a plant publishes of each step: state, truth, disturbance, actuation, and for tools."""
 
+from collections import deque
 from typing import Any
 
 from quad_core.cascade import SIGNALS
+from quad_core.cycle import seconds
 from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.tools_output import ToolsOutput
+from quad_msgs.msg import FlightEvent
 from quad_node.codec import Packer, packer
 from quad_node.flight_node import FlightNode
 from quad_node.topics import message_type
@@ -21,6 +24,7 @@ class PlantOutput:
         self._actuation_out = self._output("actuation")
         self._disturbance_out = self._output("disturbance")
         self._tools = ToolsOutput(node)
+        self._announcements = deque(model.announcements())
 
     def _output(self, topic: str) -> tuple[Any, Packer]:
         kind = SIGNALS[topic].kind
@@ -38,6 +42,13 @@ class PlantOutput:
         _send(self._disturbance_out, model.disturbance(), step, stamp)
         if self._state_out is not None:
             self._tools.publish(step, stamp, model.state)
+
+    def announce(self, step: int, stamp: int) -> None:
+        """Report what begins or ends to act at ``step``; ``stamp`` in ns."""
+        time_now = seconds(step, self._node.flight.plant_period)
+        while self._announcements and self._announcements[0][0] <= time_now:
+            _, kind, text = self._announcements.popleft()
+            self._node.event(FlightEvent.INFO, kind, text, stamp, always=True)
 
     def publish_actuation(self) -> None:
         """Publish what the rotors made of the last step's command."""

@@ -6,7 +6,6 @@ only with them. ``state``, ``truth``, ``actuation`` and ``disturbance`` are publ
 
 import sys
 import time
-from collections import deque
 
 from quad_core.cascade import HIL, RECORDER
 from quad_core.cycle import is_flyable, seconds
@@ -62,7 +61,6 @@ class HilPlant(VehicleNode):
         self.answer: motors.Answer | None = None
         self.was_armed = False
         self._output = PlantOutput(self, self.model)
-        self._announcements = deque(self.model.announcements())
         self._is_asked = self._is_scheduled = self._is_connected = self._is_over = False
         self._reported = (0.0, 0)
         self.event(FlightEvent.INFO, "airframe", f"PX4 must have {motors.described(airframe)}", always=True)
@@ -91,7 +89,7 @@ class HilPlant(VehicleNode):
         self._is_asked = True
         self.asked_at = time.monotonic()
         self._reported = (self.asked_at, 0)
-        self._announce()
+        self._output.announce(self.current_step, self.elapsed_ns)
         self._output.publish(0, 0)
         self.progress()
 
@@ -145,7 +143,7 @@ class HilPlant(VehicleNode):
             self.end(*ending)
             return
         self.current_step += 1
-        self._announce()
+        self._output.announce(self.current_step, self.elapsed_ns)
         self._output.publish(self.current_step, self.elapsed_ns)
         self._report()
 
@@ -165,13 +163,6 @@ class HilPlant(VehicleNode):
         at = f"step {self.current_step}, height {self.model.truth.p_w.z:.2f} m"
         self.event(FlightEvent.INFO, kind, f"by the autopilot at {at}", self.elapsed_ns, always=True)
         self._is_over = self._is_over or (not armed and self.settings.end_disarmed)
-
-    def _announce(self) -> None:
-        """Report what begins or ends to act at this step."""
-        time_now = seconds(self.current_step, self.flight.plant_period)
-        while self._announcements and self._announcements[0][0] <= time_now:
-            _, kind, text = self._announcements.popleft()
-            self.event(FlightEvent.INFO, kind, text, self.elapsed_ns, always=True)
 
     def _report(self) -> None:
         (last, step), now = self._reported, time.monotonic()
