@@ -120,7 +120,7 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
             if one_process:
                 processes.start("all", [sys.executable, "-m", "quad_bringup.one_process", *arguments])
             else:
-                for role in ROLES:
+                for role in nodes:
                     processes.start(role, [executable(role), *arguments])
             run = _watched(processes, watch, timeout)
             deadline = time.monotonic() + 20.0

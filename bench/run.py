@@ -15,7 +15,7 @@ from pathlib import Path
 
 from table import Row, as_text, versions
 
-BENCHES = ("ros_loop", "batch", "laws", "peers")
+BENCHES = ("ros_loop", "batch", "laws", "guard_cost", "peers")
 
 
 def main() -> int:

@@ -4,6 +4,7 @@ import ast
 import contextlib
 import importlib
 import os
+import re
 import resource
 import shutil
 import signal
@@ -180,13 +181,15 @@ def first_failure(output: Path) -> str:
 def test_paths(root: Path, function: str) -> list[list[str]]:
     """Return the tests for a mutation of ``function`` in the order in which to try them: the quick and telling first.
 
-    The module's own, then those of the paper, then the others of its package.
+    The module's own, then those of the paper, then the others of its package, first of them those that name it.
     """
     package, *_, module = split(function)[0]
     stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
     files = sorted((root / "src" / package / "test").glob("test_*.py"))
     mirror = [file for file in files if file.stem.endswith(f"_{module}")]
+    names_it = re.compile(rf"\b{module}\b")
     rest = [file for file in files if file not in mirror]
+    rest.sort(key=lambda file: not names_it.search(file.read_text(encoding="utf-8")))
     own, others = ([str(file.relative_to(root)) for file in found] for found in (mirror, rest))
     return [stage for stage in (own, *stages, others) if stage]
 
