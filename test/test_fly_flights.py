@@ -70,8 +70,12 @@ def test_a_diverging_flight_ends_finite_named_and_recorded(tmp_path):
 
 
 def test_a_flight_beyond_its_limits_fails_and_says_which(tmp_path):
-    done = fly("hover", "--duration", "0.5", "--out", tmp_path / "bag", "--limits", "position_max=1e-6")
+    other = ("--vehicle", "x500", "--preset", "x500")
+    done = finish(
+        start("hover", "--duration", "0.5", "--out", tmp_path / "bag", "--limits", "position_max=1e-6", *other)
+    )
     assert done.returncode == 1
+    assert "hover: aibs + abfnitsm, preset x500, vehicle x500, plant rigid_body" in done.stdout
     assert "position_max: found" in done.stderr
     assert "at most 1e-06 m" in done.stderr
 

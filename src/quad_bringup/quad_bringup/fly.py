@@ -285,6 +285,8 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(
         case,
+        options.vehicle,
+        options.preset,
         directory,
         run_id,
         options.namespace.strip("/"),

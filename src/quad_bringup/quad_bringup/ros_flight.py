@@ -25,9 +25,14 @@ BAD_SETUP = 2
 
 
 class Planned(NamedTuple):
-    """One flight, checked and ready to start. ``limits``: {metric: largest value}; ``own``: {role: its command}."""
+    """One flight, checked and ready to start.
+
+    ``vehicle``, ``preset``: as they were asked for. ``limits``: {metric: largest value}; ``own``: {role: its command}.
+    """
 
     name: str
+    vehicle: str
+    preset: str
     directory: Path
     run_id: str
     namespace: str
@@ -41,8 +46,8 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     """Fly ``flight`` in ``domain``, print what its bag shows, and return the exit code."""
     about = summary(flight.nodes)
     _say(
-        f"{flight.name}: {about['position']} + {about['attitude']} ({about['preset']}), plant {about['plant']}, "
-        f"start {about['start']}, {about['mode']}, seed {about['seed']}"
+        f"{flight.name}: {about['position']} + {about['attitude']}, preset {flight.preset}, vehicle {flight.vehicle}, "
+        f"plant {about['plant']}, start {about['start']}, {about['mode']}, seed {about['seed']}"
     )
     _say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
     # gone with whatever a full disk did not let move into the bag

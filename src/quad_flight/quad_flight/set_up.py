@@ -202,7 +202,6 @@ def summary(resolved: Mapping[str, Resolved]) -> dict[str, Any]:
         "start": flatten(trajectory.parameters).get("start", "approach"),
         "position": resolved["position_controller"].node.law,
         "attitude": resolved["attitude_controller"].node.law,
-        "preset": resolved["position_controller"].node.preset,
         "plant": resolved["simulator"].node.plant,
         "mode": flatten(resolved["simulator"].flight)["mode"],
         "seed": resolved["simulator"].flight.seed,
