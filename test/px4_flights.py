@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -83,25 +84,35 @@ class Ended(NamedTuple):
 class Flight:
     """A fake autopilot and a bridge in a domain of their own; other processes may join."""
 
+    airframe: str = AIRFRAME
+    owner: Path = BRIDGE
+    owner_words: Sequence[str] = ()
+
     def __init__(self, folder: Path, given: dict[str, str], options: dict, *bridge: str) -> None:
         """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
         self.folder, self.processes = folder, []
         folder.mkdir()
         self._domain = reserved_domain(None)
         self.environment = {**given, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
-        (folder / "airframe.yaml").write_text(AIRFRAME, "utf-8")
-        self.fake = self.start(
-            "fake", [sys.executable, HERE / "fake_px4.py", folder / "report.json", json.dumps(options)]
-        )
+        (folder / "airframe.yaml").write_text(self.airframe, "utf-8")
+        self.fake = self.start("fake", [sys.executable, *self.fake_words(options)])
         log = folder / "fake.log"
         wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
         files = ["--params-file", VEHICLE, "--params-file", folder / "airframe.yaml"]
-        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *files, *PERIODS, *bridge])
+        self.bridge = self.start("bridge", [self.owner, "--ros-args", *files, *PERIODS, *self.owner_words, *bridge])
+
+    def fake_words(self, options: dict) -> list:
+        """Return the fake autopilot's script and arguments."""
+        return [HERE / "fake_px4.py", self.folder / "report.json", json.dumps(options)]
 
     def node(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
         """Start a node of the flight with the gains of the x500."""
+        return self.replaced(role, [executable(role)], *arguments)
+
+    def replaced(self, role: str, command: list, *arguments: str) -> subprocess.Popen[bytes]:
+        """Start ``command`` in the place of a node, with the node's files."""
         files = [word for path in (VEHICLE, GAINS) for word in ("--params-file", path)]
-        return self.start(role, [executable(role), "--ros-args", *files, *PERIODS, *arguments])
+        return self.start(role, [*command, "--ros-args", *files, *PERIODS, *arguments])
 
     def start(self, name: str, command: list) -> subprocess.Popen[bytes]:
         """Start a process whose output goes to ``name``.log."""

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
-from flying import LONGEST
+from flying import LONGEST, executable
 from mavlink_flights import HERE, free_port
 from px4_flights import VEHICLE
 from vehicle_packages import vehicle_packages
 
 from quad_bringup.domains import reserved_domain
+from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
@@ -31,8 +32,11 @@ WEATHER = """/**:
 """
 
 
-def flown(folder, options, *words):
-    """Return exit code and words of the plant, and what the autopilot reports, None if it never flew."""
+def flown(folder, options, *words, bag=None):
+    """Return exit code and words of the plant, and what the autopilot reports, None if it never flew.
+
+    ``bag``: where a recorder, that is given the same words, puts the flight.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     report, port = folder / "report.json", free_port()
     with reserved_domain(None) as domain:
@@ -45,14 +49,20 @@ def flown(folder, options, *words):
                 env=environment, stdout=log, stderr=log,
             )  # fmt: skip
         try:
+            if bag is not None:
+                given = ["--ros-args", "--params-file", VEHICLE, "-p", f"directory:={bag}", *words]
+                recorder = subprocess.Popen([executable("recorder"), *given], env=environment)
             plant = subprocess.run(
                 command, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
             )
             if options.get("silent_at"):
                 fake.kill()
             fake.wait(30)
+            assert bag is None or recorder.wait(30) == 0
         finally:
             fake.kill()
+            if bag is not None:
+                recorder.kill()
     return plant.returncode, plant.stderr, json.loads(report.read_text("utf-8")) if report.exists() else None
 
 
@@ -76,6 +86,16 @@ def test_it_hovers_in_wind_on_a_weak_rotor(tmp_path):
     assert np.abs(np.array(report["heights"][-5:]) - 2.0).max() < 1.0
 
 
+def test_a_recorder_with_the_same_words_has_the_whole_flight(tmp_path):
+    both = ["-p", "flight.roles:=simulator,recorder", "-p", "flight.plant_period:=4000000"]
+    code, words, report = flown(tmp_path, {"hover": 1.0}, *both, bag=tmp_path / "bag")
+    assert code == 0, words
+    assert report["wrong"] == []
+    bag = open_flight(tmp_path / "bag")
+    for topic in ("state", "truth", "disturbance"):
+        assert bag.array(topic)["step"].tolist() == list(range(report["answered"] + 1)), topic  # and step 0
+
+
 @pytest.mark.parametrize(
     ("options", "extra", "words"),
     [
@@ -96,6 +116,7 @@ def test_what_ends_a_flight_is_said_in_one_line(tmp_path, options, extra, words)
 def test_an_autopilot_that_leaves_disarmed_ends_the_flight_well(tmp_path):
     code, said, _ = flown(tmp_path, {"leave_at": 100})
     assert code == 0, said
+    assert "recorder" not in said  # there is none
 
 
 def test_a_taken_port_and_nobody_who_connects_are_said(tmp_path):

@@ -58,6 +58,7 @@ SUMMARIES = {
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
     "crazyflie_bridge": "Owns a Crazyflie, over cflib: [crazyflie.md](../crazyflie.md); optional.",
     "hil_plant": "Our plant under PX4's simulator interface, in lockstep: [mavlink.md](../mavlink.md); optional.",
+    "joined_plant": "Our plant under PX4 that our laws fly by torque: [px4.md](../px4.md); optional.",
     "mavlink_bridge": "Owns a vehicle of PX4 or ArduPilot, over MAVLink: [mavlink.md](../mavlink.md); optional.",
     "px4_bridge": "Owns a vehicle that PX4 flies, in the role of the simulator: [px4.md](../px4.md); optional.",
 }

@@ -15,6 +15,7 @@ setup(
     entry_points={
         "console_scripts": [
             "hil_plant = quad_mavlink.hil.node:main",
+            "joined_plant = quad_mavlink.hil.joined:main",
             "mavlink_bridge = quad_mavlink.node:main",
         ]
     },

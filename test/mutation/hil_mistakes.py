@@ -89,4 +89,29 @@ HIL = {
         ("nan", "refused := motors.refusal(found, self.suite.time_usec)", "refused := ''"),
     ],
     "quad_mavlink.hil.exchange.Exchange.boot": [("clock", "now >= self._due", "True")],
+    "quad_mavlink.hil.gate.Gate.is_of_our_clock": [("clock", "0 <= now - stamp", "True")],
+    "quad_mavlink.hil.gate.Gate.on_state": [
+        ("lag", "now - stamp", "0"),
+        ("spacing", "stamp - self._stamp", "now - self._stamp"),
+        ("clock", "not self.is_of_our_clock(stamp, now)", "False"),
+    ],
+    "quad_mavlink.hil.gate.Gate.on_published": [
+        ("period", "step >= due", "True"),
+        ("period", "step + self._periods[topic]", "step"),
+    ],
+    "quad_mavlink.hil.gate.Gate.on_answer": [
+        ("older state", "step >= self._open.get(topic, step + 1)", "topic in self._open"),
+    ],
+    "quad_mavlink.hil.gate.Gate.decide": [
+        ("lockstep", "is_flying and self._open", "False"),
+        ("ground", "is_flying and self._open", "self._open"),
+        ("timeout", "idle > self._parameters.answer_timeout", "False"),
+        ("lag", "min(self._lags)", "max(self._lags)"),
+        ("spacing", "ahead <= min(spacings)", "ahead <= max(spacings)"),
+        ("spacing", "ahead <= max(spacings) or", "ahead <= min(spacings) or"),
+        ("ground", "not is_flying or self._given_up == self._stamp", "self._given_up == self._stamp"),
+        ("overdue", "self._given_up == self._stamp", "self._given_up >= 0"),
+        ("overdue", "idle < self._parameters.overdue", "True"),
+        ("linger", "idle >= self._parameters.linger", "True"),
+    ],
 }  # fmt: skip

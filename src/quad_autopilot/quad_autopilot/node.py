@@ -39,6 +39,8 @@ class AutopilotNode(VehicleNode):
     profile: Profile
     max_rotor_thrust: float
     predicted: Actuation
+    is_predicting = True
+    """Whether ``actuation`` is ``predicted``; false: a subclass publishes what the rotors really did."""
 
     def __init__(self, kind: str, profile: Profile) -> None:
         """Set up all but the link; raises as FlightNode, ParameterError for what cannot fly."""
@@ -60,8 +62,16 @@ class AutopilotNode(VehicleNode):
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count = 0.0, 0
-        self._state_out, self._actuation_out = self._output("state"), self._output("actuation")
-        self.create_timer(BEAT, self._on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
+        self.start_beats()
+
+    def clock(self) -> float:
+        """Return the time in s by which the flight is watched: the steady clock, unless a simulator halts time."""
+        return time.monotonic()
+
+    def start_beats(self) -> None:
+        """Have ``on_beat`` called every ``BEAT`` s of ``clock``."""
+        self.create_timer(BEAT, self.on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def send_request(self, request: Request) -> None:
         """Send a command."""
@@ -96,7 +106,8 @@ class AutopilotNode(VehicleNode):
         self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust))
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 
-    def _output(self, topic: str) -> tuple[Any, Any]:
+    def output(self, topic: str) -> tuple[Any, Any]:
+        """Return a publisher of a topic of the flight and what packs its messages."""
         kind = SIGNALS[topic].kind
         return self.publisher(topic), packer(kind, message_type(kind))
 
@@ -116,7 +127,7 @@ class AutopilotNode(VehicleNode):
             self._ages.append(1000 * (sample.timestamp - sample.timestamp_sample))
             if sample.reset_counter != last.reset_counter:
                 self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
-        self.sample, self.state, self.heard = sample, state, time.monotonic()
+        self.sample, self.state, self.heard = sample, state, self.clock()
         if self.phase == FlightState.FLYING and self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND):
             self._publish_step(sample, state)
 
@@ -153,8 +164,8 @@ class AutopilotNode(VehicleNode):
         if not first and step <= self.current_step:
             self.counters["crowded_states"] += 1
             return
-        if not first:
-            publisher, pack = self._actuation_out
+        if not first and self.is_predicting:
+            publisher, pack = self.actuation_out
             publisher.publish(pack(self.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
         self.current_step = step
         self.on_state_published()
@@ -165,8 +176,9 @@ class AutopilotNode(VehicleNode):
 
     def begin(self) -> None:
         """Go: the next estimate is step 0."""
-        text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
-        self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
+        if self.is_predicting:
+            text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
+            self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
         self.event(FlightEvent.INFO, "state_age", spacing.age_report(self._ages, self.profile.state), always=True)
 
     def prepare(self) -> list[str]:
@@ -191,7 +203,7 @@ class AutopilotNode(VehicleNode):
         if not stamped.finite:
             self._reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
             return
-        self.commanded_at = time.monotonic()
+        self.commanded_at = self.clock()
         if self.sequence.phase == Phase.FLY and self.is_obeyed() and self.state is not None:
             self.send_attitude(stamped.value, self.state)
             self.note_sent()
@@ -204,11 +216,11 @@ class AutopilotNode(VehicleNode):
             self._hover_thrusts += self.predicted.thrust
             self._hover_count += 1
 
-    def _on_beat(self) -> None:
+    def on_beat(self) -> None:
         """Ask, answer and keep the autopilot in our mode, 50 times a second, once all nodes are ready."""
         if self.phase in (FlightState.ENDED, FlightState.FAILED) or self.handshake.missing():
             return
-        now = time.monotonic()
+        now = self.clock()
         self.before_beat()
         output, self.sequence = arming.step(
             self.profile,
@@ -273,7 +285,8 @@ class AutopilotNode(VehicleNode):
 
     def measurements(self) -> dict[str, float]:
         """Return diagnostics: the base's, where the autopilot stands, and how old its states are when sent."""
-        found = {**super().measurements(), "actuation_predicted": 1, "autopilot_phase": int(self.sequence.phase)}
+        found = {**super().measurements(), "autopilot_phase": int(self.sequence.phase)}
+        found["actuation_predicted"] = int(self.is_predicting)
         if self.sample is not None:
             found["state_age_ms"] = 1e-3 * (self.sample.timestamp - self.sample.timestamp_sample)
         return found

@@ -182,7 +182,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NODE=COMMAND",
         help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
     )
-    parser.add_argument("--vehicle-owner", metavar="NAME=FILE", help="a vehicle's bridge: px4, mavlink or crazyflie")
+    parser.add_argument("--vehicle-owner", metavar="NAME=FILE", help="px4, joined, mavlink or crazyflie: its bridge")
     parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
     _add_surroundings(parser)
     return parser
@@ -271,7 +271,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.seed,
         options.duration,
         options.realtime,
-        options.settings,
+        [*vehicle_owner.settings(options), *options.settings],
         options.relay,
         options.shadow,
         options.scenario,

@@ -4,10 +4,14 @@ import argparse
 from pathlib import Path
 
 from quad_bringup.processes import executable
-from quad_core.cascade import CRAZYFLIE, MAVLINK, PX4, SIMULATOR
+from quad_core.cascade import CRAZYFLIE, JOINED, MAVLINK, PX4, SIMULATOR, STAGES
 from quad_core.parameters import ParameterError
 
-BRIDGES = {"px4": PX4, "mavlink": MAVLINK, "crazyflie": CRAZYFLIE}
+BRIDGES = {"px4": PX4, "joined": JOINED, "mavlink": MAVLINK, "crazyflie": CRAZYFLIE}
+PAGES = {"joined": "px4"}
+"""{name: its page in docs, where that has another name}."""
+_NO_TIMEOUT = 60
+"""Seconds of wall time after which a controller levels, joined: the plant waits, so nothing ages meanwhile."""
 
 
 def commands(options: argparse.Namespace) -> dict[str, list[str]]:
@@ -15,17 +19,23 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     if not options.vehicle_owner:
         return {}
     name, _, file = options.vehicle_owner.partition("=")
+    page = f"docs/{PAGES.get(name, name)}.md"
     expected = f"--vehicle-owner: found {options.vehicle_owner!r}, expected"
     if name not in BRIDGES:
         raise ParameterError(f"{expected} one of {', '.join(BRIDGES)}, and =FILE with its parameters")
     if not file:
-        raise ParameterError(f"{expected} {name}=FILE: the vehicle's own parameters, docs/{name}.md")
+        raise ParameterError(f"{expected} {name}=FILE: the vehicle's own parameters, {page}")
     if not Path(file).is_file():
-        raise ParameterError(
-            f"--vehicle-owner: {name}: found no file {file!r}, expected its parameters, docs/{name}.md"
-        )
+        raise ParameterError(f"--vehicle-owner: {name}: found no file {file!r}, expected its parameters, {page}")
     if not options.realtime:
         raise ParameterError("--vehicle-owner: found lockstep, expected --realtime: nobody can halt a vehicle's clock")
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
         raise ParameterError("--vehicle-owner: found --own simulator as well, expected one of them")
     return {SIMULATOR: [str(executable(BRIDGES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]}
+
+
+def settings(options: argparse.Namespace) -> list[str]:
+    """Return what the owner needs of the other nodes, as --set takes it; what the user sets comes after it."""
+    if not (options.vehicle_owner or "").startswith("joined="):
+        return []
+    return [f"{stage.role}.input_timeout={_NO_TIMEOUT}" for stage in STAGES]

@@ -22,11 +22,25 @@ def test_the_bridge_takes_the_simulators_place_with_its_file(tmp_path, name):
     assert asked("") == asked(None) == {}
 
 
+def test_joined_is_the_plant_under_px4_and_controllers_do_not_age_while_it_waits(tmp_path):
+    file = tmp_path / "joined.yaml"
+    file.write_text("", "utf-8")
+    assert asked(f"joined={file}")["simulator"][0].endswith("quad_mavlink/joined_plant")
+    given = argparse.Namespace(vehicle_owner=f"joined={file}")
+    assert vehicle_owner.settings(given) == [
+        "position_controller.input_timeout=60",
+        "attitude_controller.input_timeout=60",
+    ]
+    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"px4={file}")) == []
+    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
+
+
 def test_what_is_missing_is_named(tmp_path):
     file = tmp_path / "airframe.yaml"
     file.write_text("", "utf-8")
     for given, words in (
-        ({"given": "mavros"}, "px4, mavlink, crazyflie"),
+        ({"given": "mavros"}, "px4, joined, mavlink, crazyflie"),
+        ({"given": "joined"}, "docs/px4.md"),
         ({"given": "mavlink"}, "docs/mavlink.md"),
         ({"given": f"px4={tmp_path / 'none.yaml'}"}, "found no file"),
         ({"given": f"px4={file}", "realtime": False}, "expected --realtime"),

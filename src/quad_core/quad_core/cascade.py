@@ -16,6 +16,7 @@ from quad_core import plugins
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_core.hil_parameters import HilPlantParameters
+from quad_core.joined_parameters import JoinedPlantParameters
 from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_core.node_parameters import (
     AttitudeControllerParameters,
@@ -51,6 +52,7 @@ PX4 = "px4_bridge"
 MAVLINK = "mavlink_bridge"
 CRAZYFLIE = "crazyflie_bridge"
 HIL = "hil_plant"
+JOINED = "joined_plant"
 
 
 class Input(NamedTuple):
@@ -176,6 +178,7 @@ OWNERS = {
     CRAZYFLIE: Role("quad_crazyflie", CrazyflieBridgeParameters, {}),
     MAVLINK: Role("quad_mavlink", MavlinkBridgeParameters, {}),
     HIL: Role("quad_mavlink", HilPlantParameters, _PLANT_SLOTS),
+    JOINED: Role("quad_mavlink", JoinedPlantParameters, _PLANT_SLOTS),
 }
 """Nodes that take the simulator's role in a flight: they own another vehicle, or an autopilot flies their plant."""
 

@@ -96,17 +96,23 @@ class GpsParameters(NamedTuple):
     ] = 0.01
 
 
+Plant = Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")]
+Weather = Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")]
+Listen = Annotated[str, Text("host:port on which one autopilot is awaited; 0.0.0.0 takes it from other machines")]
+TruthPeriod = Annotated[
+    int, Whole("steps", "HIL_STATE_QUATERNION, truth for the autopilot's own log, once in so many steps", 1, 1000)
+]
+
+
 class HilPlantParameters(NamedTuple):
     """The plant under an autopilot's simulator interface: what flies, who may connect, when the flight ends."""
 
-    plant: Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")] = "rigid_body"
-    disturbance: Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")] = "none"
+    plant: Plant = "rigid_body"
+    disturbance: Weather = "none"
     sensing: Annotated[str, Text("plug-in of group quad.sensing: what `state` shows; the autopilot has its own")] = (
         "sensor"
     )
-    listen: Annotated[
-        str, Text("host:port on which one autopilot is awaited; 0.0.0.0 takes it from other machines")
-    ] = "127.0.0.1:4560"
+    listen: Listen = "127.0.0.1:4560"
     thrust_curve: ThrustCurve = 0.0
     answer_timeout: Annotated[
         float,
@@ -118,9 +124,7 @@ class HilPlantParameters(NamedTuple):
     end_disarmed: Annotated[bool, Flag("end the flight once the autopilot disarms after it was armed", live=False)] = (
         False
     )
-    truth_period_steps: Annotated[
-        int, Whole("steps", "HIL_STATE_QUATERNION, truth for the autopilot's own log, once in so many steps", 1, 1000)
-    ] = 5
+    truth_period_steps: TruthPeriod = 5
     window: Annotated[
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 200)
     ] = 60

@@ -13,6 +13,22 @@ from quad_node.flight_node import FlightNode
 from quad_node.topics import message_type
 
 
+class Announcer:
+    """Reports what begins or ends to act on a ``PlantModel``."""
+
+    def __init__(self, node: FlightNode, model: PlantModel) -> None:
+        """Report as events of ``node``."""
+        self._node = node
+        self._announcements = deque(model.announcements())
+
+    def announce(self, step: int, stamp: int) -> None:
+        """Report what begins or ends to act at ``step``; ``stamp`` in ns."""
+        time_now = seconds(step, self._node.flight.plant_period)
+        while self._announcements and self._announcements[0][0] <= time_now:
+            _, kind, text = self._announcements.popleft()
+            self._node.event(FlightEvent.INFO, kind, text, stamp, always=True)
+
+
 class PlantOutput:
     """Publishes what a ``PlantModel`` does."""
 
@@ -24,7 +40,7 @@ class PlantOutput:
         self._actuation_out = self._output("actuation")
         self._disturbance_out = self._output("disturbance")
         self._tools = ToolsOutput(node)
-        self._announcements = deque(model.announcements())
+        self.announce = Announcer(node, model).announce
 
     def _output(self, topic: str) -> tuple[Any, Packer]:
         kind = SIGNALS[topic].kind
@@ -42,13 +58,6 @@ class PlantOutput:
         _send(self._disturbance_out, model.disturbance(), step, stamp)
         if self._state_out is not None:
             self._tools.publish(step, stamp, model.state)
-
-    def announce(self, step: int, stamp: int) -> None:
-        """Report what begins or ends to act at ``step``; ``stamp`` in ns."""
-        time_now = seconds(step, self._node.flight.plant_period)
-        while self._announcements and self._announcements[0][0] <= time_now:
-            _, kind, text = self._announcements.popleft()
-            self._node.event(FlightEvent.INFO, kind, text, stamp, always=True)
 
     def publish_actuation(self) -> None:
         """Publish what the rotors made of the last step's command."""

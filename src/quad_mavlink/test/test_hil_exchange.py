@@ -38,7 +38,7 @@ class Peer:
         return None
 
 
-def told(time_usec, first=0.5, mode=129, flags=1):
+def controls(time_usec, first=0.5, mode=129, flags=1):
     return SimpleNamespace(time_usec=time_usec, controls=[first, 0.5, 0.5, 0.5] + [0.0] * 12, mode=mode, flags=flags)
 
 
@@ -59,7 +59,7 @@ def test_the_sensors_go_out_last_because_they_move_the_clock(exchange):
 def test_only_the_answer_to_the_last_reading_counts(exchange):
     exchange.send(VehicleState(), CALM)
     exchange.send(VehicleState(), CALM)
-    exchange.server.inbox = [told(4000), told(8000, first=0.25)]
+    exchange.server.inbox = [controls(4000), controls(8000, first=0.25)]
     found = exchange.answer(0.0)
     assert (found.time_usec, found.controls[0], found.armed) == (8000, 0.25, True)
     assert exchange.stale == 1
@@ -67,7 +67,8 @@ def test_only_the_answer_to_the_last_reading_counts(exchange):
 
 
 @pytest.mark.parametrize(
-    ("answer", "words"), [(told(4000, first=math.nan), "nan"), (told(8000), "8000"), (told(4000, flags=0), "lockstep")]
+    ("answer", "words"),
+    [(controls(4000, first=math.nan), "nan"), (controls(8000), "8000"), (controls(4000, flags=0), "lockstep")],
 )
 def test_an_answer_that_cannot_be_flown_is_refused(exchange, answer, words):
     exchange.send(VehicleState(), CALM)
@@ -84,7 +85,7 @@ def test_while_the_autopilot_boots_its_clock_runs_at_the_steady_pace(exchange):
 
 
 def test_the_first_answer_ends_the_boot(exchange):
-    exchange.server.inbox = [told(0), told(4000)]
+    exchange.server.inbox = [controls(0), controls(4000)]
     found = exchange.boot(VehicleState(), CALM, 0.004, time.monotonic() + 10.0)
     assert found.time_usec == 4000
     assert len(exchange.server.sent) == 1

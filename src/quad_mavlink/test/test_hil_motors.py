@@ -24,12 +24,12 @@ PLACES = [(SIDE, -SIDE, -1.0), (-SIDE, SIDE, -1.0), (SIDE, SIDE, 1.0), (-SIDE, -
 NAMES = ["r2", "r4", "r3", "r1"]  # 1 rear right, 2 front right, 3 front left, 4 rear left
 
 
-def told(controls, mode=129, flags=1, time_usec=4000):
+def answer(controls, mode=129, flags=1, time_usec=4000):
     return motors.Answer(time_usec, tuple(controls), mode, flags)
 
 
 def wrench(controls, curve=0.0, **fields):
-    return motors.wrench(mapping.build(motors.airframe(VEHICLE, curve)), told(controls, **fields))
+    return motors.wrench(mapping.build(motors.airframe(VEHICLE, curve)), answer(controls, **fields))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -78,11 +78,11 @@ def test_disarmed_motors_do_nothing():
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (told([0.5, math.nan, 0.5, 0.5]), "controls[1]: found nan, expected 0 to 1"),
-        (told([0.5, 0.5, 0.5, 1.1]), "controls[3]: found 1.1"),
-        (told([-0.1, 0.5, 0.5, 0.5]), "controls[0]: found -0.1"),
-        (told([0.5] * 4, flags=0), "lockstep"),
-        (told([0.5] * 4, time_usec=4001), "time_usec: found 4001, expected at most our clock's 4000"),
+        (answer([0.5, math.nan, 0.5, 0.5]), "controls[1]: found nan, expected 0 to 1"),
+        (answer([0.5, 0.5, 0.5, 1.1]), "controls[3]: found 1.1"),
+        (answer([-0.1, 0.5, 0.5, 0.5]), "controls[0]: found -0.1"),
+        (answer([0.5] * 4, flags=0), "lockstep"),
+        (answer([0.5] * 4, time_usec=4001), "time_usec: found 4001, expected at most our clock's 4000"),
     ],
 )
 def test_answers_that_cannot_be_flown_are_refused_with_the_field(answer, words):
@@ -90,8 +90,8 @@ def test_answers_that_cannot_be_flown_are_refused_with_the_field(answer, words):
 
 
 def test_good_and_late_answers_are_not_refused():
-    assert motors.refusal(told([0.0, 1.0, 0.5, 1.0000001]), 4000) == ""
-    assert motors.refusal(told([0.5] * 4, time_usec=0), 4000) == ""
+    assert motors.refusal(answer([0.0, 1.0, 0.5, 1.0000001]), 4000) == ""
+    assert motors.refusal(answer([0.5] * 4, time_usec=0), 4000) == ""
 
 
 def test_rotors_on_the_axes_are_refused():

@@ -69,7 +69,7 @@ def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -
 def help_text(role: str, summary: str) -> str:
     """Return what --help prints: the parameters with unit, range and default, the plug-ins, examples."""
     kind = ALL_ROLES[role]
-    lines = [summary, "", f"usage: ros2 run <package> {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
+    lines = [summary, "", f"usage: ros2 run {kind.package} {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
     lines += ["parameters:"] + [_row(field) for field in fields(kind.parameters)]
     for slot, group in kind.slots.items():
         for name in plugins.names(group):
@@ -77,8 +77,8 @@ def help_text(role: str, summary: str) -> str:
             lines += [_row(field) for field in fields(plugins.load(group, name).Parameters, f"{name}.")]
     lines += ["", "shared by all nodes of a flight:"]
     lines += [_row(field) for field in (*fields(FlightParameters, "flight."), *fields(Vehicle, "vehicle."))]
-    lines += ["", "examples:", f"  ros2 run <package> {role} --ros-args -p flight.seed:=7"]
-    lines += [f"  ros2 run <package> {role} --ros-args --params-file flight.yaml -r __ns:=/second"]
+    lines += ["", "examples:", f"  ros2 run {kind.package} {role} --ros-args -p flight.seed:=7"]
+    lines += [f"  ros2 run {kind.package} {role} --ros-args --params-file flight.yaml -r __ns:=/second"]
     lines += [
         "",
         "-p NODE:NAME:=VALUE sets a parameter of that node alone: several nodes can be given the same words, as in",

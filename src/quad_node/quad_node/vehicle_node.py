@@ -58,9 +58,8 @@ class VehicleNode(FlightNode):
         self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
         self.cause = self.suspect = self.stood_still = ""
         self.gives_up = False
-        self._interrupted_by = ""
+        self._interrupted_by = self._reason = ""
         self._accepted_step = self._heard_step = -1
-        self._reason = ""
         self._leave_by = 0.0
         self._latencies: list[float] = []
         self._ticks_since_state = 0
@@ -213,7 +212,8 @@ class VehicleNode(FlightNode):
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
             self.watch()
         elif now > self._leave_by:
-            self.finish(self.exit_code, self._reason or "recorder did not finish in time")
+            late = "recorder did not finish in time" if RECORDER in self.roles else "flight ended"
+            self.finish(self.exit_code, self._reason or late)
         if self._ticks_since_state >= _STATE_EVERY:
             self.publish_flight_state()
 

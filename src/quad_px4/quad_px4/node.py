@@ -5,7 +5,6 @@ setpoint. ``actuation`` is a prediction of the bridge's own mixer model: PX4 rep
 """
 
 import sys
-import time
 from typing import Any
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -16,9 +15,11 @@ from quad_autopilot.node import AutopilotNode
 from quad_core.cascade import PX4
 from quad_core.guard import ASK_DESCEND
 from quad_core.guard_checks import StateSample, WrenchCommand
+from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
+from quad_node.vehicle_node import Command
 from quad_px4 import messages
 from quad_px4.autopilot import PROFILE, ControlMode, Status, autopilot
 from quad_px4.setpoints import Setpoints
@@ -27,20 +28,27 @@ from quad_px4.setpoints import Setpoints
 class Px4Bridge(AutopilotNode):
     """Arms PX4, flies it with the controllers' commands, lands it; PX4 leaves offboard 1.0 s after the last beat."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: str = PX4) -> None:
         """Look for px4_msgs and set up the mapping; raises as FlightNode, ParameterError for what cannot fly."""
-        super().__init__(PX4, PROFILE)
+        super().__init__(kind, PROFILE)
         self.px4 = messages.load()
-        self.setpoints = Setpoints(self.px4, self.settings, self.vehicle)
+        airframe = self.airframe()
+        self.setpoints = Setpoints(self.px4, self.settings, airframe, self.vehicle)
         self.predicted = self.setpoints.predicted
-        self.max_rotor_thrust = self.settings.airframe.max_rotor_thrust
+        self.max_rotor_thrust = airframe.max_rotor_thrust
         self._status: Status | None = None
         self._control_mode: ControlMode | None = None
         self._reasons = ""
         self._guarded_step, self._flown = -1, Wrench()
+        self._passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
         self.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
+
+    def airframe(self) -> AirframeParameters:
+        """Return the vehicle as PX4 has it."""
+        found: AirframeParameters = self.settings.airframe
+        return found
 
     def _listen(self) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -91,8 +99,8 @@ class Px4Bridge(AutopilotNode):
 
     def progress(self) -> None:
         """Pass on a wrench that has just come."""
-        if self.command is not None and self.command.arrived > self.commanded_at and not self.setpoints.by_attitude:
-            self.commanded_at, self._is_command_new = self.command.arrived, True
+        if self.command is not None and self.command is not self._passed_on and not self.setpoints.by_attitude:
+            self._passed_on, self.commanded_at, self._is_command_new = self.command, self.clock(), True
             if self.sequence.phase == Phase.FLY and self.is_obeyed():
                 self._step_guard()
                 wrench = self._flown if self.guard.taken_over else self.command.wrench
@@ -106,7 +114,7 @@ class Px4Bridge(AutopilotNode):
         if given is None or state is None or self.origin < 0 or not self.is_obeyed():
             return
         period = self.flight.plant_period
-        now = self.current_step + int(1e9 * (time.monotonic() - self.heard)) // period
+        now = self.current_step + int(1e9 * (self.clock() - self.heard)) // period
         for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
             newest, (answered, wrench, _), of = step == now, given, self.current_step
             command = WrenchCommand(wrench, answered, answered * period, newest and self._is_command_new, True)

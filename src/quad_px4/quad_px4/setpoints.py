@@ -5,7 +5,7 @@ from typing import Any
 
 from quad_autopilot import thrust
 from quad_autopilot.autopilot import Stamps
-from quad_core.px4_parameters import Mode, Px4BridgeParameters
+from quad_core.px4_parameters import AirframeParameters, Mode, Px4BridgeParameters
 from quad_core.safe import level_hover
 from quad_core.types import Actuation, AttitudeThrust, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -15,12 +15,14 @@ from quad_px4 import mapping, messages
 class Setpoints:
     """Makes setpoint messages; ``predicted`` is what the rotors will make of the last one."""
 
-    def __init__(self, px4: ModuleType, settings: Px4BridgeParameters, vehicle: Vehicle) -> None:
-        """Raise ParameterError for an airframe that cannot be."""
+    def __init__(
+        self, px4: ModuleType, settings: Px4BridgeParameters, airframe: AirframeParameters, vehicle: Vehicle
+    ) -> None:
+        """Raise ParameterError for an airframe that cannot be; ``settings``: mode, ``rate_gain``, ``rate_limit``."""
         self._px4, self._settings, self._vehicle = px4, settings, vehicle
         self.mode = Mode(settings.mode)
         self.by_attitude = self.mode in (Mode.ATTITUDE, Mode.RATES)
-        self._mapping = mapping.build(settings.airframe)
+        self._mapping = mapping.build(airframe)
         self.predicted: Actuation = mapping.predict(self._mapping, Wrench())
 
     def of_wrench(self, wrench: Wrench, stamps: Stamps) -> tuple[Any, ...]:
@@ -46,4 +48,4 @@ class Setpoints:
 
     def weakness(self) -> str:
         """Return why the rotors cannot lift the vehicle; empty if they can."""
-        return thrust.weakness(self._vehicle, self._settings.airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
+        return thrust.weakness(self._vehicle, self._mapping.airframe.max_rotor_thrust, "airframe.max_rotor_thrust")

@@ -8,21 +8,17 @@ import sys
 import time
 
 from quad_core.cascade import HIL, RECORDER
-from quad_core.cycle import is_flyable, seconds
+from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
-from quad_core.types import VehicleState, Wrench
-from quad_dynamics.plant_model import PlantModel
+from quad_core.types import VehicleState
 from quad_dynamics.plant_output import PlantOutput
-from quad_mavlink import link
 from quad_mavlink.hil import motors
-from quad_mavlink.hil.exchange import Exchange, RefusedError
-from quad_mavlink.hil.server import Server
-from quad_mavlink.hil.suite import Suite
+from quad_mavlink.hil.exchange import RefusedError
+from quad_mavlink.hil.vehicle import HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
-from quad_node.native import NATIVE, native_or_python
+from quad_node.native import NATIVE
 from quad_node.vehicle_node import VehicleNode
-from quad_px4 import mapping
 
 _SLICE = 0.02  # s of steps between two looks at the other nodes
 _BOOT_SLICE = 0.045
@@ -44,45 +40,31 @@ class HilPlant(VehicleNode):
     def __init__(self) -> None:
         """Make plant and sensors and open the port; raises as FlightNode, ParameterError for what cannot fly."""
         super().__init__(HIL)
-        settings = self.settings = self.resolved.node
+        self.settings = self.resolved.node
         if not self.lockstep:
             raise ParameterError("flight.mode: found realtime, expected lockstep: the autopilot's clock is ours")
         if self.commanded:
             raise ParameterError("flight.roles: found commander, expected none: the autopilot has its own modes")
         self.armed = False  # the autopilot is its own guard
-        mavlink = link.load()
-        airframe = motors.airframe(self.vehicle, settings.thrust_curve)
-        self.mapping = mapping.build(airframe)
-        self.model = PlantModel(self.resolved)
-        self.model.step, self.engine = native_or_python(self, self.model.step)
-        self.model.lumped, _ = native_or_python(self, self.model.lumped)
-        suite = Suite(settings, self.flight.seed, self.flight.plant_period, self.vehicle.gravity)
-        self.exchange = Exchange(mavlink, Server(mavlink, settings.listen), suite)
-        self.answer: motors.Answer | None = None
+        self.hil = HilVehicle(self)
+        self.model = self.hil.model
         self.was_armed = False
         self._output = PlantOutput(self, self.model)
-        self._is_asked = self._is_scheduled = self._is_connected = self._is_over = False
+        self._is_asked = self._is_scheduled = self._is_over = False
         self._reported = (0.0, 0)
-        self.event(FlightEvent.INFO, "airframe", f"PX4 must have {motors.described(airframe)}", always=True)
 
     def prepare(self) -> list[str]:
         """Wait for the autopilot, and run its clock until its first answer."""
-        exchange = self.exchange
-        if self.answer is not None:
+        if self.hil.answer is not None:
             return []
-        if not exchange.server.accept():
-            return [f"an autopilot on tcp {self.settings.listen}"]
-        if not self._is_connected:
-            self._is_connected = True
-            self.event(FlightEvent.INFO, "autopilot", f"connected on tcp {self.settings.listen}", always=True)
-        period, until = seconds(1, self.flight.plant_period), time.monotonic() + _BOOT_SLICE
+        missing = ""
         try:
-            self.answer = exchange.boot(self.model.truth, self.model.conditions.wind_w, period, until)
+            missing = self.hil.boot(time.monotonic() + _BOOT_SLICE)
         except RefusedError as error:
             self.end(FlightState.FAILED, str(error))
-        if exchange.server.is_closed:
+        if self.hil.is_left:
             self.end(FlightState.FAILED, "the autopilot closed the connection before its first answer")
-        return [] if self.answer is not None else ["the autopilot's first HIL_ACTUATOR_CONTROLS"]
+        return [missing] if missing else []
 
     def begin(self) -> None:
         """Publish step 0, which the autopilot has answered."""
@@ -115,11 +97,11 @@ class HilPlant(VehicleNode):
     def _fly(self) -> None:
         if not self._is_asked:
             self._is_asked, self.asked_at = True, time.monotonic()
-            self.exchange.send(self.model.truth, self.model.conditions.wind_w)
-        answer, self.answer = self.answer or self.exchange.answer(_SLICE), None
+            self.hil.ask()
+        answer = self.hil.listen(_SLICE)
         if answer is not None:
             self._integrate(answer)
-        elif self.exchange.server.is_closed:
+        elif self.hil.is_left:
             self._on_left()
         elif time.monotonic() - self.asked_at > self.settings.answer_timeout:
             text = f"the autopilot does not answer step {self.current_step}: silent for"
@@ -135,8 +117,7 @@ class HilPlant(VehicleNode):
     def _integrate(self, answer: motors.Answer) -> None:
         step = self.current_step
         self._on_arming(answer.armed)
-        wrench, _ = self.model.receive(step, motors.wrench(self.mapping, answer), step)
-        truth = self.model.advance(step, wrench if answer.armed else Wrench())
+        truth = self.hil.integrate(step, answer)
         self._is_asked = False
         self._output.publish_actuation()
         if ending := self._ending(truth):
@@ -150,8 +131,8 @@ class HilPlant(VehicleNode):
     def _ending(self, truth: VehicleState) -> tuple[int, str] | None:
         """Return phase and reason if the flight ends with the step that led to ``truth``."""
         after = seconds(self.current_step + 1, self.flight.plant_period)
-        if not is_flyable(truth):
-            return FlightState.FAILED, f"diverged: the state left its bounds at t = {after:.3f} s"
+        if diverged := self.hil.divergence(truth, self.current_step):
+            return FlightState.FAILED, diverged
         is_over = self._is_over or 0.0 < self.settings.duration <= after
         return (FlightState.ENDED, "") if is_over else None
 
@@ -177,12 +158,12 @@ class HilPlant(VehicleNode):
 
     def measurements(self) -> dict[str, float]:
         """Return diagnostics: the base's, answers that came late, bytes that were no message, engine."""
-        found = {"stale_answers": self.exchange.stale, "lost_bytes": self.exchange.server.lost}
-        return {**super().measurements(), **found, "machine_code": int(self.engine == NATIVE)}
+        found = {**super().measurements(), **self.hil.measurements()}
+        return {**found, "machine_code": int(self.hil.engine == NATIVE)}
 
     def close(self) -> None:
         """Close the connection."""
-        self.exchange.server.close()
+        self.hil.close()
 
 
 def main() -> None:
