@@ -12,11 +12,12 @@ import yaml
 
 from quad_core.cascade import ALL_ROLES
 from quad_core.parameters import ParameterError, Value
+from quad_core.yaml_text import SafeLoader, load_yaml
 
 _NO_SUCH = re.compile("unknown parameter|no such parameter")
 
 
-class _StrictLoader(yaml.SafeLoader):
+class _StrictLoader(SafeLoader):  # type: ignore[misc]  # of libyaml, untyped
     """SafeLoader that refuses duplicate keys."""
 
 
@@ -50,9 +51,9 @@ def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
 def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
     """Return the content of a parameter file as ``read_parameter_file`` does; ``where`` names it in errors."""
     try:
-        content = yaml.load(text, _StrictLoader)
-    except (yaml.YAMLError, ParameterError) as error:
-        raise ParameterError(f"{where}: {' '.join(str(error).split())}") from error
+        content = load_yaml(text, _StrictLoader)
+    except ValueError as error:
+        raise ParameterError(f"{where}: {error}") from error
     if content is None:
         return {}
     if not isinstance(content, dict):

@@ -37,6 +37,23 @@ def test_what_rcl_would_swallow_is_an_error_with_a_place(tmp_path, text, words):
     assert all(word in str(caught.value) for word in ["flight.yaml", *words])
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("simulator: " + "[" * 20_000, ["nested more than 40 deep"]),
+        ("a: &x {b: 1}\nsimulator: *x\n", ["alias *x"]),
+        ("#" * 2_000_000, ["2000000 characters"]),
+    ],
+)
+def test_what_would_take_stack_or_memory_is_refused_in_one_line(tmp_path, text, words):
+    path = tmp_path / "large.yaml"
+    path.write_text(text)
+    with pytest.raises(ParameterError, match=r"large\.yaml") as raised:
+        read_parameter_file(path)
+    assert all(word in str(raised.value) for word in words)
+    assert "\n" not in str(raised.value)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ParameterError, match=r"gone\.yaml.*cannot be read"):
         read_parameter_file(tmp_path / "gone.yaml")

@@ -10,7 +10,6 @@ from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, resolve, typed, with_law
 from quad_flight_log.analysis.tables import text_table
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.bag.yaml_text import load_yaml
 from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
 
 TOPIC = "flight/parameters"
@@ -48,20 +47,12 @@ def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
         if flight.has(TOPIC):
             return _published(flight)
         if flight.parameters:
-            content = _read(flight.parameters_text, str(flight.path))
+            content = read_parameter_text(flight.parameters_text, str(flight.path))
             roles = {pattern.rsplit("/", 1)[-1] for pattern in content} & set(ROLES)
             return {role: NodeRecord(overrides_for([content], role, flight.namespace or "/"), [], ()) for role in roles}
     except ParameterError as error:
         raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
     raise TopicError(f"{flight.path}: no topic {TOPIC!r} and no attached parameters: with which parameters is unknown")
-
-
-def _read(text: str, where: str) -> dict[str, dict[str, Value]]:
-    try:
-        load_yaml(text)
-    except ValueError as error:
-        raise ParameterError(f"{where}: {error}") from error
-    return read_parameter_text(text, where)
 
 
 def _published(flight: Flight) -> dict[str, NodeRecord]:
@@ -72,7 +63,7 @@ def _published(flight: Flight) -> dict[str, NodeRecord]:
         role = str(row["role"])
         if role not in ROLES:
             continue
-        content = _read(str(row["parameters"]), f"{flight.path}: {TOPIC}")
+        content = read_parameter_text(str(row["parameters"]), f"{flight.path}: {TOPIC}")
         values: dict[str, Value] = {}
         for body in content.values():
             values.update(body)

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
+from quad_core.yaml_text import load_yaml
 from quad_flight_log.bag import cdr, definitions
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.mcap_messages import RawMessage, messages
 from quad_flight_log.bag.mcap_scan import Scan, scan
 from quad_flight_log.bag.metadata import PARAMETERS, QUAD, QUAD_END, checked_record
 from quad_flight_log.bag.stamps import with_times
-from quad_flight_log.bag.yaml_text import load_yaml
 from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError, TopicError
 
 SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer

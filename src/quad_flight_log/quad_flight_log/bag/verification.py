@@ -2,9 +2,9 @@
 
 import json
 
+from quad_core.yaml_text import load_yaml
 from quad_flight_log.bag.metadata import METADATA_FILE, ROSBAG2
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.bag.yaml_text import load_yaml
 
 
 def problems_of(flight: Flight) -> list[str]:
