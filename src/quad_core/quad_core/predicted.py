@@ -36,9 +36,9 @@ def predicted(law: ModuleType, inputs: type[Any]) -> ModuleType:
     """
     module = ModuleType(f"{law.__name__}[predicted]", __doc__)
     found: dict[str, Any] = {
-        "Parameters": _joined("Parameters", {"law": law.Parameters, "prediction": Prediction}),
-        "Memory": _joined("Memory", {"law": law.Memory, "known": Known}),
-        "Internals": _joined("Internals", {**field_kinds(law.Internals), **field_kinds(Shown)}),
+        "Parameters": _joined("Parameters", law, {"law": law.Parameters, "prediction": Prediction}),
+        "Memory": _joined("Memory", law, {"law": law.Memory, "known": Known}),
+        "Internals": _joined("Internals", law, {**field_kinds(law.Internals), **field_kinds(Shown)}),
         "COMPILES": getattr(law, "COMPILES", True),
         "PARTS": (predict, law.step),
     }
@@ -60,7 +60,10 @@ def predicted(law: ModuleType, inputs: type[Any]) -> ModuleType:
     return module
 
 
-def _joined(name: str, kinds: dict[str, type[Any]]) -> type[Any]:
+def _joined(name: str, law: ModuleType, kinds: dict[str, type[Any]]) -> type[Any]:
+    """Return a NamedTuple that pickles by reference: else Numba's file cache never knows it again."""
     made: type[Any] = NamedTuple(name, list(kinds.items()))  # type: ignore[misc]
     made.__module__ = __name__
+    made.__qualname__ = f"{name}_{law.__name__.replace('.', '_')}"
+    globals()[made.__qualname__] = made
     return made

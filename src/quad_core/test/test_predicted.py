@@ -1,5 +1,6 @@
 """A law on a predicted state: the law's own text, memory, parameters and internals, the state another."""
 
+import pickle
 import struct
 from types import ModuleType
 from typing import NamedTuple
@@ -115,3 +116,11 @@ def test_compiled_it_gives_the_same_bits():
         _, theirs, _ = machine(resolved.parameters, VEHICLE, theirs, seen, 0.01)
         numbers = [list(map(float, flat(memory))) for memory in (mine, theirs)]
         assert struct.pack(f"{len(numbers[0])}d", *numbers[0]) == struct.pack(f"{len(numbers[1])}d", *numbers[1]), k
+
+
+@needs_plugins
+@pytest.mark.parametrize("name", ["Parameters", "Memory", "Internals"])
+def test_its_types_are_the_same_after_pickling_as_numba_s_file_cache_needs(name):
+    kind = getattr(resolve(ROLE, {"law": "aibs", **ON}).law.module, name)
+    assert pickle.loads(pickle.dumps(kind)) is kind
+    assert kind.__name__ == name
