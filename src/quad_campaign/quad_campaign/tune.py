@@ -38,6 +38,7 @@ EXAMPLES = """examples:
   scripts/tune paper                         every controller of the plan, gains beside the plan
   scripts/tune paper --only pid --trials 20  a quick look at one of them
   scripts/tune mine.yaml --storage tune.log  goes on where it was stopped
+  scripts/tune mine.yaml --sampler-seed 2 --out gains/2    again with another seed of the sampler: how much is luck
   scripts/fly case1 --preset src/quad_campaign/quad_campaign/config/study_gains/pid.yaml   fly the gains over ROS
 """
 
@@ -204,6 +205,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
     parser.add_argument("--only", action="append", metavar="CONTROLLER", help="may be repeated (default: all)")
     parser.add_argument("--trials", type=int, metavar="N", help="budget of each controller (default: the plan's)")
+    parser.add_argument("--sampler-seed", type=int, metavar="N", help="of the search (default: the plan's)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the gains (default: beside the plan)")
     parser.add_argument("--storage", type=Path, metavar="FILE", help="journal of the trials, to go on from")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="flights at once (default: 2)")
@@ -211,9 +213,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         plan = read_plan(find_plan(options.plan))
         chosen = _chosen(plan, options.only)
-        tuning = plan.tuning if options.trials is None else plan.tuning._replace(trials=max(1, options.trials))
+        plan = plan._replace(tuning=_changed(plan.tuning, options.trials, options.sampler_seed))
         for controller in chosen:
-            tuned = tune(controller, tuning, options.storage, options.threads, progress=True)
+            tuned = tune(controller, plan.tuning, options.storage, options.threads, progress=True)
             target = gains_file(plan, controller.name)
             target = target if options.out is None else options.out / target.name
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -225,6 +227,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"tune: {error}\n")
         return 2
     return 0
+
+
+def _changed(tuning: Tuning, trials: int | None, sampler_seed: int | None) -> Tuning:
+    changed = tuning if trials is None else tuning._replace(trials=max(1, trials))
+    return changed if sampler_seed is None else changed._replace(sampler_seed=sampler_seed)
 
 
 def _chosen(plan: StudyPlan, names: Sequence[str] | None) -> list[Controller]:

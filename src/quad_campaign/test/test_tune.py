@@ -97,6 +97,15 @@ def test_the_table_holds_every_trial(tmp_path, bowl):
     assert parameter_file(tuned, plan).startswith("# Mine: gains from")
 
 
+def test_another_sampler_seed_searches_elsewhere_and_is_recorded(tmp_path, bowl):
+    plan = read(tmp_path, content())
+    for seed in ("5", "6"):
+        assert main([str(plan.path), "--trials", "4", "--sampler-seed", seed, "--out", str(tmp_path / seed)]) == 0
+        assert f"sampler TPE, seed {seed}\n" in (tmp_path / seed / "mine.yaml").read_text()
+    assert bowl[0] == bowl[4] == defaults(plan.controllers[0])
+    assert bowl[1:4] != bowl[5:8]
+
+
 @pytest.mark.parametrize("arguments", [["nothing"], ["paper", "--only", "kite"]])
 def test_bad_usage_is_exit_2(arguments, capsys):
     assert main(arguments) == 2
