@@ -120,7 +120,7 @@ def test_a_dead_controller_ends_in_a_landing_with_its_topic_named(given, tmp_pat
 @pytest.mark.parametrize(
     ("options", "owner", "words"),
     [
-        ({"state_stops": 2.0}, ["-p", "gate.overdue:=0.2"], "vehicle_odometry: nothing for 0.10 s"),
+        ({"state_stops": 2.0}, ["-p", "gate.overdue:=0.2"], "no good wrench"),
         ({"alien_clock": True}, [], "expected UXRCE_DDS_SYNCT 0"),
         ({"leave_at": 1500}, [], "PX4 closed the connection to its simulator"),
         ({"bad_preflight": True}, ["-p", "flight.start_timeout:=8.0"], "pre-flight checks (local_position_invalid"),

@@ -78,6 +78,9 @@ class FakeJoinedPx4(FakePx4):
 
     def on_torque(self, message):
         super().on_torque(message)
+        if self.nav_state == OFFBOARD and self.last is not None:
+            self.body.step(self.motor_commands())
+            self.send_outputs()
         if self.thrust[2] < -0.01:
             sampled = message.timestamp_sample
             self.expect(sampled in self.sent, f"a wrench answers {sampled}, of which no state was sent")
@@ -109,11 +112,17 @@ class FakeJoinedPx4(FakePx4):
         self.now = 1e-6 * time_usec - 0.004
         self.step()
         self.publish()
+        if self.nav_state != OFFBOARD:
+            self.send_outputs()
+        return True
+
+    def send_outputs(self):
+        """Say what the motors are asked for; offboard only a setpoint makes new outputs, as in PX4."""
         mode = 129 if self.arming_state == ARMED else 1
         outputs = [*map(float, self.body.commands), *[0.0] * 12]
-        message = mavlink.MAVLink_hil_actuator_controls_message(time_usec, outputs, mode, 1)
-        self.link.sendall(message.pack(self.codec))
-        return True
+        message = mavlink.MAVLink_hil_actuator_controls_message(self.last, outputs, mode, 1)
+        if self.link is not None:
+            self.link.sendall(message.pack(self.codec))
 
     def connect(self):
         """Wait for the simulator, as PX4 does."""

@@ -26,6 +26,10 @@ class GateParameters(NamedTuple):
     linger: Annotated[
         float, Real("s", "wait for a state that may be due, before the plant goes on by one step", 0.0, 1.0, live=False)
     ] = 0.01
+    settle: Annotated[
+        float,
+        Real("s", "wait for outputs after a reading that PX4 need not answer: offboard it answers setpoints", 0.0, 1.0),
+    ] = 0.002
     overdue: Annotated[
         float,
         Real("s", "wait for a state at the largest spacing known, before the plant goes on and says so", 0.01, 600.0),

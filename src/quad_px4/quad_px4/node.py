@@ -40,7 +40,7 @@ class Px4Bridge(AutopilotNode):
         self._control_mode: ControlMode | None = None
         self._reasons = ""
         self._guarded_step, self._flown = -1, Wrench()
-        self._passed_on: Command | None = None
+        self.passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
         self.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
@@ -99,8 +99,8 @@ class Px4Bridge(AutopilotNode):
 
     def progress(self) -> None:
         """Pass on a wrench that has just come."""
-        if self.command is not None and self.command is not self._passed_on and not self.setpoints.by_attitude:
-            self._passed_on, self.commanded_at, self._is_command_new = self.command, self.clock(), True
+        if self.command is not None and self.command is not self.passed_on and not self.setpoints.by_attitude:
+            self.passed_on, self.commanded_at, self._is_command_new = self.command, self.clock(), True
             if self.sequence.phase == Phase.FLY and self.is_obeyed():
                 self._step_guard()
                 wrench = self._flown if self.guard.taken_over else self.command.wrench

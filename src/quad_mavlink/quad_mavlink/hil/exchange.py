@@ -41,8 +41,11 @@ class Exchange:
         out.append(self._mavlink.MAVLink_hil_sensor_message(*reading.sensor))
         self.server.send(out)
 
-    def answer(self, patience: float) -> motors.Answer | None:
-        """Return the answer to the last reading, None if none comes within ``patience`` s; raises RefusedError."""
+    def answer(self, patience: float, newest: bool = False) -> motors.Answer | None:
+        """Return the answer to the last reading, None if none comes within ``patience`` s; raises RefusedError.
+
+        ``newest``: whatever outputs come count, those for an earlier reading too.
+        """
         while True:
             message = self.server.next(_CONTROLS, patience)
             if message is None:
@@ -51,7 +54,7 @@ class Exchange:
             found = motors.Answer(message.time_usec, (first, second, third, fourth), message.mode, message.flags)
             if refused := motors.refusal(found, self.suite.time_usec):
                 raise RefusedError(refused)
-            if found.time_usec == self.suite.time_usec:
+            if newest or found.time_usec == self.suite.time_usec:
                 return found
             self.stale += 1
 

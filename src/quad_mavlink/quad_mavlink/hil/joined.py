@@ -60,7 +60,8 @@ class JoinedPlant(Px4Bridge):
         self._truth_out, self._disturbance_out = self.output("truth"), self.output("disturbance")
         self._announcer = Announcer(self, self.hil.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
-        self._is_asked = False
+        self._is_asked = self._are_outputs_due = False
+        self._outputs = motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
         self._booting, self._steps = "", 0
         answers = {TRAJECTORY: "reference", **{stage.role: stage.gives for stage in STAGES}}
@@ -122,7 +123,10 @@ class JoinedPlant(Px4Bridge):
 
     def progress(self) -> None:
         """Pass on a wrench that has just come, and go on if that was what the plant waited for."""
+        before = self.passed_on
         super().progress()
+        if self.passed_on is not before and self.sequence.phase == Phase.FLY:
+            self._are_outputs_due, self._idle_from = True, time.monotonic()
         if self.command is not None:
             self._on_answer(COMMAND, self.command.step)
 
@@ -150,12 +154,24 @@ class JoinedPlant(Px4Bridge):
                 return self._is_gone()
             self.hil.ask()
             self._is_asked, self._asked_at = True, time.monotonic()
-        answer = self.hil.listen(max(until - time.monotonic(), 0.0))
+        answer = self._outputs_by(until)
         if answer is not None:
+            self._outputs = answer
             self._integrate(answer)
         elif time.monotonic() - self._asked_at > self.settings.gate.answer_timeout:
             self._fail(f"PX4 does not answer: no HIL_ACTUATOR_CONTROLS for {self.settings.gate.answer_timeout:g} s")
         return answer is not None or self._is_gone()
+
+    def _outputs_by(self, until: float) -> motors.Answer | None:
+        """Return PX4's outputs for the reading: once offboard is asked for, the last ones if no new ones come.
+
+        Its motors then follow setpoints, not the gyro, and a reading alone makes no new outputs.
+        """
+        if self.sequence.phase == Phase.STREAM:
+            return self.hil.listen(max(until - time.monotonic(), 0.0))
+        left = self._asked_at + self.settings.gate.settle - time.monotonic()
+        found = self.hil.listen(max(left, 0.0), newest=True)
+        return found or (self._outputs if left <= 0.0 and not self.hil.is_left else None)
 
     def _is_gone(self) -> bool:
         """Fail if PX4 has left; false in any case: nothing more can be done now."""
@@ -164,6 +180,12 @@ class JoinedPlant(Px4Bridge):
         return False
 
     def _may_go_on(self) -> bool:
+        if self._are_outputs_due:  # the wrench is out; its outputs say that it has arrived
+            found = self.hil.listen(0.0, newest=True)
+            self._outputs = found or self._outputs
+            self._are_outputs_due = found is None and time.monotonic() - self._idle_from < self.settings.gate.linger
+            if self._are_outputs_due:
+                return False
         aloft = self.phase == FlightState.FLYING and self.sequence.phase == Phase.FLY
         is_flying = aloft and self.is_obeyed() and not (self.stop or self.guard.taken_over)
         idle = time.monotonic() - self._idle_from

@@ -67,9 +67,9 @@ class HilVehicle:
         """Send what the sensors read."""
         self.exchange.send(self.model.truth, self.model.conditions.wind_w)
 
-    def listen(self, patience: float) -> motors.Answer | None:
-        """Return the answer to what was sent, None if it does not come within ``patience`` s; raises RefusedError."""
-        found, self.answer = self.answer or self.exchange.answer(patience), None
+    def listen(self, patience: float, newest: bool = False) -> motors.Answer | None:
+        """Return the answer to what was sent, or any (``newest``); None after ``patience`` s; raises RefusedError."""
+        found, self.answer = self.answer or self.exchange.answer(patience, newest), None
         return found
 
     def integrate(self, step: int, answer: motors.Answer) -> VehicleState:
