@@ -60,20 +60,19 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     limits = ",".join(f"{metric}={limit!r}" for metric, limit in flight.limits.items())
     own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
     processes = Processes(logs, {**os.environ, **own})
-    try:
-        watch = FlightWatch(flight.run_id, domain, flight.namespace)
-    except RuntimeError as error:  # rclpy's own: no shared memory is left, for one
-        problem = " ".join(str(error).split())
-        raise ParameterError(f"ROS 2 cannot start in domain {domain} (is /dev/shm full?): {problem}") from error
     progress = Progress(flight.name, sys.stderr)
+    watch = None
     try:
         _start(processes, flight, logs / "parameters.yaml")
+        # after the nodes, which take longer to start than it does
+        watch = _watch(flight, domain)
         outcome = supervise(
             processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show, _spared(flight)
         )
     finally:
         progress.close()
-        watch.close()
+        if watch is not None:
+            watch.close()
         processes.stop()
     if interrupted.name and not any(flight.directory.glob("*.mcap*")):
         # Before anything was recorded: the directory stays free for another try.
@@ -85,6 +84,14 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     if lost:
         _complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
     return code
+
+
+def _watch(flight: Planned, domain: int) -> FlightWatch:
+    try:
+        return FlightWatch(flight.run_id, domain, flight.namespace)
+    except RuntimeError as error:  # rclpy's own: no shared memory is left, for one
+        problem = " ".join(str(error).split())
+        raise ParameterError(f"ROS 2 cannot start in domain {domain} (is /dev/shm full?): {problem}") from error
 
 
 def _spared(flight: Planned) -> tuple[str, ...]:

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError
+from quad_core.yaml_text import dump_yaml
 
 
 def written(folder: Path, text: str) -> Path:
@@ -68,3 +70,11 @@ def test_named_sections_win_over_wildcards_and_later_files_over_earlier():
     second = {"/one/recorder": {"vehicle.mass": 0.7}, "/two/recorder": {"vehicle.mass": 0.9}}
     assert overrides_for([first, second], "recorder", "/one") == {"flight.seed": 2, "vehicle.mass": 0.7}
     assert overrides_for([first, second], "simulator", "/one") == {"flight.seed": 1, "vehicle.mass": 0.5}
+
+
+def test_what_is_written_is_what_pyyaml_writes_and_reads():
+    content = {
+        "/simulator": {"ros__parameters": {"a.b": 0.1, "c": "1e5", "d": True, "e": [], "f": "x: y\nz", "g": 1e-9}}
+    }
+    assert dump_yaml(content) == yaml.safe_dump(content, sort_keys=False)
+    assert yaml.safe_load(dump_yaml(content)) == content

@@ -4,14 +4,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR
 from quad_core.parameter_files import overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
+from quad_core.yaml_text import dump_yaml
 from quad_dynamics.ground import SINK
 from quad_flight import configuration
 
@@ -146,7 +145,7 @@ def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "", owners
         every = content[f"{prefix}/{SIMULATOR}"]["ros__parameters"]
         shared = {name: value for name, value in every.items() if name.startswith(("flight.", "vehicle."))}
         content[f"{prefix}/{owner}"] = {"ros__parameters": shared}
-    return yaml.safe_dump(content, sort_keys=False)
+    return dump_yaml(content)
 
 
 def _read(files: Sequence[Path], role: str) -> dict[str, Value]:

@@ -4,7 +4,6 @@ import time
 from collections import Counter
 from typing import Any
 
-import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -16,6 +15,7 @@ from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.parameters import Value
 from quad_core.resolution import Resolved
+from quad_core.yaml_text import dump_yaml
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp
@@ -151,8 +151,8 @@ class FlightNode(Node):
             NodeParameters(
                 node=self.get_fully_qualified_name(),
                 role=self.role,
-                parameters=yaml.safe_dump(content, sort_keys=True),
-                versions=yaml.safe_dump(versions()),
+                parameters=dump_yaml(content, sort_keys=True),
+                versions=dump_yaml(versions(), sort_keys=True),
                 internals_names=self.internals_names,
                 step=self.next_step,
             )
