@@ -2,9 +2,12 @@
 
 One row per pair of laws and source of the desired rates: `filter` is the command filter alone, `led` leads its input
 by the rates and accelerations that the reference asks for, `feed_forward` takes those without a filter.
+``--pair nmpc`` (not among the default ones) is an outside nonlinear MPC in the place of both laws, without knowledge of
+the disturbance and with the estimate of our observer, and what a solution took it.
 
 Examples:
   python bench/law_lemniscate.py
+  python bench/law_lemniscate.py --pair nmpc
   python bench/law_lemniscate.py --pair aibs+abfnitsm --pair aibs+indi --speed 5 --seeds 20
 """
 
@@ -17,9 +20,36 @@ from law_margins import PAIRS
 from quad_flight.flight import fly, from_names
 
 HALF_WIDTH, SECONDS, LOST = 10.0, 20.0, 1.0
+NMPC = "nmpc"
 SOURCES = ("filter", "led", "feed_forward")
 NESTED = ("indi", "itsm", "pid", "se3")
 """Attitude laws whose source of the desired rates stands in the group `shaping`."""
+
+
+def outside(options, observed, speed):
+    """Return the results of flights under the outside MPC, and how many ms its solutions took."""
+    from peer_nmpc import Problem, under_nmpc
+
+    flight = prepared(options, "aibs", "abfnitsm", speed, [])
+    problem = Problem(flight.setup.vehicle)
+    flights = [flight._replace(seed=seed) for seed in range(1001, 1001 + options.seeds)]
+    results = [fly(under_nmpc(one, problem, observed), logging=False) for one in flights]
+    took = 1e3 * np.array(problem.seconds)
+    times = f"{np.median(took):.1f} ms a solution, 99 % within {np.percentile(took, 99):.1f}"
+    return results, f"{times}, {problem.failures} of {len(took)} not solved"
+
+
+def prepared(options, position, attitude, speed, settings):
+    """Return the flight of a pair with the settings of this bench and ``settings``."""
+    settings = [
+        "simulator.guard.enabled=false",
+        f"trajectory.lemniscate.speed={speed}",
+        f"trajectory.lemniscate.half_width={HALF_WIDTH}",
+        *settings,
+        *options.set,
+    ]
+    common = {"vehicle": options.vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
+    return from_names("lemniscate", **common, settings=settings)
 
 
 def flown(options, pair, source, speed):
@@ -28,15 +58,10 @@ def flown(options, pair, source, speed):
     group = f"{attitude}.shaping" if attitude in NESTED else attitude
     ahead = str(source != "filter").lower()
     settings = [
-        "simulator.guard.enabled=false",
-        f"trajectory.lemniscate.speed={speed}",
-        f"trajectory.lemniscate.half_width={HALF_WIDTH}",
         f"position_controller.{position}.feed_forward={ahead}",
         f"attitude_controller.{group}.command={source}",
-        *options.set,
     ]
-    common = {"vehicle": options.vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
-    flight = from_names("lemniscate", **common, settings=settings)
+    flight = prepared(options, position, attitude, speed, settings)
     return [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in range(1001, 1001 + options.seeds)]
 
 
@@ -54,7 +79,9 @@ def cell(results):
 def main():
     """Print the table that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pair", action="append", choices=PAIRS, help="may be repeated (default: all)")
+    parser.add_argument(
+        "--pair", action="append", choices=(*PAIRS, NMPC), help="may be repeated (default: all but nmpc)"
+    )
     parser.add_argument("--speed", action="append", type=float, help="m/s; may be repeated (default: 5, 8, 10)")
     parser.add_argument("--vehicle", default="paper", help="vehicle file (default: paper)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
@@ -63,7 +90,12 @@ def main():
     speeds = options.speed or [5.0, 8.0, 10.0]
     print("| pair | desired rates | " + " | ".join(f"{speed:g} m/s" for speed in speeds) + " |")
     print("|---" * (2 + len(speeds)) + "|")
-    for pair in options.pair or PAIRS:
+    pairs = options.pair or PAIRS
+    for observed in (False, True) if NMPC in pairs else ():
+        found = [outside(options, observed, speed) for speed in speeds]
+        cells = [f"{cell(results)}; {times}" for results, times in found]
+        print(f"| nmpc{', with the estimate' if observed else ''} | | {' | '.join(cells)} |", flush=True)
+    for pair in [pair for pair in pairs if pair != NMPC]:
         for source in SOURCES:
             cells = [cell(flown(options, pair, source, speed)) for speed in speeds]
             print(f"| {pair} | {source} | {' | '.join(cells)} |", flush=True)
