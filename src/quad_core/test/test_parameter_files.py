@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameter_files import dump_yaml, overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError
-from quad_core.yaml_text import dump_yaml
 
 
 def written(folder: Path, text: str) -> Path:

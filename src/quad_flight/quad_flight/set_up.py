@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR
-from quad_core.parameter_files import overrides_for, place_of, read_parameter_file
+from quad_core.parameter_files import dump_yaml, overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
-from quad_core.yaml_text import dump_yaml
 from quad_dynamics.ground import SINK
 from quad_flight import configuration
 

@@ -13,9 +13,9 @@ from rclpy.task import Future
 
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
+from quad_core.parameter_files import dump_yaml
 from quad_core.parameters import Value
 from quad_core.resolution import Resolved
-from quad_core.yaml_text import dump_yaml
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp

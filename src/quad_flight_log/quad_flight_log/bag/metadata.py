@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from quad_core.yaml_text import load_yaml
+from quad_core.parameter_files import load_yaml
 
 METADATA_FILE = "metadata.yaml"
 ROSBAG2 = "rosbag2"  # metadata record with the text of metadata.yaml

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from quad_core.yaml_text import load_yaml
+from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag import cdr, definitions
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.mcap_messages import RawMessage, messages

@@ -2,7 +2,7 @@
 
 import json
 
-from quad_core.yaml_text import load_yaml
+from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.metadata import METADATA_FILE, ROSBAG2
 from quad_flight_log.bag.reader import Flight
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_core.yaml_text import load_yaml
+from quad_core.parameter_files import load_yaml
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
