@@ -1,5 +1,6 @@
 """The bridge beside the fake autopilot: messages of its own built once, processes, what came of it."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -87,6 +88,8 @@ class Flight:
     airframe: str = AIRFRAME
     owner: Path = BRIDGE
     owner_words: Sequence[str] = ()
+    fake_priority = 45
+    """Real-time priority of the fake: an autopilot has a processor of its own, and nodes have 40."""
 
     def __init__(self, folder: Path, given: dict[str, str], options: dict, *bridge: str) -> None:
         """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
@@ -98,6 +101,9 @@ class Flight:
         self.fake = self.start("fake", [sys.executable, *self.fake_words(options)])
         log = folder / "fake.log"
         wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
+        if self.fake_priority:
+            with contextlib.suppress(PermissionError):
+                os.sched_setscheduler(self.fake.pid, os.SCHED_FIFO, os.sched_param(self.fake_priority))
         files = ["--params-file", VEHICLE, "--params-file", folder / "airframe.yaml"]
         self.bridge = self.start("bridge", [self.owner, "--ros-args", *files, *PERIODS, *self.owner_words, *bridge])
 

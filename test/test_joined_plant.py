@@ -28,6 +28,7 @@ class JoinedFlight(Flight):
 
     airframe = "/**:\n  ros__parameters:\n    arming: {beats: 25}\n"
     owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "joined_plant")
+    fake_priority = 0  # its time is the plant's, which waits
 
     def fake_words(self, options):
         """Return the fake autopilot's script and arguments."""
