@@ -23,12 +23,23 @@ MEASURED = {
 }
 
 
+def clean_environment() -> dict[str, str]:
+    """Return an environment without anything of the checkout that this process runs in."""
+    given = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
+    return {**given, "PATH": "/usr/local/bin:/usr/bin:/bin"}
+
+
+def set_up(text: str) -> Path:
+    """Return the checkout at the path ``text``; raises ArgumentTypeError if scripts/setup has not run there."""
+    if not Path(text, "scripts/env.sh").is_file():
+        raise argparse.ArgumentTypeError(f"{text}: found no scripts/env.sh, expected a checkout that is set up")
+    return Path(text)
+
+
 def measured(checkout: Path, text: str) -> tuple[float, float]:
     """Return the two figures that ``text`` prints in ``checkout``; raises RuntimeError with its last lines."""
     command = ["bash", "-c", 'source scripts/env.sh && cd bench && exec python -c "$1"', "bash", text]
-    clean = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
-    environment = {**clean, "PATH": "/usr/local/bin:/usr/bin:/bin"}
-    done = subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=checkout, env=clean_environment(), capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{checkout}: exit code {done.returncode}: {done.stderr[-400:]}")
     wall, processor = done.stdout.split()[-2:]
@@ -39,12 +50,10 @@ def main() -> int:
     """Measure, print one line per figure; returns the exit code."""
     formatter = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
-    parser.add_argument("other", type=Path, help="another checkout in which scripts/setup has run")
+    parser.add_argument("other", type=set_up, help="another checkout in which scripts/setup has run")
     parser.add_argument("--rounds", type=int, default=7, metavar="N", help="pairs of each figure (default: 7)")
     parser.add_argument("--only", choices=MEASURED, action="append", help="only this figure; may be repeated")
     options = parser.parse_args()
-    if not (options.other / "scripts/env.sh").is_file():
-        parser.error(f"{options.other}: found no scripts/env.sh, expected a checkout that is set up")
     for name in options.only or MEASURED:
         pairs = []
         for number in range(options.rounds):

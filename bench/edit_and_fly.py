@@ -8,7 +8,6 @@ in the bag. The first flight of each checkout is not counted; between flights wh
 """
 
 import argparse
-import os
 import statistics
 import subprocess
 import sys
@@ -18,9 +17,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from against import HERE, clean_environment, set_up
 from mcap.reader import make_reader
 
-HERE = Path(__file__).resolve().parent.parent
 LAW = Path("src/quad_position_ctrl/quad_position_ctrl/aibs.py")
 SETTLED = 40.0  # s: what a flight compiles in the background takes less
 
@@ -39,13 +38,11 @@ def edited(checkout: Path, number: int) -> Iterator[None]:
 
 def started_after(checkout: Path) -> float:
     """Return the s from the call of scripts/fly to the first state; raises RuntimeError if the flight fails."""
-    clean = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
-    environment = {**clean, "PATH": "/usr/local/bin:/usr/bin:/bin"}
     with tempfile.TemporaryDirectory(prefix="edit-and-fly-") as folder:
         bag = Path(folder, "bag")
         words = ["scripts/fly", "hover", "--duration", "1", "--out", str(bag)]
         called = time.time()
-        done = subprocess.run(words, cwd=checkout, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(words, cwd=checkout, env=clean_environment(), capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"{checkout}: exit code {done.returncode}: {done.stderr[-400:]}")
         with next(bag.glob("*.mcap")).open("rb") as stream:
@@ -57,11 +54,9 @@ def main() -> int:
     """Measure, print the medians and the ratio; returns the exit code."""
     formatter = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
-    parser.add_argument("other", type=Path, help="another checkout in which scripts/setup has run")
+    parser.add_argument("other", type=set_up, help="another checkout in which scripts/setup has run")
     parser.add_argument("--rounds", type=int, default=5, metavar="N", help="pairs of flights (default: 5)")
     options = parser.parse_args()
-    if not (options.other / "scripts/env.sh").is_file():
-        parser.error(f"{options.other}: found no scripts/env.sh, expected a checkout that is set up")
     found: dict[Path, list[float]] = {HERE: [], options.other: []}
     for number in range(options.rounds + 1):
         for checkout in (HERE, options.other) if number % 2 else (options.other, HERE):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from batch import campaign, rates
-from ros_runs import Run, stack
+from ros_runs import stack
 from table import Row, alternated, ratios
 
 from quad_campaign.batch import fly_numbers
@@ -54,10 +54,7 @@ def _batch(rounds: int) -> list[Row]:
     kinds = [campaign(_WITHOUT), campaign()]
     for kind in kinds:
         fly_numbers(kind, [0])
-    found: list[list[tuple[float, float]]] = [[], []]
-    for number in range(rounds):
-        for index in (0, 1) if number % 2 == 0 else (1, 0):
-            found[index].append(rates(kinds[index], _FLIGHTS, threads))
+    found = alternated(rounds, [partial(rates, kind, _FLIGHTS, threads) for kind in kinds])
     rows = []
     for clock, name in enumerate(("wall clock", "CPU time")):
         without, guarded = (_column(values, clock) for values in found)
@@ -76,5 +73,5 @@ def _rate(request: Request) -> float:
 
 
 def _missed(request: Request) -> float:
-    run: Run = stack(request)
+    run = stack(request)
     return 100.0 * run.missed / run.steps

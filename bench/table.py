@@ -5,9 +5,11 @@ import statistics
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 PACKAGES = ("numba", "numpy", "llvmlite", "ros-jazzy-rclpy", "mujoco", "mcap")
+
+Measured = TypeVar("Measured")
 
 
 class Row(NamedTuple):
@@ -47,9 +49,9 @@ def as_text(rows: Sequence[Row]) -> str:
     return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
 
 
-def alternated(rounds: int, measures: Sequence[Callable[[], float]]) -> list[list[float]]:
+def alternated(rounds: int, measures: Sequence[Callable[[], Measured]]) -> list[list[Measured]]:
     """Return the values of each measure, taken in turn, every other round in the opposite order."""
-    found: list[list[float]] = [[] for _ in measures]
+    found: list[list[Measured]] = [[] for _ in measures]
     for number in range(rounds):
         order = list(enumerate(measures))
         for index, measure in order if number % 2 == 0 else reversed(order):
