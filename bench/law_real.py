@@ -3,11 +3,13 @@
   paper        vehicle paper: 10 ms, noise of scenario flight, rotor lag 30 ms, alone and together
   x500         vehicle x500: noise, 20 ms, lag 30 ms, mass 10 % above and 10 % below, each with all seeds
   crazyflie21  the same for vehicle crazyflie21 with 15 ms and its own lag of 30 ms
+  mujoco       the last conditions of --vehicle with plant mujoco beside rigid_body, each seed with both
   margin       largest extra delay of all states in ms that the prediction is set to, by bisection, without noise
 
 Examples:
   python bench/law_real.py paper --preset paper_real
   python bench/law_real.py x500 --preset x500_real --preset x500_pid_real --preset x500
+  python bench/law_real.py mujoco --vehicle x500 --preset x500_real --seeds 5
 """
 
 import argparse
@@ -23,6 +25,7 @@ NOISE = [
     for channel, size in (("position", 0.01), ("velocity", 0.02), ("attitude", 3.4907e-3), ("rate", 8.7266e-3))
 ]
 LAG = ["vehicle.rotor_time_constant=0.03"]
+GUARD_OFF = "simulator.guard.enabled=false"
 FIRST, LOST = 1001, 0.3
 """The first held-out seed; m beyond which a flight counts as lost."""
 
@@ -45,7 +48,7 @@ def conditions(vehicle):
 
 def flown(vehicle, preset, settings, seeds):
     """Return the results of the flights of Case 2 on the held-out seeds, in order."""
-    flight = from_names("case2", preset=preset, vehicle=vehicle, settings=["simulator.guard.enabled=false", *settings])
+    flight = from_names("case2", preset=preset, vehicle=vehicle, settings=[GUARD_OFF, *settings])
     numbers = range(FIRST, FIRST + seeds)
     first = fly(flight._replace(seed=FIRST), compiled=True, logging=False)
     with ThreadPoolExecutor(2) as pool:
@@ -73,6 +76,26 @@ def table(vehicle, presets, seeds):
                 f"{np.median(torque):.1f} N m | {torque.max():.1f} N m | {lost} |",
                 flush=True,
             )
+
+
+def beside_mujoco(vehicle, presets, seeds):
+    """Print how the same flights differ when MuJoCo integrates the vehicle: ratios of RMSE, seed by seed."""
+    print("| preset | conditions | rigid_body, median | mujoco, median | mujoco over rigid_body, median | range |")
+    print("|---|---|---|---|---|---|")
+    name, settings = list(conditions(vehicle).items())[-1]
+    other = [text.replace("simulator.rigid_body.", "simulator.mujoco.") for text in settings]
+    for preset in presets:
+        flight = from_names(
+            "case2", preset=preset, vehicle=vehicle, settings=["simulator.plant=mujoco", GUARD_OFF, *other]
+        )
+        ours = np.array([one.rmse for one in flown(vehicle, preset, settings, seeds)])
+        theirs = np.array([fly(flight._replace(seed=seed)).rmse for seed in range(FIRST, FIRST + seeds)])
+        ratios = theirs / ours
+        print(
+            f"| {preset} | {name} | {1e3 * np.median(ours):.1f} mm | {1e3 * np.median(theirs):.1f} mm | "
+            f"{np.median(ratios):.4f} | {ratios.min():.4f} to {ratios.max():.4f} |",
+            flush=True,
+        )
 
 
 def late(vehicle, preset, delay):
@@ -104,13 +127,15 @@ def margins(vehicle, presets):
 def main():
     """Print the table that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("paper", "x500", "crazyflie21", "margin"))
+    parser.add_argument("what", choices=("paper", "x500", "crazyflie21", "mujoco", "margin"))
     parser.add_argument("--preset", action="append", required=True, help="controller file; may be repeated")
-    parser.add_argument("--vehicle", default="paper", help="of margin (default: paper)")
+    parser.add_argument("--vehicle", default="paper", help="of margin and mujoco (default: paper)")
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="held-out seeds from 1001 (default: 20)")
     options = parser.parse_args()
     if options.what == "margin":
         margins(options.vehicle, options.preset)
+    elif options.what == "mujoco":
+        beside_mujoco(options.vehicle, options.preset, options.seeds)
     else:
         table(options.what, options.preset, options.seeds)
     return 0

@@ -187,6 +187,18 @@ def test_a_killed_trajectory_becomes_hold_and_then_land(tmp_path, clock):
     assert "mission reference older than 2 s" in bag.metadata["reason"]
 
 
+def test_a_trajectory_killed_before_its_mission_is_named_in_the_bag(tmp_path):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", "--realtime", "--out", out)
+    pids = wait_until_high(flight, out)
+    os.kill(pids["trajectory"], signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1
+    bag = open_flight(out)
+    assert bag.metadata["reason"] == "landed: trajectory was killed by SIGKILL"
+    assert entered(bag)[-2:] == [Mode.LAND, Mode.DISARMED]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -75,6 +75,7 @@ def nodes(given: dict[str, str]) -> list[Node]:
             parameters=[
                 *parameters,
                 *([{"directory": given["directory"]}] if role == "recorder" else []),
+                *([{"recordings": given["directory"]}] if role == "commander" else []),
                 *([overrides[role]] if overrides[role] else []),
             ],
             output="screen",

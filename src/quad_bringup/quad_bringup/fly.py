@@ -16,7 +16,7 @@ from quad_bringup.domains import reserved_domain
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, interrupts, raised
 from quad_core import plugins
-from quad_core.cascade import ROLES
+from quad_core.cascade import COMMANDER, RECORDER, ROLES
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight import configuration
@@ -278,7 +278,8 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         options.mission,
         options.trajectory,
     )
-    identity = {"/**": {"flight.run_id": run_id}, "recorder": {"directory": str(directory.resolve())}}
+    place = str(directory.resolve())
+    identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}
     nodes = resolve_flight(request, identity)
     limits = options.limits or [str(configuration.find(configuration.LIMITS, summary(nodes)["start"]))]
     if options.mission is not None and options.trajectory is None:

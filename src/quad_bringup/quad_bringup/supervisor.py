@@ -116,7 +116,8 @@ def supervise(
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
-    Where a vehicle flies in real time its owner is first asked to bring it down; a second signal stops it at once.
+    Where a vehicle flies in real time its owner is first asked to bring it down; a second signal stops it at once. A
+    commander first hears the cause, so that the record names the node that died and not the signal that followed.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
@@ -152,6 +153,8 @@ def supervise(
         if now >= deadline:
             if patience.landing and not landing and state is not None and state.phase == FLYING:
                 landing = True
+                if not interrupted.names:
+                    watch.ask_to_end(cause or _silent(state))
                 processes.interrupt_owner()
                 deadline = now + patience.landing
             elif not cause and state is not None and state.phase == ENDED:

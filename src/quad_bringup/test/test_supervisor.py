@@ -21,7 +21,7 @@ class Flight:
 
     def __init__(self, script, monkeypatch, roles=("simulator", "trajectory", "recorder")):
         self.now, self.stopped = 0.0, 0
-        self.asked_at = []
+        self.asked_at, self.asked_for = [], []
         self.script = list(script)
         self.newest, self.alive = None, set(roles)
         self.ended = {}
@@ -52,6 +52,9 @@ class Flight:
 
     def interrupt_owner(self):
         self.asked_at.append(self.now)
+
+    def ask_to_end(self, why):
+        self.asked_for.append((why, len(self.asked_at)))
 
     def supervise(self, interrupted=None, patience=PATIENCE):
         return supervise(self, self, patience, interrupted or Interrupts(), lambda _: None)
@@ -146,7 +149,7 @@ def test_an_interrupt_in_real_time_is_a_landing(monkeypatch):
     script.append((6.0, state(FAILED, 9, "simulator stopped by SIGINT"), dict.fromkeys(ALL_LEFT, 1)))
     flight = Flight(script, monkeypatch)
     assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
-    assert (flight.stopped, flight.asked_at) == (0, [pytest.approx(0.1)])
+    assert (flight.stopped, flight.asked_at, flight.asked_for) == (0, [pytest.approx(0.1)], [])
 
 
 def test_a_landing_has_a_bound(monkeypatch):
@@ -177,6 +180,7 @@ def test_a_node_that_dies_in_real_time_makes_the_owner_land(monkeypatch):
     assert flight.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
     assert flight.stopped == 0
     assert flight.asked_at == [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)]
+    assert flight.asked_for == [("trajectory was killed by SIGKILL", 0)], "the commander hears why before the signal"
 
 
 def test_signals_are_noted_and_the_handlers_come_back():

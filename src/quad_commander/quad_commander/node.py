@@ -1,6 +1,5 @@
 """The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests."""
 
-import shutil
 import sys
 import time
 from collections import deque
@@ -17,7 +16,7 @@ from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed, Said
 from quad_commander.mode_message import ModePayload
 from quad_commander.mode_table import Mode, Request
 from quad_commander.observation import thrust_over_weight
-from quad_commander.preflight import Preflight
+from quad_commander.preflight import Preflight, free_space
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER
 from quad_core.cycle import seconds
@@ -188,8 +187,9 @@ class Commander(Responder):
         if self._since_check < _CHECKS_EVERY:
             return None
         self._since_check = 0.0
-        free = shutil.disk_usage(".").free / 1e9
-        observed = self._preflight.observed(sample, self.states_seen, self.senders, free)
+        observed = self._preflight.observed(
+            sample, self.states_seen, self.senders, free_space(self.settings.recordings)
+        )
         return refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
 
     def senders(self, topic: str) -> int:

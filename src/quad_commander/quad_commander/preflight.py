@@ -1,7 +1,9 @@
 """What is looked at before arming: rates and publishers of the streams, identity, plan; counted, not judged."""
 
+import shutil
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 
 from quad_commander.arming import Observed, Stream
 from quad_commander.observation import tilt
@@ -16,6 +18,14 @@ from quad_msgs.msg import FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
 _STREAMS = {"attitude_setpoint": POSITION, COMMAND: ATTITUDE}
+
+
+def free_space(folder: str) -> float:
+    """Return the free space in GB of the disk on which ``folder`` lies or, if it does not exist yet, will lie."""
+    place = Path(folder).resolve()
+    while not place.exists():
+        place = place.parent
+    return shutil.disk_usage(place).free / 1e9
 
 
 class Preflight:

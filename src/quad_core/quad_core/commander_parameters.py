@@ -147,6 +147,9 @@ class CommanderParameters(NamedTuple):
     mission: Annotated[
         str, Text("items flown by themselves: takeoff[:height], a trajectory, hold:seconds, land; empty: on request")
     ] = ""
+    recordings: Annotated[
+        str, Text("folder that the recorder writes to: its disk must have room before arming; empty: where this runs")
+    ] = ""
     ground_height: Annotated[
         float, Real("m", "height of the vehicle when it stands on the ground, world frame", -1e4, 1e4, "", live=False)
     ] = 0.0

@@ -1,15 +1,17 @@
 """Follow a flight from outside, without taking part in it."""
 
+import time
 from typing import NamedTuple
 
 import rclpy
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
-from quad_msgs.msg import FlightState
+from quad_msgs.msg import FlightRequest, FlightState
 from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.departure import leave
@@ -70,6 +72,16 @@ class FlightWatch:
         """Wait up to ``patience`` s for news and return the newest state of the run, None before the first."""
         self._executor.spin_once(timeout_sec=patience)
         return self.newest
+
+    def ask_to_end(self, why: str, patience: float = 1.0) -> None:
+        """Ask a commander to land and end the flight because of ``why``; it has ``patience`` s to be found."""
+        entry = topics.TOPICS["flight/request"]
+        requests = self._node.create_publisher(entry.type, entry.name, entry.qos())
+        deadline = time.monotonic() + patience
+        while not requests.get_subscription_count() and time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.02)
+        requests.publish(FlightRequest(request=FlightRequest.END, run_id=self._run_id, sender=why))
+        requests.wait_for_all_acked(Duration(seconds=patience))
 
     def close(self) -> None:
         """Leave the domain."""
