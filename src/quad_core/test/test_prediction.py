@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from quad_core.prediction import Prediction, predict, unknown
+from quad_core.prediction import Prediction, angular_acceleration, predict, unknown
 from quad_core.purity import check
 from quad_core.records import flattener
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
@@ -118,6 +118,48 @@ def test_each_channel_has_its_own_age():
     assert shown.prediction_ages == pytest.approx((0.05, 0.01, 0.002))
     assert now.p_w.x == pytest.approx(0.05, abs=1e-3)
     assert Rotation.from_quat(now.q_wb).as_euler("ZYX")[0] == pytest.approx(0.02, abs=1e-6)
+
+
+@pytest.mark.parametrize(("attitude_age", "rate_age", "window"), [(0.02, 0.02, 0.02), (0.03, 0.01, 0.03)])
+def test_a_new_torque_enters_the_rates_as_the_pade_form_of_a_mean_over_the_older_of_the_two(
+    attitude_age, rate_age, window
+):
+    parameters = Prediction(enabled=True, attitude_age=attitude_age, rate_age=rate_age)
+    known, rest = unknown(), VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
+    for k in range(13):  # the first step only begins
+        fresh = rest._replace(q_wb=Quat(0.0, 0.0, 1e-12 * k, 1.0), omega_b=Vec3(0.0, 0.0, 1e-12 * k))
+        now, known, _ = predict(parameters, VEHICLE, known, fresh, Actuation(torque_b=Vec3(0.0, 0.0, 0.026)), DT)
+    share = 1.0 - math.exp(-2.0 * 12 * DT / window)
+    assert now.omega_b.z == pytest.approx(rate_age * share, rel=1e-6)  # 1 rad/s^2
+    assert 0.5 < share < 0.95, "far from both ends, so that its time constant counts"
+
+
+def test_an_age_beyond_the_bound_is_said_of_each_channel():
+    state = VehicleState(Vec3(), Vec3(1.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
+    for channel in ("position_age", "attitude_age", "rate_age"):
+        for age, said in ((0.029, 0.0), (0.031, 1.0)):
+            late = Prediction(enabled=True, max_age=0.03, **{channel: age})
+            assert predict(late, VEHICLE, unknown(), state, Actuation(), DT)[2].age_bounded == said, (channel, age)
+
+
+def test_a_new_velocity_makes_the_position_fresh():
+    state = VehicleState(Vec3(1.0, 2.0, 3.0), Vec3(1.0, 2.0, 3.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.1, 0.2, 0.3))
+    known = unknown()
+    for _ in range(4):
+        _, known, shown = predict(aged(0.0), VEHICLE, known, state, Actuation(), DT)
+    assert shown.prediction_ages == pytest.approx((0.006, 0.006, 0.006))
+    for other in (Vec3(1.5, 2.0, 3.0), Vec3(1.0, 2.5, 3.0), Vec3(1.0, 2.0, 3.5)):
+        ages = predict(aged(0.0), VEHICLE, known, state._replace(v_w=other), Actuation(), DT)[2].prediction_ages
+        assert ages == pytest.approx((0.0, 0.008, 0.008))
+
+
+def test_angular_acceleration_is_eulers_equation():
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        omega, torque = rng.uniform(-5.0, 5.0, 3), rng.uniform(-0.1, 0.1, 3)
+        expected = np.linalg.solve(np.diag(INERTIA), torque - np.cross(omega, np.diag(INERTIA) @ omega))
+        found = angular_acceleration(VEHICLE, Vec3(*map(float, omega)), Vec3(*map(float, torque)))
+        assert found == pytest.approx(tuple(expected), rel=1e-12)
 
 
 def test_a_reading_that_repeats_grows_older_up_to_the_bound():
