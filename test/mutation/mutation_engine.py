@@ -35,6 +35,8 @@ PAPER_TESTS = {
 # CPU time, so that a busy machine is not taken for an endless loop.
 SECONDS_PER_MUTANT = 120
 SECONDS_UNMUTATED = 1800
+MEMORY = 4 << 30
+"""Bytes of data that a run of tests may have: a mistake in a loop's end makes logs without end."""
 TIME_UP = -signal.SIGXCPU
 # A test failed; a module of tests could not be collected; and the same where single tests were named.
 NOTICED = (1, 2, 4)
@@ -152,6 +154,7 @@ def _be_pytest(tree: Path, paths: list[str], output: Path, seconds: int) -> None
     code = 70
     try:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
         log = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(log, 1)
         os.dup2(log, 2)
