@@ -83,6 +83,7 @@ def beside_mujoco(vehicle, presets, seeds):
     print("| preset | conditions | rigid_body, median | mujoco, median | mujoco over rigid_body, median | range |")
     print("|---|---|---|---|---|---|")
     name, settings = list(conditions(vehicle).items())[-1]
+    settings = [*settings, "vehicle.rotor_drag_coefficient=0.0"]  # plant mujoco has none
     other = [text.replace("simulator.rigid_body.", "simulator.mujoco.") for text in settings]
     for preset in presets:
         flight = from_names(
