@@ -13,12 +13,12 @@ import socket
 import sys
 import time
 from pathlib import Path
+from threading import Event, Thread
 
 import numpy as np
 from body import Body
 from fake_px4 import ARMED, OFFBOARD, FakePx4
 from pymavlink.dialects.v20 import common as mavlink
-from rclpy.clock import Clock, ClockType
 from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
@@ -136,6 +136,15 @@ class FakeJoinedPx4(FakePx4):
             time.sleep(0.05)
         raise SystemExit("no simulator")
 
+    def wait_for_readings(self, executor):
+        """Sleep until the simulator has sent something, then have it read, as often as it does."""
+        is_read = Event()
+        while (link := self.link) is not None:
+            select.select([link], [], [])
+            is_read.clear()
+            executor.create_task(lambda: (self.read(), is_read.set()))
+            is_read.wait()
+
     def read(self):
         """Take what the simulator sends, then let DDS have its turn."""
         until = time.monotonic() + SLICE
@@ -160,9 +169,9 @@ class FakeJoinedPx4(FakePx4):
         """Fly until ``done``."""
         print("up", flush=True)
         self.connect()
-        self.node.create_timer(0.001, self.read, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor = EventsExecutor()
         executor.add_node(self.node)
+        Thread(target=self.wait_for_readings, args=[executor], daemon=True).start()
         while not done.done():
             executor.spin_until_future_complete(done, timeout_sec=0.2)
 

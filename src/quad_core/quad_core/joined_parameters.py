@@ -16,19 +16,24 @@ from quad_core.hil_parameters import (
     TruthPeriod,
     Weather,
 )
-from quad_core.parameters import Choice, Real, Text, Whole
+from quad_core.parameters import Choice, Flag, Real, Text, Whole
 from quad_core.px4_parameters import Mode
 
 
 class GateParameters(NamedTuple):
     """How long, by the clock on the wall, the plant waits for PX4's states and the controllers (``gate.*``)."""
 
+    watch: Annotated[
+        bool,
+        Flag("go on as soon as PX4, its agent and our middleware sleep (Linux, one machine)", live=False),
+    ] = True
     linger: Annotated[
-        float, Real("s", "wait for a state that may be due, before the plant goes on by one step", 0.0, 1.0, live=False)
+        float,
+        Real("s", "not watched: wait for a state that may be due, before a step of the plant", 0.0, 1.0, live=False),
     ] = 0.01
     settle: Annotated[
         float,
-        Real("s", "wait for outputs after a reading that PX4 need not answer: offboard it answers setpoints", 0.0, 1.0),
+        Real("s", "not watched: wait for outputs after a reading; offboard PX4 answers setpoints", 0.0, 1.0),
     ] = 0.002
     overdue: Annotated[
         float,

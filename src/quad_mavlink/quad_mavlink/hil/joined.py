@@ -4,6 +4,7 @@ One process owns both: PX4's clock, through its simulator interface (sensors out
 PX4 over DDS. So the plant can wait for whoever is late, and a flight does not depend on how busy the machine is.
 """
 
+import math
 import sys
 import time
 from collections import deque
@@ -21,6 +22,7 @@ from quad_dynamics.plant_output import Announcer
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.exchange import RefusedError
 from quad_mavlink.hil.gate import Decision, Gate
+from quad_mavlink.hil.sleepers import Watch
 from quad_mavlink.hil.vehicle import BEFORE_STEP_0, HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import step_of
@@ -28,7 +30,9 @@ from quad_node.main import run
 from quad_node.native import NATIVE
 from quad_px4.node import Px4Bridge
 
-_TICK, _SLICE = 0.001, 0.004  # s between two looks at the gate, and of steps without a look at ROS
+_TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
+_LOOK = 0.0001  # s between two looks at who sleeps
+_TURNS = 2  # a tick may have been due before a state came, the next one was not
 _BACKLOG = 64
 _OVER = (FlightState.ENDED, FlightState.FAILED)
 SUMMARY = """Our plant under PX4 firmware, flown by our laws: torque over DDS, sensors and motors over TCP.
@@ -61,6 +65,9 @@ class JoinedPlant(Px4Bridge):
         self._announcer = Announcer(self, self.hil.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
+        self._ticks, self._still_at = 0, math.inf
+        self._watch: Watch | None = None
+        self._seeks = self.settings.gate.watch
         self._outputs = motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
         self._booting, self._steps = "", 0
@@ -68,7 +75,7 @@ class JoinedPlant(Px4Bridge):
         self._answers = {role: topic for role, topic in answers.items() if role in self.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
             self.subscribe(topic, lambda payload, topic=topic: self._on_answer(topic, step_of(payload)), raw=True)
-        self.create_timer(_TICK, self._drive, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def airframe(self) -> AirframeParameters:
         """Return the simulated vehicle itself, as PX4 must have it."""
@@ -114,6 +121,8 @@ class JoinedPlant(Px4Bridge):
         super().on_sample(sample)
         if self.sample is not before:
             self.gate.on_state(sample.timestamp_sample, self.hil.time_usec)
+            if self._seeks:
+                self._seeks, self._watch = False, self.hil.watch()
 
     def on_state_published(self) -> None:
         """Await the answers to the state, and publish what was true by then."""
@@ -132,6 +141,10 @@ class JoinedPlant(Px4Bridge):
 
     def _on_answer(self, topic: str, step: int) -> None:
         self.gate.on_answer(topic, step)
+        self._drive()
+
+    def _tick(self) -> None:
+        self._ticks += 1
         self._drive()
 
     def _drive(self) -> None:
@@ -153,7 +166,7 @@ class JoinedPlant(Px4Bridge):
             if self._steps == 0 or not self._may_go_on():
                 return self._is_gone()
             self.hil.ask()
-            self._is_asked, self._asked_at = True, time.monotonic()
+            self._is_asked, self._still_at, self._asked_at = True, math.inf, time.monotonic()
         answer = self._outputs_by(until)
         if answer is not None:
             self._outputs = answer
@@ -169,9 +182,28 @@ class JoinedPlant(Px4Bridge):
         """
         if self.sequence.phase == Phase.STREAM:
             return self.hil.listen(max(until - time.monotonic(), 0.0))
-        left = self._asked_at + self.settings.gate.settle - time.monotonic()
-        found = self.hil.listen(max(left, 0.0), newest=True)
-        return found or (self._outputs if left <= 0.0 and not self.hil.is_left else None)
+        is_over = self._have_settled(self._asked_at, self.settings.gate.settle)
+        found = self.hil.newest(0.0 if is_over else _LOOK)
+        self._outputs = found or self._outputs
+        is_over = is_over or (found is not None and self._watch is None)
+        return self._outputs if is_over and not self.hil.is_left else None
+
+    def _have_settled(self, since: float, patience: float) -> bool:
+        """Return whether what was sent at ``since`` has been dealt with: all sleep, or ``patience`` s have passed."""
+        waited = time.monotonic() - since
+        if self._watch is None:
+            return waited >= patience
+        is_over = self._watch.is_quiet() or waited >= self.settings.gate.overdue
+        self._still_at = self._ticks if is_over else math.inf
+        return is_over
+
+    def _is_still(self) -> bool | None:
+        """Return whether no state is on its way any more; None where nobody can be watched."""
+        if self._watch is None:
+            return None
+        if self._still_at == math.inf:
+            self._have_settled(time.monotonic(), 0.0)
+        return self._ticks >= self._still_at + _TURNS  # what came before they slept has had its turn since
 
     def _is_gone(self) -> bool:
         """Fail if PX4 has left; false in any case: nothing more can be done now."""
@@ -181,15 +213,16 @@ class JoinedPlant(Px4Bridge):
 
     def _may_go_on(self) -> bool:
         if self._are_outputs_due:  # the wrench is out; its outputs say that it has arrived
-            found = self.hil.listen(0.0, newest=True)
+            is_over = self._have_settled(self._idle_from, self.settings.gate.linger)
+            found = self.hil.newest(0.0)
             self._outputs = found or self._outputs
-            self._are_outputs_due = found is None and time.monotonic() - self._idle_from < self.settings.gate.linger
+            self._are_outputs_due = not is_over and (found is None or self._watch is not None)
             if self._are_outputs_due:
                 return False
         aloft = self.phase == FlightState.FLYING and self.sequence.phase == Phase.FLY
         is_flying = aloft and self.is_obeyed() and not (self.stop or self.guard.taken_over)
         idle = time.monotonic() - self._idle_from
-        decision = self.gate.decide(self.hil.time_usec + self._period_us, idle, is_flying)
+        decision = self.gate.decide(self.hil.time_usec + self._period_us, idle, is_flying, self._is_still)
         if decision == Decision.UNANSWERED:
             waited = f"no {self.gate.missing} for {self.settings.gate.answer_timeout:g} s, for which the plant waited"
             self.stop = f"controllers: step {self.current_step}: {waited}"
@@ -251,6 +284,8 @@ class JoinedPlant(Px4Bridge):
     def close(self) -> None:
         """Close the connection."""
         self.hil.close()
+        if self._watch is not None:
+            self._watch.close()
 
 
 def main() -> None:

@@ -33,6 +33,11 @@ class Server:
             self._socket.close()
             raise ParameterError(f"listen: found {listen}, cannot be opened: {error.strerror or error}") from error
 
+    @property
+    def peer(self) -> socket.socket | None:
+        """The connection to the autopilot, None before it is there."""
+        return self._peer
+
     def accept(self) -> bool:
         """Return whether an autopilot is connected; the first one closes the door behind it."""
         if self._peer is None:

@@ -9,6 +9,7 @@ from quad_mavlink import link
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.exchange import Exchange
 from quad_mavlink.hil.server import Server
+from quad_mavlink.hil.sleepers import Watch, name, parties
 from quad_mavlink.hil.suite import Suite
 from quad_msgs.msg import FlightEvent
 from quad_node.flight_node import FlightNode
@@ -67,10 +68,29 @@ class HilVehicle:
         """Send what the sensors read."""
         self.exchange.send(self.model.truth, self.model.conditions.wind_w)
 
-    def listen(self, patience: float, newest: bool = False) -> motors.Answer | None:
-        """Return the answer to what was sent, or any (``newest``); None after ``patience`` s; raises RefusedError."""
-        found, self.answer = self.answer or self.exchange.answer(patience, newest), None
+    def listen(self, patience: float) -> motors.Answer | None:
+        """Return the answer to what was sent; None after ``patience`` s; raises RefusedError."""
+        found, self.answer = self.answer or self.exchange.answer(patience), None
         return found
+
+    def newest(self, patience: float) -> motors.Answer | None:
+        """Return the newest outputs, whatever they answer; None if none come in ``patience`` s; raises RefusedError."""
+        found, self.answer = self.answer or self.exchange.answer(patience, newest=True), None
+        while found is not None and (later := self.exchange.answer(0.0, newest=True)) is not None:
+            found = later
+        return found
+
+    def watch(self) -> Watch | None:
+        """Return who must sleep before the autopilot is done; None, and an event, if it is not on this machine."""
+        connection = self.exchange.server.peer
+        found = parties(connection) if connection is not None else []
+        if not found:
+            text = "PX4 is no process of this machine that can be watched: the plant waits gate.settle and gate.linger"
+            self._node.event(FlightEvent.WARNING, "not_watched", text, always=True)
+            return None
+        text = f"the plant waits until these sleep: {', '.join(f'{name(process)} ({process})' for process in found)}"
+        self._node.event(FlightEvent.INFO, "watched", text, always=True)
+        return Watch(found)
 
     def integrate(self, step: int, answer: motors.Answer) -> VehicleState:
         """Return the true state after ``step``, over which the motors do what ``answer`` says."""
