@@ -182,6 +182,32 @@ def test_flights_without_a_guard_show_what_the_law_does(tmp_path):
     assert faults(flight_of(tmp_path, crash, {"enabled": False})) == []
 
 
+def on_estimate(off, node="/joined_plant"):
+    """Return a hover whose truth is ``off`` m above what an autopilot's estimate says."""
+    place = [("/state", pose(stamp(k))) for k in range(STEPS)]
+    owner = message("quad_msgs/msg/NodeParameters", role="simulator", node=node, parameters="")
+    return [*hover(lambda k: pose(stamp(k), height=1.0 + off)), *place, ("/flight/parameters", owner)]
+
+
+def test_laws_that_fly_on_an_autopilots_estimate_are_judged_by_it_and_its_error_is_said(tmp_path):
+    flight = flight_of(tmp_path, on_estimate(3.0))
+    assert measured(flight).position_max == 0.0
+    assert faults(flight) == []
+    note = truth_note(flight)
+    assert "it was 3.000 m (RMSE), at most 3.000 m, from truth" in note
+    assert "truth was 3.000 m (RMSE) from the reference" in note
+    simulated = flight_of(tmp_path / "simulated", on_estimate(3.0, "/simulator"))
+    assert measured(simulated).position_max == pytest.approx(3.0)
+    assert truth_note(simulated) == ""
+
+
+def test_the_ground_is_where_it_is_and_not_where_an_estimate_has_it(tmp_path):
+    low = flight_of(tmp_path, on_estimate(-0.9), outcome="failed")
+    assert faults(low) == []
+    high = flight_of(tmp_path / "high", on_estimate(0.5), outcome="failed")
+    assert "1.50 m above the ground" in str(faults(high))
+
+
 def test_wrenches_that_are_not_finite_are_left_out_and_said(tmp_path):
     strange = [("/wrench_setpoint", wrench(STEPS + k, thrust)) for k, thrust in enumerate((math.nan, math.inf, 1e12))]
     flight = flight_of(tmp_path, [*hover(), *strange])

@@ -132,7 +132,9 @@ def stopped_motors(flown: Flown) -> str:
     """Say when the motors stood still in the air, or that a flight which had to land ended above the ground."""
     if "truth" not in flown.tables or not flown.guard.enabled:
         return ""
-    truth, limit = by_stamp(flown.tables["truth"]), flown.guard.contact.stop_height
+    flight, limit = flown.flight, flown.guard.contact.stop_height
+    # the ground is where it is, not where an estimate has it
+    truth = by_stamp(flight.array("truth") if flight.has("truth") else flown.tables["truth"])
     times, height = truth["stamp_ns"] * 1e-9, truth["p_w"][:, 2] - flown.guard.ground_height
     if "actuation" in flown.tables:
         actuation = by_stamp(flown.tables["actuation"])

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, SIGNALS, STAGES
+from quad_core.cascade import COMMAND, JOINED, SIGNALS, STAGES
 from quad_core.records import columns
+from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
@@ -73,14 +74,43 @@ def unusable_messages(flight: Flight) -> dict[str, int]:
 
 
 def truth_topic(flight: Flight) -> str:
-    """Return where the flown path comes from: ``truth``, or ``state`` in a bag that has messages of that only."""
-    return "state" if flight.has("state") and not flight.has("truth") else "truth"
+    """Return where the flown path comes from: ``truth``, or ``state`` in a bag that has messages of that only.
+
+    Also ``state`` where the laws fly on an autopilot's estimate: how far that wanders is not the laws' error.
+    """
+    return "state" if flight.has("state") and (not flight.has("truth") or flies_on_estimate(flight)) else "truth"
+
+
+def flies_on_estimate(flight: Flight) -> bool:
+    """Return whether an autopilot's own estimator made `state` of a plant of ours."""
+    nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
+    return any(node.rpartition("/")[2] == JOINED for node in nodes)
+
+
+def estimate_note(flight: Flight) -> str:
+    """Return how far the estimate was from truth, and how far the flown path was from its reference in truth."""
+    state, truth = (by_stamp(flight.array(topic)) for topic in ("state", "truth"))
+    parts = ["errors are those of `state`, the autopilot's estimate, on which the laws fly"]
+    both = aligned(state["stamp_ns"], truth["stamp_ns"])
+    if len(both.stamp_ns):
+        off = norms(state["p_w"][both.left] - truth["p_w"][both.right])
+        parts.append(f"it was {np.sqrt(np.mean(off * off)):.3f} m (RMSE), at most {off.max():.3f} m, from truth")
+    if flight.has("reference"):
+        reference = by_stamp(flight.array("reference"))
+        flown = reference[reference["trajectory_time"] >= 0.0]
+        both = aligned(truth["stamp_ns"], flown["stamp_ns"])
+        if len(both.stamp_ns):
+            error = norms(truth["p_w"][both.left] - flown["p_w"][both.right])
+            parts.append(f"truth was {np.sqrt(np.mean(error * error)):.3f} m (RMSE) from the reference")
+    return "; ".join(parts)
 
 
 def truth_note(flight: Flight) -> str:
     """Return what to say of errors that are not those of ``truth``, or not of the whole flight; else empty."""
     found = []
-    if truth_topic(flight) != "truth":
+    if flight.has("truth") and truth_topic(flight) == "state":
+        found.append(estimate_note(flight))
+    elif truth_topic(flight) != "truth":
         found.append("no truth in the bag: flown is what `state` says, an estimator's errors included")
     if flight.has("flight/mode"):
         found.append("metrics are those of mode MISSION alone")
