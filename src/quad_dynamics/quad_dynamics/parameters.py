@@ -73,7 +73,7 @@ class Initial(NamedTuple):
 class Ground(NamedTuple):
     """A flat ground under four feet, one below each rotor; elastic, damped, with friction."""
 
-    enabled: Annotated[bool, Flag("whether there is a ground; plant rigid_body only", live=False)] = False
+    enabled: Annotated[bool, Flag("whether there is a ground; plants rigid_body and mujoco", live=False)] = False
     height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "", live=False)] = 0.0
     foot_depth: Annotated[
         float, Real("m", "how far the feet reach below the centre of gravity", 0.001, 10.0, "", live=False)

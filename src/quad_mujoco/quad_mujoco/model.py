@@ -1,6 +1,8 @@
 """One free rigid body as a MuJoCo model, driven through a site so that the wrench turns with the body inside a step."""
 
+from collections.abc import Iterable
 from functools import lru_cache
+from typing import NamedTuple
 
 import mujoco
 
@@ -13,12 +15,12 @@ _MJCF = """
   <option timestep="{step!r}" integrator="RK4" gravity="0 0 {gravity!r}">
     <flag autoreset="disable"/>
   </option>
-  <worldbody>
+  <worldbody>{floor}
     <body name="vehicle">
       <freejoint/>
       <inertial pos="0 0 0" mass="{body.mass!r}"
                 diaginertia="{body.inertia_xx!r} {body.inertia_yy!r} {body.inertia_zz!r}"/>
-      <site name="centre"/>
+      <site name="centre"/>{feet}
     </body>
   </worldbody>
   <actuator>
@@ -29,16 +31,34 @@ _MJCF = """
   </actuator>
 </mujoco>
 """
+_FLOOR = """
+    <geom type="plane" size="0 0 1" pos="0 0 {floor.height!r}" friction="{floor.friction!r} 0 0"/>"""
+_FOOT = """
+      <geom type="sphere" size="{size!r}" pos="{foot.x!r} {foot.y!r} {centre!r}" mass="0"
+            friction="{friction!r} 0 0"/>"""
+_FOOT_SIZE = 0.01
+"""Radius of a foot, m; its lowest point is where the foot is said to be."""
 _VEHICLE = 1
 """Index of the vehicle among the bodies of the model; 0 is the world."""
+
+
+class Floor(NamedTuple):
+    """Flat ground at ``height`` m under ``feet`` m (body), with sliding friction."""
+
+    height: float
+    friction: float
+    feet: tuple[Vec3, ...]
 
 
 class FreeBody:
     """A free body under gravity and linear drag. It keeps nothing between calls that changes a result."""
 
-    def __init__(self, body: Body, step: float) -> None:
+    def __init__(self, body: Body, step: float, floor: Floor | None = None) -> None:
         """Compile the model of ``body`` with steps of ``step`` s; raises ValueError if MuJoCo refuses it."""
-        self._model = mujoco.MjModel.from_xml_string(_MJCF.format(body=body, step=step, gravity=-body.gravity))
+        ground = _FLOOR.format(floor=floor) if floor is not None else ""
+        feet = "".join(_feet(floor)) if floor is not None else ""
+        text = _MJCF.format(body=body, step=step, gravity=-body.gravity, floor=ground, feet=feet)
+        self._model = mujoco.MjModel.from_xml_string(text)
         # a free joint has three translations along the world's axes, then three rotations about the body's
         self._model.dof_damping[:3] = body.drag_coefficient
         self._data = mujoco.MjData(self._model)
@@ -70,7 +90,12 @@ class FreeBody:
         return VehicleState(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
 
 
+def _feet(floor: Floor) -> Iterable[str]:
+    for foot in floor.feet:
+        yield _FOOT.format(foot=foot, centre=foot.z + _FOOT_SIZE, size=_FOOT_SIZE, friction=floor.friction)
+
+
 @lru_cache(maxsize=64)
-def free_body(body: Body, step: float) -> FreeBody:
+def free_body(body: Body, step: float, floor: Floor | None = None) -> FreeBody:
     """Return the model of ``body``, compiled once."""
-    return FreeBody(body, step)
+    return FreeBody(body, step, floor)
