@@ -31,7 +31,7 @@ from quad_node.native import NATIVE
 from quad_px4.node import Px4Bridge
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
-_LOOK = 0.0001  # s between two looks at who sleeps
+_LOOK, _LONGEST_LOOK = 0.0001, 0.002  # s between two looks at who sleeps: rarer the longer it takes, for looking costs
 _TURNS = 2  # a tick may have been due before a state came, the next one was not
 _BACKLOG = 64
 _OVER = (FlightState.ENDED, FlightState.FAILED)
@@ -65,7 +65,7 @@ class JoinedPlant(Px4Bridge):
         self._announcer = Announcer(self, self.hil.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
-        self._ticks, self._still_at = 0, math.inf
+        self._ticks, self._still_at, self._pause = 0, math.inf, _LOOK
         self._watch: Watch | None = None
         self._seeks = self.settings.gate.watch
         self._outputs = motors.AT_REST
@@ -183,7 +183,8 @@ class JoinedPlant(Px4Bridge):
         if self.sequence.phase == Phase.STREAM:
             return self.hil.listen(max(until - time.monotonic(), 0.0))
         is_over = self._have_settled(self._asked_at, self.settings.gate.settle)
-        found = self.hil.newest(0.0 if is_over else _LOOK)
+        found = self.hil.newest(0.0 if is_over else self._pause)
+        self._pause = _LOOK if is_over else min(2.0 * self._pause, _LONGEST_LOOK)
         self._outputs = found or self._outputs
         is_over = is_over or (found is not None and self._watch is None)
         return self._outputs if is_over and not self.hil.is_left else None
@@ -193,7 +194,13 @@ class JoinedPlant(Px4Bridge):
         waited = time.monotonic() - since
         if self._watch is None:
             return waited >= patience
-        is_over = self._watch.is_quiet() or waited >= self.settings.gate.overdue
+        is_over = self._watch.is_quiet()
+        if not is_over and waited >= self.settings.gate.overdue:
+            is_over, self._watch = True, None  # who never sleeps would cost that wait at every step
+            text = (
+                f"awake for {self.settings.gate.overdue:g} s: the plant waits gate.settle and gate.linger from now on"
+            )
+            self.event(FlightEvent.WARNING, "not_watched", text, self.elapsed_ns)
         self._still_at = self._ticks if is_over else math.inf
         return is_over
 
