@@ -17,7 +17,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
-from quad_flight_log.analysis.tables import flight_tables
+from quad_flight_log.analysis.tables import autopilot_lands, flight_tables
 from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
@@ -142,7 +142,8 @@ def stopped_motors(flown: Flown) -> str:
         still = _longest(times, (thrust < STOPPED_SHARE * actuation["thrust"].max()) & (height > limit))
         if still.time > STOPPED_TIME:
             return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
-    if height[-1] > limit and ("flight/mode" in flown.tables or flown.failed):
+    has_to_be_down = "flight/mode" in flown.tables or (flown.failed and not autopilot_lands(flight))
+    if height[-1] > limit and has_to_be_down:
         return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
     return ""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, JOINED, SIGNALS, STAGES
+from quad_core.cascade import COMMAND, JOINED, MAVLINK, PX4, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
 from quad_flight_log.bag.cdr import Table
@@ -81,10 +81,20 @@ def truth_topic(flight: Flight) -> str:
     return "state" if flight.has("state") and (not flight.has("truth") or flies_on_estimate(flight)) else "truth"
 
 
+def recorded_nodes(flight: Flight) -> set[str]:
+    """Return the names, without namespace, of the nodes whose parameters are in the bag."""
+    nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
+    return {node.rpartition("/")[2] for node in nodes}
+
+
 def flies_on_estimate(flight: Flight) -> bool:
     """Return whether an autopilot's own estimator made `state` of a plant of ours."""
-    nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
-    return any(node.rpartition("/")[2] == JOINED for node in nodes)
+    return JOINED in recorded_nodes(flight)
+
+
+def autopilot_lands(flight: Flight) -> bool:
+    """Return whether a flight that is given up ends with an autopilot in command: what it does then is not recorded."""
+    return not recorded_nodes(flight).isdisjoint((PX4, MAVLINK, JOINED))
 
 
 def estimate_note(flight: Flight) -> str:
