@@ -179,9 +179,9 @@ def allocated(mapping: Mapping, wrench: Wrench) -> Row:
     level = [lift * u + t for t, u in zip(tilt, unit, strict=True)]
     part = 1.0
     for share, turn in zip(level, yaw, strict=True):
-        room = share if turn < 0.0 else 1.0 - share
+        room = max(share if turn < 0.0 else 1.0 - share, 0.0)  # rounding may have left less than none
         if part * abs(turn) > room:
-            part = max(room, 0.0) / abs(turn)
+            part = room / abs(turn)
     a, b, c, d = (clamp(share + part * turn, 0.0, 1.0) for share, turn in zip(level, yaw, strict=True))
     return a, b, c, d
 

@@ -22,7 +22,7 @@ from quad_node.vehicle_node import VehicleNode
 
 _SLICE = 0.02  # s of steps between two looks at the other nodes
 _BOOT_SLICE = 0.045
-_REPORT_EVERY = 2.0  # s
+_REPORT_EVERY, _NOW = 2.0, 0.01  # s: the shortest time of which a pace is said
 
 SUMMARY = """Our plant under PX4's simulator interface: sensors over TCP, motor outputs back, in lockstep.
 
@@ -144,10 +144,11 @@ class HilPlant(VehicleNode):
         at = f"step {self.current_step}, height {self.model.truth.p_w.z:.2f} m"
         self.event(FlightEvent.INFO, kind, f"by the autopilot at {at}", self.elapsed_ns, always=True)
         self._is_over = self._is_over or (not armed and self.settings.end_disarmed)
+        self._report(_NOW)
 
-    def _report(self) -> None:
+    def _report(self, every: float = _REPORT_EVERY) -> None:
         (last, step), now = self._reported, time.monotonic()
-        if now - last < _REPORT_EVERY:
+        if now - last < every:
             return
         pace = seconds(self.current_step - step, self.flight.plant_period) / (now - last)
         self._reported = (now, self.current_step)
