@@ -24,13 +24,15 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Patience(NamedTuple):
     """Wall-clock limits in s after which the flight is stopped from outside.
 
-    ``landing``: what the vehicle's owner then has to bring the vehicle down, 0 if it stops at once.
+    ``landing``: what the vehicle's owner then has to bring the vehicle down, 0 if it stops at once. ``commanded``:
+    whether a commander flies, whom the cause is said to first.
     """
 
     start: float
     silence: float
     answer: float
     landing: float = 0.0
+    commanded: bool = False
 
     @classmethod
     def of(cls, simulator: Resolved) -> "Patience":
@@ -39,13 +41,15 @@ class Patience(NamedTuple):
         answer = repeats + 3.0
         lands = simulator.flight.mode == REALTIME and simulator.node.guard.enabled
         landing = simulator.node.descent_timeout + 3.0 if lands else 0.0
-        if COMMANDER in simulator.flight.roles.split(","):
+        commanded = COMMANDER in simulator.flight.roles.split(",")
+        if commanded:
             landing = _LANDING
         return cls(
             simulator.flight.start_timeout + _STARTUP_MARGIN,
             simulator.flight.silence_timeout + answer,
             answer,
             landing,
+            commanded,
         )
 
 
@@ -153,7 +157,7 @@ def supervise(
         if now >= deadline:
             if patience.landing and not landing and state is not None and state.phase == FLYING:
                 landing = True
-                if not interrupted.names:
+                if patience.commanded and not interrupted.names:
                     watch.ask_to_end(cause or _silent(state))
                 processes.interrupt_owner()
                 deadline = now + patience.landing

@@ -176,8 +176,11 @@ def test_a_node_that_dies_in_real_time_makes_the_owner_land(monkeypatch):
     script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
     script += [(n, state(FLYING, n), {}) for n in range(3, 7)]
     script.append((7, state(FAILED, 9, "simulator stopped by SIGINT"), {"simulator": 1, "recorder": 1}))
+    without = Flight(script, monkeypatch)
+    assert without.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
+    assert (without.asked_for, len(without.asked_at)) == ([], 1), "nobody is looked for who is not there"
     flight = Flight(script, monkeypatch)
-    assert flight.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
+    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("trajectory was killed by SIGKILL")
     assert flight.stopped == 0
     assert flight.asked_at == [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)]
     assert flight.asked_for == [("trajectory was killed by SIGKILL", 0)], "the commander hears why before the signal"
