@@ -49,7 +49,9 @@ def run(name: str) -> Outcome:
     """Run one in a process of its own, its lines straight to our output."""
     print(f"== {name}: {summaries()[name]}", flush=True)
     began = time.monotonic()
-    paths = os.pathsep.join([str(RUNS), str(ROOT / "test"), os.environ.get("PYTHONPATH", "")])
+    paths = os.pathsep.join(
+        [str(RUNS), str(ROOT / "test"), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    )
     done = subprocess.run(
         [sys.executable, "-c", _CALL, name], cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, check=False
     )

@@ -138,6 +138,7 @@ def test_spread_and_paired_by_hand():
     same = paired(np.full(5, 0.25), 99, 1)
     assert same == {"pairs": 5, "difference": 0.25, "difference_low": 0.25, "difference_high": 0.25}
     assert paired(np.array([np.nan]), 99, 1)["pairs"] == 0
+    assert paired(np.array([9.0, 1.0, np.nan, 2.0]), 99, 1)["difference"] == 2.0
 
 
 def test_intervals_hold_the_true_median_as_often_as_they_say():
@@ -152,12 +153,12 @@ def test_intervals_hold_the_true_median_as_often_as_they_say():
 def test_summary_pairs_by_seed_whatever_the_order():
     flights = pandas.DataFrame(
         {
-            "controller": ["a"] * 3 + ["b"] * 3, "case": "c", "plant": "p", "seed": [1, 2, 3, 3, 2, 1],
-            "outcome": ["ended"] * 6, "m": [1.0, 5.0, 9.0, 10.0, 7.0, 4.0],
+            "controller": ["a"] * 3 + ["b"] * 3, "case": "c", "plant": "p", "seed": [1, 2, 3, 3, 1, 2],
+            "outcome": ["ended"] * 6, "m": [1.0, 5.0, 9.0, 10.0, 4.0, 7.0],
         }
     )  # fmt: skip
     row = summary(flights, ["a", "b"], ["m"], 99, 1).set_index("controller").loc["b"]
-    assert row["difference"] == 2.0  # of 3, 2, 1
+    assert row["difference"] == 2.0  # of 3, 2, 1; row by row they are 9, -1, -2
     assert (row["pairs"], row["median"]) == (3, 7.0)
 
 
