@@ -29,6 +29,7 @@ EACH = int(os.environ.get("QUAD_ACCEPT_EACH", "5"))
 ONLY = os.environ.get("QUAD_ACCEPT_ONLY", "")
 OWNER = "simulator"
 MISSIONS = {"hover": "takeoff,hold:20,land", "Case 2": "takeoff,case2,land"}
+PLAN = ("--realtime", "--duration", "25", "--set", "commander.wait_limit=5.0")
 VICTIMS = ("trajectory", "position_controller", "attitude_controller", "commander", "recorder")
 STOPS = (None, 0.1, 1.0, 5.0)  # s; None: kill -9
 AT_HEIGHT = 2_000_000  # bytes of a bag whose take-off is over
@@ -47,7 +48,7 @@ def pids_of(process):
 
 def flight(mission, victim, stop, moment, out):
     """Return how a flight ended in which ``victim`` was stopped for ``stop`` s, or killed (None), at ``moment`` s."""
-    process = start("--mission", mission, "--realtime", "--duration", "25", "--out", out)
+    process = start("--mission", mission, *PLAN, "--out", out)
     wait_until_flying(process, out)
 
     def is_at_height():

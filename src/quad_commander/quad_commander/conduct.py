@@ -165,12 +165,14 @@ class Conduct:
         request, self._item = missions.next_request(
             self._mission, self._item, self._memory.mode, self._memory.reason, seen.dt
         )
-        waits = self._mission and self._memory.mode == Mode.HOLD and self._memory.reason >= 0 and not request
+        asked_for = self._memory.reason == modes.NO_REASON  # an operator may hold as long as he likes
+        waits = missions.is_kept_waiting(self._mission, self._item, self._memory.mode) and not request and not asked_for
         self._kept_waiting = self._kept_waiting + seen.dt if waits else 0.0
         if self._requests:
             return self._requests.popleft()
         if self._kept_waiting > self._parameters.wait_limit:
-            return Asked(Request.LAND, f"{MISSION_SENDER}, kept waiting for {self._parameters.wait_limit:g} s")
+            waited = f"kept waiting for {self._parameters.wait_limit:g} s"
+            return Asked(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
         on_ground = self._memory.mode in _ON_GROUND
         if on_ground and (self._flown or self._gave_up or seen.end_asked):
             return Asked(Request.NONE, "")

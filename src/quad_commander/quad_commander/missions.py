@@ -125,3 +125,9 @@ def next_request(
         return next_request(mission, MissionMemory(memory.item + 1), mode, reason, 0.0)
     begins = not memory.began and mode == (Mode.DISARMED if item.kind == Kind.TAKEOFF else Mode.HOLD)
     return (REQUESTS[item.kind] if begins else Request.NONE), memory
+
+
+def is_kept_waiting(mission: tuple[Item, ...], memory: MissionMemory, mode: int) -> bool:
+    """Return whether the vehicle stands in HOLD while the mission is at an item of another mode, or at none."""
+    is_holding_item = memory.item < len(mission) and mission[memory.item].kind == Kind.HOLD
+    return bool(mission) and mode == Mode.HOLD and not is_holding_item

@@ -141,7 +141,7 @@ FAULTS = (
     Row(Condition.FENCE, "outside the fence", Mode.LAND),
     Row(Condition.BATTERY_LOW, "battery below {battery_low}", Mode.LAND, lasts=True),
     Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
-    Row(Condition.OVERRUNS, "more than {overruns} of a second's cycles late", Mode.HOLD),
+    Row(Condition.OVERRUNS, "more than {overruns} of the commander's cycles of a second late", Mode.HOLD),
     Row(
         Condition.RECORDER_LOST,
         "recorder lost, and asked to land then",

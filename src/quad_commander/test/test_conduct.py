@@ -187,6 +187,14 @@ def test_a_mission_that_a_fault_keeps_waiting_lands_after_a_minute():
     flight.go(58.0)
     assert flight.conduct.mode == Mode.HOLD
     assert flight.go(3.0).conduct.mode == Mode.LAND
+    assert flight.said.text.endswith("kept waiting for 60 s (more than 5 % of the commander's cycles of a second late)")
+
+
+def test_a_hold_of_a_mission_lasts_as_long_as_it_says():
+    flight = Flight("takeoff,hold:90,land").go(85.0)
+    assert flight.conduct.mode == Mode.HOLD
+    assert flight.go(10.0).conduct.mode == Mode.LAND
+    assert flight.said.text == "asked for by mission"
 
 
 def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds():
