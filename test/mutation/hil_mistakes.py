@@ -88,7 +88,7 @@ HIL = {
         ("lockstep", "found.time_usec == self.suite.time_usec", "True"),
         ("nan", "refused := motors.refusal(found, self.suite.time_usec)", "refused := ''"),
     ],
-    "quad_mavlink.hil.exchange.Exchange.boot": [("clock", "now >= self._due", "True")],
+    "quad_mavlink.hil.exchange.Exchange.boot": [("clock", "self._due + period", "self._due")],
     "quad_mavlink.hil.gate.Gate.is_of_our_clock": [("clock", "0 <= now - stamp", "True")],
     "quad_mavlink.hil.gate.Gate.on_state": [
         ("lag", "now - stamp", "0"),

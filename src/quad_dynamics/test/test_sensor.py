@@ -104,6 +104,13 @@ def test_whether_a_sample_is_lost_does_not_depend_on_its_noise():
     assert np.abs(related).max() < 4.5 / np.sqrt(20_000)
 
 
+def test_no_noise_shares_its_stream_with_the_dropout():
+    first = np.array([sensor.draw(NOISY, seed, 1)[0] for seed in range(400)])
+    # from one stream both take the same bits: the uniform number times 8, without its whole part, orders the normal one
+    same_bits = 8.0 * first[:, -1] % 1.0
+    assert max(abs(np.corrcoef(same_bits, np.abs(noise))[0, 1]) for noise in first[:, :-1].T) < 0.2
+
+
 def test_what_is_delayed_is_the_reading_with_its_noise():
     noise = {"position_noise": 0.1, "dropout": 0.3, "period_steps": 2}
     late, prompt = (seen(Parameters(delay=delay, **noise), moving(40)) for delay in (0.01, 0.0))

@@ -61,9 +61,8 @@ class Exchange:
     def boot(self, truth: VehicleState, wind_w: Vec3, period: float, until: float) -> motors.Answer | None:
         """Send readings every ``period`` s until the steady time ``until`` s; return the first answer if it comes."""
         while not self.server.is_closed and (now := time.monotonic()) < until:
-            if now >= self._due:
-                self._due = max(self._due + period, now)
-                self.send(truth, wind_w)
+            self._due = max(self._due + period, now)
+            self.send(truth, wind_w)
             found = self.answer(max(self._due - time.monotonic(), 0.0))
             if found is not None:
                 return found
