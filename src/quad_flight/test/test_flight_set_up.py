@@ -38,9 +38,9 @@ def test_a_flight_by_names():
 
 
 def test_the_shipped_files_are_found_without_ament():
-    shipped = ["minimal", "paper_real", "printed", "tuned", "x500", "x500_real"]
+    shipped = ["crazyflie21_real", "minimal", "paper_real", "printed", "tuned", "x500", "x500_real"]
     assert configuration.names(configuration.CONTROLLERS) == shipped
-    with pytest.raises(ParameterError, match="expected minimal, paper_real, printed, tuned, x500"):
+    with pytest.raises(ParameterError, match="expected crazyflie21_real, minimal, paper_real, printed, tuned, x500"):
         configuration.find(configuration.CONTROLLERS, "brave")
 
 
