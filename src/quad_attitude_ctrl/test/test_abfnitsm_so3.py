@@ -15,13 +15,16 @@ from quad_attitude_ctrl import abfnitsm, abfnitsm_so3
 from quad_attitude_ctrl.abfnitsm_so3 import chosen_side, doubled
 from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
 from quad_attitude_ctrl.rotation_filter import at_rest, next_rotation, way_to
+from quad_attitude_ctrl.torque import inverse_dynamics
 from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
+from quad_core.vehicle import DragSign
 
 DT = 0.002
 ZERO = Vec3(0.0, 0.0, 0.0)
 FED = build(abfnitsm_so3.Parameters, {"command": "feed_forward"})
+UNLIMITED = FED._replace(**{axis: getattr(FED, axis)._replace(max_torque=1e3) for axis in ("roll", "pitch", "yaw")})
 EULER = build(abfnitsm.Parameters, {"command": "feed_forward"})
 PLAIN = CommandFilter(bandwidth=40.0, max_rate=1e6)
 SLOW = CommandFilter(bandwidth=8.0, max_rate=1.5)
@@ -106,6 +109,45 @@ def test_its_rate_error_is_that_of_the_goal_s_rates_turned_into_the_body_s_axes(
         relative = middle.inv() * Rotation.from_euler("ZYX", angles[::-1])
         expected = np.array(omega) - relative.inv().apply(omega_d)
         assert list(shown.rate_error) == pytest.approx(expected.tolist(), abs=1e-6)
+
+
+def asked(angles, omega, goal, rates):
+    """Return the angular acceleration that the first step asks for."""
+    memory = abfnitsm_so3.init(UNLIMITED, VEHICLE)
+    wrench, _, _ = abfnitsm_so3.step(UNLIMITED, VEHICLE, memory, inputs(angles, omega, goal, rates), DT)
+    free = inverse_dynamics(VEHICLE, omega, ZERO, DragSign.CORRECTED)
+    inertia = (VEHICLE.inertia_xx, VEHICLE.inertia_yy, VEHICLE.inertia_zz)
+    return (np.array(wrench.torque_b) - np.array(free)) / np.array(inertia)
+
+
+def test_it_adds_how_the_goal_s_rates_change_in_axes_that_turn_with_the_body():
+    rng, step, h = random.Random(5), 1e-3, 1e-5
+    for _ in range(20):
+        angles, goal, omega, rates = vector(rng, 0.3), vector(rng, 0.3), vector(rng, 1.0), vector(rng, 1.0)
+
+        def goal_at(time, goal=goal, rates=rates):
+            return Rotation.from_euler("ZYX", [g + time * r for g, r in zip(goal[::-1], rates[::-1], strict=True)])
+
+        def seen(time, angles=angles, omega=omega, goal_at=goal_at):
+            omega_d = (goal_at(time - h).inv() * goal_at(time + h)).as_rotvec() / (2.0 * h)
+            body = Rotation.from_euler("ZYX", angles[::-1]) * Rotation.from_rotvec(time * np.array(omega))
+            return (body.inv() * goal_at(time)).apply(omega_d)
+
+        change = (seen(step) - seen(-step)) / (2.0 * step)
+        # the same errors with a goal that rests: only what the goal carries is gone
+        resting = asked(angles, Vec3(*(np.array(omega) - seen(0.0)).tolist()), goal, ZERO)
+        assert asked(angles, omega, goal, rates) - resting == pytest.approx(change, abs=1e-4)
+
+
+def test_the_target_turns_no_faster_than_each_axis_may():
+    slow = [CommandFilter(bandwidth=8.0, max_rate=rate) for rate in (1.0, 2.0, 3.0)]
+    for axis, rate in enumerate((1.0, 2.0, 3.0)):
+        for sign in (-1.0, 1.0):
+            target = quaternion(Rotation.from_rotvec(sign * np.eye(3)[axis]))
+            found = next_rotation(at_rest(Quat(0.0, 0.0, 0.0, 1.0)), target, *slow, 3.0, DT).target
+            expected = np.zeros(3)
+            expected[axis] = sign * rate * DT
+            assert Rotation.from_quat(found).as_rotvec() == pytest.approx(expected, abs=1e-12)
 
 
 def test_q_and_minus_q_are_one_attitude():
