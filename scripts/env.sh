@@ -34,6 +34,12 @@ if [[ ":$PATH:" != *":$VIRTUAL_ENV/bin:"* ]]; then export PATH=$VIRTUAL_ENV/bin:
 export RMW_IMPLEMENTATION=${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}
 # Shared memory only: no socket is opened, and no other host or user can join.
 export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-SHM}
-if [[ $FASTDDS_BUILTIN_TRANSPORTS == SHM ]]; then unset ROS_AUTOMATIC_DISCOVERY_RANGE; fi
+if [[ $FASTDDS_BUILTIN_TRANSPORTS == SHM ]]; then
+    unset ROS_AUTOMATIC_DISCOVERY_RANGE
+    # With the settings of Fast DDS alone, a shell that looks on may stop a flight for 0.33 s.
+    _quad_profiles=$_quad_root/src/quad_node/quad_node/fastdds_shm.xml
+    export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$_quad_profiles}
+    unset _quad_profiles
+fi
 unset _quad_root QUAD_ROS QUAD_AMENT_PREFIX_PATH QUAD_CMAKE_PREFIX_PATH QUAD_LD_LIBRARY_PATH QUAD_PYTHONPATH
 hash -r

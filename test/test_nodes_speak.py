@@ -12,7 +12,7 @@ from flying import executable, finish, fly, in_domain, start, wait_until
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
-from quad_node.middleware import OPEN, RANGE, TRANSPORTS, close_unless_asked
+from quad_node.middleware import OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
 
 pytestmark = pytest.mark.flight
 
@@ -122,16 +122,23 @@ def test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics(tmp_path
 
 def test_what_is_chosen_holds_and_what_is_not_is_closed():
     shell = {}
-    assert close_unless_asked(shell).startswith("seen only by shells of this user")
-    assert shell == {TRANSPORTS: "SHM"}
-    for chosen, said in (
-        ({RANGE: "LOCALHOST"}, "open to this machine"),
-        ({TRANSPORTS: "UDPv4"}, OPEN),
-        ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN),  # the range brings UDP back
-        ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN),
-        ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN),
-        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN),
+    closed = close_unless_asked(shell)
+    assert closed.startswith("seen only by shells of this user")
+    settings = shell.pop(PROFILES)
+    assert f"{PROFILES}={settings} " in closed
+    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, "fastdds_shm.xml")
+    for chosen, said, profiles in (
+        ({RANGE: "LOCALHOST"}, "open to this machine", "fastdds_shm_udp.xml"),
+        ({RANGE: "LOCALHOST", PROFILES: settings}, "open to this machine", "fastdds_shm_udp.xml"),
+        ({TRANSPORTS: "DEFAULT"}, OPEN, "fastdds_shm_udp.xml"),
+        ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
+        ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
+        ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
+        ({PROFILES: "x.xml"}, OPEN, "x.xml"),
+        ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
+        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
     ):
         shell = dict(chosen)
         assert close_unless_asked(shell).startswith(said), chosen
-        assert shell == chosen
+        assert Path(shell.pop(PROFILES, "")).name == profiles, chosen
+        assert shell == {name: value for name, value in chosen.items() if name != PROFILES}

@@ -23,6 +23,7 @@ from quad_bringup.commanded import launched
 from quad_core.cascade import ALL_ROLES, ROLES
 from quad_core.parameters import ParameterError
 from quad_flight import configuration
+from quad_node.middleware import PROFILES, RANGE, TRANSPORTS, profiles
 
 ARGUMENTS = {
     "case": ("case1", "scenario: case1, case2, hover, or a parameter file"),
@@ -37,8 +38,6 @@ ARGUMENTS = {
     "visible": ("false", "true: seen from every shell of this machine; false: from those with the settings it prints"),
 }
 BAD_SETUP = 2
-TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
-RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 def arguments(context: LaunchContext) -> dict[str, str]:
@@ -103,7 +102,8 @@ def middleware(visible: bool) -> list[Any]:
     if os.environ.get(TRANSPORTS, "") not in ("", "SHM"):
         line = f"WARNING: {TRANSPORTS}={os.environ[TRANSPORTS]}: this flight may be open to other hosts and users"
         return [LogInfo(msg=line)]
-    line = f"seen only by shells of this user with: export {TRANSPORTS}=SHM {domain}; unset {RANGE}"
+    settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles({TRANSPORTS: 'SHM'})}"
+    line = f"seen only by shells of this user with: export {settings} {domain}; unset {RANGE}"
     return [SetEnvironmentVariable(TRANSPORTS, "SHM"), UnsetEnvironmentVariable(RANGE), LogInfo(msg=line)]
 
 

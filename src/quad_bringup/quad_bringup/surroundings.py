@@ -10,7 +10,7 @@ from typing import Any
 from quad_bringup.domains import occupied
 from quad_core.ownership import private_folder
 from quad_core.parameters import ParameterError
-from quad_node.middleware import RANGE, TRANSPORTS
+from quad_node.middleware import PROFILES, RANGE, TRANSPORTS
 
 DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
 SHARED_MEMORY = Path("/dev/shm")
@@ -31,7 +31,8 @@ def how_to_look_on(domain: int) -> str:
     if os.environ.get(TRANSPORTS, "") == "SHM":
         if root:
             return f"to look on from another shell: source {root}/scripts/env.sh; export {where}"
-        return f"to look on from another shell: export {TRANSPORTS}=SHM {where}; unset {RANGE}"
+        settings = " ".join(f"{name}={os.environ[name]}" for name in (TRANSPORTS, PROFILES) if name in os.environ)
+        return f"to look on from another shell: export {settings} {where}; unset {RANGE}"
     if os.environ.get(RANGE, ""):
         where += f" {RANGE}={os.environ[RANGE]}"
     return f"to look on from another shell: unset {TRANSPORTS}; export {where}"

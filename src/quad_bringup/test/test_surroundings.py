@@ -10,7 +10,14 @@ from quad_core.parameters import ParameterError
 
 @pytest.fixture
 def clean(tmp_path, monkeypatch):
-    for name in ("FASTDDS_BUILTIN_TRANSPORTS", "ROS_AUTOMATIC_DISCOVERY_RANGE", "QUAD_ROOT", "ROS_LOG_DIR", "ROS_HOME"):
+    for name in (
+        "FASTDDS_BUILTIN_TRANSPORTS",
+        "FASTRTPS_DEFAULT_PROFILES_FILE",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE",
+        "QUAD_ROOT",
+        "ROS_LOG_DIR",
+        "ROS_HOME",
+    ):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     monkeypatch.setenv("HOME", str(tmp_path))
@@ -47,6 +54,8 @@ def test_a_home_where_nothing_can_be_written_does_not_stop_a_flight(clean, monke
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):
     monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "SHM")
     assert "export FASTDDS_BUILTIN_TRANSPORTS=SHM ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "a.xml")
+    assert "SHM FASTRTPS_DEFAULT_PROFILES_FILE=a.xml ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
     monkeypatch.setenv("QUAD_ROOT", "/here")
     assert "source /here/scripts/env.sh; export ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
     surroundings.make_visible()

@@ -19,6 +19,7 @@ from rclpy.node import Node
 from quad_commander.mode_table import Request
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import departure, topics
+from quad_node.middleware import close_unless_asked
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
 WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
@@ -110,6 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--patience", type=float, default=10.0, metavar="S", help="how long to wait (default: 10)")
     options = parser.parse_args(arguments)
     try:
+        close_unless_asked()
         rclpy.init(args=[])
         code, line = ask(WORDS[options.request], options.namespace.strip("/"), options.patience)
     except InvalidNamespaceException as error:

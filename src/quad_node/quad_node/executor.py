@@ -1,6 +1,5 @@
 """The executor of all nodes, and how a process ends."""
 
-import os
 import signal
 from collections.abc import Callable
 from types import FrameType
@@ -11,7 +10,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from quad_node.middleware import OUR_PROFILES, PROFILES, close_unless_asked
+from quad_node.middleware import close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
 SPIN_TIMEOUT = 86_400.0
@@ -45,11 +44,9 @@ def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
 def init(args: list[str]) -> str:
     """Initialise rclpy without its own signal handlers, so that a node can still publish after SIGINT.
 
-    Closed unless the user has chosen otherwise; returns who can see the nodes. Fast DDS reads how often writers ask for
-    acknowledgements from fastdds.xml, or from a file of the user's.
+    Closed unless the user has chosen otherwise; returns who can see the nodes.
     """
     seen_by = close_unless_asked()
-    os.environ.setdefault(PROFILES, OUR_PROFILES)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     return seen_by
 

@@ -1,39 +1,61 @@
 """Who can see and reach a node: closed unless asked, whatever started it."""
 
 import os
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-OUR_PROFILES = str(Path(__file__).resolve().with_name("fastdds.xml"))
+THEIR_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
+# Settings of Fast DDS for what FASTDDS_BUILTIN_TRANSPORTS chooses; any other choice has those of fastdds.xml.
+_PROFILES = {"SHM": "fastdds_shm.xml", "": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
+_ANY_PROFILE = "fastdds.xml"
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 # Whoever has set one of these has chosen how the nodes find each other.
 _CHOICES = (
     TRANSPORTS, RANGE, "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER",
-    PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE",
+    PROFILES, THEIR_PROFILES,
 )  # fmt: skip
 _LOCAL = ("LOCALHOST", "OFF", "1")
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
 
 
+def profiles(environment: Mapping[str, str]) -> str:
+    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses."""
+    transports = environment.get(TRANSPORTS, "")
+    both = transports and environment.get(RANGE)  # the range brings back transports that were not chosen
+    name = _ANY_PROFILE if both else _PROFILES.get(transports, _ANY_PROFILE)
+    return str(Path(__file__).resolve().with_name(name))
+
+
+def _is_ours(path: str) -> bool:
+    """Return whether ``path`` names settings of ours, of this checkout or another."""
+    return Path(path).parent.name == "quad_node" and Path(path).name in {*_PROFILES.values(), _ANY_PROFILE}
+
+
 def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> str:
     """Choose shared memory alone where nothing is chosen, before rclpy starts; returns who can see the node.
 
+    Settings of Fast DDS are ours unless the user names some.
     The line begins with ``OPEN`` where others than this user's processes on this machine may join.
     """
     rmw = environment.get(RMW) or FAST_DDS
     if rmw != FAST_DDS:
         return f"{OPEN}: {rmw} has its own settings"
-    chosen = [name for name in _CHOICES if environment.get(name) not in (None, "", OUR_PROFILES)]
+    if _is_ours(environment.get(PROFILES, "")):
+        del environment[PROFILES]
+    chosen = [name for name in _CHOICES if environment.get(name)]
     if not chosen:
         environment[TRANSPORTS] = "SHM"
         chosen = [TRANSPORTS]
+    if not {PROFILES, THEIR_PROFILES} & set(chosen):
+        environment[PROFILES] = profiles(environment)
     domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
     if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
-        return f"seen only by shells of this user with: export {TRANSPORTS}=SHM {domain}; unset {RANGE}"
+        settings = f"{TRANSPORTS}=SHM {PROFILES}={environment[PROFILES]}"
+        return f"seen only by shells of this user with: export {settings} {domain}; unset {RANGE}"
     if set(chosen) <= {RANGE, "ROS_LOCALHOST_ONLY"} and all(environment[name] in _LOCAL for name in chosen):
         return f"open to this machine: seen by shells with: export {RANGE}=LOCALHOST {domain}; unset {TRANSPORTS}"
     return f"{OPEN}: {', '.join(f'{name}={environment[name]}' for name in chosen)}"

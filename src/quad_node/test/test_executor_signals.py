@@ -118,19 +118,27 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
     assert node.said == ["SIGINT", "drained", "closed"]
 
 
-def test_fast_dds_gets_our_profile_unless_the_user_has_one(monkeypatch):
+@pytest.mark.parametrize(
+    ("transports", "used"), [("SHM", ["SHM"]), ("DEFAULT", ["UDPv4", "SHM"]), ("UDPv4", []), ("/theirs.xml", None)]
+)
+def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, used):
     monkeypatch.setattr(rclpy, "init", lambda **_: None)
-    name = "FASTRTPS_DEFAULT_PROFILES_FILE"
-    monkeypatch.setenv(name, "/theirs.xml")
+    name, chosen = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"
+    monkeypatch.setenv(name, transports if used is None else "")
+    monkeypatch.setenv(chosen, "SHM" if used is None else transports)
     executor.init([])
-    assert os.environ[name] == "/theirs.xml"
-    monkeypatch.delenv(name)
-    executor.init([])
-    tree = ElementTree.parse(os.environ.pop(name))
+    if used is None:
+        assert os.environ[name] == transports
+        return
+    tree = ElementTree.parse(os.environ[name])
     space = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
     writer = tree.find(f"{space}data_writer[@is_default_profile='true']")
     period = writer.find(f"{space}times/{space}heartbeatPeriod")
     assert [int(part.text) for part in period] == [0, 100_000_000]
+    described = tree.findall(f".//{space}transport_descriptor")
+    assert [each.find(f"{space}type").text for each in described] == used
+    waits = [int(each.find(f"{space}healthy_check_timeout_ms").text) for each in described if "SHM" in each[1].text]
+    assert waits == [3_600_000] * ("SHM" in used)
 
 
 def test_the_first_signal_may_be_asked_to_wait_but_not_the_second():
