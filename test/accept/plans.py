@@ -31,6 +31,7 @@ SLOWEST, BEYOND = 1.0, 5.0
 TOLERANCE = 1.0 + 1e-9
 VEHICLE = Vehicle()
 MIN_THRUST = 0.2
+PLANT_PERIOD = 0.002  # s
 
 
 class Report(NamedTuple):
@@ -59,7 +60,11 @@ def main():
     for reason, count in refused.items():
         print(f"     {count} refused: {reason}")
     needless = sum(count for reason, count in refused.items() if reason.startswith("WITHOUT NEED"))
-    figures.check(not needless, f"{needless} refused whose curve begins within {BEYOND:g} times its limit of jerk")
+    figures.check(
+        not needless,
+        f"{needless} refused whose curve begins within {BEYOND:g} times its limit of jerk and stays "
+        "within that of acceleration for a plant step",
+    )
     return figures.code()
 
 
@@ -103,8 +108,14 @@ def planned(plan, parameters, start):
 
 
 def needs_refusal(module, parameters):
-    """Return whether a curve begins with a jerk far beyond its limit: lemniscates of any speed and size are drawn."""
-    return module is lemniscate and length(lemniscate.curve(parameters, 0.0).jerk_w) > BEYOND * parameters.limits.jerk
+    """Return whether a curve begins far outside its limits: lemniscates of any speed and size are drawn.
+
+    Its first jerk is far beyond the limit of jerk, or leaves the limit of acceleration within one plant step.
+    """
+    if module is not lemniscate:
+        return False
+    jerk, limits = length(lemniscate.curve(parameters, 0.0).jerk_w), parameters.limits
+    return jerk > BEYOND * limits.jerk or jerk * PLANT_PERIOD > limits.acceleration
 
 
 def same(plan, other):
