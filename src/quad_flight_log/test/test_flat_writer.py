@@ -14,7 +14,8 @@ def chunks(writer: Writer, first: int, count: int) -> None:
     rng = np.random.default_rng(first)
     for number in range(first, first + count):
         for channel in writer.channels:
-            writer.add_message(channel, number, rng.bytes(40), number + 1)
+            # not in the order of time
+            writer.add_message(channel, 32 * number + (channel ^ 5), rng.bytes(40), number + 1)
         writer.flush()
 
 

@@ -1,4 +1,4 @@
-"""Single MCAP records, each checked as far as the format allows. Used by ``mcap_scan`` only."""
+"""Single MCAP records, each checked as far as the format allows. Used by ``mcap_scan`` and ``flat_writer``."""
 
 import io
 import struct
@@ -16,7 +16,7 @@ CHUNK_LIMIT = 64 << 20  # bytes of one chunk, uncompressed
 RECORD_LIMIT = 80 << 20  # bytes of one record in the file
 
 RECORD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<BQHIQQ")
+MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 CHUNK_HEAD = struct.Struct("<QQQII")
 
 
@@ -113,8 +113,8 @@ def walk(data: bytes, define: Callable[[int, bytes], None] | None) -> Iterator[t
     Schemas and channels go to ``define``. Raises when a record does not fit into the chunk.
     """
     at, size = 0, len(data)
-    unpack_record, unpack_message = RECORD.unpack_from, _MESSAGE.unpack_from
-    head, message_head, message_opcode = RECORD.size, _MESSAGE.size, int(Opcode.MESSAGE)
+    unpack_record, unpack_message = RECORD.unpack_from, MESSAGE_HEAD.unpack_from
+    head, message_head, message_opcode = RECORD.size, MESSAGE_HEAD.size, int(Opcode.MESSAGE)
     while at < size:
         if at + message_head <= size and data[at] == message_opcode:
             _, length, channel, _, log_time, publish_time = unpack_message(data, at)

@@ -3,13 +3,17 @@
 Stricter than our own reader: little endian alone, texts in UTF-8 with their zero byte, as readers of others demand.
 """
 
+from collections.abc import Callable, Hashable
+from operator import itemgetter
+
 from quad_flight_log.bag.cdr_reader import HEADER
 from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schema
 
 _PLAIN = b"\x00\x01"
 _SIZES = {base: int(code[1:] or 1) for base, code in PRIMITIVES.items()}
 _MOST_ITEMS = 10_000  # messages and texts in the sequences of one message; reading them takes time and memory
-_MOST_FIXED = 16  # length words, texts and booleans up to which comparing is quicker than reading
+_MOST_PLACES = 16  # of length words, texts and booleans, up to which looking them up is quicker than reading
+_MOST_KNOWN = 64  # contents of those places that are remembered
 _MOST_PADDING = 3  # bytes behind the last field
 
 
@@ -20,28 +24,23 @@ class _MalformedError(Exception):
 class PayloadCheck:
     """Tells what is wrong with payloads of one type.
 
-    Messages of a topic mostly have the shape of the one before: its lengths and texts are compared before anything is
-    read field by field.
+    Messages of a topic mostly have lengths, texts and booleans that were read before: those are looked up before
+    anything is read field by field.
     """
 
     def __init__(self, schema: Schema) -> None:
         """Expect messages of ``schema``."""
         self._schema = schema
         self._size = -1
-        self._fixed: list[tuple[int, int, bytes]] = []
-        self._flags: list[tuple[int, int]] = []
+        self._places: list[tuple[int, int]] = []
+        self._pick: Callable[[bytes], Hashable] = len
+        self._known: set[Hashable] = set()
 
     def __call__(self, payload: bytes) -> str:
         """Return what is wrong with ``payload`` (CDR with its encapsulation header), empty if nothing is."""
-        if len(payload) != self._size:
-            return self._read(payload)
-        for start, end, expected in self._fixed:
-            if payload[start:end] != expected:
-                return self._read(payload)
-        for start, end in self._flags:
-            if max(payload[start:end]) > 1:
-                return self._read(payload)
-        return ""
+        if len(payload) == self._size and self._pick(payload) in self._known:
+            return ""
+        return self._read(payload)
 
     def _read(self, payload: bytes) -> str:
         walk = _Walk(self._schema, payload)
@@ -49,9 +48,14 @@ class PayloadCheck:
             walk.through()
         except _MalformedError as error:
             return f"{error} in {len(payload)} bytes of {self._schema.root}"
-        simple = len(walk.fixed) + len(walk.flags) <= _MOST_FIXED
-        self._size, self._flags = len(payload) if simple else -1, walk.flags
-        self._fixed = [(start, end, payload[start:end]) for start, end in walk.fixed]
+        places = walk.fixed + walk.flags
+        if len(places) > _MOST_PLACES:
+            self._size = -1
+            return ""
+        if (len(payload), places) != (self._size, self._places) or len(self._known) >= _MOST_KNOWN:
+            self._size, self._places, self._known = len(payload), places, set()
+            self._pick = itemgetter(*(slice(start, end) for start, end in places))
+        self._known.add(self._pick(payload))
         return ""
 
 

@@ -126,7 +126,7 @@ class Recorder(FlightNode):
             self._arrived = steady()
             seconds, nanoseconds = unpack(payload, 4)
             stamp = seconds * 1_000_000_000 + nanoseconds
-            if not stamps.believes(stamp, self._arrived):
+            if stamp > stamps.newest and not stamps.believes(stamp, self._arrived):
                 self.bag.refuse(handle)
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
                 self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
