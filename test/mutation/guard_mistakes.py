@@ -14,7 +14,8 @@ GUARD = {
     ],
     "quad_core.guard_checks.is_frozen": [("frozen", "state != last", "state == last")],
     "quad_core.guard_checks.position_change": [("jump", "gap * last.v_w.x", "gap * last.v_w.y")],
-    "quad_core.guard_checks.attitude_change": [("jump", "abs(", "(")],
+    "quad_core.guard_checks.is_surely_within": [("jump", "20.0 *", "2.0 *")],
+    "quad_core.guard_checks.half_cosine": [("jump", "abs(", "(")],
     "quad_core.guard_state.expired": [("window", "<= limits.refused_window", ">= limits.refused_window")],
     "quad_core.guard_state.counted": [("window", "refusals.recent + 1", "refusals.recent + 2")],
     "quad_core.guard.condition": [

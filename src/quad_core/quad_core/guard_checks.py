@@ -142,6 +142,8 @@ def sample_refusal(
     gap = (sample.step - last_step) * period / 1e9
     if position_change(last, state, gap) > limits.position_jump:
         return POSITION_JUMP
+    if is_surely_within(last.q_wb, state.q_wb, limits.attitude_jump):
+        return ACCEPTED
     if attitude_change(last.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(last.omega_b):
         return ATTITUDE_JUMP
     return ACCEPTED
@@ -166,5 +168,18 @@ def position_change(last: VehicleState, state: VehicleState, gap: float) -> floa
 
 def attitude_change(last: Quat, q: Quat) -> float:
     """Return the angle in rad, 0 to pi, between two attitudes; q and -q are the same one."""
-    cosine = abs(last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w)
+    cosine = half_cosine(last, q)
     return 2.0 * math.acos(cosine) if cosine < 1.0 else 0.0
+
+
+def is_surely_within(last: Quat, q: Quat, angle: float) -> bool:
+    """Return whether ``attitude_change`` surely is at most ``angle`` in rad: quicker than to ask it.
+
+    (2 acos c)^2 <= 2 pi^2 (1 - c) for c from 0 to 1, and 2 pi^2 < 20 by more than all rounding.
+    """
+    return 20.0 * (1.0 - half_cosine(last, q)) <= angle * angle
+
+
+def half_cosine(last: Quat, q: Quat) -> float:
+    """Return the cosine, 0 to 1, of half the angle between two attitudes."""
+    return abs(last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w)

@@ -132,6 +132,13 @@ def test_an_attitude_may_turn_by_20_degrees(degrees, expected):
     assert state_refusal(flying(x=DT, roll=math.radians(degrees))) == expected
 
 
+@given(st.floats(0.01, 3.2), st.floats(-1.1, 1.1))
+def test_what_is_surely_within_an_angle_is_within_it_and_little_is_left_open(angle, share):
+    first, second = flying().q_wb, flying(roll=share * angle).q_wb
+    surely, change = checks.is_surely_within(first, second, angle), checks.attitude_change(first, second)
+    assert change <= angle if surely else change > 0.6 * angle
+
+
 def test_a_vehicle_that_turns_may_turn_farther_in_a_gap():
     turning = flying(rates=(3.0, 0.0, 0.0))
     assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200, last=turning) == checks.ACCEPTED
