@@ -231,7 +231,7 @@ def fly(
 
 def age(now: int, since: int, first: int, period: int) -> float:
     """Return the age in s at step ``now`` of what is of step ``since``; of what never came: since ``first``."""
-    return (now - (since if since >= 0 else first)) * period / 1e9
+    return 0.0 if since == now else (now - (since if since >= 0 else first)) * period / 1e9
 
 
 def watch(

@@ -235,7 +235,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             flown = applied
             if setup.guard.enabled:
                 # a command holds until the next one: it is that of the step which the last stage answered
-                sent -= sent % command_steps
+                if command_steps > 1:
+                    sent -= sent % command_steps
                 received = WrenchCommand(applied, sent, sent * schedule.plant_period, sent > applied_step, True)
                 sample = StateSample(state, k, k * schedule.plant_period, True, True)
                 inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
