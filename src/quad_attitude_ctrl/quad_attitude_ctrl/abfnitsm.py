@@ -35,6 +35,7 @@ from quad_attitude_ctrl.sliding_control import (
     AxisMemory,
     AxisState,
     Estimates,
+    angle_exponents,
     axis_control,
     force_difference,
     next_axis_memory,
@@ -119,9 +120,10 @@ def step(
         filters = filters_at_rest(angles)
     goal = desired(parameters.command, filters, setpoint)
     states = _axis_states(parameters, vehicle, goal, angles, rates)
-    roll = axis_control(parameters.roll, memory.roll, states[0], parameters.adaptation_form)
-    pitch = axis_control(parameters.pitch, memory.pitch, states[1], parameters.adaptation_form)
-    yaw = axis_control(parameters.yaw, memory.yaw, states[2], parameters.adaptation_form)
+    eta, form = angle_exponents(states), parameters.adaptation_form
+    roll = axis_control(parameters.roll, memory.roll, states[0], eta.x, form)
+    pitch = axis_control(parameters.pitch, memory.pitch, states[1], eta.y, form)
+    yaw = axis_control(parameters.yaw, memory.yaw, states[2], eta.z, form)
 
     control = Vec3(roll.control, pitch.control, yaw.control)
     torque_command = _torque(parameters, vehicle, angles, rates, omega_b, control)

@@ -26,6 +26,7 @@ from quad_attitude_ctrl.sliding_control import (
     AxisGains,
     AxisMemory,
     AxisState,
+    angle_exponents,
     axis_control,
     next_axis_memory,
 )
@@ -125,10 +126,10 @@ def step(
     turned_rates = rotate_inverse(q, goal.rates)
     error_rate = subtract(omega_b, turned_rates)
     states = _axis_states(q_wb, omega_b, error, error_rate)
-    form = parameters.adaptation_form
-    roll = axis_control(parameters.roll, memory.roll, states[0], form)
-    pitch = axis_control(parameters.pitch, memory.pitch, states[1], form)
-    yaw = axis_control(parameters.yaw, memory.yaw, states[2], form)
+    eta, form = angle_exponents(states), parameters.adaptation_form
+    roll = axis_control(parameters.roll, memory.roll, states[0], eta.x, form)
+    pitch = axis_control(parameters.pitch, memory.pitch, states[1], eta.y, form)
+    yaw = axis_control(parameters.yaw, memory.yaw, states[2], eta.z, form)
 
     carried = subtract(rotate_inverse(q, goal.accelerations), cross(omega_b, turned_rates))
     acceleration = add(Vec3(roll.control, pitch.control, yaw.control), carried)

@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 from quad_attitude_ctrl.command import CommandFilter
 from quad_core.geometry import clamp
 from quad_core.parameters import Real
+from quad_core.types import Vec3
 
 
 def saturation(x: float, width: float) -> float:
@@ -237,10 +238,14 @@ class AxisControl(NamedTuple):
     lyapunov_rate: float
 
 
-def axis_control(gains: AxisGains, memory: AxisMemory, state: AxisState, form: int) -> AxisControl:
-    """Return eqs. 45-58 of one axis; ``form`` is an ``AdaptationForm`` (Eq. 54)."""
+def angle_exponents(states: tuple[AxisState, AxisState, AxisState]) -> Vec3:
+    """Return eta of roll, pitch and yaw; before all else, so that the machine can work at several axes at a time."""
+    return Vec3(angle_exponent(states[0].error), angle_exponent(states[1].error), angle_exponent(states[2].error))
+
+
+def axis_control(gains: AxisGains, memory: AxisMemory, state: AxisState, exponent: float, form: int) -> AxisControl:
+    """Return eqs. 45-58 of one axis; ``exponent`` eta_phi1 (Eq. 46), ``form`` an ``AdaptationForm`` (Eq. 54)."""
     error, width = state.error, gains.reaching_width
-    exponent = angle_exponent(error)
     integrand = surface_integrand(
         error, state.error_rate, exponent, gains.angle_gain, gains.rate_gain, gains.surface_width
     )
