@@ -91,7 +91,10 @@ class Field(NamedTuple):
 
 
 def fields(parameters: type[Any] | Any, prefix: str = "") -> Iterator[Field]:
-    """Yield every leaf of a parameter set (class for its defaults, or instance), depth first."""
+    """Yield every leaf of a parameter set (class for its defaults, or instance), depth first.
+
+    Raises TypeError for a field that is neither annotated nor a parameter set: its value would be lost.
+    """
     cls = parameters if isinstance(parameters, type) else type(parameters)
     instance = parameters() if isinstance(parameters, type) else parameters
     for name, hint in get_type_hints(cls, include_extras=True).items():
@@ -100,8 +103,12 @@ def fields(parameters: type[Any] | Any, prefix: str = "") -> Iterator[Field]:
             spec = get_args(hint)[1]
             shown = spec.options[value] if isinstance(spec, Choice) else value
             yield Field(prefix + name, spec, shown)
-        else:
+        elif hasattr(value, "_fields"):
             yield from fields(value, f"{prefix}{name}.")
+        else:
+            kind = getattr(hint, "__name__", hint)
+            expected = f"Annotated[{kind}, ...] with Real, Whole, Flag or Choice"
+            raise TypeError(f"{cls.__name__}: found {prefix}{name}: {kind}, expected {expected}")
 
 
 def flatten(instance: Any) -> dict[str, Value]:

@@ -41,6 +41,7 @@ from importlib.metadata import entry_points
 from types import ModuleType
 from typing import NamedTuple
 
+from quad_core.parameters import fields
 from quad_core.records import leaves
 
 POSITION_LAW = "quad.position_law"
@@ -93,20 +94,29 @@ def names(group: str) -> list[str]:
 def load(group: str, name: str) -> ModuleType:
     """Return the module registered as ``name`` in ``group``.
 
-    Raises PluginError if nothing has that name or the module misses something the group demands.
+    Raises PluginError if nothing has that name, several have it, it cannot be imported, the module misses something
+    that the group demands, or one of its types has a field that the stack cannot carry.
     """
     points = [point for point in entry_points(group=group) if point.name == name]
     if not points:
         raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
-    module: ModuleType = points[0].load()
+    values = sorted({point.value for point in points})
+    if len(values) > 1:
+        raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename or uninstall one")
+    try:
+        module: ModuleType = points[0].load()
+    except ImportError as error:
+        raise PluginError(f"{group}: plug-in {name!r} ({values[0]}) cannot be imported: {error}") from error
     contract = OTHERS.get(group, LAW)
     missing = [item for item in contract.required if not hasattr(module, item)]
     if missing:
         raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}) lacks {', '.join(missing)}")
-    if contract is LAW:
-        try:
+    try:
+        for _ in fields(module.Parameters):
+            pass
+        if contract is LAW:
             leaves(module.Memory, "Memory")
             leaves(module.Internals, "Internals")
-        except TypeError as error:
-            raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}): {error}") from error
+    except TypeError as error:
+        raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}): {error}") from error
     return module

@@ -3,11 +3,12 @@
 import sys
 from importlib.metadata import EntryPoint
 from types import ModuleType
+from typing import Annotated, NamedTuple
 
 import pytest
 
 from quad_core import plugins
-from quad_core.parameters import build, flatten
+from quad_core.parameters import Real, build, flatten
 
 GROUPS = (plugins.POSITION_LAW, plugins.ATTITUDE_LAW, plugins.TRAJECTORY, plugins.PLANT, plugins.DISTURBANCE)
 
@@ -59,6 +60,50 @@ def test_an_unknown_name_and_an_empty_group_are_said(register):
         plugins.load(plugins.PLANT, "kite")
     with pytest.raises(plugins.PluginError, match=r"quad\.trajectory: no plug-in named 'kite'; installed: none"):
         plugins.load(plugins.TRAJECTORY, "kite")
+
+
+def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkeypatch):
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("kite", "made_up_nowhere", group)])
+    expected = r"quad\.plant: plug-in 'kite' \(made_up_nowhere\) cannot be imported: No module named 'made_up_nowhere'"
+    with pytest.raises(plugins.PluginError, match=expected):
+        plugins.load(plugins.PLANT, "kite")
+
+
+def test_a_name_that_two_packages_took_is_refused(register, monkeypatch):
+    module = register(plugins.DISTURBANCE, "breeze", Parameters=tuple, draw=len, sample=len)
+    found = [EntryPoint("breeze", value, plugins.DISTURBANCE) for value in (module.__name__, "made_up_gale")]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: found)
+    expected = "'breeze' is the name of several plug-ins: made_up_breeze, made_up_gale; rename or uninstall one"
+    with pytest.raises(plugins.PluginError, match=expected):
+        plugins.load(plugins.DISTURBANCE, "breeze")
+    found.pop()
+    assert plugins.load(plugins.DISTURBANCE, "breeze") is module
+
+
+class Bare(NamedTuple):
+    gain: float = 3.0
+
+
+class Nested(NamedTuple):
+    inner: Bare = Bare()
+
+
+class Undecided(NamedTuple):
+    gain: Annotated[float, Real("1/s", "a gain", 0.0, 9.0)]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        (Bare, r"Bare: found gain: float, expected Annotated\[float, \.\.\.\] with Real, Whole, Flag or Choice"),
+        (Nested, r"Bare: found inner\.gain: float, expected Annotated\[float, \.\.\.\]"),
+        (Undecided, r"missing 1 required positional argument: 'gain'"),
+    ],
+)
+def test_a_parameter_whose_value_would_be_lost_is_refused(register, parameters, said):
+    register(plugins.DISTURBANCE, "breeze", Parameters=parameters, draw=len, sample=len)
+    with pytest.raises(plugins.PluginError, match=r"plug-in 'breeze' \(made_up_breeze\): .*" + said):
+        plugins.load(plugins.DISTURBANCE, "breeze")
 
 
 @pytest.mark.parametrize("group", GROUPS)

@@ -73,6 +73,9 @@ def from_names(case: str, **choices: Any) -> Flight:
     For example ``from_names("case1", preset="tuned", seed=7, settings=["vehicle.mass=0.6"])``. Raises ParameterError or
     PluginError naming the file or key, what was found and what was expected.
     """
+    unknown = [name for name in choices if name not in Request._fields]
+    if unknown:
+        raise ParameterError(f"from_names: found {unknown[0]!r}, expected one of {', '.join(Request._fields[1:])}")
     return flight_from_resolved(resolve_flight(Request(case, **choices), {}))
 
 

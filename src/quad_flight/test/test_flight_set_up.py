@@ -37,6 +37,11 @@ def test_a_flight_by_names():
     assert asked.resolved["position_controller"].node.preset == "minimal"
 
 
+def test_a_choice_that_there_is_not_is_refused_with_those_that_there_are():
+    with pytest.raises(ParameterError, match="from_names: found 'changes', expected one of preset, vehicle, plant"):
+        flight.from_names("hover", changes={})
+
+
 def test_the_shipped_files_are_found_without_ament():
     shipped = ["crazyflie21_real", "minimal", "paper_real", "printed", "tuned", "x500", "x500_real"]
     assert configuration.names(configuration.CONTROLLERS) == shipped
