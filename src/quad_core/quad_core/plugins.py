@@ -102,7 +102,7 @@ def load(group: str, name: str) -> ModuleType:
         raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
     values = sorted({point.value for point in points})
     if len(values) > 1:
-        raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename or uninstall one")
+        raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename one")
     try:
         module: ModuleType = points[0].load()
     except ImportError as error:
