@@ -6,6 +6,7 @@ from quad_attitude_ctrl.sliding_control import (
     AxisMemory,
     AxisState,
     Estimates,
+    angle_exponent,
     axis_control,
     next_axis_memory,
 )
@@ -28,7 +29,7 @@ def convergence(width, linear_gain):
     last = dict.fromkeys((*BANDS, "s"), 0.0)
     for k in range(int(SECONDS / DT)):
         state = AxisState(angle=angle, rate=rate, error=angle, error_rate=rate, desired_acceleration=0.0, model=0.0)
-        control = axis_control(gains, memory, state, AdaptationForm.ABS)
+        control = axis_control(gains, memory, state, angle_exponent(state.error), AdaptationForm.ABS)
         for band in BANDS:
             if abs(angle) > band:
                 last[band] = (k + 1) * DT

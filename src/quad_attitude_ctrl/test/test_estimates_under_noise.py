@@ -11,6 +11,7 @@ from quad_attitude_ctrl.sliding_control import (
     AxisMemory,
     AxisState,
     Estimates,
+    angle_exponent,
     axis_control,
     next_axis_memory,
 )
@@ -30,7 +31,8 @@ def estimates_after(noise_sd, dead_zone, leak, size=math.inf, seconds=SECONDS):
     rng, memory = random.Random(3), AxisMemory(0.0, Estimates(0.0, 0.0, 0.0))
     for _ in range(round(seconds / DT)):
         noise = min(max(rng.gauss(0.0, noise_sd), -size), size)
-        control = axis_control(gains, memory, AxisState(0.2, 0.0, 0.0, noise, 0.0, 0.0), AdaptationForm.ABS)
+        state = AxisState(0.2, 0.0, 0.0, noise, 0.0, 0.0)
+        control = axis_control(gains, memory, state, angle_exponent(state.error), AdaptationForm.ABS)
         memory = next_axis_memory(gains, memory, control, False, DT)
     return memory.estimates
 
