@@ -34,8 +34,11 @@ def flat_writer(stream: BinaryIO, path: Path) -> Writer:
     return writer
 
 
-class _ChunkBuilder(ChunkBuilder):
+class _ChunkBuilder(ChunkBuilder):  # type: ignore[misc]  # that module has no types
     """Writes the head of a message in one go: a fifth less time per message."""
+
+    message_start_time: int
+    message_end_time: int
 
     def add_message(self, message: Message) -> None:
         time, builder = message.log_time, self.record_writer
