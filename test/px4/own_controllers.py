@@ -1,20 +1,22 @@
 """PX4's own position and attitude controllers on the flight's `reference`, for a comparison on the same vehicle.
 
 In the bridge's place: python own_controllers.py --ros-args --params-file airframe.yaml -p mode:=attitude
+In the joined plant's: python own_controllers.py joined --ros-args --params-file joined.yaml
 
-It is the bridge with other setpoints: position, velocity and acceleration of the reference, the drag that the vehicle
-is said to have added to the acceleration (a + d/m v), heading and its rate. The flight's controllers run in shadow.
+It is the bridge, or the joined plant, with other setpoints: position, velocity and acceleration of the reference, the
+drag that the vehicle is said to have added to the acceleration (a + d/m v), heading and its rate. The flight's
+controllers run in shadow.
 It needs PX4's own px4_msgs; no test runs it.
 """
 
 import math
 import sys
-import time
 
 from quad_autopilot import frames
-from quad_core.cascade import PX4, SIGNALS
+from quad_core.cascade import JOINED, PX4, SIGNALS
 from quad_core.geometry import euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3
+from quad_mavlink.hil.joined import JoinedPlant
 from quad_node.codec import MALFORMED, unpacker
 from quad_node.main import run
 from quad_node.topics import message_type
@@ -22,11 +24,13 @@ from quad_px4 import messages
 from quad_px4.node import Px4Bridge
 
 
-class OwnControllers(Px4Bridge):
-    """Sends TrajectorySetpoint instead of what the mode would send."""
+class OwnSetpoints:
+    """Sends TrajectorySetpoint instead of what the mode would send; comes before the bridge among the bases."""
 
     def _listen(self):
         super()._listen()
+        if not self.setpoints.by_attitude:
+            self.take_attitude()
         kind = self.px4.TrajectorySetpoint
         self._trajectory_out = self.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
 
@@ -40,9 +44,12 @@ class OwnControllers(Px4Bridge):
             stamped = self._read_reference(payload)
         except MALFORMED:
             return
-        self.commanded_at = time.monotonic()
+        self.commanded_at = self.clock()
         if stamped.finite and self.is_obeyed():
             self._send_point(stamped.value)
+
+    def _send(self, found):
+        """Keep back what the mode would send."""
 
     def _send_point(self, point):
         share = self.vehicle.drag_coefficient / self.vehicle.mass
@@ -64,5 +71,14 @@ class OwnControllers(Px4Bridge):
         self._send_point(TrajectoryPoint(p_w=state.p_w, yaw=euler_from_quaternion(state.q_wb).z))
 
 
+class OwnControllers(OwnSetpoints, Px4Bridge):
+    """PX4's controllers on a vehicle of PX4's."""
+
+
+class JoinedOwnControllers(OwnSetpoints, JoinedPlant):
+    """PX4's controllers on our plant."""
+
+
 if __name__ == "__main__":
-    sys.exit(run(PX4, OwnControllers, __doc__))
+    is_joined = sys.argv[1:2] == ["joined"] and bool(sys.argv.pop(1))
+    sys.exit(run(JOINED, JoinedOwnControllers, __doc__) if is_joined else run(PX4, OwnControllers, __doc__))

@@ -15,6 +15,8 @@ AT_REST, AIRBORNE = 0.3, 0.3
 RESERVE = 1.05
 """Least thrust over weight."""
 HOVER_SAMPLES = 50
+HELD = 0.3
+"""Share of the weight below which a mean thrust is no hover: somebody holds the vehicle."""
 
 
 def signal(fraction: float, factor: float) -> float:
@@ -51,10 +53,15 @@ def weakness(vehicle: Vehicle, max_rotor_thrust: float, key: str) -> str:
 
 
 def hover_report(vehicle: Vehicle, max_rotor_thrust: float, thrusts: float, count: int) -> str:
-    """Return what ``count`` hovering thrusts of sum ``thrusts`` N say of a rotor's largest; empty if too few."""
+    """Return what ``count`` hovering thrusts of sum ``thrusts`` N say of a rotor's largest; empty if they say nothing.
+
+    They do not where there are too few, or where they would not carry the vehicle.
+    """
     if count < HOVER_SAMPLES:
         return ""
     mean, weight = thrusts / count, vehicle.mass * vehicle.gravity
+    if mean < HELD * weight:
+        return ""
     return (
         f"mean thrust in hover {mean:.2f} N of our scale, weight {weight:.2f} N: if the mass is right, a rotor's "
         f"largest thrust is {max_rotor_thrust * weight / mean:.2f} N (given {max_rotor_thrust:g} N)"

@@ -47,6 +47,11 @@ def test_a_hover_with_too_much_of_our_thrust_says_that_a_rotor_gives_less():
     assert thrust.hover_report(vehicle, 5.0, 12.5, 1) == ""
 
 
+@pytest.mark.parametrize("thrusts", [0.0, 1.0])
+def test_a_vehicle_held_by_hand_tells_nothing_of_its_rotors(thrusts):
+    assert thrust.hover_report(Vehicle(mass=1.0, gravity=10.0), 5.0, thrusts, 100) == ""
+
+
 def test_rotors_that_cannot_lift_it_are_named():
     vehicle = Vehicle(mass=2.0, gravity=10.0)
     assert thrust.weakness(vehicle, 5.3, "max_rotor_thrust") == ""
