@@ -48,7 +48,13 @@ def prepared(options, position, attitude, speed, settings):
         *settings,
         *options.set,
     ]
-    common = {"vehicle": options.vehicle, "position": position, "attitude": attitude, "duration": SECONDS}
+    common = {
+        "vehicle": options.vehicle,
+        "preset": options.preset,
+        "position": position,
+        "attitude": attitude,
+        "duration": SECONDS,
+    }
     return from_names("lemniscate", **common, settings=settings)
 
 
@@ -84,6 +90,7 @@ def main():
     )
     parser.add_argument("--speed", action="append", type=float, help="m/s; may be repeated (default: 5, 8, 10)")
     parser.add_argument("--vehicle", default="paper", help="vehicle file (default: paper)")
+    parser.add_argument("--preset", default="tuned", help="preset, or a file with gains (default: tuned)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
     parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="may be repeated")
     options = parser.parse_args()

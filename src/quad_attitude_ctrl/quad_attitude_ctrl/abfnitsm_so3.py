@@ -43,6 +43,7 @@ from quad_core.geometry import (
     body_rates,
     cross,
     euler_from_quaternion,
+    normalized,
     quaternion_from_euler,
     relative_attitude,
     rotate_inverse,
@@ -158,15 +159,23 @@ def goal_of(source: int, filtered: RotationState, setpoint: AttitudeThrust) -> G
     if source == CommandSource.FEED_FORWARD:
         return set_goal(setpoint)
     if source == CommandSource.RAW:
-        return Goal(quaternion_from_euler(setpoint.angles), ZERO, ZERO)
+        return Goal(set_attitude(setpoint), ZERO, ZERO)
     return Goal(filtered.attitude, filtered.rates, filtered.accelerations)
 
 
+def set_attitude(setpoint: AttitudeThrust) -> Quat:
+    """Return the attitude of the setpoint as a unit quaternion, that of its angles where it names none."""
+    q = setpoint.q_wb
+    if 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
+        return normalized(q)
+    return quaternion_from_euler(setpoint.angles)
+
+
 def set_goal(setpoint: AttitudeThrust) -> Goal:
-    """Return the setpoint with its derivatives, in body axes."""
+    """Return the setpoint with its derivatives, in body axes: exact where the thrust is tilted in the set heading."""
     angles, rates = setpoint.angles, setpoint.rates
     return Goal(
-        quaternion_from_euler(angles),
+        set_attitude(setpoint),
         body_rates(angles, rates),
         body_acceleration(angles, rates, setpoint.accelerations),
     )
@@ -200,7 +209,7 @@ def _axis_states(q_wb: Quat, omega_b: Vec3, error: Vec3, error_rate: Vec3) -> tu
 def _next_filter(parameters: Parameters, state: RotationState, setpoint: AttitudeThrust, dt: float) -> RotationState:
     """Return the command filter one step later."""
     roll, pitch, yaw = parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter
-    target = quaternion_from_euler(setpoint.angles)
+    target = set_attitude(setpoint)
     if parameters.command == CommandSource.LED:
         goal = set_goal(setpoint)
         v, a = goal.rates, goal.accelerations

@@ -92,6 +92,7 @@ def any_inputs() -> st.SearchStrategy[AttitudeInputs]:
             angles=st.builds(Vec3, st.floats(-1.57, 1.57), st.floats(-1.57, 1.57), turn),
             rates=vectors(10.0),
             accelerations=vectors(100.0),
+            q_wb=attitudes(),
             thrust=st.floats(0.0, 100.0),
         ),
         st.builds(Actuation, roll_limited=st.booleans(), pitch_limited=st.booleans(), yaw_limited=st.booleans()),

@@ -163,6 +163,15 @@ def test_q_and_minus_q_are_one_attitude():
         assert answers[0] == pytest.approx(answers[1], abs=1e-12)
 
 
+def test_a_setpoint_without_an_attitude_is_flown_by_its_angles():
+    goal = Vec3(0.3, -0.2, 1.0)
+    named = AttitudeThrust(goal, ZERO, ZERO, quaternion_from_euler(goal), 5.0, 0.3)
+    for none in (Quat(0.0, 0.0, 0.0, 0.0), Quat(0.0, 1e154, 0.0, 1e154)):
+        assert abfnitsm_so3.set_attitude(named._replace(q_wb=none)) == named.q_wb
+    longer = named._replace(q_wb=Quat(*(1.2 * part for part in named.q_wb)))
+    assert abfnitsm_so3.set_attitude(longer) == pytest.approx(named.q_wb, abs=1e-15)
+
+
 def test_it_turns_the_short_way():
     for degrees, sign in ((170.0, -1.0), (190.0, 1.0), (-170.0, 1.0), (-190.0, -1.0)):
         given_ = inputs(Vec3(math.radians(degrees), 0.0, 0.0), ZERO)

@@ -17,7 +17,14 @@ from quad_core.geometry import ZERO, add, body_z, clamp, cross, norm, subtract
 from quad_core.parameters import Flag, Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, attitude_setpoint, plain_internals, thrust_command
+from quad_position_ctrl.setpoint import (
+    LiftLimits,
+    ThrustForm,
+    attitude_setpoint,
+    desired_angles,
+    plain_internals,
+    thrust_command,
+)
 from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
 
 Internals = PositionInternals
@@ -76,8 +83,12 @@ def step(
         reference.a_w.z + z.velocity * (correcting.z - velocity_error.z),
     )
     thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
-    angles = desired_attitude(thrust.lift.lift, reference.yaw)
-    setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, reference.yaw, parameters.feed_forward)
+    lift = thrust.lift.lift
+    if parameters.feed_forward and lift.z > 0.0:
+        angles = desired_angles(lift, reference.yaw, reference.yaw)  # the chain differentiates these
+    else:
+        angles = desired_attitude(lift, reference.yaw)
+    setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, angles.z, parameters.feed_forward)
     internals = plain_internals(
         position_error=position_error,
         velocity_error=velocity_error,

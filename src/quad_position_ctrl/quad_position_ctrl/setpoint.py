@@ -13,7 +13,7 @@ import math
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler
+from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler, turned, wrap_angle
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
 from quad_core.vehicle import Vehicle, max_thrust
@@ -203,19 +203,21 @@ def attitude_setpoint(
     heading: float,
     feed_forward: bool,
 ) -> AttitudeThrust:
-    """Return the setpoint of ``angles`` (phi, theta, psi in rad) and ``thrust`` in N, tilted in that of ``heading``.
+    """Return the setpoint of ``angles`` (phi, theta, psi in rad) and ``thrust`` in N.
 
-    Its derivatives are those of the reference if ``feed_forward``, else those of its yaw alone.
+    ``heading`` is the yaw in whose frame phi and theta tilt the thrust; about that thrust the attitude then turns to
+    psi. Its derivatives are those of the reference if ``feed_forward``, else those of its yaw alone.
     """
     rates, accelerations = Vec3(0.0, 0.0, reference.yaw_rate), Vec3(0.0, 0.0, reference.yaw_acceleration)
     if feed_forward:
         along = angle_derivatives(reference, heading, vehicle.gravity)
         rates, accelerations = along.rates, along.accelerations
+    tilted = quaternion_from_euler(Vec3(angles.x, angles.y, heading))
     return AttitudeThrust(
         angles,
         rates,
         accelerations,
-        quaternion_from_euler(angles),
+        turned(tilted, Vec3(0.0, 0.0, wrap_angle(angles.z - heading))),
         thrust,
         clamp(thrust / max_thrust(vehicle), 0.0, 1.0),
     )

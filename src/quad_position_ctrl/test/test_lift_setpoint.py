@@ -2,13 +2,19 @@
 
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from quad_core.types import Actuation, Vec3
+from quad_core.types import Actuation, TrajectoryPoint, Vec3
+from quad_core.vehicle import Vehicle
 from quad_position_ctrl.setpoint import (
     LiftLimits,
     LimitedLift,
     ThrustCommand,
+    attitude_setpoint,
     desired_angles,
     integrals_frozen,
     limited_lift,
@@ -126,3 +132,22 @@ def test_internals_of_a_law_say_which_limit_was_met(flag):
     nothing = (Vec3(), Vec3(), Vec3(), Vec3(), Vec3())
     found = plain_internals(*nothing, SLOW, at_the_limit, frozen=False)
     assert [name for name in found._fields if name.endswith("_limited") and getattr(found, name)] == [flag]
+
+
+@given(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
+def test_the_set_attitude_thrusts_along_the_lift_wherever_the_vehicle_heads(x, y, heading, yaw):
+    lift = Vec3(x, y, 9.0)
+    angles = desired_angles(lift, heading, yaw)
+    found = attitude_setpoint(Vehicle(), TrajectoryPoint(yaw=yaw), angles, 5.0, heading, False)
+    attitude = Rotation.from_quat(found.q_wb)
+    assert attitude.apply([0.0, 0.0, 1.0]) == pytest.approx(np.array(lift) / np.linalg.norm(lift), abs=1e-12)
+    tilted = Rotation.from_euler("ZYX", [heading, angles.y, angles.x])
+    assert (tilted.inv() * attitude).as_rotvec()[:2] == pytest.approx([0.0, 0.0], abs=1e-7)
+    assert math.cos((tilted.inv() * attitude).magnitude()) == pytest.approx(math.cos(yaw - heading), abs=1e-9)
+
+
+def test_tilted_in_the_set_heading_it_is_the_attitude_of_the_angles():
+    angles = Vec3(0.3, -0.4, 2.0)
+    found = attitude_setpoint(Vehicle(), TrajectoryPoint(yaw=2.0), angles, 5.0, 2.0, False)
+    expected = Rotation.from_euler("ZYX", [angles.z, angles.y, angles.x])
+    assert (expected.inv() * Rotation.from_quat(found.q_wb)).magnitude() < 1e-12
