@@ -182,6 +182,10 @@ ATTITUDE = {
         ("41", "source != CommandSource.LED", "source == CommandSource.LED"),
     ],
     "quad_attitude_ctrl.abfnitsm_so3.doubled": [("40", "2.0 * side * q.y", "side * q.y")],
+    "quad_attitude_ctrl.abfnitsm_so3.set_attitude": [
+        ("38", "return normalized(q)", "return quaternion_from_euler(setpoint.angles)"),
+        ("38", "return normalized(q)", "return q"),
+    ],
     "quad_attitude_ctrl.abfnitsm_so3.chosen_side": [
         ("unwinding", "scalar >= 0.0", "scalar < 0.0"),
         ("unwinding", "memory.side * scalar < -margin", "memory.side * scalar < margin"),

@@ -109,6 +109,8 @@ POSITION = {
         ("38", "lift.thrust_limited or limited.limited", "lift.thrust_limited"),
     ],
     "quad_position_ctrl.setpoint.attitude_setpoint": [
+        ("38", "wrap_angle(angles.z - heading)", "0.0"),
+        ("38", "angles.y, heading)", "angles.y, angles.z)"),
         ("38", "thrust / max_thrust(vehicle)", "thrust"),
         ("38", "along.rates", "along.accelerations"),
         ("38", "if feed_forward", "if not feed_forward"),

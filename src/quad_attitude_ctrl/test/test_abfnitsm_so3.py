@@ -172,6 +172,13 @@ def test_a_setpoint_without_an_attitude_is_flown_by_its_angles():
     assert abfnitsm_so3.set_attitude(longer) == pytest.approx(named.q_wb, abs=1e-15)
 
 
+def test_the_attitude_of_a_setpoint_counts_not_its_angles():
+    aside = quaternion_from_euler(Vec3(0.2, 0.3, 0.5))
+    named = AttitudeThrust(Vec3(0.3, -0.2, 1.0), ZERO, ZERO, aside, 5.0, 0.3)
+    assert abfnitsm_so3.set_attitude(named) == pytest.approx(aside, abs=1e-15)
+    assert abfnitsm_so3.set_goal(named).attitude == abfnitsm_so3.set_attitude(named)
+
+
 def test_it_turns_the_short_way():
     for degrees, sign in ((170.0, -1.0), (190.0, 1.0), (-170.0, 1.0), (-190.0, -1.0)):
         given_ = inputs(Vec3(math.radians(degrees), 0.0, 0.0), ZERO)
