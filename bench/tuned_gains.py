@@ -1,13 +1,11 @@
 """Should the gains of a tuning become the preset ``tuned``? Both fly the same held-out flights of three campaigns.
 
-    python bench/tuned_gains.py [FLIGHTS [GAINS.yaml]]
-
 A gains file is worth it where its flights cost less and none fails that did not fail before. The cost is that of the
 tuning, by the scales of the plan ``paper``.
 """
 
+import argparse
 import statistics
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -74,4 +72,7 @@ def main(flights: int = 200, gains: Path = GAINS) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(sys.argv[1]), *map(Path, sys.argv[2:])) if sys.argv[1:] else ())
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("flights", nargs="?", type=int, default=200, help="flights of each campaign (default: 200)")
+    parser.add_argument("gains", nargs="?", type=Path, default=GAINS, help="parameter file (default: the study's)")
+    main(**vars(parser.parse_args()))

@@ -46,5 +46,6 @@ def test_every_decision_has_a_date_and_a_row_in_the_index():
         lines = path.read_text(encoding="utf-8").splitlines()
         assert lines[0].startswith(f"# {number}. ")
         date = re.search(r"Date: (\d{4}-\d{2}-\d{2})", lines[2])
-        assert date is None or f"| {date[1]} |" in row, path.name
+        assert date is not None, f"{path.name}: no date"
+        assert f"| {date[1]} |" in row, path.name
     assert index.count("\n| [") == len(list(folder.glob("0*.md")))

@@ -1,6 +1,7 @@
 """Every example flies without ROS; the laws, plants and trajectories are as pure as those that ship."""
 
 import configparser
+import re
 import runpy
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -79,8 +80,21 @@ def test_it_is_pure_text(name):
     assert purity.check_plugin(group, plugins.load(group, point.name)) == []
 
 
-def test_five_lines_fly_without_ros(monkeypatch, capsys):
-    short = flight.from_names("case1", duration=0.1, start="printed")
-    monkeypatch.setattr(flight, "from_names", lambda *_, **__: short)
+@pytest.fixture
+def short_flights(monkeypatch):
+    """Have every flight take 0.1 s, whatever else is asked of it."""
+    given = flight.from_names
+    short = {"duration": 0.1, "start": "printed"}
+    monkeypatch.setattr(flight, "from_names", lambda *names, **choices: given(*names, **{**choices, **short}))
+
+
+def test_five_lines_fly_without_ros(short_flights, capsys):
     runpy.run_path(str(EXAMPLES / "fly_without_ros.py"), run_name="__main__")
     assert capsys.readouterr().out.startswith("ended after 50 steps, position error")
+
+
+def test_the_lines_of_the_readme_fly_without_ros(short_flights, capsys):
+    text = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    lines = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+    exec(compile(lines, "README.md", "exec"), {})
+    assert re.fullmatch(r"ended: RMSE [0-9.]+ mm\n", capsys.readouterr().out)

@@ -60,12 +60,40 @@ ROS_SIDE = ("node.py", "command.py", "mode_message.py", "preflight.py")
 
 def test_packages_of_the_flight_without_ros_import_nothing_of_ros():
     for name, path in MODULES.items():
-        if (
-            name.split(".")[0] in ("quad_core", "quad_flight", "quad_native", "quad_commander")
-            and path.name not in ROS_SIDE
-        ):
+        if name.split(".")[0] in WITHOUT_ROS and path.name not in ROS_SIDE:
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
                 names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
                 for found in names:
                     assert found.split(".")[0] not in ("rclpy", "quad_msgs", "quad_node", "ament_index_python"), name
+
+
+def assigned(definition):
+    """Return the private attributes that the methods of a class assign to itself."""
+    return {
+        node.attr
+        for node in ast.walk(definition)
+        if isinstance(node, ast.Attribute)
+        and isinstance(node.ctx, ast.Store)
+        and isinstance(node.value, ast.Name)
+        and node.value.id == "self"
+        and node.attr.startswith("_")
+    }
+
+
+def test_no_class_uses_a_private_name_of_its_base_for_something_else():
+    classes = {
+        node.name: ({base.id for base in node.bases if isinstance(base, ast.Name)}, assigned(node))
+        for path in MODULES.values()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    }
+
+    def bases(name):
+        for base in classes[name][0] & {*classes}:
+            yield base
+            yield from bases(base)
+
+    for name, (_, own) in classes.items():
+        for base in bases(name):
+            assert not own & classes[base][1], (name, base)

@@ -112,9 +112,10 @@ def test_guard_and_commander_are_among_the_parameter_sets():
 def test_every_number_of_a_parameter_set_has_a_unit_and_a_meaning(parameters):
     for field in fields(parameters):
         if isinstance(field.spec, Real | Whole):
-            # "": a ratio, a count; several: what holds for axes of both kinds
+            # "": a ratio, a count, never a gain; several: what holds for axes of both kinds
             units = field.spec.unit.split(", ")
             assert units == [""] or all(map(UNIT.fullmatch, units)), (field.name, field.spec.unit)
+            assert field.spec.unit or not field.name.endswith("gain"), field.name
             assert field.spec.meaning, field.name
 
 

@@ -26,7 +26,7 @@ def saturation(x: float, width: float) -> float:
 
 
 def angle_exponent(error: float) -> float:
-    """Return eta_phi1 of e_1 in rad (Eq. 46, first row): between 0.5 and 1.12."""
+    """Return eta_phi1 of e_1 in rad (Eq. 46, first row): between 0.5 and 1.13."""
     size = abs(error)
     outer = size + 0.25
     inner = size + 0.2
@@ -164,16 +164,16 @@ def force_difference(acceleration: float, inverse_inertia: float) -> float:
 class AxisGains(NamedTuple):
     """Gains of one axis; named after roll (phi, 1), the same on pitch (theta, 3) and yaw (psi, 5)."""
 
-    angle_gain: Annotated[float, Real("", "delta_phi1", 0.0, 1e4, "Table 2, Eq. 45")] = 28.5
-    rate_gain: Annotated[float, Real("", "delta_phi2", 0.0, 1e4, "Table 2, Eq. 45")] = 6.0
+    angle_gain: Annotated[float, Real("mixed", "delta_phi1", 0.0, 1e4, "Table 2, Eq. 45")] = 28.5
+    rate_gain: Annotated[float, Real("mixed", "delta_phi2", 0.0, 1e4, "Table 2, Eq. 45")] = 6.0
     surface_width: Annotated[
-        float, Real("", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")
+        float, Real("mixed", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")
     ] = 0.05
     max_surface_integral: Annotated[
         float, Real("rad/s", "bound of the integral in s: the fastest closing rate; 1e9: off", 0.0, 1e9, "addition")
     ] = 10.0
     linear_gain: Annotated[float, Real("1/s", "rho_phi1; Table 2 (assumed): 3", 0.0, 1e3, "Eq. 53")] = 20.0
-    power_gain: Annotated[float, Real("", "rho_phi2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 2.5
+    power_gain: Annotated[float, Real("mixed", "rho_phi2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 2.5
     power: Annotated[float, Real("", "sigma_phi", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
     reaching_width: Annotated[
         float, Real("rad/s", "layer of sat(s); 1: printed", 1e-4, 100.0, "addition to Eq. 53")
@@ -186,7 +186,7 @@ class AxisGains(NamedTuple):
     adaptation_rate: Annotated[float, Real("1/s^2", "Delta_phi3", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
     dead_zone: Annotated[float, Real("rad/s", "delta: no adaptation while |s| <= delta", 0.0, 100.0, "Eq. 55")] = 0.3
     max_estimate: Annotated[
-        float, Real("", "bound of each of the three estimates; 1e9: off", 0.0, 1e9, "addition to Eq. 54")
+        float, Real("mixed", "bound of each of the three estimates; 1e9: off", 0.0, 1e9, "addition to Eq. 54")
     ] = 10.0
     estimate_leak: Annotated[
         float, Real("1/s", "rate at which the estimates return to 0; 0: none", 0.0, 100.0, "addition to Eq. 54")
@@ -207,8 +207,8 @@ class AxisMemory(NamedTuple):
 class AxisState(NamedTuple):
     """One axis of vehicle and command: angle x_1 and error e_1 in rad, rate x_2 and error rate e_1' in rad/s.
 
-    ``desired_acceleration`` x_1d'' and ``model``, the terms a_1 x_4 x_6 + a_2 x_2^2 of Eq. 52, in rad/s^2. The error of
-    yaw is wrapped; rates are Euler rates.
+    ``desired_acceleration`` x_1d'' and ``model``, the terms a_1 x_4 x_6 + a_2 x_2^2 of Eq. 52, in rad/s^2. The errors
+    of roll and yaw are wrapped; rates are Euler rates.
     """
 
     angle: float

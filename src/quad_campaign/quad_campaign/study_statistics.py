@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-KEYS = ("controller", "case", "plant")
-
 
 def summary(flights: Any, controllers: Sequence[str], metrics: Sequence[str], resamples: int, seed: int) -> Any:
     """Return the table ``summary.parquet`` of ``quad_campaign.study`` (pandas) from the table of flights.

@@ -74,6 +74,19 @@ GROUND = (
     "In DISARMED, PILOT and KILL nothing changes, but: a guard that stopped the motors is KILL, and a pilot who takes "
     "over is PILOT, in DISARMED too."
 )
+UNTOLD = {
+    "position_good": "the trust in the position",
+    "battery": "the battery",
+    "estimator_reset": "an estimator's reset",
+    "recorder_lost": "a lost recorder",
+    "pilot": "a pilot",
+}
+"""{field of ``Health`` that no node of this stack tells the commander: its words}."""
+NOT_TOLD = (
+    f"No node tells the commander of {', '.join(list(UNTOLD.values())[:-1])} or {list(UNTOLD.values())[-1]} yet: their "
+    "rows wait for a vehicle that does, `modes.battery_low` and `modes.land_without_recorder` with them. Of these the "
+    "guard judges states for itself, and the bridges, which fly without a commander, leave the vehicle to a pilot."
+)
 REFUSAL = (
     "A request is refused, naming the condition, if the mode that it leads to would be left at once. DISARM in PILOT "
     "needs contact with the ground. A dash: refused."
@@ -84,7 +97,7 @@ def page() -> str:
     """Return the part of ``docs/safety.md`` that is made from the table."""
     severity = " < ".join(mode.name for mode in Mode)
     parts = ["### What is wrong, and what happens", f"The more severe mode wins: {severity}. Empty: the mode stays."]
-    parts += [fault_table(), GROUND, "### What leads on by itself", progress_table()]
+    parts += [fault_table(), GROUND, NOT_TOLD, "### What leads on by itself", progress_table()]
     parts += ["### What can be asked for", REFUSAL, request_table(), "### As a picture", diagram()]
     return "\n\n".join(parts)
 

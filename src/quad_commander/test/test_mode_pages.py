@@ -1,10 +1,12 @@
 """The page for people is made from the table, and says what the table says."""
 
+import ast
+import inspect
 import re
 
 import pytest
 
-from quad_commander import mode_pages
+from quad_commander import conduct, mode_pages, modes
 from quad_commander.mode_table import FAULTS, Mode
 
 
@@ -35,3 +37,10 @@ def test_a_file_without_markers_is_refused(tmp_path):
     assert mode_pages.main([str(file)]) == 2
     with pytest.raises(ValueError, match="expected both"):
         mode_pages.renewed("nothing")
+
+
+def test_the_page_says_what_nobody_tells_the_commander():
+    calls = [node for node in ast.walk(ast.parse(inspect.getsource(conduct))) if isinstance(node, ast.Call)]
+    (health,) = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "Health"]
+    told = {keyword.arg for keyword in health.keywords}
+    assert {*modes.Health._fields} - told == {*mode_pages.UNTOLD}

@@ -77,11 +77,9 @@ class FlightMode(NamedTuple):
 class AttitudeThrust(NamedTuple):
     """Attitude and collective thrust commanded by the position law (eq. 38).
 
-    ``angles`` are (phi, theta, psi): phi and theta tilt the thrust in the heading that the position law takes, the
-    vehicle's or the reference's. ``q_wb`` has that thrust axis, then turned about it to psi: what attitude laws without
-    Euler angles and autopilots fly. Where the heading is psi both say the same.
-    ``rates`` and ``accelerations`` are feed-forward derivatives of ``angles`` and are used only where
-    the attitude law is set to; zero where the position law has none.
+    ``angles`` are (phi, theta, psi), phi and theta in the heading the law tilts in. ``q_wb`` has their thrust axis,
+    turned about it to psi; autopilots and laws without Euler angles fly it. ``rates`` and ``accelerations`` are
+    derivatives of ``angles`` for attitude laws that are set to feed forward; zero where the position law has none.
     ``thrust`` in N, ``thrust_fraction`` = thrust / maximum thrust, 0..1.
     """
 

@@ -67,7 +67,7 @@ class Visitor(Node):
         """Subscribe to what is drawn."""
         super().__init__(name, namespace=namespace or None)
         self.done: Future = Future()
-        self._period_ns = round(period * 1e9)
+        self.see_every(period)
         self._next_ns = 0
         self._heard: dict[str, _Heard] = {}
         qos = QoSProfile(depth=5, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -75,6 +75,10 @@ class Visitor(Node):
             self.create_subscription(topics.TOPICS[topic].type, topic, self._hear(topic), qos, raw=True)
         self.create_subscription(FlightState, "flight/state", self._on_state, topics.latched())
         self.create_timer(0.1, lambda: None)
+
+    def see_every(self, period: float) -> None:
+        """Call ``on_sight`` once in ``period`` s of flight time."""
+        self._period_ns = round(period * 1e9)
 
     def on_sight(self, sight: Sight) -> None:
         """React to a new instant."""
@@ -131,7 +135,7 @@ class Markers(Visitor):
     def __init__(self) -> None:
         """Declare parameters; raises InvalidParameter...Exception where one is refused."""
         super().__init__("markers", 0.05)
-        self._period_ns = round(self._real("period", 0.05, 0.005, 10.0, "s: flight time between two sets") * 1e9)
+        self.see_every(self._real("period", 0.05, 0.005, 10.0, "s: flight time between two sets"))
         self._length = self._whole("path_points", 2000, 2, 100_000, "longest path that is drawn")
         self._flown, self._planned = Trail(self._length), Trail(self._length)
         prefix = self.get_namespace().strip("/")

@@ -65,7 +65,7 @@ class JoinedPlant(Px4Bridge):
         self._announcer = Announcer(self, self.hil.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
-        self._ticks, self._still_at, self._pause = 0, math.inf, _LOOK
+        self._looks, self._still_at, self._pause = 0, math.inf, _LOOK
         self._watch: Watch | None = None
         self._seeks = self.settings.gate.watch
         self._outputs = motors.AT_REST
@@ -144,7 +144,7 @@ class JoinedPlant(Px4Bridge):
         self._drive()
 
     def _tick(self) -> None:
-        self._ticks += 1
+        self._looks += 1
         self._drive()
 
     def _drive(self) -> None:
@@ -201,7 +201,7 @@ class JoinedPlant(Px4Bridge):
                 f"awake for {self.settings.gate.overdue:g} s: the plant waits gate.settle and gate.linger from now on"
             )
             self.event(FlightEvent.WARNING, "not_watched", text, self.elapsed_ns)
-        self._still_at = self._ticks if is_over else math.inf
+        self._still_at = self._looks if is_over else math.inf
         return is_over
 
     def _is_still(self) -> bool | None:
@@ -210,7 +210,7 @@ class JoinedPlant(Px4Bridge):
             return None
         if self._still_at == math.inf:
             self._have_settled(time.monotonic(), 0.0)
-        return self._ticks >= self._still_at + _TURNS  # what came before they slept has had its turn since
+        return self._looks >= self._still_at + _TURNS  # what came before they slept has had its turn since
 
     def _is_gone(self) -> bool:
         """Fail if PX4 has left; false in any case: nothing more can be done now."""
