@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
 
-from quad_core.cascade import ALL_ROLES, SHADOW
+from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR
 
 # What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
 _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
@@ -96,9 +96,13 @@ class Processes:
         """Return whether any process still runs."""
         return bool(self._running)
 
+    def has_owner(self) -> bool:
+        """Return whether the process that owns the vehicle still runs: the simulator, or the only one there was."""
+        return SIMULATOR in self._running or (SIMULATOR not in self.codes and bool(self._running))
+
     def interrupt_owner(self) -> None:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
-        owner = self._running.get("simulator") or next(iter(self._running.values()), None)
+        owner = self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
         if owner is not None:
             owner.send_signal(signal.SIGINT)
 
@@ -107,7 +111,7 @@ class Processes:
 
         The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM, SIGABRT and SIGKILL.
         """
-        self._ask("simulator", signal.SIGINT, 3.0)
+        self._ask(SIMULATOR, signal.SIGINT, 3.0)
         for number, patience in _STOPS:
             self._ask("", number, patience)
 

@@ -8,7 +8,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
-from quad_core.cascade import COMMANDER, SHADOWS
+from quad_core.cascade import COMMANDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
@@ -120,8 +120,9 @@ def supervise(
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
-    Where a vehicle flies in real time its owner is first asked to bring it down; a second signal stops it at once. A
-    commander first hears the cause, so that the record names the node that died and not the signal that followed.
+    Where a vehicle can be brought down its owner is first asked to, also while no news says that it flies: news may be
+    late, and a vehicle on the ground just ends. A second signal stops it at once. A commander first hears the cause,
+    so that the record names the node that died and not the signal that followed.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
@@ -140,6 +141,8 @@ def supervise(
             elif moving and state is not None and (state.over or not patience.landing):
                 # after a cause the guard may still be bringing the vehicle down
                 deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
+            elif landing and _flies(state) and not _flies(known):
+                deadline = now + patience.landing
             known = state
         show(state)
         ended = processes.reap()
@@ -155,12 +158,13 @@ def supervise(
             cause = cause or f"interrupted by {interrupted.name}"
             deadline = now
         if now >= deadline:
-            if patience.landing and not landing and state is not None and state.phase == FLYING:
+            if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
                 landing = True
-                if patience.commanded and not interrupted.names:
-                    watch.ask_to_end(cause or _silent(state))
+                cause = cause or _silent(state)
+                if patience.commanded and _flies(state) and not interrupted.names:
+                    watch.ask_to_end(cause)
                 processes.interrupt_owner()
-                deadline = now + patience.landing
+                deadline = now + (patience.landing if _flies(state) else patience.answer)
             elif not cause and state is not None and state.phase == ENDED:
                 late = tuple(processes.pids())
                 processes.stop()
@@ -168,6 +172,10 @@ def supervise(
                 cause = cause or _silent(state)
                 processes.stop()
     return Outcome(cause, late)
+
+
+def _flies(state: Sighting | None) -> bool:
+    return state is not None and state.phase == FLYING
 
 
 def _limit(state: Sighting | None, patience: Patience) -> float:
@@ -185,7 +193,7 @@ def _may_leave(state: Sighting | None, code: int) -> bool:
 
 
 def _others_will_notice(role: str, state: Sighting | None) -> bool:
-    return role != "simulator" and state is not None and state.phase == FLYING
+    return role != SIMULATOR and _flies(state)
 
 
 def _silent(state: Sighting | None) -> str:

@@ -38,6 +38,9 @@ class Flight:
     def running(self):
         return bool(self.alive)
 
+    def has_owner(self):
+        return "simulator" in self.alive
+
     def reap(self):
         gone, self.ended = self.ended, {}
         self.alive -= set(gone)
@@ -184,6 +187,29 @@ def test_a_node_that_dies_in_real_time_makes_the_owner_land(monkeypatch):
     assert flight.stopped == 0
     assert flight.asked_at == [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)]
     assert flight.asked_for == [("trajectory was killed by SIGKILL", 0)], "the commander hears why before the signal"
+
+
+@pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for recorder")])
+def test_a_vehicle_of_which_no_news_has_come_is_landed_and_not_dropped(known, monkeypatch):
+    script = [(1, known, {}), (3, known, {"trajectory": -9}), (5, state(FLYING, 2000), {})]
+    script += [(n, state(FLYING, 1000 * n), {}) for n in range(6, 10)]
+    script.append((10, state(FAILED, 9500, "landed"), {"simulator": 1, "recorder": 1}))
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
+    assert (flight.stopped, len(flight.asked_at)) == (0, 1)
+
+
+def test_a_vehicle_that_waits_on_the_ground_has_little_time_to_leave(monkeypatch):
+    flight = Flight([(1, state(WAITING, 0, "waiting for recorder"), {}), (2, None, {"trajectory": -9})], monkeypatch)
+    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("trajectory was killed by SIGKILL")
+    assert (flight.stopped, len(flight.asked_at), flight.asked_for) == (1, 1, [])
+    assert flight.now < 3.0 + 1.0 + PATIENCE.answer + 0.5
+
+
+def test_nobody_is_asked_to_land_once_the_owner_of_the_vehicle_is_gone(monkeypatch):
+    flight = Flight([(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})], monkeypatch)
+    assert flight.supervise(patience=LANDS) == Outcome("simulator was killed by SIGSEGV")
+    assert (flight.stopped, flight.asked_at) == (1, [])
 
 
 def test_signals_are_noted_and_the_handlers_come_back():

@@ -71,6 +71,10 @@ class FlightWatch:
     def poll(self, patience: float) -> Sighting | None:
         """Wait up to ``patience`` s for news and return the newest state of the run, None before the first."""
         self._executor.spin_once(timeout_sec=patience)
+        before = None
+        while self.newest is not before:  # a flight that is found late tells all it has said, the oldest first
+            before = self.newest
+            self._executor.spin_once(timeout_sec=0.0)
         return self.newest
 
     def ask_to_end(self, why: str, patience: float = 1.0) -> None:

@@ -1,0 +1,52 @@
+"""Who looks on a flight: the newest news at once, however late he joined; announced long enough to be found."""
+
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from quad_msgs.msg import FlightState
+from quad_node import topics, watch
+
+DOMAIN = 87
+PROFILES = sorted(Path(watch.__file__).parent.glob("fastdds*.xml"))
+PERIOD = 3.0  # s; what Fast DDS lets pass between two announcements after the first ones
+
+
+@pytest.mark.ros
+def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node("simulator", context=context, enable_rosout=False, start_parameter_services=False)
+    entry = topics.TOPICS["flight/state"]
+    states = node.create_publisher(entry.type, entry.name, entry.qos())
+    for step in range(6):
+        phase = FlightState.WAITING if step < 2 else FlightState.FLYING
+        states.publish(FlightState(state=phase, step=step, run_id="mine"))
+    states.publish(FlightState(state=FlightState.FAILED, step=9, run_id="another"))
+    late = watch.FlightWatch("mine", DOMAIN)
+    try:
+        seen, deadline = None, time.monotonic() + 20.0
+        while seen is None and time.monotonic() < deadline:
+            seen = late.poll(0.1)
+        assert seen is not None
+        time.sleep(0.2)  # what was said before is sent one after the other
+        seen = late.poll(0.1)
+        assert (seen.phase, seen.step) == (watch.FLYING, 5)
+    finally:
+        late.close()
+        node.destroy_node()
+        context.try_shutdown()
+
+
+@pytest.mark.unit
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda path: path.stem)
+def test_a_participant_announces_itself_until_its_regular_announcements_begin(profile):
+    [first] = [node for node in ElementTree.parse(profile).iter() if node.tag.endswith("initialAnnouncements")]
+    texts = {node.tag.rpartition("}")[2]: node.text for node in first.iter()}
+    assert int(texts["count"]) * (int(texts["sec"]) + 1e-9 * int(texts["nanosec"])) >= PERIOD
