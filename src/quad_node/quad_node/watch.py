@@ -64,17 +64,16 @@ class FlightWatch:
             start_parameter_services=False,
         )
         entry = topics.TOPICS["flight/state"]
-        self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
+        self._states = self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
     def poll(self, patience: float) -> Sighting | None:
         """Wait up to ``patience`` s for news and return the newest state of the run, None before the first."""
         self._executor.spin_once(timeout_sec=patience)
-        before = None
-        while self.newest is not before:  # a flight that is found late tells all it has said, the oldest first
-            before = self.newest
-            self._executor.spin_once(timeout_sec=0.0)
+        # A flight that is found late tells all it has said, the oldest first.
+        while (taken := self._states.handle.take_message(FlightState, False)) is not None:
+            self._on_state(taken[0])
         return self.newest
 
     def ask_to_end(self, why: str, patience: float = 1.0) -> None:
