@@ -81,9 +81,12 @@ def landing(bag):
 def slowest(bag):
     """Return the age in s of the last good wrench when the guard took over for want of one, 0 if it never did."""
     rows = bag.array("flight/guard")
-    # the message of the takeover itself: who was stopped may have lost it, and later ones have an older wrench
-    took = rows[(rows["mode"] == 1) & (rows["reason_text"] == "no good wrench") & (rows["step"] == rows["since"])]
-    return float(took["command_age"][0]) if len(took) else 0.0
+    took = rows[(rows["mode"] == 1) & (rows["reason_text"] == "no good wrench")]
+    if not len(took):
+        return 0.0
+    # who was stopped may have lost the message of the takeover itself; in later ones the wrench is older by their time
+    later = 1e-9 * int(bag.metadata["plant_period_ns"]) * float(took["step"][0] - took["since"][0])
+    return float(took["command_age"][0]) - later
 
 
 def names(done, bag):

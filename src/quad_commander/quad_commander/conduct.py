@@ -45,7 +45,8 @@ class Observed(NamedTuple):
 
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
     time since it arrived); None before the first. ``thrust`` is over weight. Ages in s. ``refusals``: reasons against
-    arming if they were looked for at this step. ``end_asked``: why the flight shall end, empty if it shall not.
+    arming if they were looked for at this step. ``recorder_lost``: whether nobody records any more. ``end_asked``: why
+    the flight shall end, empty if it shall not.
     """
 
     step: int
@@ -60,6 +61,7 @@ class Observed(NamedTuple):
     overruns: float = 0.0
     guard: GuardSeen = GuardSeen()
     refusals: list[str] | None = None
+    recorder_lost: bool = False
     end_asked: str = ""
 
 
@@ -153,6 +155,7 @@ class Conduct:
             position_error=0.0 if mode in _ON_GROUND else position_error(seen.state, self._sent),
             outside_fence=outside(parameters.fence, seen.state.p_w),
             overruns=seen.overruns,
+            recorder_lost=seen.recorder_lost,
             end_asked=bool(seen.end_asked),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,

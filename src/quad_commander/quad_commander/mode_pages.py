@@ -78,13 +78,12 @@ UNTOLD = {
     "position_good": "the trust in the position",
     "battery": "the battery",
     "estimator_reset": "an estimator's reset",
-    "recorder_lost": "a lost recorder",
     "pilot": "a pilot",
 }
 """{field of ``Health`` that no node of this stack tells the commander: its words}."""
 NOT_TOLD = (
     f"No node tells the commander of {', '.join(list(UNTOLD.values())[:-1])} or {list(UNTOLD.values())[-1]} yet: their "
-    "rows wait for a vehicle that does, `modes.battery_low` and `modes.land_without_recorder` with them. Of these the "
+    "rows wait for a vehicle that does, `modes.battery_low` with them. Of these the "
     "guard judges states for itself, and the bridges, which fly without a commander, leave the vehicle to a pilot."
 )
 REFUSAL = (

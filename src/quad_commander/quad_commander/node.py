@@ -18,7 +18,7 @@ from quad_commander.mode_table import Mode, Request
 from quad_commander.observation import thrust_over_weight
 from quad_commander.preflight import Preflight, free_space
 from quad_core import plugins
-from quad_core.cascade import COMMAND, COMMANDER
+from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
 from quad_core.guard import KILL as GUARD_KILL
 from quad_core.types import TrajectoryPoint
@@ -48,6 +48,7 @@ class Commander(Responder):
         self._conduct: Conduct | None = None
         self._asked: deque[Asked] = deque()
         self._end_asked = ""
+        self._recorder_lost = False
         self._preflight = Preflight(self.flight, self.settings)
         self._since_check = 0.0
         self._cycles: deque[int] = deque()
@@ -116,6 +117,7 @@ class Commander(Responder):
             overruns=self._late_cycles(sample.step),
             guard=self._guard_now(),
             refusals=self._checks(sample),
+            recorder_lost=self._recorder_lost,
             end_asked=self._end_asked,
         )
         said = self._conduct.step(seen, asked)
@@ -135,6 +137,7 @@ class Commander(Responder):
         """Take in a signal; in real time decide also when no state comes any more."""
         if self.asked_to_end and not self._end_asked:
             self._end_asked = self.asked_to_end
+        self._look_for_the_recorder()
         if self.lockstep or self._last is None or not self.flying:
             return
         now = time.monotonic()
@@ -149,6 +152,14 @@ class Commander(Responder):
         self._stepped_at = now
         for publisher, message in self._messages(sample, self._step(sample, [None, None], quiet)):
             publisher.publish(message)
+
+    def _look_for_the_recorder(self) -> None:
+        if not self.flying or RECORDER not in self.flight.roles.split(","):
+            return
+        before, self._recorder_lost = self._recorder_lost, not self.count_publishers("flight/recorded")
+        if self._recorder_lost and not before:
+            text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
+            self.event(FlightEvent.WARNING, "recorder_lost", text)
 
     def _slept(self, now: float) -> None:
         """Let nothing grow old over the time in which this node itself stood still and could hear nobody."""

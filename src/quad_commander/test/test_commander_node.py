@@ -113,6 +113,24 @@ def test_a_good_vehicle_is_armed_and_takes_off(make):
     assert node.references[-1].p_w[2] > 0.0
 
 
+@pytest.mark.parametrize(("lands", "mode"), [("true", "LAND"), ("false", "TAKEOFF")])
+def test_a_recorder_that_leaves_is_said_and_lands_the_vehicle_if_asked(make, lands, mode):
+    node = make(f"modes.land_without_recorder:={lands}")
+    node.plan()
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    node.flying = True
+    node.on_tick()
+    node.fly(520, 530)
+    assert node.modes[-1].name == "TAKEOFF"
+    node.publishing = 0
+    node.on_tick()
+    node.on_tick()
+    node.fly(530, 531)
+    assert node.modes[-1].name == mode
+    assert [kind for _, kind, _ in node.events].count("recorder_lost") == 1
+
+
 def test_a_standby_is_no_second_publisher(make):
     roles = "simulator,trajectory,commander,position_controller,attitude_controller,shadow_attitude_controller,recorder"
     node = make("flight.standby:=true", f"flight.roles:={roles}")
