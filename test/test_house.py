@@ -81,6 +81,32 @@ def assigned(definition):
     }
 
 
+def test_no_class_reads_a_private_name_that_is_not_its_own():
+    for path in MODULES.values():
+        for definition in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(definition, ast.ClassDef) or not definition.bases:
+                continue
+            own = assigned(definition) | {
+                name
+                for node in definition.body
+                for name in (
+                    [node.name]
+                    if isinstance(node, ast.FunctionDef)
+                    else [target.id for target in getattr(node, "targets", [getattr(node, "target", None)]) if target]
+                )
+            }
+            read = {
+                node.attr
+                for node in ast.walk(definition)
+                if isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "self"
+                and node.attr.startswith("_")
+                and not node.attr.startswith("__")
+            }
+            assert read <= own, (str(path), definition.name, read - own)
+
+
 def test_no_class_uses_a_private_name_of_its_base_for_something_else():
     classes = {
         node.name: ({base.id for base in node.bases if isinstance(base, ast.Name)}, assigned(node))

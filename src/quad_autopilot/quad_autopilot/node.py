@@ -198,10 +198,10 @@ class AutopilotNode(VehicleNode):
         try:
             stamped = self._read_setpoint(payload)
         except MALFORMED as error:
-            self._reject("rejected_malformed", f"a malformed attitude_setpoint ({error})", 0)
+            self.reject("rejected_malformed", f"a malformed attitude_setpoint ({error})", 0)
             return
         if not stamped.finite:
-            self._reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
+            self.reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
             return
         self.commanded_at = self.clock()
         if self.sequence.phase == Phase.FLY and self.is_obeyed() and self.state is not None:

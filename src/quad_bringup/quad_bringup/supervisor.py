@@ -120,9 +120,8 @@ def supervise(
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
-    Where a vehicle can be brought down its owner is first asked to, also while no news says that it flies: news may be
-    late, and a vehicle on the ground just ends. A second signal stops it at once. A commander first hears the cause,
-    so that the record names the node that died and not the signal that followed.
+    Where a vehicle can be brought down its owner is first asked to, even if no news says that it flies: news may be
+    late. A second signal stops it at once. A commander first hears the cause, so that the record names who died.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
@@ -159,18 +158,17 @@ def supervise(
             deadline = now
         if now >= deadline:
             if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
-                landing = True
-                cause = cause or _silent(state)
+                landing, cause = True, cause or _silent(state)
                 if patience.commanded and _flies(state) and not interrupted.names:
                     watch.ask_to_end(cause)
                 processes.interrupt_owner()
                 deadline = now + (patience.landing if _flies(state) else patience.answer)
-            elif not cause and state is not None and state.phase == ENDED:
+                continue
+            if not cause and state is not None and state.phase == ENDED:
                 late = tuple(processes.pids())
-                processes.stop()
             else:
                 cause = cause or _silent(state)
-                processes.stop()
+            processes.stop()
     return Outcome(cause, late)
 
 

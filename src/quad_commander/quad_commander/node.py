@@ -205,7 +205,7 @@ class Commander(Responder):
 
     def senders(self, topic: str) -> int:
         """Return how many publish ``topic``, a controller in standby not counted."""
-        return int(self.count_publishers(topic)) - (topic in self._standby)
+        return int(self.count_publishers(topic)) - (topic in self.standby_topics)
 
     def _on_guard(self, message: GuardStatus) -> None:
         if not self.flight.run_id or message.run_id == self.flight.run_id:

@@ -61,12 +61,12 @@ class FlightNode(Node):
         self._ticks = 0
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
-        self._standby = topics.with_standby(self.roles) if self.flight.standby else ()
+        self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else ()
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
-        self._state = NodeStatus.STARTING
+        self.status = NodeStatus.STARTING
         self._waiting = ("", "")
         self.publish_status("matching")
         self.publish_parameters()
@@ -129,7 +129,7 @@ class FlightNode(Node):
                 role=self.role,
                 run_id=self.flight.run_id,
                 interface_hash=interface_hash(),
-                state=self._state,
+                state=self.status,
                 step=self.current_step,
                 period_steps=self.period_steps,
                 plant_period=self.flight.plant_period,
@@ -141,7 +141,7 @@ class FlightNode(Node):
 
     def set_status(self, state: int, detail: str, waiting: tuple[str, str] = ("", "")) -> None:
         """Change this node's state and publish it."""
-        self._state, self._waiting = state, waiting
+        self.status, self._waiting = state, waiting
         self.publish_status(detail)
 
     def publish_parameters(self) -> None:
@@ -225,11 +225,11 @@ class FlightNode(Node):
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return links.missing(self, self._out, self._in, self._standby)
+        return links.missing(self, self._out, self._in, self.standby_topics)
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
-        missing = self.missing_links() if self._state == NodeStatus.STARTING else []
+        missing = self.missing_links() if self.status == NodeStatus.STARTING else []
         return missing or ["flight/state FLYING of simulator"]
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
@@ -254,7 +254,7 @@ class FlightNode(Node):
         self._ticks += 1
         # Asking for every link costs; who has waited for seconds may be asked less often.
         look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
-        if self._state == NodeStatus.STARTING and look and not self.missing_links():
+        if self.status == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
         if look and not self.flying and not self.done.done():
@@ -264,7 +264,7 @@ class FlightNode(Node):
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            if self.flying and (others := links.described(links.second_senders(self, self._in, self._standby))):
+            if self.flying and (others := links.described(links.second_senders(self, self._in, self.standby_topics))):
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(others)}")
 
     def _watch_flight(self) -> None:
@@ -281,7 +281,7 @@ class FlightNode(Node):
 
     def publish_diagnostics(self) -> None:
         """Publish counters and measurements on diagnostics."""
-        waiting = self._state != NodeStatus.READY
+        waiting = self.status != NodeStatus.READY
         level = DiagnosticStatus.WARN if waiting or self.counters["rejected"] else DiagnosticStatus.OK
         values = {"step": self.current_step, **self.counters, **self.measurements()}
         status = DiagnosticStatus(

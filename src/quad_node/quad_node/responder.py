@@ -220,7 +220,7 @@ class Responder(FlightNode):
         return seconds(bounded, 1)
 
     def _state_waiting(self) -> bool:
-        return self._state == NodeStatus.WAITING
+        return self.status == NodeStatus.WAITING
 
     def report_waiting(self, step: int) -> None:
         """Say what is missing: the state of ``step`` came again and could not be answered."""

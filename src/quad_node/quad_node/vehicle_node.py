@@ -60,9 +60,8 @@ class VehicleNode(FlightNode):
         self.gives_up = False
         self._interrupted_by = self._reason = ""
         self._accepted_step = self._heard_step = -1
-        self._leave_by = 0.0
+        self._leave_by, self._ticks_since_state = 0.0, 0
         self._latencies: list[float] = []
-        self._ticks_since_state = 0
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
         self.subscribe(COMMAND, self._on_wrench, raw=True)
@@ -244,7 +243,7 @@ class VehicleNode(FlightNode):
     def _on_plan(self, message: FlightPlan) -> None:
         refusal = plan_refusal(message.end_step, self.end_step, self.flight.plant_period)
         if refusal:
-            self._reject("rejected_plan", refusal, self.elapsed_ns, topic="flight/plan")
+            self.reject("rejected_plan", refusal, self.elapsed_ns, topic="flight/plan")
         elif not (self.end_step or self.commanded):
             self.end_step = message.end_step
             self.on_plan(self.end_step)
@@ -258,12 +257,12 @@ class VehicleNode(FlightNode):
         try:
             wrench, stamp = unpack_wrench(payload)
         except MALFORMED as error:
-            self._reject("rejected_malformed", f"a malformed message of {len(payload)} bytes ({error})", 0)
+            self.reject("rejected_malformed", f"a malformed message of {len(payload)} bytes ({error})", 0)
             return
         self._heard_step = self.current_step
         if not all_finite(wrench):
             self.guard.last_refusal = f"{COMMAND}: a number that is not finite"
-            self._reject("rejected_nonfinite", "a non-finite number", stamp)
+            self.reject("rejected_nonfinite", "a non-finite number", stamp)
             return
         step = stamp // self.flight.plant_period
         if self._is_welcome(wrench, step, stamp):
@@ -288,7 +287,8 @@ class VehicleNode(FlightNode):
             self._accepted_step = step
         return True
 
-    def _reject(self, kind: str, found: str, stamp: int, topic: str = COMMAND) -> None:
+    def reject(self, kind: str, found: str, stamp: int, topic: str = COMMAND) -> None:
+        """Count and report a message that was not obeyed; ``stamp`` in ns of the flight."""
         self.counters["rejected"] += 1
         self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
 

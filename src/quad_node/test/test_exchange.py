@@ -157,4 +157,4 @@ def test_who_is_replaced_is_silent(make, role, run_id, silent):
 
 @pytest.mark.parametrize(("standby", "found"), [("true", {"attitude_setpoint", INSIDE}), ("false", set())])
 def test_two_senders_are_right_only_where_one_stands_by(make, standby, found):
-    assert set(make(f"flight.standby:={standby}")._standby) == found
+    assert set(make(f"flight.standby:={standby}").standby_topics) == found

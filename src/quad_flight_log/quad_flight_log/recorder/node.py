@@ -193,7 +193,7 @@ class Recorder(FlightNode):
         if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
             return
         self._acked = self.current_step = complete
-        if self._state == NodeStatus.WAITING:
+        if self.status == NodeStatus.WAITING:
             self.set_status(NodeStatus.READY, "going on")
         self._due_ns = (complete + self.settings.ack_steps) * self.flight.plant_period
         dropped = sum(self.bag.dropped.values()) + self.counters["conflict"]
