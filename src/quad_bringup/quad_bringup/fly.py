@@ -261,22 +261,22 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
     run_id = f"{case}-{secrets.token_hex(4)}"
     request = Request(
-        case,
-        options.preset,
-        options.vehicle,
-        options.plant,
-        options.start,
-        options.position,
-        options.attitude,
-        options.seed,
-        options.duration,
-        options.realtime,
-        [*vehicle_owner.settings(options), *options.settings],
-        options.relay,
-        options.shadow,
-        options.scenario,
-        options.mission,
-        options.trajectory,
+        case=case,
+        preset=options.preset,
+        vehicle=options.vehicle,
+        plant=options.plant,
+        start=options.start,
+        position=options.position,
+        attitude=options.attitude,
+        seed=options.seed,
+        duration=options.duration,
+        realtime=options.realtime,
+        settings=[*vehicle_owner.settings(options), *options.settings],
+        relay=options.relay,
+        shadows=options.shadow,
+        scenario=options.scenario,
+        mission=options.mission,
+        trajectory=options.trajectory,
     )
     place = str(directory.resolve())
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}
@@ -285,14 +285,14 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     if options.mission is not None and options.trajectory is None:
         limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(
-        case,
-        options.vehicle,
-        options.preset,
-        directory,
-        run_id,
-        options.namespace.strip("/"),
-        nodes,
-        read_limits(limits),
-        options.one_process,
-        _own(options),
+        name=case,
+        vehicle=options.vehicle,
+        preset=options.preset,
+        directory=directory,
+        run_id=run_id,
+        namespace=options.namespace.strip("/"),
+        nodes=nodes,
+        limits=read_limits(limits),
+        one_process=options.one_process,
+        own=_own(options),
     )

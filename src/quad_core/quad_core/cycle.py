@@ -65,26 +65,35 @@ def is_flyable(state: VehicleState) -> bool:
 
 def pushed(force_w: Vec3, torque_b: Vec3) -> Conditions:
     """Return conditions with an outer force N (world) and torque N m (body), all else calm."""
-    return Conditions(force_w, torque_b, ZERO, NO_PAYLOAD, ALL_ROTORS, 1.0, NO_SENSOR_FAULT, NO_LINK_FAULT)
+    return Conditions(
+        force_w=force_w,
+        torque_b=torque_b,
+        wind_w=ZERO,
+        payload=NO_PAYLOAD,
+        rotor_effectiveness=ALL_ROTORS,
+        thrust_limit=1.0,
+        sensor=NO_SENSOR_FAULT,
+        link=NO_LINK_FAULT,
+    )
 
 
 def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceleration_b: Vec3) -> Disturbance:
     """Return what is published: ``conditions`` with D_P in m/s^2 (world) and D_A in rad/s^2 (body) of Eqs. 10-12."""
     sensor, link = conditions.sensor, conditions.link
     return Disturbance(
-        conditions.force_w,
-        conditions.torque_b,
-        acceleration_w,
-        angular_acceleration_b,
-        conditions.wind_w,
-        conditions.rotor_effectiveness,
-        conditions.thrust_limit,
-        conditions.payload.mass,
-        sensor.frozen,
-        sensor.offset_w,
-        sensor.yaw_offset,
-        link.delay,
-        link.lost,
+        force_w=conditions.force_w,
+        torque_b=conditions.torque_b,
+        lumped_acceleration_w=acceleration_w,
+        lumped_angular_acceleration_b=angular_acceleration_b,
+        wind_w=conditions.wind_w,
+        rotor_effectiveness=conditions.rotor_effectiveness,
+        thrust_limit=conditions.thrust_limit,
+        payload_mass=conditions.payload.mass,
+        sensor_frozen=sensor.frozen,
+        sensor_offset_w=sensor.offset_w,
+        sensor_yaw_offset=sensor.yaw_offset,
+        link_delay=link.delay,
+        link_lost=link.lost,
     )
 
 

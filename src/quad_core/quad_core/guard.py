@@ -126,18 +126,18 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
     """Return the memory before the first step."""
     none = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
     return Memory(
-        PASS,
-        GOOD,
-        0,
-        -1,
-        none,
-        -1,
-        0,
-        no_belief(),
-        Refusals(0, 0, 0, False),
-        Timers(0.0, 0.0, 0.0),
-        none,
-        fresh_descent(),
+        mode=PASS,
+        reason=GOOD,
+        since=0,
+        first_step=-1,
+        wrench=none,
+        command_step=-1,
+        refused_commands=0,
+        belief=no_belief(),
+        refusals=Refusals(0, 0, 0, False),
+        timers=Timers(0.0, 0.0, 0.0),
+        flown=none,
+        descent=fresh_descent(),
     )
 
 
