@@ -76,10 +76,11 @@ def test_a_good_flight_passes(tmp_path, mode):
     assert judgement(flight, measured(flight), {}).good
 
 
-def test_messages_of_two_runs_are_refused_and_an_empty_id_is_none(tmp_path):
+@pytest.mark.parametrize("topic", ["/flight/nodes", "/flight/takeover"])
+def test_messages_of_two_runs_are_refused_and_an_empty_id_is_none(tmp_path, topic):
     ours = hover()
-    assert faults(flight_of(tmp_path / "empty", [*ours, ("/flight/nodes", status(""))])) == []
-    found = faults(flight_of(tmp_path / "other", [*ours, ("/flight/nodes", status("other"))]))
+    assert faults(flight_of(tmp_path / "empty", [*ours, (topic, status(""))])) == []
+    found = faults(flight_of(tmp_path / "other", [*ours, (topic, status("other"))]))
     assert found == ["messages of 2 runs: 'other', 'test'"]
 
 

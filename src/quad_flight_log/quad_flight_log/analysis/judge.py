@@ -23,7 +23,7 @@ from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 
-IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode")
+IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode", "flight/takeover")
 """Topics whose messages name the run of their sender."""
 
 SILENCE = 0.5  # s without the flown path in real time: as long as the guard bears no state at all
