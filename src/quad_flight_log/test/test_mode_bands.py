@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Takeover
+from quad_flight_log.analysis.takeovers import Exchange, Takeover
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.interactive_figures import colours, specification
 from quad_flight_log.report.run import Run, mode_bands, with_bands
@@ -42,3 +42,9 @@ def test_modes_and_takeovers_shade_the_figures_of_one_flight_and_takeovers_alone
     assert [shape["opacity"] for shape in shapes] == [band.opacity for band in alone.bands]
     [both] = with_bands([HEIGHT], [run, run._replace(name="b")])
     assert [band.label for band in both.bands] == ["a: guard in descend", "b: guard in descend"]
+
+
+def test_a_standby_that_flies_is_a_band_to_the_end():
+    exchange = Exchange("attitude_controller", "silent for 3 cycles", 2500, 5_000_000_000, 8_000_000_000)
+    [figure] = with_bands([HEIGHT], [Run("a", "hover", {}, exchanges=(exchange,))])
+    assert [tuple(band)[:3] for band in figure.bands] == [(5.0, 8.0, "standby attitude_controller flies")]

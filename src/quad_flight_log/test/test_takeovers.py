@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis.takeovers import Takeover, described, takeovers
+from quad_flight_log.analysis.takeovers import Exchange, Takeover, described, exchanges, takeovers
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.interactive_figures import colours, specification
 from quad_flight_log.report.printed_figures import drawn
@@ -19,7 +19,7 @@ class Bag:
     """A flight with the given rows of flight/guard, whose truth ends at 9 s."""
 
     def __init__(self, rows):
-        self.rows = rows
+        self.rows, self.metadata = rows, {"plant_period_ns": "2000000"}
 
     def has(self, topic):
         return topic == "truth" or (topic == "flight/guard" and bool(self.rows))
@@ -88,3 +88,19 @@ def test_a_printed_figure_is_shaded_too(shaded):
     left, right = axes.patches[0].get_extents().x0, axes.patches[0].get_extents().x1
     assert axes.transData.inverted().transform([(left, 0), (right, 0)])[:, 0] == pytest.approx([3.0, 9.0])
     assert "guard in descend" in axes.get_legend_handles_labels()[1]
+
+
+def test_an_exchange_holds_to_the_end_and_a_repetition_is_none():
+    row = (2500, "shadow_attitude_controller", "silent for 3 cycles")
+
+    class Exchanged(Bag):
+        def has(self, topic):
+            return topic in ("truth", "flight/takeover")
+
+        def array(self, topic):
+            kind = np.dtype([("step", "u8"), ("role", "O"), ("detail", "O")])
+            return np.array([row, row], dtype=kind) if topic == "flight/takeover" else super().array(topic)
+
+    found = exchanges(Exchanged([]))
+    assert found == [Exchange("attitude_controller", "silent for 3 cycles", 2500, 5_000_000_000, 9_000_000_000)]
+    assert exchanges(Bag([])) == []

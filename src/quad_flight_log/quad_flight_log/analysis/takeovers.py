@@ -1,12 +1,16 @@
-"""When the guard flew instead of the controller, from ``flight/guard``."""
+"""When the guard flew instead of the controller (``flight/guard``), or a standby did (``flight/takeover``)."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+
+from quad_core.cascade import SHADOW
 from quad_core.guard import MODES, PASS
 from quad_flight_log.bag.reader import Flight
 
 TOPIC = "flight/guard"
+EXCHANGE_TOPIC = "flight/takeover"
 _FIELDS = ("mode", "reason_text", "since", "stamp_ns")
 
 
@@ -44,6 +48,32 @@ def takeovers(flight: Flight) -> list[Takeover]:
             found.append(Takeover(MODES[mode], reason, since, stamp, last_ns))
         before = (mode, reason, since)
     return found
+
+
+class Exchange(NamedTuple):
+    """From which plant step on a standby flew, in whose role, and why; stamps in ns."""
+
+    role: str
+    why: str
+    step: int
+    begin_ns: int
+    end_ns: int
+
+
+def exchanges(flight: Flight) -> list[Exchange]:
+    """Return the exchanges of a flight in order, each to the end of its bag; none without ``flight/takeover``."""
+    table = flight.array(EXCHANGE_TOPIC) if flight.has(EXCHANGE_TOPIC) else None
+    period = str(flight.metadata.get("plant_period_ns", ""))
+    if table is None or not {"role", "detail", "step"} <= set(table.dtype.names or ()) or not period.isdecimal():
+        return []
+    stamps = flight.array("truth")["stamp_ns"] if flight.has("truth") else np.zeros(0, np.int64)
+    rows = sorted({(int(row["step"]), str(row["role"]), str(row["detail"])) for row in table})
+    begins = [step * int(period) for step, _, _ in rows]
+    last_ns = max([*begins, *map(int, stamps[-1:])], default=0)
+    return [
+        Exchange(role.removeprefix(SHADOW), why, step, begin, last_ns)
+        for (step, role, why), begin in zip(rows, begins, strict=True)
+    ]
 
 
 def described(found: Iterable[Takeover]) -> str:

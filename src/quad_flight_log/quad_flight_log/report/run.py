@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, euler_angles, wrapped
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
-from quad_flight_log.analysis.takeovers import Takeover, takeovers
+from quad_flight_log.analysis.takeovers import Exchange, Takeover, exchanges, takeovers
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.report.figures import Band, Figure
 
@@ -20,13 +20,14 @@ _SHADES = (0.03, 0.08)  # of modes that follow each other, lighter than a takeov
 class Run(NamedTuple):
     """A flight to be drawn. ``name`` is shown, ``trajectory`` groups runs; ``tables``: sorted arrays by topic.
 
-    ``takeovers``: when the guard flew it.
+    ``takeovers``: when the guard flew it. ``exchanges``: when a standby did.
     """
 
     name: str
     trajectory: str
     tables: Mapping[str, NDArray[np.void]]
     takeovers: tuple[Takeover, ...] = ()
+    exchanges: tuple[Exchange, ...] = ()
 
     def has(self, *topics: str) -> bool:
         """Return whether all ``topics`` have messages."""
@@ -59,19 +60,20 @@ def run_from_tables(name: str, trajectory: str, tables: Mapping[str, NDArray[Any
 def run_from_flight(flight: Flight, name: str) -> Run:
     """Return a run of a bag; what the bag has not is left out."""
     run = run_from_tables(name, trajectory_of(flight), flight_tables(flight))
-    return run._replace(takeovers=tuple(takeovers(flight)))
+    return run._replace(takeovers=tuple(takeovers(flight)), exchanges=tuple(exchanges(flight)))
 
 
-def guard_bands(runs: Sequence[Run]) -> tuple[Band, ...]:
-    """Return the times in which the guard flew one of ``runs``, each on its run's own clock in s."""
+def takeover_bands(runs: Sequence[Run]) -> tuple[Band, ...]:
+    """Return the times in which the guard or a standby flew one of ``runs``, each on its run's own clock in s."""
     return tuple(
         Band(
-            (one.begin_ns - run.start_ns) * 1e-9,
-            (one.end_ns - run.start_ns) * 1e-9,
-            f"{run.name}: guard in {one.mode}" if len(runs) > 1 else f"guard in {one.mode}",
+            (begin - run.start_ns) * 1e-9, (end - run.start_ns) * 1e-9, f"{run.name}: {text}" if len(runs) > 1 else text
         )
         for run in runs
-        for one in run.takeovers
+        for begin, end, text in [
+            *((one.begin_ns, one.end_ns, f"guard in {one.mode}") for one in run.takeovers),
+            *((one.begin_ns, one.end_ns, f"standby {one.role} flies") for one in run.exchanges),
+        ]
     )
 
 
@@ -90,8 +92,8 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
 
 
 def with_bands(figures: Sequence[Figure], runs: Sequence[Run]) -> list[Figure]:
-    """Return ``figures`` with the times shaded in which the guard flew one of ``runs``, and modes if it is one run."""
-    bands = (*(mode_bands(runs[0]) if len(runs) == 1 else ()), *guard_bands(runs))
+    """Return ``figures`` with the times of takeovers of ``runs`` shaded, and modes if it is one run."""
+    bands = (*(mode_bands(runs[0]) if len(runs) == 1 else ()), *takeover_bands(runs))
     return [figure._replace(bands=bands) if figure.over_time else figure for figure in figures]
 
 
