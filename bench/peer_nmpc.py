@@ -1,7 +1,7 @@
 """A nonlinear MPC in the place of both laws, as a yardstick: CasADi states the problem, its solver FATROP solves it.
 
     min  sum_i |x_i - x_ref,i|^2_Q + |u_i - u_ref,i|^2_R + |x_N - x_ref,N|^2_P    over N intervals, multiple shooting
-    s.t. x_{i+1} = RK4(f, x_i, u_i),  f = eqs. 1, 4, 9 with a constant acceleration d,  u within the vehicle's limits
+    s.t. x_{i+1} = RK4(f, x_i, u_i),  f = eqs. 1 to 7 with a constant acceleration d (no Eq. 9),  u within the limits
 
 x = (p, v, q, omega), u = (thrust, torque), 20 intervals of 50 ms, at the position law's rate; each problem is solved
 until it converges and starts from the solution before. Between two solutions the attitude stage follows the predicted
