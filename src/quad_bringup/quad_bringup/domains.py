@@ -67,17 +67,43 @@ def occupied() -> set[int]:
 
 
 def remove_abandoned_ports(domain: int) -> None:
-    """Remove the shared-memory ports of a domain that nobody else holds, where no participant listens any more.
+    """Remove from shared memory what participants that are gone left of a domain that nobody else holds.
 
-    Fast DDS leaves one behind when a participant leaves while another sends to it. A listener holds a lock file.
+    Fast DDS leaves a port behind when a participant leaves while another sends to it, and all that a killed process
+    had: its ports, and the segment of 0.5 MB that it sent through. Who lives holds the lock file beside each.
     """
-    for path in _SHARED_MEMORY.glob("fastrtps_port*"):
+    for path in _SHARED_MEMORY.glob("fastrtps_*"):
         port = re.fullmatch(r"fastrtps_port(\d+)", path.name)
-        locked = any(path.with_name(path.name + suffix).exists() for suffix in ("_el", "_sl"))
-        if port and (int(port[1]) - 7400) // 250 == domain and not locked:
-            for left in (path, path.with_name(f"sem.{path.name}_mutex")):
+        locks = [path.with_name(path.name + suffix) for suffix in ("_el", "_sl")]
+        if port:
+            abandoned = (int(port[1]) - 7400) // 250 == domain and not any(map(_is_held, locks))
+        else:
+            # a segment appears after its lock was taken, so a free lock beside one is that of a dead process
+            abandoned = bool(re.fullmatch(r"fastrtps_[0-9a-f]+", path.name)) and _is_free(locks[0])
+        if abandoned:
+            for left in (path, *locks, path.with_name(f"sem.{path.name}_mutex")):
                 with suppress(OSError):
                     left.unlink()
+
+
+def _is_held(lock: Path) -> bool:
+    """Return whether a lock file is there and somebody holds it; one that we may not open counts as held."""
+    return lock.exists() and not _is_free(lock)
+
+
+def _is_free(lock: Path) -> bool:
+    """Return whether a lock file is there and nobody holds it."""
+    try:
+        opened = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    finally:
+        os.close(opened)
+    return True
 
 
 def _lock_folder() -> Path:

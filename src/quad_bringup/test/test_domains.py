@@ -1,7 +1,9 @@
 """Domains: no two flights share one unless both ask for it."""
 
+import fcntl
 import os
 import stat
+from contextlib import ExitStack
 
 import pytest
 
@@ -98,17 +100,27 @@ def test_a_lock_folder_that_others_write_is_refused(tmp_path):
         reserved_domain(7).__enter__()
 
 
-def test_ports_where_nobody_listens_are_removed_when_a_flight_leaves_its_domain(tmp_path, monkeypatch):
+def test_what_the_dead_left_in_shared_memory_is_removed_when_a_flight_leaves_its_domain(tmp_path, monkeypatch):
     shared = tmp_path / "shm"
     shared.mkdir()
     monkeypatch.setattr(domains, "_SHARED_MEMORY", shared)
-    with domains.reserved_domain(None) as domain:
+    with ExitStack() as held:
+        domain = held.enter_context(domains.reserved_domain(None))
         first = 7400 + 250 * domain
-        dead, alive, other = (f"fastrtps_port{port}" for port in (first + 21, first + 11, first + 250))
-        kept = {alive, f"{alive}_el", f"sem.{alive}_mutex", other, "fastrtps_0be0c014e420a9ef"}
-        for name in (dead, f"sem.{dead}_mutex", *kept):
+        left, killed, alive, other = (
+            f"fastrtps_port{port}" for port in (first + 21, first + 22, first + 11, first + 250)
+        )
+        dead, living, unlocked = "fastrtps_1be0c014e420a9ef", "fastrtps_2be0c014e420a9ef", "fastrtps_0be0c014e420a9ef"
+        kept = {alive, f"{alive}_el", f"sem.{alive}_mutex", other, f"{other}_el", living, f"{living}_el", unlocked}
+        gone = {left, f"sem.{left}_mutex", killed, f"{killed}_el", f"sem.{killed}_mutex", dead, f"{dead}_el"}
+        for name in gone | kept:
             (shared / name).touch()
-    assert {path.name for path in shared.iterdir()} == kept
+        locks = ExitStack()
+        for name in (alive, living):
+            fcntl.flock(locks.enter_context((shared / f"{name}_el").open()), fcntl.LOCK_EX)
+        with locks:
+            held.close()
+            assert {path.name for path in shared.iterdir()} == kept
     with domains.reserved_domain(domain):
-        (shared / dead).touch()
-    assert (shared / dead).exists()
+        (shared / left).touch()
+    assert (shared / left).exists()
