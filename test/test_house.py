@@ -68,13 +68,13 @@ def test_packages_of_the_flight_without_ros_import_nothing_of_ros():
                     assert found.split(".")[0] not in ("rclpy", "quad_msgs", "quad_node", "ament_index_python"), name
 
 
-def assigned(definition):
-    """Return the private attributes that the methods of a class assign to itself."""
+def private_names(definition, contexts=(ast.Store,)):
+    """Return the private attributes that the methods of a class assign to itself, or use in other ``contexts``."""
     return {
         node.attr
         for node in ast.walk(definition)
         if isinstance(node, ast.Attribute)
-        and isinstance(node.ctx, ast.Store)
+        and isinstance(node.ctx, contexts)
         and isinstance(node.value, ast.Name)
         and node.value.id == "self"
         and node.attr.startswith("_")
@@ -86,7 +86,7 @@ def test_no_class_reads_a_private_name_that_is_not_its_own():
         for definition in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not isinstance(definition, ast.ClassDef) or not definition.bases:
                 continue
-            own = assigned(definition) | {
+            own = private_names(definition) | {
                 name
                 for node in definition.body
                 for name in (
@@ -95,21 +95,13 @@ def test_no_class_reads_a_private_name_that_is_not_its_own():
                     else [target.id for target in getattr(node, "targets", [getattr(node, "target", None)]) if target]
                 )
             }
-            read = {
-                node.attr
-                for node in ast.walk(definition)
-                if isinstance(node, ast.Attribute)
-                and isinstance(node.value, ast.Name)
-                and node.value.id == "self"
-                and node.attr.startswith("_")
-                and not node.attr.startswith("__")
-            }
+            read = {name for name in private_names(definition, (ast.Load, ast.Store)) if not name.startswith("__")}
             assert read <= own, (str(path), definition.name, read - own)
 
 
 def test_no_class_uses_a_private_name_of_its_base_for_something_else():
     classes = {
-        node.name: ({base.id for base in node.bases if isinstance(base, ast.Name)}, assigned(node))
+        node.name: ({base.id for base in node.bases if isinstance(base, ast.Name)}, private_names(node))
         for path in MODULES.values()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ClassDef)

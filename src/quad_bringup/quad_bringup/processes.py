@@ -98,13 +98,18 @@ class Processes:
 
     def has_owner(self) -> bool:
         """Return whether the process that owns the vehicle still runs: the simulator, or the only one there was."""
-        return SIMULATOR in self._running or (SIMULATOR not in self.codes and bool(self._running))
+        return self._owner() is not None
 
     def interrupt_owner(self) -> None:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
-        owner = self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
+        owner = self._owner()
         if owner is not None:
             owner.send_signal(signal.SIGINT)
+
+    def _owner(self) -> "subprocess.Popen[bytes] | None":
+        if SIMULATOR in self.codes:  # it has left, and the vehicle is nobody else's
+            return None
+        return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
 
     def stop(self) -> None:
         """End all processes that still run.

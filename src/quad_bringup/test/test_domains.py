@@ -104,8 +104,8 @@ def test_what_the_dead_left_in_shared_memory_is_removed_when_a_flight_leaves_its
     shared = tmp_path / "shm"
     shared.mkdir()
     monkeypatch.setattr(domains, "_SHARED_MEMORY", shared)
-    with ExitStack() as held:
-        domain = held.enter_context(domains.reserved_domain(None))
+    with ExitStack() as reservation:
+        domain = reservation.enter_context(domains.reserved_domain(None))
         first = 7400 + 250 * domain
         left, killed, alive, other = (
             f"fastrtps_port{port}" for port in (first + 21, first + 22, first + 11, first + 250)
@@ -119,7 +119,7 @@ def test_what_the_dead_left_in_shared_memory_is_removed_when_a_flight_leaves_its
         for name in (alive, living):
             fcntl.flock(locks.enter_context((shared / f"{name}_el").open()), fcntl.LOCK_EX)
         with locks:
-            held.close()
+            reservation.close()
             assert {path.name for path in shared.iterdir()} == kept
     with domains.reserved_domain(domain):
         (shared / left).touch()

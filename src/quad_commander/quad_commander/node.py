@@ -154,9 +154,9 @@ class Commander(Responder):
             publisher.publish(message)
 
     def _look_for_the_recorder(self) -> None:
-        if not self.flying or RECORDER not in self.flight.roles.split(","):
+        if not self.flying or RECORDER not in self.roles:
             return
-        before, self._recorder_lost = self._recorder_lost, not self.count_publishers("flight/recorded")
+        before, self._recorder_lost = self._recorder_lost, not self.senders("flight/recorded")
         if self._recorder_lost and not before:
             text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
             self.event(FlightEvent.WARNING, "recorder_lost", text)

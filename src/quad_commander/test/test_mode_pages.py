@@ -42,5 +42,5 @@ def test_a_file_without_markers_is_refused(tmp_path):
 def test_the_page_says_what_nobody_tells_the_commander():
     calls = [node for node in ast.walk(ast.parse(inspect.getsource(conduct))) if isinstance(node, ast.Call)]
     (health,) = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "Health"]
-    told = {keyword.arg for keyword in health.keywords}
-    assert {*modes.Health._fields} - told == {*mode_pages.UNTOLD}
+    given = {keyword.arg for keyword in health.keywords}
+    assert {*modes.Health._fields} - given == {*mode_pages.UNTOLD}

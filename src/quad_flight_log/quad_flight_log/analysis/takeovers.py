@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-import numpy as np
-
 from quad_core.cascade import SHADOW
 from quad_core.guard import MODES, PASS
 from quad_flight_log.bag.reader import Flight
@@ -34,10 +32,7 @@ def takeovers(flight: Flight) -> list[Takeover]:
         return []
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in table]
     found: list[Takeover] = []
-    last_ns = max([stamp for *_, stamp in rows], default=0)
-    if flight.has("truth"):
-        truth = flight.array("truth")
-        last_ns = max(last_ns, int(truth["stamp_ns"][-1]) if len(truth) else 0)
+    last_ns = max([stamp for *_, stamp in rows] + _last_of_truth(flight), default=0)
     before = (PASS, "", 0)
     for mode, reason, since, stamp in rows:
         if (mode, reason, since) == before:
@@ -66,14 +61,18 @@ def exchanges(flight: Flight) -> list[Exchange]:
     period = str(flight.metadata.get("plant_period_ns", ""))
     if table is None or not {"role", "detail", "step"} <= set(table.dtype.names or ()) or not period.isdecimal():
         return []
-    stamps = flight.array("truth")["stamp_ns"] if flight.has("truth") else np.zeros(0, np.int64)
     rows = sorted({(int(row["step"]), str(row["role"]), str(row["detail"])) for row in table})
     begins = [step * int(period) for step, _, _ in rows]
-    last_ns = max([*begins, *map(int, stamps[-1:])], default=0)
+    last_ns = max(begins + _last_of_truth(flight), default=0)
     return [
         Exchange(role.removeprefix(SHADOW), why, step, begin, last_ns)
         for (step, role, why), begin in zip(rows, begins, strict=True)
     ]
+
+
+def _last_of_truth(flight: Flight) -> list[int]:
+    """Return the last stamp of ``truth`` in ns, none where the bag has none."""
+    return [int(stamp) for stamp in flight.array("truth")["stamp_ns"][-1:]] if flight.has("truth") else []
 
 
 def described(found: Iterable[Takeover]) -> str:
