@@ -31,7 +31,8 @@ def test_the_live_view_records_the_flight_and_leaves_with_it(tmp_path):
     try:
         with stranger(domain, "onlooker") as node:
             wait_until(lambda: {"live_view", "markers"} <= {*node.get_node_names()}, 60.0, "both visitors are there")
-        flight = flown("hover", "--duration", "3", "--domain", str(domain), "--out", tmp_path / "bag")
+        # Simulated seconds pass in a fraction of a real one, and nobody waits for visitors to have found the flight.
+        flight = flown("hover", "--duration", "30", "--domain", str(domain), "--out", tmp_path / "bag")
         out, err = view.communicate(timeout=30)
         assert view.returncode == 0, out + err
         markers.send_signal(signal.SIGINT)
