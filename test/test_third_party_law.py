@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from quad_flight_log.bag.reader import open_flight
@@ -106,10 +107,19 @@ def test_it_flies_by_name_without_ros(installed):
 def test_it_flies_by_name_over_ros(installed, tmp_path):
     bag = tmp_path / "bag"
     command = [str(ROOT / "scripts" / "fly"), "hover", "--position", "kite", "--duration", "1", "--out", str(bag)]
-    command += ["--set", "position_controller.kite.stiffness=5.0", "--limits", "position_rmse=0.5"]
+    # so weak a pull that the disturbance carries the vehicle metres away; its internals name no limits to be at
+    command += [
+        "--set",
+        "position_controller.kite.stiffness=0.3",
+        "--set",
+        "position_controller.kite.damping=0.3",
+        "--limits",
+        "position_rmse=8",
+    ]
     run = subprocess.run(command, env=installed, capture_output=True, text=True, timeout=240, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     flight = open_flight(bag)
-    assert "kite.stiffness: 5.0" in flight.parameters_text
+    assert "kite.stiffness: 0.3" in flight.parameters_text
     internals = flight.array("position_controller/internals")
+    assert np.linalg.norm(internals["position_error"], axis=1).max() > 1.0
     assert [list(extra) for extra in internals["extra"][:3]] == [[0.0], [1.0], [2.0]]

@@ -1,12 +1,8 @@
-"""What a planned trajectory covers: the trajectory says it, arming judges it; and when a vehicle cannot follow one."""
+"""What a planned trajectory covers: the trajectory says it, arming judges it."""
 
 from typing import NamedTuple
 
-from quad_core.types import PositionInternals, Vec3
-
-INFEASIBLE_ERROR = 1.0  # m from the reference with the position law at a limit,
-INFEASIBLE_TIME = 2.0  # for longer than this, s: it asks for more than the vehicle has
-LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
+from quad_core.types import Vec3
 
 
 class Extent(NamedTuple):

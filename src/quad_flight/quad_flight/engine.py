@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from quad_core import compilation, sources
 from quad_core.compilation import compiled
+from quad_core.feasibility import behind_check
 from quad_flight import loop, rows, stages
 
 
@@ -77,6 +78,7 @@ def _functions(modules: Modules) -> dict[str, Callable[..., Any]]:
         "trajectory_sample": modules.trajectory.sample,
         "trajectory_duration": modules.trajectory.duration,
         "answer": stages.answer_of(modules.stages),
+        "is_behind": behind_check(modules.stages.position_controller.Internals),
     }
 
 

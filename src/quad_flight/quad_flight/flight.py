@@ -27,6 +27,7 @@ OUTCOMES = {
     loop.DIVERGED: "diverged",
     loop.REFUSED: "refused",
     loop.TAKEN_OVER: "taken over",
+    loop.INFEASIBLE: "infeasible",
 }
 _BLOCK_SECONDS = 1.0
 
@@ -41,7 +42,10 @@ class Flight(NamedTuple):
 
 
 class Result(NamedTuple):
-    """How a flight went: ended, diverged (left its bounds), refused (a number was not finite, no plan) or taken over.
+    """How a flight went, one of ``OUTCOMES``.
+
+    Ended, diverged (left its bounds), refused (a number was not finite, no plan), taken over, or infeasible (flown to
+    the end, but the position law was at a limit for more than 2 s, more than 1 m from its reference).
 
     ``refused``: role of the stage whose output or memory held that number, else empty. ``reason``: why a flight was
     refused before its first step, in the words of the plug-in that did (a trajectory that cannot be flown within its

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import is_faulty, is_flyable, seconds, steps_to_cover
+from quad_core.feasibility import Behind, followed
 from quad_core.guard import NO_REQUEST, PASS
 from quad_core.guard import Inputs as GuardInputs
 from quad_core.guard import Memory as GuardMemory
@@ -31,6 +32,8 @@ REFUSED = 3
 """A law gave or remembered a number that is not finite: over ROS it would not have been published."""
 TAKEN_OVER = 4
 """The guard took the vehicle from the controller; the flight ended when it was down, or with the plan."""
+INFEASIBLE = 5
+"""The flight went on to its end, but the reference had asked for more than the vehicle has."""
 
 
 def unbound(*_: Any) -> Any:
@@ -50,6 +53,7 @@ trajectory_plan: Function = unbound
 trajectory_sample: Function = unbound
 trajectory_duration: Function = unbound
 answer: Function = unbound
+is_behind: Function = unbound
 write: Function = unbound
 
 LOGGING = False
@@ -128,6 +132,7 @@ class Carry(NamedTuple):
     guard: GuardMemory
     actuation: Actuation
     score: Score
+    behind: Behind
 
 
 class Row(NamedTuple):
@@ -171,6 +176,7 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
         guard=guard_init(setup.guard, setup.vehicle),
         actuation=Actuation(none, none, 0.0, zero, False, False, False, False, False),
         score=Score(0, 0.0, 0.0, 0.0, 0.0),
+        behind=Behind(),
     )
 
 
@@ -178,7 +184,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     """Return the flight ``steps`` plant steps later, sooner at its end; with LOGGING, ``rows`` gets a row per step.
 
     The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step is
-    logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is down.
+    logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is down,
+    and INFEASIBLE at the planned end when the vehicle had been too far behind its reference for too long.
     """
     vehicle = setup.vehicle
     schedule = setup.schedule
@@ -200,6 +207,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     command_steps = schedule.stage_steps[-1]
     actuation = carry.actuation
     score = carry.score
+    behind = carry.behind
     stop = k + steps
     if stop > carry.end:
         stop = carry.end
@@ -224,6 +232,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
 
         signals, memory, internals, refused = answer(setup, memory, signals, internals, state, reference, actuation, k)
         if refused == 0:
+            if k % schedule.stage_steps.position_controller == 0:
+                behind = followed(behind, is_behind(internals.position_controller), k * schedule.plant_period)
             command = signals[-1]
             if score.samples > 0:
                 score = with_torque_change(score, before.torque_b, command.torque_b)
@@ -255,7 +265,9 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             elif guard.mode != PASS and is_down(setup.guard, guard, truth, setup.has_ground):
                 outcome = TAKEN_OVER
             elif k == carry.end:
-                outcome = ENDED if guard.mode == PASS else TAKEN_OVER
+                outcome = TAKEN_OVER
+                if guard.mode == PASS:
+                    outcome = ENDED if behind.infeasible_ns < 0 else INFEASIBLE
 
     return Carry(
         step=k,
@@ -274,4 +286,5 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         guard=guard,
         actuation=actuation,
         score=score,
+        behind=behind,
     )

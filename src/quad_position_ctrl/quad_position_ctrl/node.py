@@ -3,7 +3,7 @@
 import sys
 
 from quad_core.cascade import POSITION
-from quad_core.extent import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
+from quad_core.feasibility import Behind, behind_check, followed
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
 from quad_msgs.msg import FlightEvent
@@ -18,22 +18,18 @@ class PositionController(LawNode):
     def __init__(self) -> None:
         """Create the node. Raises as LawNode does."""
         super().__init__(POSITION)
-        self._behind_since: int | None = None
-        self._said_infeasible = False
+        self.is_behind = behind_check(self.law.module.Internals)
+        self._behind = Behind()
 
     def on_internals(self, internals: PositionInternals, sample: Sample) -> None:
         """Send one event when the law is at a limit and far from its reference for longer than INFEASIBLE_TIME."""
-        error = norm(internals.position_error)
-        if not (error > INFEASIBLE_ERROR and any(getattr(internals, flag) for flag in LIMIT_FLAGS)):
-            self._behind_since = None
+        before = self._behind
+        self._behind = followed(before, self.is_behind(internals), sample.stamp_ns)
+        if self._behind.infeasible_ns == before.infeasible_ns or self.shadow:
             return
-        if self._behind_since is None:
-            self._behind_since = sample.stamp_ns
-        behind = (sample.stamp_ns - self._behind_since) * 1e-9
-        if behind > INFEASIBLE_TIME and not (self._said_infeasible or self.shadow):
-            self._said_infeasible = True
-            text = f"{error:.2f} m from the reference, at a limit of {self.law.name} for {behind:.1f} s"
-            self.event(FlightEvent.WARNING, "infeasible_reference", text)
+        error, behind = norm(internals.position_error), (sample.stamp_ns - before.since_ns) / 1e9
+        text = f"{error:.2f} m from the reference, at a limit of {self.law.name} for {behind:.1f} s"
+        self.event(FlightEvent.WARNING, "infeasible_reference", text)
 
 
 def main() -> None:

@@ -1,0 +1,24 @@
+"""A flight whose reference asks for more than the vehicle has did not end well, in Python and in machine code."""
+
+import numpy as np
+import pytest
+
+from quad_flight import flight
+
+LITTLE_TILT = "position_controller.aibs.limits.tilt=0.06"  # rad: too little for the turns of Case 2
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_it_flies_on_to_its_end_and_is_infeasible(compiled):
+    flown = flight.fly(flight.from_names("case2", duration=6.0, settings=[LITTLE_TILT]), compiled=compiled)
+    assert (flown.outcome, flown.steps) == ("infeasible", flown.end_step)
+    internals = flown.topics["position_controller/internals"]
+    far = internals["tilt_limited"] & (np.linalg.norm(internals["position_error"], axis=1) > 1.0)
+    times = internals["stamp_ns"][far] * 1e-9
+    # it lasts, and what counts is that it does
+    assert times[-1] - times[0] > 2.0
+    assert np.diff(times).max() < 0.011
+
+
+def test_the_same_with_tilt_enough_ends():
+    assert flight.fly(flight.from_names("case2", duration=6.0)).outcome == "ended"

@@ -1,0 +1,42 @@
+"""The position controller's node says once when a reference asks for too much."""
+
+import pytest
+import rclpy
+
+from quad_core.types import PositionInternals, Quat, Vec3, VehicleState
+from quad_msgs.msg import FlightEvent
+from quad_node import executor
+from quad_node.responder import Sample
+
+STATE = VehicleState(Vec3(), Vec3(), Quat(), Vec3())
+
+
+def sample(t):
+    """Return the sample of time ``t`` s."""
+    return Sample(round(t * 500), round(t * 1e9), STATE, 0.01)
+
+
+@pytest.fixture
+def node(monkeypatch):
+    from quad_position_ctrl.node import PositionController
+
+    monkeypatch.setenv("ROS_DOMAIN_ID", "72")
+    executor.init([])
+    made = PositionController()
+    made.said = []
+    monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((severity, kind, text)))
+    yield made
+    made.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_two_seconds_at_a_limit_far_behind_are_said_once(node):
+    far = PositionInternals(position_error=Vec3(0.0, 1.5, 0.0), tilt_limited=True)
+    for t in (0.5, 1.0, 2.4, 2.5):
+        node.on_internals(far, sample(t))
+    assert node.said == []
+    for t in (2.52, 3.0, 9.0):
+        node.on_internals(far, sample(t))
+    ((severity, kind, text),) = node.said
+    assert (severity, kind) == (FlightEvent.WARNING, "infeasible_reference")
+    assert text == "1.50 m from the reference, at a limit of aibs for 2.0 s"
