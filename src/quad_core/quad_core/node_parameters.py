@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Flag, Real, Text, Whole
 from quad_core.prediction import Prediction
+from quad_core.rotor_lead import RotorLead
 
 
 class SimulatorParameters(NamedTuple):
@@ -69,6 +70,7 @@ class AttitudeControllerParameters(NamedTuple):
         float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0, live=False)
     ] = 0.1
     prediction: Prediction = Prediction()
+    rotor_lead: RotorLead = RotorLead()
 
 
 class RecorderParameters(NamedTuple):

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR, STAGE
+from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten
 from quad_core.plugins import PluginError
-from quad_core.predicted import predicted
 from quad_core.vehicle import Vehicle
 
 
@@ -35,14 +35,15 @@ class Resolved(NamedTuple):
 
     @property
     def law(self) -> Plugin:
-        """The law of a stage as it flies: with the prediction of its state before it, where that is enabled."""
+        """The law of a stage as it flies: with prediction before it and rotor lead after it, where they are enabled."""
         law = self.plugins["law"]
-        prediction = getattr(self.node, "prediction", None)
-        if prediction is None or not prediction.enabled:
+        around = {name: getattr(self.node, name) for name in COMPENSATIONS if hasattr(self.node, name)}
+        enabled = {name: parameters for name, parameters in around.items() if parameters.enabled}
+        if not enabled:
             return law
         inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
-        module = predicted(law.module, inputs)
-        return law._replace(module=module, parameters=module.Parameters(law.parameters, prediction))
+        module = compensated(law.module, inputs, frozenset(enabled))
+        return law._replace(module=module, parameters=module.Parameters(law=law.parameters, **enabled))
 
     def all_fields(self) -> list[Field]:
         """Return every parameter of the node, dotted, with its resolved value as default."""

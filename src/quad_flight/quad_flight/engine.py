@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from quad_core import compilation, sources
 from quad_core.compilation import compiled
-from quad_core.feasibility import behind_check
+from quad_core.cycle import behind_check
 from quad_flight import loop, rows, stages
 
 

@@ -9,8 +9,7 @@ loop logs at step k.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.cycle import is_faulty, is_flyable, seconds, steps_to_cover
-from quad_core.feasibility import Behind, followed
+from quad_core.cycle import Behind, followed, is_faulty, is_flyable, seconds, steps_to_cover
 from quad_core.guard import NO_REQUEST, PASS
 from quad_core.guard import Inputs as GuardInputs
 from quad_core.guard import Memory as GuardMemory

@@ -70,8 +70,9 @@ def _places(base: Flight) -> dict[str, _Place]:
         own = part
         if slot == "law" and base.resolved[role].law is not plugin:
             own = (*part, "law")
-            for field in fields(base.resolved[role].node.prediction, "prediction."):
-                found[f"{role}.{field.name}"] = _Place((*part, *field.name.split(".")), field)
+            for name in base.resolved[role].law.module.Parameters._fields[1:]:
+                for field in fields(getattr(base.resolved[role].node, name), f"{name}."):
+                    found[f"{role}.{field.name}"] = _Place((*part, *field.name.split(".")), field)
         for field in fields(plugin.parameters):
             found[f"{role}.{plugin.name}.{field.name}"] = _Place((*own, *field.name.split(".")), field)
     return found

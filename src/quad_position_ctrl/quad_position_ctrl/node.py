@@ -3,7 +3,7 @@
 import sys
 
 from quad_core.cascade import POSITION
-from quad_core.feasibility import Behind, behind_check, followed
+from quad_core.cycle import Behind, behind_check, followed
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
 from quad_msgs.msg import FlightEvent

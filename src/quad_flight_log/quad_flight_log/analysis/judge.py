@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR
-from quad_core.feasibility import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
+from quad_core.cycle import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
 from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages

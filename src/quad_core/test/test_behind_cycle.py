@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import pytest
 
-from quad_core.feasibility import Behind, behind_check, followed, is_behind, never_behind
+from quad_core.cycle import Behind, behind_check, followed, is_behind, never_behind
 from quad_core.types import PositionInternals, Vec3
 
 FLAGS = ("velocity_limited", "acceleration_limited", "tilt_limited", "thrust_limited", "descent_limited")
