@@ -3,12 +3,15 @@
   paper        vehicle paper: 10 ms, noise of scenario flight, rotor lag 30 ms, alone and together
   x500         vehicle x500: noise, 20 ms, lag 30 ms, mass 10 % above and 10 % below, each with all seeds
   crazyflie21  the same for vehicle crazyflie21 with 15 ms and its own lag of 30 ms
+  channels     gyro 2 ms old, attitude 5 ms, position and velocity 30 ms at 50 Hz, noise and lag, of --vehicle: as it
+               comes (no prediction), predicted over one age of 20 ms, and over the age of each channel
   mujoco       the last conditions of --vehicle with plant mujoco beside rigid_body, each seed with both
   margin       largest extra delay of all states in ms that the prediction is set to, by bisection, without noise
 
 Examples:
   python bench/law_real.py paper --preset paper_real
   python bench/law_real.py x500 --preset x500_real --preset x500_pid_real --preset x500
+  python bench/law_real.py channels --vehicle x500 --preset x500_real
   python bench/law_real.py mujoco --vehicle x500 --preset x500_real --seeds 5
 """
 
@@ -25,6 +28,7 @@ NOISE = [
     for channel, size in (("position", 0.01), ("velocity", 0.02), ("attitude", 3.4907e-3), ("rate", 8.7266e-3))
 ]
 LAG = ["vehicle.rotor_time_constant=0.03"]
+CONTROLLERS = ("position_controller", "attitude_controller")
 GUARD_OFF = "simulator.guard.enabled=false"
 FIRST, LOST = 1001, 0.3
 """The first held-out seed; m beyond which a flight counts as lost."""
@@ -56,12 +60,12 @@ def flown(vehicle, preset, settings, seeds):
         return [first, *rest]
 
 
-def table(vehicle, presets, seeds):
-    """Print one row per preset and condition."""
+def table(vehicle, presets, seeds, conditions):
+    """Print one row per preset and condition, ``conditions`` being {name: settings}."""
     print("| preset | conditions | RMSE, median | worst | largest error | torque variation, median | worst | lost |")
     print("|---|---|---|---|---|---|---|---|")
     for preset in presets:
-        for name, settings in conditions(vehicle).items():
+        for name, settings in conditions.items():
             results = flown(vehicle, preset, settings, seeds)
             good = [one for one in results if one.outcome == "ended" and one.score.largest_error <= LOST]
             lost = f"{len(results) - len(good)} of {len(results)}"
@@ -76,6 +80,25 @@ def table(vehicle, presets, seeds):
                 f"{np.median(torque):.1f} N m | {torque.max():.1f} N m | {lost} |",
                 flush=True,
             )
+
+
+def per_channel():
+    """Return {name: settings}: sensors with a delay and a rate per channel, and what the prediction is told of them."""
+    sensors = {"rate_delay": 0.002, "attitude_delay": 0.005, "position_delay": 0.03, "velocity_delay": 0.03}
+    base = [f"simulator.sensor.{name}={value}" for name, value in sensors.items()]
+    base += ["simulator.sensor.position_every=10", *NOISE, *LAG]  # 50 Hz beside a loop of 500 Hz
+    told = {"position": 0.03, "attitude": 0.005, "rate": 0.002}
+    return {
+        "as it comes": [*base, *(f"{role}.prediction.enabled=false" for role in CONTROLLERS)],
+        "one age, 20 ms": [*base, *predicting(dict.fromkeys(told, 0.02))],
+        "an age per channel": [*base, *predicting(told)],
+    }
+
+
+def predicting(ages):
+    """Return the settings that predict over {channel: age in s} in both controllers."""
+    found = [f"{role}.prediction.{channel}_age={age}" for role in CONTROLLERS for channel, age in ages.items()]
+    return [*found, *(f"{role}.prediction.{name}" for role in CONTROLLERS for name in ("enabled=true", "max_age=0.1"))]
 
 
 def beside_mujoco(vehicle, presets, seeds):
@@ -101,10 +124,7 @@ def beside_mujoco(vehicle, presets, seeds):
 
 def late(vehicle, preset, delay):
     """Return Case 2 of the first held-out seed, its state this late and predicted over just that."""
-    settings = [f"simulator.sensor.delay={delay}"]
-    for role in ("position_controller", "attitude_controller"):
-        settings += [f"{role}.prediction.{channel}_age={delay}" for channel in ("position", "attitude", "rate")]
-        settings += [f"{role}.prediction.enabled=true", f"{role}.prediction.max_age=0.1"]
+    settings = [f"simulator.sensor.delay={delay}", *predicting(dict.fromkeys(("position", "attitude", "rate"), delay))]
     return flown(vehicle, preset, settings, 1)[0]
 
 
@@ -128,17 +148,19 @@ def margins(vehicle, presets):
 def main():
     """Print the table that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("paper", "x500", "crazyflie21", "mujoco", "margin"))
+    parser.add_argument("what", choices=("paper", "x500", "crazyflie21", "channels", "mujoco", "margin"))
     parser.add_argument("--preset", action="append", required=True, help="controller file; may be repeated")
-    parser.add_argument("--vehicle", default="paper", help="of margin and mujoco (default: paper)")
+    parser.add_argument("--vehicle", default="paper", help="of channels, margin and mujoco (default: paper)")
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="held-out seeds from 1001 (default: 20)")
     options = parser.parse_args()
     if options.what == "margin":
         margins(options.vehicle, options.preset)
     elif options.what == "mujoco":
         beside_mujoco(options.vehicle, options.preset, options.seeds)
+    elif options.what == "channels":
+        table(options.vehicle, options.preset, options.seeds, per_channel())
     else:
-        table(options.what, options.preset, options.seeds)
+        table(options.what, options.preset, options.seeds, conditions(options.what))
     return 0
 
 

@@ -1,8 +1,9 @@
 """Sensing ``sensor``: what the controllers see of the truth: bias, noise, quantisation, rate, dropouts, then delay.
 
 Every ``period_steps`` plant steps a sample of the truth is taken; between samples, and where one drops out, the last
-one holds. What it was ``delay`` s ago is the `state`. A sensor fault acts on the reading that comes out. With the
-defaults and without a fault the state is the truth, bit for bit.
+one holds. Slower channels take a new value from every n-th sample only. What each was ``delay`` s, and its own delay,
+ago is the `state`. A sensor fault acts on the reading that comes out. With the defaults and without a fault the state
+is the truth, bit for bit.
 """
 
 import math
@@ -34,6 +35,18 @@ class Parameters(NamedTuple):
     delay: Annotated[
         float, Real("s", "age of a sample when it is seen, rounded to plant steps, at most 511", 0.0, 10.0, live=False)
     ] = 0.0
+    position_delay: Annotated[
+        float,
+        Real("s", "what the position is older by than `delay`, a gyro's reading being younger", 0.0, 10.0, live=False),
+    ] = 0.0
+    velocity_delay: Annotated[float, Real("s", "the same for the velocity", 0.0, 10.0, live=False)] = 0.0
+    attitude_delay: Annotated[float, Real("s", "the same for the attitude", 0.0, 10.0, live=False)] = 0.0
+    rate_delay: Annotated[float, Real("s", "the same for the body rates", 0.0, 10.0, live=False)] = 0.0
+    position_every: Annotated[
+        int, Whole("", "samples from one new position and velocity to the next; in between they hold", 1, 10_000)
+    ] = 1
+    attitude_every: Annotated[int, Whole("", "samples from one new attitude to the next", 1, 10_000)] = 1
+    rate_every: Annotated[int, Whole("", "samples from one new body rate to the next", 1, 10_000)] = 1
     dropout: Annotated[float, Real("", "share of the samples that are lost", 0.0, 1.0, live=False)] = 0.0
     position_noise: Annotated[float, Real("m", "standard deviation of the position noise", 0.0, 100.0, live=False)] = (
         0.0
@@ -61,11 +74,21 @@ class Parameters(NamedTuple):
     rate_quantum: Annotated[float, Real("rad/s", "step of the body rates, 0: none", 0.0, 100.0, live=False)] = 0.0
 
 
+class Ages(NamedTuple):
+    """Ages of the channels in plant steps when they are seen."""
+
+    position: int
+    velocity: int
+    attitude: int
+    rate: int
+
+
 class Memory(NamedTuple):
-    """The last sample and the reading of a frozen sensor."""
+    """The last sample and the reading of a frozen sensor; ``late``: some channel has an age."""
 
     active: bool
-    delay_steps: int
+    late: bool
+    ages: Ages
     last_sample: VehicleState
     frozen: bool
     reading: VehicleState
@@ -97,10 +120,18 @@ def init(parameters: Parameters, plant_period: int) -> tuple[NDArray[np.float64]
 
     Raises ValueError if the line is too short for the delay.
     """
-    steps = math.floor(parameters.delay / seconds(1, plant_period) + 0.5)
+    ages = Ages(*(_steps(parameters, name, plant_period) for name in Ages._fields))
+    memory = Memory(is_active(parameters), max(ages) > 0, ages, VehicleState(), False, VehicleState())
+    return np.zeros((SLOTS, 13)), memory
+
+
+def _steps(parameters: Parameters, channel: str, plant_period: int) -> int:
+    name = f"{channel}_delay"
+    delay: float = parameters.delay + getattr(parameters, name)
+    steps = math.floor(delay / seconds(1, plant_period) + 0.5)
     if steps >= SLOTS:
-        raise ValueError(f"delay: found {steps} plant steps, expected at most {SLOTS - 1}")
-    return np.zeros((SLOTS, 13)), Memory(is_active(parameters), steps, VehicleState(), False, VehicleState())
+        raise ValueError(f"delay and {name}: found {steps} plant steps, expected at most {SLOTS - 1}")
+    return steps
 
 
 def step(
@@ -123,18 +154,15 @@ def step(
             if row > len(table) - 1:
                 row = len(table) - 1
             if k == 0 or float(table[row, DROPOUT]) >= parameters.dropout:
-                last_sample = sampled(parameters, table, row, truth)
+                last_sample = renewed(parameters, last_sample, sampled(parameters, table, row, truth), row - 1)
         reading = last_sample
-        if memory.delay_steps > 0:
+        if memory.late:
             put(line, k % SLOTS, last_sample)
-            old = k - memory.delay_steps
-            if old < 0:
-                old = 0
-            reading = taken(line, old % SLOTS)
+            reading = aged(line, memory.ages, k)
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
-    return reading, Memory(memory.active, memory.delay_steps, last_sample, fault.frozen, reading)
+    return reading, Memory(memory.active, memory.late, memory.ages, last_sample, fault.frozen, reading)
 
 
 def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
@@ -173,6 +201,20 @@ def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth:
     )
 
 
+def renewed(parameters: Parameters, last: VehicleState, sample: VehicleState, number: int) -> VehicleState:
+    """Return sample ``number``, with what is not due in it as it was ``last``; all is due in the first."""
+    if number == 0:
+        return sample
+    position, velocity, attitude, rate = sample.p_w, sample.v_w, sample.q_wb, sample.omega_b
+    if number % parameters.position_every != 0:
+        position, velocity = last.p_w, last.v_w
+    if number % parameters.attitude_every != 0:
+        attitude = last.q_wb
+    if number % parameters.rate_every != 0:
+        rate = last.omega_b
+    return VehicleState(position, velocity, attitude, rate)
+
+
 def errors(table: NDArray[np.float64], row: int, first: int, bias: float, noise: float) -> Vec3:
     """Return bias and noise of three channels from ``first``, in the unit of both standard deviations."""
     return Vec3(
@@ -207,11 +249,21 @@ def put(line: NDArray[np.float64], slot: int, state: VehicleState) -> None:
     line[slot, 10], line[slot, 11], line[slot, 12] = state.omega_b.x, state.omega_b.y, state.omega_b.z
 
 
-def taken(line: NDArray[np.float64], slot: int) -> VehicleState:
-    """Return the state in a row of the delay line."""
+def aged(line: NDArray[np.float64], ages: Ages, k: int) -> VehicleState:
+    """Return each channel as it was its age before plant step ``k``; before step 0 it was as then."""
+    p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
+    q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
     return VehicleState(
-        Vec3(float(line[slot, 0]), float(line[slot, 1]), float(line[slot, 2])),
-        Vec3(float(line[slot, 3]), float(line[slot, 4]), float(line[slot, 5])),
-        Quat(float(line[slot, 6]), float(line[slot, 7]), float(line[slot, 8]), float(line[slot, 9])),
-        Vec3(float(line[slot, 10]), float(line[slot, 11]), float(line[slot, 12])),
+        Vec3(float(line[p, 0]), float(line[p, 1]), float(line[p, 2])),
+        Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
+        Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),
+        Vec3(float(line[w, 10]), float(line[w, 11]), float(line[w, 12])),
     )
+
+
+def slot_of(k: int, age: int) -> int:
+    """Return the row of the delay line that holds what was taken ``age`` plant steps before step ``k``."""
+    old = k - age
+    if old < 0:
+        old = 0
+    return old % SLOTS

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from plant_cases import flat
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
@@ -80,6 +82,46 @@ def test_delay_is_that_many_steps_exactly(delay, steps):
 def test_a_delay_longer_than_the_line_is_refused():
     with pytest.raises(ValueError, match="delay"):
         sensor.init(Parameters(delay=1.1), PERIOD)
+
+
+def turning(count):
+    """Return states of which every number tells its plant step."""
+    turns = Rotation.from_euler("ZYX", [[1e-3 * k, 2e-3 * k, 0.1] for k in range(count)]).as_quat()
+    return [
+        VehicleState(Vec3(k, 2.0 * k, 3.0 * k), Vec3(4.0 * k, 5.0 * k, 6.0 * k), Quat(*turns[k]), Vec3(7.0 * k, k, k))
+        for k in range(count)
+    ]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 60),
+    st.tuples(*[st.integers(0, 200)] * 4),
+    st.tuples(*[st.integers(1, 30)] * 3),
+    st.integers(1, 7),
+)
+def test_every_channel_is_the_truth_of_its_own_age_and_rate(common, extra, every, period):
+    truths = turning(300)
+    named = dict(zip(("position", "velocity", "attitude", "rate"), extra, strict=True))
+    delays = {f"{name}_delay": 0.002 * steps for name, steps in named.items()}
+    held = dict(zip(("position_every", "attitude_every", "rate_every"), every, strict=True))
+    readings = seen(Parameters(delay=0.002 * common, period_steps=period, **delays, **held), truths)
+    channels = (("p_w", extra[0], every[0]), ("v_w", extra[1], every[0]), ("q_wb", extra[2], every[1]))
+    for name, age, share in (*channels, ("omega_b", extra[3], every[2])):
+        taken = np.maximum(np.arange(300) - common - age, 0)
+        newest = taken - taken % (period * share)
+        truth = np.array([getattr(one, name) for one in truths])
+        assert np.array_equal(np.array([getattr(one, name) for one in readings]), truth[newest]), name
+
+
+def test_equal_delays_are_one_delay():
+    apart = Parameters(delay=0.002, **{f"{name}_delay": 0.008 for name in ("position", "velocity", "attitude", "rate")})
+    assert seen(apart, turning(60)) == seen(Parameters(delay=0.01), turning(60))
+
+
+def test_a_channel_that_is_too_late_is_named():
+    with pytest.raises(ValueError, match="delay and velocity_delay: found 550 plant steps, expected at most 511"):
+        sensor.init(Parameters(delay=0.1, velocity_delay=1.0), PERIOD)
 
 
 def test_rate_holds_the_last_sample():
