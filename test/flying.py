@@ -168,14 +168,14 @@ def in_domain(domain: int) -> dict[str, str]:
     return {**os.environ, "ROS_DOMAIN_ID": str(domain)}
 
 
-def skipped_steps(flight: Flight) -> int:
-    """Return how many steps the plant left out because it was late, by its own last word."""
+def last_word(flight: Flight, node: str, key: str) -> int:
+    """Return what ``node`` (the beginning of its name) said last of ``key`` in /diagnostics, 0 if it never did."""
     values = [
         int(item["value"])
         for row in flight.array("/diagnostics")
         for status in row["status"]
-        if status["name"].startswith("simulator")
+        if status["name"].startswith(node)
         for item in status["values"]
-        if item["key"] == "overruns"
+        if item["key"] == key
     ]
     return values[-1] if values else 0

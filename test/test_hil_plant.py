@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
-from flying import LONGEST, executable
+from flying import LONGEST, executable, last_word
 from mavlink_flights import HERE, free_port
 from px4_flights import VEHICLE
 from vehicle_packages import vehicle_packages
@@ -92,8 +92,10 @@ def test_a_recorder_with_the_same_words_has_the_whole_flight(tmp_path):
     assert code == 0, words
     assert report["wrong"] == []
     bag = open_flight(tmp_path / "bag")
+    # while the autopilot boots nobody waits for it: a busy one answers some readings too late to count
+    steps = report["answered"] - last_word(bag, "hil_plant", "stale_answers") + 1  # and step 0
     for topic in ("state", "truth", "disturbance"):
-        assert bag.array(topic)["step"].tolist() == list(range(report["answered"] + 1)), topic  # and step 0
+        assert bag.array(topic)["step"].tolist() == list(range(steps)), topic
 
 
 @pytest.mark.parametrize(

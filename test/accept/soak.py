@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from figures import Figures, seconds
-from flying import ROLES, busy_loops, finish, fly, hash_of, node_pids, skipped_steps, start, wait_until_flying
+from flying import ROLES, busy_loops, finish, fly, hash_of, last_word, node_pids, start, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
 
@@ -52,7 +52,7 @@ def real_time(figures, folder, duration):
             growth = np.median([size for _, size in sizes[-3:]]) - sizes[0][1]
             figures.at_most(f"{role}: growth after {settled:.0f} s, from {sizes[0][1]} kB", growth, FLAT, "kB")
     bag = open_flight(out)
-    late = skipped_steps(bag)
+    late = last_word(bag, "simulator", "overruns")
     for topic in PLANT:
         stamps = np.unique(bag.array(topic)["stamp_ns"])
         missing = int(stamps[-1]) // PERIOD + 1 - len(stamps)

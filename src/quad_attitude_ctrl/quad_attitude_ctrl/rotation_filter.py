@@ -6,15 +6,15 @@ The way to go is split as PX4 splits it (Brescianini, Hehn and D'Andrea, 2013): 
 body axis that points the thrust where it shall point, and what is left as a turn about the thrust. Each axis has its
 own bandwidth, so that a slow yaw does not delay the thrust. Near level it is ``command.next_filter_state`` of each
 angle.
-The input moves by at most ``max_rate`` per axis. A way of more than ``widest`` rad counts as that much: within a
-bandwidth b, then, no more than about 0.3 widest b^2 rad/s^2 is asked for.
+The input moves by at most ``max_rate`` per axis. A tilt or a turn of more than ``widest`` rad counts as that much:
+within a bandwidth b, then, no more than about 0.3 widest b^2 rad/s^2 is asked for.
 """
 
 import math
 from typing import NamedTuple
 
 from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
-from quad_core.geometry import ZERO, clamp, norm, relative_attitude, scale, turned
+from quad_core.geometry import ZERO, clamp, relative_attitude, turned
 from quad_core.types import Quat, Vec3
 
 IDENTITY = Quat(0.0, 0.0, 0.0, 1.0)
@@ -55,9 +55,10 @@ def next_rotation(
         # the thrust first, then the turn about it: as the way is measured
         reached = turned(turned(state.target, Vec3(step.x, step.y, 0.0)), Vec3(0.0, 0.0, step.z))
     left = way_to(relative_attitude(state.attitude, reached))
-    length = norm(left)
-    if length > widest:
-        left = scale(widest / length, left)
+    tilt = math.sqrt(left.x * left.x + left.y * left.y)
+    share = widest / tilt if tilt > widest else 1.0
+    # the turn counts apart: a long one must not shorten the tilt
+    left = Vec3(share * left.x, share * left.y, clamp(left.z, -widest, widest))
     v, a = state.rates, state.accelerations
     x = next_filter_state(FilterState(0.0, v.x, a.x, left.x), left.x, roll.bandwidth, 1e6, dt)
     y = next_filter_state(FilterState(0.0, v.y, a.y, left.y), left.y, pitch.bandwidth, 1e6, dt)

@@ -259,6 +259,22 @@ def test_a_filter_that_is_far_off_asks_for_no_more_than_its_way_admits():
     assert Rotation.from_quat(state.attitude).magnitude() < 1e-3
 
 
+def time_to_point_up(turn):
+    """Return when the thrust of a filter tilted by 1 rad points up to 5 degrees, its input ``turn`` rad away in yaw."""
+    goal = quaternion(Rotation.from_euler("z", turn))
+    state = at_rest(quaternion(Rotation.from_euler("x", 1.0)))._replace(target=goal)
+    for k in range(500):
+        if Rotation.from_quat(state.attitude).apply([0.0, 0.0, 1.0])[2] > math.cos(math.radians(5.0)):
+            return k * DT
+        state = next_rotation(state, goal, PLAIN, PLAIN, SLOW, 0.6, DT)
+    return math.inf
+
+
+@pytest.mark.parametrize("turn", [-2.0, 0.5, 2.5])
+def test_a_turn_that_is_left_does_not_delay_the_thrust(turn):
+    assert time_to_point_up(turn) == pytest.approx(time_to_point_up(0.0), abs=0.02)
+
+
 def test_compiled_it_gives_the_same_bits():
     pytest.importorskip("numba")
     from quad_core.compilation import compiled
