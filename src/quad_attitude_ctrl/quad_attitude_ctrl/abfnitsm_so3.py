@@ -14,13 +14,17 @@ so the paper's Eq. 58 holds word for word, with its -e . I that Eq. 59 forgets. 
 -q are one attitude, and the sign changes only ``margin`` beyond 180 degrees, so that noise there cannot hold it. Near
 level e, w and U are those of Eqs. 40, 41, 52, 53. What Eq. 60 calls x_1 is 2 (q_x, q_y, q_z) of q_wb, x_2 is Omega.
 At exactly 180 degrees a continuous law has to stand still (Bhat and Bernstein, 2000); this one turns.
+
+The goal's heading is never farther than ``widest`` from the vehicle's: q_d is turned about its own thrust axis up to
+there. A vehicle that spins, which small rotors cannot stop at once, would else feel a tilt that turns with it.
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
 from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired
-from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation
+from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
     AxisGains,
@@ -41,6 +45,7 @@ from quad_core.geometry import (
     ZERO,
     add,
     body_rates,
+    clamp,
     cross,
     euler_from_quaternion,
     normalized,
@@ -73,7 +78,8 @@ class Parameters(NamedTuple):
         bool, Flag("surface integral and estimates of an axis rest while its torque is limited, here or in `actuation`")
     ] = True
     widest: Annotated[
-        float, Real("rad", "longest way that the command filter is led by at once", 0.01, 6.3, "addition")
+        float,
+        Real("rad", "largest tilt, and turn, that filter and law are led by at once", 0.01, 6.3, "addition"),
     ] = 0.6
     margin: Annotated[
         float, Real("", "q_w beyond 180 degrees at which the other way round is taken", 0.0, 0.5, "addition")
@@ -120,7 +126,7 @@ def step(
     """
     setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
     filtered = memory.filter if memory.initialised else at_rest(q_wb)
-    goal = goal_of(parameters.command, filtered, setpoint)
+    goal = with_heading_near(goal_of(parameters.command, filtered, setpoint), q_wb, parameters.widest)
     q = relative_attitude(goal.attitude, q_wb)
     side = chosen_side(memory, q.w, parameters.margin)
     error = doubled(q, side)
@@ -161,6 +167,20 @@ def goal_of(source: int, filtered: RotationState, setpoint: AttitudeThrust) -> G
     if source == CommandSource.RAW:
         return Goal(set_attitude(setpoint), ZERO, ZERO)
     return Goal(filtered.attitude, filtered.rates, filtered.accelerations)
+
+
+def with_heading_near(goal: Goal, q_wb: Quat, widest: float) -> Goal:
+    """Return ``goal`` turned about its thrust axis until at most ``widest`` rad of turn from ``q_wb`` are left."""
+    turn = way_to(relative_attitude(q_wb, goal.attitude)).z
+    if abs(turn) <= widest:
+        return goal
+    back = clamp(turn, -widest, widest) - turn
+    other = Quat(0.0, 0.0, math.sin(0.5 * back), math.cos(0.5 * back))
+    return Goal(
+        turned(goal.attitude, Vec3(0.0, 0.0, back)),
+        rotate_inverse(other, goal.rates),
+        rotate_inverse(other, goal.accelerations),
+    )
 
 
 def set_attitude(setpoint: AttitudeThrust) -> Quat:

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from attitude_cases import VEHICLE, any_inputs, numbers
 from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from quad_attitude_ctrl import abfnitsm, abfnitsm_so3
@@ -219,6 +220,43 @@ def test_exactly_turned_over_it_comes_back(axis):
         omega = omega + DT * (np.array(wrench.torque_b) - np.cross(omega, inertia * omega)) / inertia
         attitude = attitude * Rotation.from_rotvec(DT * omega)
     assert attitude.magnitude() < (0.05 if axis[2] == 0.0 else 0.6)
+
+
+def test_a_spinning_vehicle_s_thrust_points_up_before_it_has_stopped_to_spin():
+    # x500, whose rotors give 0.15 N m about z: 9 rad/s of spin need 3 s
+    inertia, largest = np.array([0.0236, 0.0236, 0.0439]), np.array([2.0, 2.0, 0.15])
+    parameters = build(abfnitsm_so3.Parameters, {f"{axis}.max_torque": 2.0 for axis in ("roll", "pitch")})
+    parameters = parameters._replace(yaw=parameters.yaw._replace(max_torque=0.15))
+    x500 = VEHICLE._replace(inertia_xx=0.0236, inertia_yy=0.0236, inertia_zz=0.0439)
+    memory, omega = abfnitsm_so3.init(parameters, x500), np.array([-5.0, -2.5, 9.7])
+    attitude = Rotation.from_euler("ZYX", [2.0, 0.6, 2.4])
+    for _ in range(500):
+        state = VehicleState(ZERO, ZERO, quaternion(attitude), Vec3(*map(float, omega)))
+        given_ = AttitudeInputs(state, AttitudeThrust(thrust=5.0), Actuation())
+        wrench, memory, _ = abfnitsm_so3.step(parameters, x500, memory, given_, DT)
+        assert (np.abs(wrench.torque_b) <= largest).all()
+        omega = omega + DT * (np.array(wrench.torque_b) - np.cross(omega, inertia * omega)) / inertia
+        attitude = attitude * Rotation.from_rotvec(DT * omega)
+    assert attitude.apply([0.0, 0.0, 1.0])[2] > math.cos(0.2)
+    assert abs(omega[2]) > 4.0
+
+
+@given(st.integers(0, 10**6), st.floats(0.05, 3.0))
+def test_only_the_goal_s_heading_gives_way_to_the_vehicle_s(seed, widest):
+    rng = np.random.default_rng(seed)
+    vehicle, goal = Rotation.random(random_state=rng), Rotation.random(random_state=rng)
+    rates, accelerations = (Vec3(*map(float, rng.normal(size=3))) for _ in range(2))
+    given_ = abfnitsm_so3.Goal(quaternion(goal), rates, accelerations)
+    near = abfnitsm_so3.with_heading_near(given_, quaternion(vehicle), widest)
+    turned_goal = Rotation.from_quat(near.attitude)
+    # thrust axis and what the goal does are the same in the world
+    assert turned_goal.apply([0.0, 0.0, 1.0]) == pytest.approx(goal.apply([0.0, 0.0, 1.0]), abs=1e-9)
+    for mine, theirs in ((near.rates, rates), (near.accelerations, accelerations)):
+        assert turned_goal.apply(mine) == pytest.approx(goal.apply(theirs), abs=1e-9)
+    # what is left to turn is the angle about the goal's thrust axis after the shortest tilt
+    _, _, z, w = (vehicle.inv() * turned_goal).as_quat()
+    left = 2.0 * np.arctan2(z, w)
+    assert abs((left + np.pi) % (2.0 * np.pi) - np.pi) <= widest + 1e-6
 
 
 def test_a_way_is_the_tilt_and_then_the_turn_about_the_thrust():
