@@ -20,6 +20,7 @@ from quad_commander.mode_table import Request
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import departure, topics
 from quad_node.middleware import close_unless_asked
+from quad_node.newcomer import apart_from_the_dead
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
 WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
@@ -76,7 +77,8 @@ class Asker(Node):
 
 def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
-    asker = Asker(request, namespace)
+    with apart_from_the_dead():
+        asker = Asker(request, namespace)
     try:
         deadline = time.monotonic() + patience
         while not asker.is_heard and time.monotonic() < deadline:

@@ -14,6 +14,7 @@ from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fie
 from quad_core.vehicle import Vehicle
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
+from quad_node.newcomer import apart_from_the_dead
 
 # How long, in s, a node may take to see that its last messages arrived.
 _INTERRUPTED, _ENDED = 0.5, 5.0
@@ -33,12 +34,14 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return parameters.fail(role, " ".join(str(error).split()))
     try:
-        return _spin(role, lambda: _introduced(make(), seen_by), given)
+        return _spin(role, lambda: _introduced(make, seen_by), given)
     finally:
         rclpy.try_shutdown()
 
 
-def _introduced(node: FlightNode, seen_by: str) -> FlightNode:
+def _introduced(make: Callable[[], FlightNode], seen_by: str) -> FlightNode:
+    with apart_from_the_dead():
+        node = make()
     node.voice.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
     return node
 

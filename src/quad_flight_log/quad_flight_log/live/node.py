@@ -23,6 +23,7 @@ from quad_flight_log.report.vehicle_drawing import rgb
 from quad_msgs.msg import FlightState
 from quad_node import departure, executor, topics
 from quad_node.conversion import set_stamp
+from quad_node.newcomer import apart_from_the_dead
 from quad_node.parameters import check_words, fail
 
 _STAMP = struct.Struct("<iI")
@@ -224,7 +225,8 @@ def _run_markers() -> int:
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return fail("markers", " ".join(str(error).split()))
     try:
-        node = Markers()
+        with apart_from_the_dead():
+            node = Markers()
     except (InvalidParameterTypeException, InvalidParameterValueException, FlightLogError) as error:
         rclpy.try_shutdown()
         return fail("markers", str(error))
