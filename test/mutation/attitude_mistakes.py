@@ -199,8 +199,15 @@ ATTITUDE = {
         ("turn", "2.0 * math.atan2(q.z, q.w)", "math.atan2(q.z, q.w)"),
         ("upside down", "tilt * q.x / swing, tilt * q.y / swing, 0.0", "0.0, 0.0, 0.0"),
     ],
+    "quad_attitude_ctrl.abfnitsm_so3.with_heading_near": [
+        ("heading gives way", "clamp(turn, -widest, widest) - turn", "turn - clamp(turn, -widest, widest)"),
+        ("its axes turn with it", "rotate_inverse(other, goal.rates)", "goal.rates"),
+        ("heading gives way", "abs(turn) <= widest", "abs(turn) <= 9.0"),
+    ],
     "quad_attitude_ctrl.rotation_filter.next_rotation": [
-        ("bounded", "length > widest", "length < widest"),
+        ("bounded", "tilt > widest", "tilt < widest"),
+        ("a turn does not shorten the tilt", "left.x * left.x + left.y * left.y", "left.x * left.x + left.z * left.z"),
+        ("bounded", "clamp(left.z, -widest, widest)", "left.z"),
         ("rate limit", "clamp(way.z, -yaw.max_rate * dt, yaw.max_rate * dt)", "way.z"),
     ],
 }

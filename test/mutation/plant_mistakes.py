@@ -159,20 +159,35 @@ PLANTS = {
     "quad_dynamics.paper.lumped": [("11", "a[1] - ay", "a[1] + ay")],
     "quad_dynamics.sensor.sampled": [("beyond the paper", "q.x + q.w * x + q.y * z", "q.x + q.w * x - q.y * z")],
     "quad_dynamics.sensor.step": [
-        ("beyond the paper", "old = k - memory.delay_steps", "old = k - memory.delay_steps - 1"),
         ("beyond the paper", "row = 1 + k // parameters.period_steps", "row = k // parameters.period_steps"),
         ("beyond the paper", "k % parameters.period_steps == 0", "k % parameters.period_steps == 1"),
         ("beyond the paper", "put(line, k % SLOTS, last_sample)", "put(line, k % SLOTS, truth)"),
         ("beyond the paper", "reading = memory.reading", "reading = misread(memory.reading, fault)"),
-        ("beyond the paper", "old % SLOTS", "old % (SLOTS - 1)"),
         ("beyond the paper", ">= parameters.dropout", "< parameters.dropout"),
     ],
     "quad_dynamics.sensor.draw": [
         ("beyond the paper", "(steps - 1) // parameters.period_steps + 1", "(steps - 1) // parameters.period_steps"),
         ("beyond the paper", "(STREAM_FAMILY, channel)", "(STREAM_FAMILY, channel % 12)"),
     ],
-    "quad_dynamics.sensor.init": [
+    "quad_dynamics.sensor._steps": [
         ("beyond the paper", "seconds(1, plant_period) + 0.5", "seconds(1, plant_period)"),
+        ("beyond the paper", "parameters.delay + getattr(parameters, name)", "getattr(parameters, name)"),
+    ],
+    "quad_dynamics.sensor.slot_of": [
+        ("beyond the paper", "old = k - age", "old = k - age - 1"),
+        ("beyond the paper", "old % SLOTS", "old % (SLOTS - 1)"),
+    ],
+    "quad_dynamics.sensor.aged": [
+        ("beyond the paper", "slot_of(k, ages.velocity)", "slot_of(k, ages.position)"),
+        (
+            "beyond the paper",
+            "slot_of(k, ages.attitude), slot_of(k, ages.rate)",
+            "slot_of(k, ages.rate), slot_of(k, ages.attitude)",
+        ),
+    ],
+    "quad_dynamics.sensor.renewed": [
+        ("beyond the paper", "number % parameters.attitude_every", "number % parameters.rate_every"),
+        ("beyond the paper", "rate = last.omega_b", "rate = sample.omega_b"),
     ],
     "quad_dynamics.sensor.errors": [
         ("beyond the paper", "bias * float(table[0, first + 1])", "bias * float(table[row, first + 1])"),

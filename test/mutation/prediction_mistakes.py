@@ -34,4 +34,17 @@ PREDICTION = {
         ("smoothing", "relative_attitude(q, target)", "relative_attitude(target, q)"),
     ],
     "quad_core.prediction.moved_towards": [("lag", "-rate * dt", "-dt")],
+    "quad_core.rotor_lead.ahead_of_rotors": [
+        ("lag", "share / -math.expm1(-dt / lag)", "share * -math.expm1(-dt / lag)"),
+        ("lag", "lag <= parameters.remaining_lag", "lag >= parameters.remaining_lag"),
+        ("lag", "add(given.torque_b, scale(share, missing))", "wrench.torque_b"),
+    ],
+    "quad_core.cycle.is_behind": [
+        ("infeasible", "or internals.thrust_limited", ""),
+        ("infeasible", "INFEASIBLE_ERROR * INFEASIBLE_ERROR", "0.0"),
+    ],
+    "quad_core.cycle.followed": [
+        ("infeasible", "since = -1", "since = since"),
+        ("infeasible", "infeasible < 0 and", ""),
+    ],
 }

@@ -69,6 +69,15 @@ def test_a_filter_that_is_far_off_asks_for_no_more_than_its_way_admits():
     assert Rotation.from_quat(state.attitude).magnitude() < 1e-3
 
 
+def test_a_turn_that_is_far_off_is_made_no_faster_than_its_way_admits():
+    goal = quaternion(Rotation.from_euler("z", 3.0))
+    state, fastest = at_rest(Quat(0.0, 0.0, 0.0, 1.0))._replace(target=goal), 0.0
+    for _ in range(600):
+        state = next_rotation(state, goal, PLAIN, PLAIN, SLOW, 0.6, DT)
+        fastest = max(fastest, state.rates.z)
+    assert 1.5 < fastest < 1.01 * 8.0 * 0.6 / 3.0
+
+
 def time_to_point_up(turn):
     """Return when the thrust of a filter tilted by 1 rad points up to 5 degrees, its input ``turn`` rad away in yaw."""
     goal = quaternion(Rotation.from_euler("z", turn))
