@@ -148,14 +148,15 @@ def supervise(
         if any(ended.values()):
             # The end of the flight may have been published, but not received here yet.
             state = watch.poll(_LAST_NEWS)
-        for role, code in ended.items():
-            if not cause and role not in spared and not _may_leave(state, code):
-                cause = f"{role} {describe_exit(code)}"
-                deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
+        # first: a terminal's Ctrl-C goes to all processes, and who ends by it is not why the flight ends
         if len(interrupted.names) > heeded:
             heeded = len(interrupted.names)
             cause = cause or f"interrupted by {interrupted.name}"
             deadline = now
+        for role, code in ended.items():
+            if not cause and role not in spared and not _may_leave(state, code):
+                cause = f"{role} {describe_exit(code)}"
+                deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
         if now >= deadline:
             if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
                 landing, cause = True, cause or _silent(state)

@@ -145,6 +145,21 @@ def test_an_interrupt_stops_at_once(monkeypatch):
 LANDS = PATIENCE._replace(landing=8.0)
 
 
+def test_nodes_that_a_terminal_s_ctrl_c_ended_are_not_the_cause(monkeypatch):
+    interrupted = Interrupts()
+    flight = Flight([(0.3, None, {"trajectory": -2, "recorder": -2, "simulator": 0})], monkeypatch)
+    reap = flight.reap
+
+    def reap_interrupted():
+        gone = reap()
+        if gone:
+            interrupted.names.append("SIGINT")
+        return gone
+
+    flight.reap = reap_interrupted
+    assert flight.supervise(interrupted) == Outcome("interrupted by SIGINT")
+
+
 def test_an_interrupt_in_real_time_is_a_landing(monkeypatch):
     asked = Interrupts()
     asked.names.append("SIGINT")
