@@ -150,9 +150,8 @@ def supervise(
             state = watch.poll(_LAST_NEWS)
         # first: a terminal's Ctrl-C goes to all processes, and who ends by it is not why the flight ends
         if len(interrupted.names) > heeded:
-            heeded = len(interrupted.names)
+            heeded, deadline = len(interrupted.names), now
             cause = cause or f"interrupted by {interrupted.name}"
-            deadline = now
         for role, code in ended.items():
             if not cause and role not in spared and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
