@@ -4,6 +4,8 @@ import os
 import re
 import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +21,13 @@ from flying import (
     hash_of,
     in_domain,
     start,
+    stranger,
     wait_until,
     wait_until_flying,
 )
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import BatteryState
+from takeovers import STANDBY, active_pid, environment_of
 
 from quad_commander.mode_table import Mode
 from quad_flight_log.bag.reader import open_flight
@@ -170,6 +176,39 @@ def test_a_flight_whose_starter_is_killed_lands_and_ends(tmp_path):
     bag = open_flight(out)
     assert entered(bag)[-2:] == [Mode.LAND, Mode.DISARMED]
     assert bag.metadata["reason"] == "landed: the process that started the flight is gone"
+
+
+def test_command_finds_a_flight_in_which_a_stranger_took_the_place_of_a_dead_node(tmp_path):
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", *STANDBY, "--out", out)
+    domain = domain_of(flight)
+    wait_until_high(flight, out)
+    os.kill(active_pid(flight.pid, "attitude_controller"), signal.SIGKILL)
+    others = "import rclpy; rclpy.init(); node = rclpy.create_node('a'); rclpy.shutdown()"
+    subprocess.run([sys.executable, "-c", others], env=in_domain(domain), check=True)
+    landing = command(domain, "land")
+    assert landing.returncode == 0, landing.stderr
+    done = finish(flight)
+    assert entered(open_flight(out))[-2:] == [Mode.LAND, Mode.DISARMED], done.stderr
+
+
+def test_an_empty_battery_lands_the_vehicle(tmp_path):
+    """A driver of somebody else says so, with the QoS of sensors."""
+    out = tmp_path / "bag"
+    flight = start("--mission", "takeoff,hold:600,land", "--out", out)
+    pids = wait_until_high(flight, out)
+    with stranger(int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"]), "battery_driver") as node:
+        publisher = node.create_publisher(BatteryState, "battery_state", qos_profile_sensor_data)
+        wait_until(lambda: publisher.get_subscription_count() == 2, 20.0, "commander and recorder listen")
+        while flight.poll() is None:
+            publisher.publish(BatteryState(percentage=0.12))
+            time.sleep(0.1)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "battery below 20 %" in done.stderr
+    bag = open_flight(out)
+    assert entered(bag)[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert set(bag.array("battery_state")["percentage"].tolist()) == {np.float32(0.12)}
 
 
 @pytest.mark.parametrize("clock", CLOCKS)

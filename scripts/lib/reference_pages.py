@@ -31,14 +31,18 @@ STANDARD_TYPES = {
         "The true state for tools, once in `odom_period_steps`: pose in the world, twist in the body frame; "
         "covariances 0."
     ),
+    "sensor_msgs/BatteryState": (
+        "`percentage`: share of full, 0 to 1, NaN where it is unknown. Best effort, so that any driver is heard. The "
+        "commander lands below `modes.battery_low` and does not arm below `arming.battery`; what says nothing is full."
+    ),
     "rosgraph_msgs/Clock": "Flight time for visitors, once in `clock_period_steps`; no control decision depends on it.",
 }
 TOPICS_HEAD = """# Topics
 
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
-to world), Z-Y-X Euler angles. All topics are reliable; *latched* ones (transient local) reach late joiners too. A
-*step* topic has exactly one message per step of its publisher: they make the payload hash of a flight. Besides, every
-node sends `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+to world), Z-Y-X Euler angles. All topics but `battery_state` are reliable; *latched* ones (transient local) reach late
+joiners too. A *step* topic has exactly one message per step of its publisher: they make the payload hash of a flight.
+Besides, every node sends `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
 """
 PARAMETERS_HEAD = """# Parameters
 
@@ -82,7 +86,7 @@ def topics_page() -> str:
         kind = ", ".join(word for word, holds in (("step", topic.step), ("latched", topic.latched)) if holds)
         name = type_name(topic)
         target = name.split("/")[1].lower() if name.startswith("quad_msgs/") else name.replace("/", "").lower()
-        sides = ["all nodes" if len(side) == len(ROLES) else ", ".join(side) for side in topic[2:4]]
+        sides = ["all nodes" if set(side) == set(ROLES) else ", ".join(side) for side in topic[2:4]]
         rows.append([f"`{topic.name}`", f"[{name}](#{target})", *sides, kind, topic.paper])
     parts = [TOPICS_HEAD, table(["topic", "type", "from", "to", "kind", "paper"], rows)]
     for name in dict.fromkeys(type_name(topic) for topic in TOPICS.values()):

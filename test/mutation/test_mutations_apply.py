@@ -1,6 +1,8 @@
 """Every declared mistake still fits the sources; running them is the business of scripts/mutate."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import mutation_engine
@@ -51,7 +53,6 @@ def test_layout_and_comments_do_not_matter():
 
 
 LOOP = "def count(n):\n    while n > 0:\n        n -= 1\n    return n\n"
-ENDLESS = Mutation("eq. 0", "pkg.mod.count", "n -= 1", "n -= 0")
 LOOP_TEST = "from pkg.mod import count\ndef test_it():\n    assert count(3) == 0\n"
 TEXT_TEST = "def test_text():\n    assert 'n -= 1' in open('src/pkg/pkg/mod.py').read()\n"
 CONFTEST = """
@@ -62,29 +63,55 @@ settings.register_profile("mutation")
 """
 
 
-@pytest.mark.parametrize(("other", "verdict"), [("", (False, True)), (TEXT_TEST, (True, False))])
-def test_tests_that_find_no_end_have_noticed_nothing(tmp_path, monkeypatch, other, verdict):
-    monkeypatch.setattr(mutation_engine, "SECONDS_PER_MUTANT", 1)
-    stages = [["test_a.py"], ["test_b.py"]]
-    monkeypatch.setattr(mutation_engine, "test_paths", lambda *_: stages)
+TWO_SECONDS = """
+import sys
+sys.path.insert(0, {folder!r})
+import hypothesis, pytest
+import mutation_engine as engine
+engine.SECONDS_PER_MUTANT = 2
+"""
+"""The engine forks, and a process with threads, as that of these tests, must not."""
+
+
+def said(script, tree):
+    """Return the last line of what ``script`` prints in a process of its own, with 2 s for each run of tests."""
+    words = [sys.executable, "-c", TWO_SECONDS.format(folder=str(Path(mutation_engine.__file__).parent)) + script]
+    done = subprocess.run([*words, str(tree)], capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout.splitlines()[-1]
+
+
+JUDGE = """
+from pathlib import Path
+engine.test_paths = lambda *_: [["test_a.py"], ["test_b.py"]]
+outcome = engine.judge(Path(sys.argv[1]), engine.Mutation("eq. 0", "pkg.mod.count", "n -= 1", "n -= 0"))
+print(bool(outcome.killed_by), outcome.timed_out)
+"""
+
+
+@pytest.mark.parametrize(("other", "verdict"), [("", "False True"), (TEXT_TEST, "True False")])
+def test_tests_that_find_no_end_have_noticed_nothing(tmp_path, other, verdict):
     (tmp_path / "src/pkg/pkg").mkdir(parents=True)
     (tmp_path / "src/pkg/pkg/mod.py").write_text(LOOP)
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_a.py").write_text(LOOP_TEST)
     (tmp_path / "test_b.py").write_text(other or "def test_nothing():\n    pass\n")
-    outcome = mutation_engine.judge(tmp_path, ENDLESS)
-    assert (bool(outcome.killed_by), outcome.timed_out) == verdict
+    assert said(JUDGE, tmp_path) == verdict
 
 
-def test_all_tests_together_may_take_longer_than_those_of_one_mistake(tmp_path, monkeypatch):
-    monkeypatch.setattr(mutation_engine, "SECONDS_PER_MUTANT", 1)
+RUN_TWICE = """
+from pathlib import Path
+tree = Path(sys.argv[1])
+codes = [engine.run_tests(tree, ["test_a.py"], tree / "pytest.log", **given) for given in ({}, {"seconds": 30})]
+print(codes == [engine.TIME_UP, 0], codes)
+"""
+
+
+def test_all_tests_together_may_take_longer_than_those_of_one_mistake(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
-    busy = "import time\ndef test_it():\n    until = time.process_time() + 2.0\n"
+    busy = "import time\ndef test_it():\n    until = time.process_time() + 4.0\n"
     busy += "    while time.process_time() < until:\n        pass\n"
     (tmp_path / "test_a.py").write_text(busy)
-    output = tmp_path / "pytest.log"
-    assert mutation_engine.run_tests(tmp_path, ["test_a.py"], output) == mutation_engine.TIME_UP
-    assert mutation_engine.run_tests(tmp_path, ["test_a.py"], output, seconds=30) == 0
+    assert said(RUN_TWICE, tmp_path).startswith("True")
 
 
 @pytest.mark.parametrize(

@@ -105,14 +105,14 @@ def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict
     """
     import rclpy
     from rclpy.context import Context
-    from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
+    from quad_node.newcomer import Member
     from quad_node.topics import TOPICS
 
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    probe = Node(
+    probe = Member(
         "flight_probe", context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False
     )
     found: dict[str, list[str]] = {}

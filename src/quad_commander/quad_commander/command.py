@@ -14,17 +14,17 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 
 from quad_commander.mode_table import Request
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import departure, topics
 from quad_node.middleware import close_unless_asked
-from quad_node.newcomer import apart_from_the_dead
+from quad_node.newcomer import Member
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
 WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
 _HUNG = NO_ANSWER
+_FIRST = 2.0  # s after which it joins once more; a flight is met within 0.4 s
 _FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
 
 
@@ -33,13 +33,14 @@ class _Parser(argparse.ArgumentParser):
         self.exit(NO_ANSWER, f"command: {message} (--help explains)\n")
 
 
-class Asker(Node):
+class Asker(Member):
     """Asks once and waits for the answer on `flight/mode`."""
 
-    def __init__(self, request: Request, namespace: str) -> None:
-        """Join the flight in ``namespace``."""
+    def __init__(self, request: Request, namespace: str, at_the_end: bool = False) -> None:
+        """Join the flight in ``namespace``; ``at_the_end``: at a place that nobody has had."""
         super().__init__(
             f"command_{secrets.token_hex(4)}",
+            at_the_end=at_the_end,
             namespace=namespace,
             enable_rosout=False,
             start_parameter_services=False,
@@ -75,14 +76,24 @@ class Asker(Node):
             self.answer = message
 
 
+def _meet(asker: Asker, until: float) -> None:
+    """Wait for the flight, at the latest ``until`` s on the steady clock."""
+    while not asker.is_heard and time.monotonic() < until:
+        rclpy.spin_once(asker, timeout_sec=0.05)
+
+
 def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
-    with apart_from_the_dead():
-        asker = Asker(request, namespace)
+    began = time.monotonic()
+    asker = Asker(request, namespace)
     try:
-        deadline = time.monotonic() + patience
-        while not asker.is_heard and time.monotonic() < deadline:
-            rclpy.spin_once(asker, timeout_sec=0.05)
+        _meet(asker, began + min(_FIRST, 0.5 * patience))
+        if not asker.is_heard:
+            # it may have got the place of a dead process, whose queue all others still write to
+            departure.leave(asker, _HUNG)
+            asker = Asker(request, namespace, at_the_end=True)
+        deadline = began + patience
+        _meet(asker, deadline)
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
         if not asker.is_heard:
             return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"

@@ -45,8 +45,8 @@ class Observed(NamedTuple):
 
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
     time since it arrived); None before the first. ``thrust`` is over weight. Ages in s. ``refusals``: reasons against
-    arming if they were looked for at this step. ``recorder_lost``: whether nobody records any more. ``end_asked``: why
-    the flight shall end, empty if it shall not.
+    arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``: whether
+    nobody records any more. ``end_asked``: why the flight shall end, empty if it shall not.
     """
 
     step: int
@@ -60,6 +60,7 @@ class Observed(NamedTuple):
     state_age: float = 0.0
     overruns: float = 0.0
     guard: GuardSeen = GuardSeen()
+    battery: float = 1.0
     refusals: list[str] | None = None
     recorder_lost: bool = False
     end_asked: str = ""
@@ -152,7 +153,10 @@ class Conduct:
             height=seen.state.p_w.z - parameters.ground_height,
             speed=norm(seen.state.v_w),
             thrust=seen.thrust,
-            position_error=0.0 if mode in _ON_GROUND else position_error(seen.state, self._sent),
+            position_error=0.0
+            if mode in _ON_GROUND or mode >= Mode.DESCEND
+            else position_error(seen.state, self._sent),
+            battery=seen.battery,
             outside_fence=outside(parameters.fence, seen.state.p_w),
             overruns=seen.overruns,
             recorder_lost=seen.recorder_lost,
@@ -223,9 +227,9 @@ class Conduct:
         current = references.continued(self._sent, seen.dt)
         if decision.changed and (mode in _ON_GROUND or before in _ON_GROUND):
             current = references.standing(seen.state)
-        elif decision.changed and before >= Mode.DESCEND:
+        elif before >= Mode.DESCEND or mode >= Mode.DESCEND:  # others fly it: the reference goes along
             current = references.from_state(seen.state)
-        if decision.changed:
+        if decision.changed or mode >= Mode.DESCEND:
             self._plan = references.plan_mode(
                 limits, mode, current, self._parameters.ground_height, self._takeoff_height()
             )

@@ -76,14 +76,15 @@ GROUND = (
 )
 UNTOLD = {
     "position_good": "the trust in the position",
-    "battery": "the battery",
     "estimator_reset": "an estimator's reset",
     "pilot": "a pilot",
 }
 """{field of ``Health`` that no node of this stack tells the commander: its words}."""
 NOT_TOLD = (
+    "The battery is what somebody says on `battery_state` (`sensor_msgs/BatteryState`: a driver of it, the vehicle's "
+    "owner); without it it counts as full. "
     f"No node tells the commander of {', '.join(list(UNTOLD.values())[:-1])} or {list(UNTOLD.values())[-1]} yet: their "
-    "rows wait for a vehicle that does, `modes.battery_low` with them. Of these the "
+    "rows wait for a vehicle that does. Of these the "
     "guard judges states for itself, and the bridges, which fly without a commander, leave the vehicle to a pilot."
 )
 REFUSAL = (

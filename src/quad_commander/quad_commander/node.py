@@ -1,5 +1,6 @@
 """The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests."""
 
+import math
 import sys
 import time
 from collections import deque
@@ -8,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from rclpy.publisher import Publisher
+from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from quad_commander import missions
@@ -24,6 +26,7 @@ from quad_core.guard import KILL as GUARD_KILL
 from quad_core.types import TrajectoryPoint
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightRequest, GuardStatus, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
+from quad_node import links
 from quad_node.codec import packer
 from quad_node.main import run
 from quad_node.responder import Arrival, InputTopic, Responder, Sample
@@ -56,6 +59,7 @@ class Commander(Responder):
         self._asked_again = 0
         self._last: Sample | None = None
         self._guard = GuardSeen()
+        self._battery: float | None = None
         self._stepped_at = 0.0
         self._awake = time.monotonic()
         self._sent = -1
@@ -68,6 +72,7 @@ class Commander(Responder):
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/request", self._on_request)
         self.subscribe("flight/guard", self._on_guard)
+        self.subscribe("battery_state", self._on_battery)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
@@ -116,6 +121,7 @@ class Commander(Responder):
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
             guard=self._guard_now(),
+            battery=1.0 if self._battery is None else self._battery,
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
             end_asked=self._end_asked,
@@ -199,13 +205,13 @@ class Commander(Responder):
             return None
         self._since_check = 0.0
         observed = self._preflight.observed(
-            sample, self.states_seen, self.senders, free_space(self.settings.recordings)
+            sample, self.states_seen, self.senders, free_space(self.settings.recordings), self._battery
         )
         return refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
 
     def senders(self, topic: str) -> int:
         """Return how many publish ``topic``, a controller in standby not counted."""
-        return int(self.count_publishers(topic)) - (topic in self.standby_topics)
+        return links.senders(self, topic, self.standby_topics)
 
     def _on_guard(self, message: GuardStatus) -> None:
         if not self.flight.run_id or message.run_id == self.flight.run_id:
@@ -215,6 +221,14 @@ class Commander(Responder):
         """Return what the guard said last; disarmed it rests, and what it did before is over."""
         on_ground = self._conduct is None or self._conduct.mode <= Mode.ARMING
         return GuardSeen() if on_ground and self._guard.mode != GUARD_KILL else self._guard
+
+    def _on_battery(self, message: BatteryState) -> None:
+        share = message.percentage
+        if 0.0 <= share <= 1.0:
+            self._battery = share
+        elif not math.isnan(share):  # a driver that does not know it says so
+            found = f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN where it is unknown"
+            self.event(FlightEvent.WARNING, "bad_battery", f"{found}; message ignored")
 
     def _on_plan(self, message: FlightPlan) -> None:
         flying = self._conduct is not None and self._conduct.mode > Mode.ARMING

@@ -58,8 +58,13 @@ class Preflight:
         if plan != self._plan:
             self._plan, self._plans = plan, max(self._plans, 1) if flying else self._plans + 1
 
-    def observed(self, sample: Sample, states: int, publishers: Callable[[str], int], disk: float) -> Observed:
-        """Return what there is to be judged; ``publishers`` counts those of a topic, ``disk`` is free space in GB."""
+    def observed(
+        self, sample: Sample, states: int, publishers: Callable[[str], int], disk: float, battery: float | None
+    ) -> Observed:
+        """Return what there is to be judged.
+
+        ``publishers`` counts those of a topic, ``disk`` is free space in GB, ``battery`` a share of full.
+        """
         period = self._flight.plant_period
         elapsed = seconds(sample.step - self._first_step, period)
         roles = {status.role: status for status in self._nodes.values()}
@@ -82,7 +87,7 @@ class Preflight:
             tilt=tilt(sample.state),
             speed=norm(sample.state.v_w),
             body_rate=norm(sample.state.omega_b),
-            battery=None,
+            battery=battery,
             disk=disk,
             plan=self._extent(),
             plans=self._plans,

@@ -131,6 +131,42 @@ def test_a_recorder_that_leaves_is_said_and_lands_the_vehicle_if_asked(make, lan
     assert [kind for _, kind, _ in node.events].count("recorder_lost") == 1
 
 
+def test_a_low_battery_lands_the_vehicle_and_one_that_is_unknown_does_not(make):
+    node = make()
+    node.plan()
+    node.battery(math.nan)
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520, thrust=20.0)
+    node.battery(0.21)
+    node.fly(520, 530, thrust=20.0)
+    assert node.modes[-1].name == "TAKEOFF"
+    node.battery(0.19)
+    node.fly(530, 540, thrust=20.0)
+    assert (node.modes[-1].name, node.modes[-1].reason) == ("LAND", Condition.BATTERY_LOW)
+    node.battery(0.9)  # nothing goes back up when a battery recovers
+    node.ask(FlightRequest.HOLD)
+    node.fly(540, 550, thrust=20.0)
+    assert node.modes[-1].name == "LAND"
+
+
+def test_a_battery_that_is_not_full_enough_is_not_armed(make):
+    node = make()
+    node.plan()
+    node.battery(0.25)
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    assert node.modes[-1].name == "ARMING"
+    assert "battery: found 25 %, expected at least 30 %" in node.modes[-1].answer_text
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.5, 80.0, math.inf])
+def test_a_battery_that_cannot_be_is_ignored_and_named(make, share):
+    node = make()
+    node.battery(share)
+    (event,) = [text for _, kind, text in node.events if kind == "bad_battery"]
+    assert event.startswith(f"battery_state: found percentage {share:g}, expected 0 to 1")
+
+
 def test_a_standby_is_no_second_publisher(make):
     roles = "simulator,trajectory,commander,position_controller,attitude_controller,shadow_attitude_controller,recorder"
     node = make("flight.standby:=true", f"flight.roles:={roles}")

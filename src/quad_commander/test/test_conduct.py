@@ -4,16 +4,22 @@ import math
 from itertools import pairwise
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from quad_commander.conduct import Asked, Conduct, Observed
+from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
+from quad_core import guard
 from quad_core.commander_parameters import CommanderParameters
+from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, Quat, TrajectoryPoint, Vec3, VehicleState
 
 DT = 0.01
 PARAMETERS = CommanderParameters()
 GROUND = VehicleState(Vec3(), Vec3(), Quat(), Vec3())
+ZERO = Vec3(0.0, 0.0, 0.0)
+JERK = PARAMETERS.references.horizontal.jerk
 
 
 class Flight:
@@ -109,6 +115,33 @@ def test_no_change_of_mode_steps_the_reference_in_the_air():
     position, velocity = largest_steps(flight.in_the_air())
     assert position < 1.05 * DT  # 1 m/s is the fastest that anything is flown here
     assert velocity < 2.5 * DT
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([Request.HOLD, Request.LAND]),
+    st.builds(Vec3, *(st.floats(-6.0, 6.0),) * 3),
+    st.builds(Vec3, st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-3.1, 3.1)),
+)
+def test_after_a_descent_the_reference_begins_with_the_vehicle_s_own_motion(request, velocity, angles):
+    """The guard has flown it away from its reference, with a motion of its own."""
+    flight = Flight("takeoff,case1,land").go(5.0)
+    flight.go(0.5, guard=GuardSeen(mode=guard.DESCEND, condition=guard.WRENCH_LOST))
+    assert flight.conduct.mode == Mode.DESCEND
+    state = VehicleState(Vec3(3.0, -2.0, 8.0), velocity, quaternion_from_euler(angles), Vec3(1.0, -2.0, 0.5))
+    flight.state = state
+    flight.go(DT, Asked(request, "pilot"), guard=GuardSeen(mode=guard.DESCEND, condition=guard.GOOD))
+    assert flight.conduct.mode == Mode[request.name], flight.news[-3:]
+    first = flight.references[-1]
+    assert (first.p_w, first.v_w) == (state.p_w, state.v_w)
+    assert math.dist(first.a_w, ZERO) == 0.0
+    assert first.yaw == pytest.approx(angles.z)
+    flight.references, flight.modes = [first], [flight.conduct.mode]
+    flight.go(6.0)
+    for before, after in pairwise(flight.in_the_air()):
+        assert math.dist(after.a_w, before.a_w) <= math.sqrt(3.0) * JERK * DT + 1e-9
+        assert math.dist(after.v_w, before.v_w) <= (math.dist(after.a_w, ZERO) + math.sqrt(3.0) * JERK * DT) * DT
+        assert math.dist(after.p_w, before.p_w) <= (math.dist(after.v_w, ZERO) + 0.2) * DT
 
 
 def test_an_operator_holds_goes_on_and_lands():

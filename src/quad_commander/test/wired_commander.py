@@ -1,6 +1,9 @@
 """A commander whose topics are functions, for tests of its node."""
 
+from types import SimpleNamespace
+
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import BatteryState
 
 from quad_commander.node import Commander
 from quad_core.types import NOT_BEGUN
@@ -39,6 +42,9 @@ class Wired(Commander):
     def count_publishers(self, topic):
         return self.publishing
 
+    def get_publishers_info_by_topic(self, topic):
+        return [SimpleNamespace(node_namespace="/", node_name=f"node_{number}") for number in range(self.publishing)]
+
     def state(self, step, z=0.0):
         message = msg.VehicleState(step=step)
         message.p_w[2], message.q_wb[3] = z, 1.0
@@ -70,3 +76,6 @@ class Wired(Commander):
 
     def ask(self, request, sender="pilot", run_id=""):
         self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run_id=run_id))
+
+    def battery(self, percentage):
+        self.callbacks["battery_state"](BatteryState(percentage=percentage))

@@ -10,8 +10,10 @@ from loop_flight import FlownFlight, write_flight
 
 from quad_core.cascade import STAGE
 from quad_flight_log import cli
+from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.recorded_parameters import RecordedParametersError, recorded_parameters
 from quad_flight_log.analysis.replay import replay
+from quad_flight_log.analysis.replay_inputs import seen
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 
@@ -117,6 +119,54 @@ def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
     # the flight itself kept its gain, so a replay with the change must differ from that step on, and not before
     assert not found.equal
     assert min(item.first_step for item in found.differences() if item.differing) == 100
+
+
+def exchanged(flown, directory, memory_step, fly_step):
+    """Return a bag in which the attitude controller was begun anew at ``memory_step`` and flew from ``fly_step`` on."""
+    resolved = flown.flight.resolved["attitude_controller"]
+    topics = ("state", "attitude_setpoint", "actuation", "wrench_setpoint")
+    rest = [item for item in flown.messages if item[0] != "attitude_controller/internals"]
+    before = open_flight(write_flight(directory / "before", flown._replace(messages=rest)))
+    law, parameters = resolved.law.module, resolved.law.parameters
+    memory, answers = law.init(parameters, resolved.vehicle), {}
+    tables = {topic: by_stamp(before.array(topic)) for topic in topics}
+    for step, dt, inputs, _ in seen(resolved, tables, "before"):
+        if step >= memory_step:
+            answers[step], memory, _ = law.step(parameters, resolved.vehicle, memory, inputs, dt)
+    messages = [(f"/{topic.lstrip('/')}", copy.deepcopy(sample)) for topic, sample in rest]
+    for topic, sample in messages:
+        step = sample.header.stamp.nanosec // 2_000_000 if topic == "/wrench_setpoint" else -1
+        if step >= fly_step:
+            sample.wrench.force.z, torque = answers[step].thrust, sample.wrench.torque
+            torque.x, torque.y, torque.z = answers[step].torque_b
+    for role, step, began in (("shadow_attitude_controller", 50, 0), ("attitude_controller", fly_step, memory_step)):
+        said = flight_samples.message("quad_msgs/msg/Takeover", role=role, step=step, memory_step=began)
+        messages.append(("/flight/takeover", said))
+    return flight_samples.write_bag(directory / "bag", messages)
+
+
+def test_who_was_started_again_and_flew_later_is_replayed_with_its_own_memory(flown, tmp_path):
+    found = replay(open_flight(exchanged(flown, tmp_path, 150, 300)), "attitude_controller")
+    assert found.equal
+    assert found.notes == [
+        "shadow_attitude_controller flew from step 50 on, its memory began at 0",
+        "attitude_controller flew from step 300 on, its memory began at 150",
+    ]
+    # another memory than that of the whole flight, or nothing would be shown
+    torque, plain = found.recorded["wrench_setpoint torque_b.y"], flown.result.topics["wrench_setpoint"]["torque_b"]
+    np.testing.assert_array_equal(torque[:300], plain[:300, 1])
+    assert (torque[300:] != plain[300:, 1]).all()
+
+
+def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown, tmp_path):
+    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller", step=0)
+    later.parameters = next(
+        s.parameters for t, s in flown.messages if t == "flight/parameters" and s.role == later.role
+    )
+    later.parameters = later.parameters.replace("abfnitsm.roll.linear_gain: 20.0", "abfnitsm.roll.linear_gain: 19.0")
+    messages = [(f"/{topic}", sample) for topic, sample in flown.messages] + [("/flight/parameters", later)]
+    path = flight_samples.write_bag(tmp_path / "bag", messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
+    assert recorded_parameters(open_flight(path))["attitude_controller"].changes == ()
 
 
 def test_the_verb_proves_and_compares(flown_bag, tmp_path, capsys):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis.takeovers import Exchange, Takeover, described, exchanges, takeovers
+from quad_flight_log.analysis.takeovers import Exchange, Flier, Takeover, described, exchanges, fliers, takeovers
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.interactive_figures import colours, specification
 from quad_flight_log.report.printed_figures import drawn
@@ -90,17 +90,43 @@ def test_a_printed_figure_is_shaded_too(shaded):
     assert "guard in descend" in axes.get_legend_handles_labels()[1]
 
 
+class Exchanged(Bag):
+    """A flight with the given rows of flight/takeover."""
+
+    def has(self, topic):
+        return topic in ("truth", "flight/takeover")
+
+    def array(self, topic):
+        names = [("step", "u8"), ("role", "O"), ("detail", "O"), ("memory_step", "u8")][: len(self.rows[0])]
+        return np.array(self.rows, dtype=np.dtype(names)) if topic == "flight/takeover" else super().array(topic)
+
+
+MAIN, SHADOW = "attitude_controller", "shadow_attitude_controller"
+
+
 def test_an_exchange_holds_to_the_end_and_a_repetition_is_none():
-    row = (2500, "shadow_attitude_controller", "silent for 3 cycles")
-
-    class Exchanged(Bag):
-        def has(self, topic):
-            return topic in ("truth", "flight/takeover")
-
-        def array(self, topic):
-            kind = np.dtype([("step", "u8"), ("role", "O"), ("detail", "O")])
-            return np.array([row, row], dtype=kind) if topic == "flight/takeover" else super().array(topic)
-
-    found = exchanges(Exchanged([]))
-    assert found == [Exchange("attitude_controller", "silent for 3 cycles", 2500, 5_000_000_000, 9_000_000_000)]
+    row = (2500, SHADOW, "silent for 3 cycles")  # of a bag that does not say when memories began
+    found = exchanges(Exchanged([row, row]))
+    assert found == [Exchange(MAIN, "silent for 3 cycles", 2500, 5_000_000_000, 9_000_000_000)]
+    assert fliers(Exchanged([row]), MAIN) == [Flier(MAIN, 0, 0, ""), Flier(SHADOW, 2500, 0, "silent for 3 cycles")]
     assert exchanges(Bag([])) == []
+
+
+def test_who_was_replaced_may_fly_again_and_who_leaves_has_the_last_word_on_when():
+    rows = [
+        (1000, SHADOW, "silent", 0),
+        (2500, "shadow_position_controller", "silent", 0),
+        (3000, MAIN, "asked", 1400),
+        (3020, MAIN, "asked", 1400),  # of the one that left, in lockstep
+        (2000, SHADOW, "late news", 0),  # the highest step counts
+    ]
+    assert fliers(Exchanged(rows), MAIN) == [
+        Flier(MAIN, 0, 0, ""),
+        Flier(SHADOW, 1000, 0, "silent"),
+        Flier(MAIN, 3020, 1400, "asked"),
+    ]
+    assert exchanges(Exchanged(rows)) == [
+        Exchange(MAIN, "silent", 1000, 2_000_000_000, 6_040_000_000),
+        Exchange("position_controller", "silent", 2500, 5_000_000_000, 9_000_000_000),
+        Exchange(MAIN, "asked", 3020, 6_040_000_000, 9_000_000_000),
+    ]

@@ -7,7 +7,6 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
@@ -21,6 +20,7 @@ from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign
 from quad_node.interface import interface_hash, versions
+from quad_node.newcomer import Member
 from quad_node.voice import Voice
 
 _HOUSEKEEPING = 0.05
@@ -28,7 +28,7 @@ _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
 
 
-class FlightNode(Node):
+class FlightNode(Member):
     """A node with one role in a flight. ``done`` completes when the node has nothing more to do; see ``exit_code``."""
 
     def __init__(self, role: str) -> None:
@@ -55,19 +55,18 @@ class FlightNode(Node):
         self.flying = False
         self.commanded = COMMANDER in self.roles
         self.asked_to_end = ""
-        self.started = time.monotonic()
-        self.last_heard = self.started
+        self.started = self.last_heard = time.monotonic()
         self._last_reported: dict[str, float] = {}
         self._ticks = 0
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
-        self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else ()
+        self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
+        self._waited_for = self.lockstep and not self.standby_topics  # by the plant: who stands by is not
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
-        self.status = NodeStatus.STARTING
-        self._waiting = ("", "")
+        self.status, self._waiting = NodeStatus.STARTING, ("", "")
         self.publish_status("matching")
         self.publish_parameters()
         if role != SIMULATOR:
@@ -78,17 +77,17 @@ class FlightNode(Node):
         """Return a publisher of a topic, a shadow's own unless ``obeyed``; READY waits for subscribers if ``match``."""
         aside = self.shadow and topics.TOPICS[topic].step and not obeyed
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
-        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self.lockstep)))
+        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self._waited_for)))
         if match:
-            readers = entry.hearers(self.roles)
+            readers = [*entry.hearers(self.roles), *self.standby_topics.get(entry.name, ())]
             self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
     def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
         """Subscribe to a topic of the table; READY waits for the publishers of a required one."""
         entry = topics.TOPICS[topic]
-        if self.shadow:  # the plant does not wait for it
-            depth = max(depth, entry.history(self.lockstep))
+        if self.shadow or self.lockstep != self._waited_for:
+            depth = max(depth, entry.history(self._waited_for))
         watched = links.qos_events(self.event, entry.name)
         self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
@@ -264,8 +263,9 @@ class FlightNode(Node):
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            if self.flying and (others := links.described(links.second_senders(self, self._in, self.standby_topics))):
-                self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(others)}")
+            others = links.second_senders(self, self._in, self.standby_topics, True) if self.flying else {}
+            if others:
+                self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
 
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.last_heard

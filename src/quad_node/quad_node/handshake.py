@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from quad_core.cascade import COMMAND, COMMANDER, COMMANDING, SHADOWS, SIGNALS, STAGES, TRAJECTORY
+from quad_core.cascade import COMMAND, COMMANDER, COMMANDING, SHADOWS, SIGNALS, STAGES, TRAJECTORY, replaceable
 from quad_core.flight_parameters import FlightParameters
 
 
@@ -56,6 +56,7 @@ class Handshake:
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
+        self._spared = (*SHADOWS, *(replaceable(expected) if flight.standby else ()))
         self._known: dict[str, Status] = {}
 
     def on_status(self, status: Status) -> str:
@@ -75,7 +76,7 @@ class Handshake:
                 f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
                 f"the simulator {self._flight.plant_period} ns"
             )
-        if status.state == FAULT and status.role not in SHADOWS:
+        if status.state == FAULT and status.role not in self._spared:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 

@@ -17,7 +17,7 @@ from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
 from quad_node.exchange import exchange_of
 from quad_node.native import NATIVE, native_step
-from quad_node.responder import Arrival, Responder, Sample, age
+from quad_node.responder import Arrival, InputTopic, Responder, Sample, age
 from quad_node.topics import message_type
 
 _CATCH_UP = 2.0  # s that a shadow has for its last answers
@@ -65,14 +65,29 @@ class LawNode(Responder):
         self.on_internals(internals, sample)
         self.exchange.before(sample.step)
         answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
+        self.exchange.keep(0, answer)
         for publisher in self.outputs:
             yield publisher, answer
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
         numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
         shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
+        self.exchange.keep(1, shown)
         for publisher in self.inside:
             yield publisher, shown
+
+    def comes_late(self, step: int) -> bool:
+        """Return whether to compute from ``step`` on: as a shadow or a standby."""
+        return self.exchange.comes_late(step) or super().comes_late(step)
+
+    def leaves_out(self, missing: InputTopic, step: int) -> bool:
+        """Return whether not to wait for an input: nobody waits for a controller that is not obeyed."""
+        return not self.exchange.flies and missing.is_past(step)
+
+    def report_waiting(self, step: int) -> None:
+        """Say what is missing, as a controller that is obeyed."""
+        if self.exchange.flies:
+            super().report_waiting(step)
 
     def on_repeat(self, step: int) -> None:
         """Take over from a controller that does not answer: in lockstep the plant waits and asks again."""

@@ -16,6 +16,14 @@ from quad_msgs.msg import FlightEvent
 MANY_SENDERS = frozenset({"flight/nodes"})
 """Topics on which every node of a flight speaks."""
 
+Pairs = Mapping[str, tuple[str, str]]
+"""{topic: the two nodes of which one sends it and the other stands by}."""
+
+_NOBODY: Pairs = {}
+
+_UNNAMED = "_NODE_NAME_UNKNOWN_"
+"""What the graph says of a node whose publisher it knows, and its name not yet."""
+
 _POLICIES = {
     "RMW_QOS_POLICY_RELIABILITY": "best-effort reliability",
     "RMW_QOS_POLICY_DURABILITY": "volatile durability",
@@ -38,12 +46,12 @@ def missing(
     graph: Graph,
     out: Iterable[tuple[Publisher, int, str]],
     sources: Mapping[str, str],
-    standby: Collection[str] = (),
+    standby: Pairs = _NOBODY,
 ) -> list[str]:
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
     ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: roles that publish it}; ``standby``:
-    topics that a controller in standby may send too.
+    topics that two controllers may send.
     """
     found = [
         f"a reader of {publisher.topic_name} ({readers})"
@@ -56,10 +64,13 @@ def missing(
     return found + described(second_senders(graph, sources, standby))
 
 
-def second_senders(graph: Graph, topics: Iterable[str], standby: Collection[str] = ()) -> dict[str, list[str]]:
+def second_senders(
+    graph: Graph, topics: Iterable[str], standby: Pairs = _NOBODY, flying: bool = False
+) -> dict[str, list[str]]:
     """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher.
 
-    ``standby``: topics that have two rightly.
+    ``standby``: topics that have two rightly, and while the flight is ``flying`` more by the same names: the ghost of a
+    controller that died stays in the graph for some 20 s, and who was started again stands by.
     """
     found = {}
     for topic in topics:
@@ -67,9 +78,25 @@ def second_senders(graph: Graph, topics: Iterable[str], standby: Collection[str]
         allowed = 1 + (topic in standby)
         if topic not in MANY_SENDERS and graph.count_publishers(topic) > allowed:
             names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            if len(names) > allowed:
+            if len(names) > allowed and not (flying and topic in standby and not strangers(names, standby[topic])):
                 found[topic] = sorted(names)
     return found
+
+
+def strangers(names: Iterable[str], pair: Collection[str]) -> list[str]:
+    """Return those of the full ``names`` of nodes that are none of ``pair``; one without a name as yet may be."""
+    return [name for name in names if name.rpartition("/")[2] not in (*pair, _UNNAMED)]
+
+
+def senders(graph: Graph, topic: str, standby: Pairs = _NOBODY) -> int:
+    """Return how many send ``topic``, a controller that stands by not counted: without one, the one that flies is not.
+
+    A node that was started again counts once with the ghost that it left in the graph.
+    """
+    if topic not in standby:
+        return graph.count_publishers(topic)
+    names = {_full_name(info) for info in graph.get_publishers_info_by_topic(topic)}
+    return max(len(names) - 1, 0)
 
 
 def described(found: Mapping[str, list[str]]) -> list[str]:

@@ -14,7 +14,6 @@ from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fie
 from quad_core.vehicle import Vehicle
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
-from quad_node.newcomer import apart_from_the_dead
 
 # How long, in s, a node may take to see that its last messages arrived.
 _INTERRUPTED, _ENDED = 0.5, 5.0
@@ -40,8 +39,7 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
 
 
 def _introduced(make: Callable[[], FlightNode], seen_by: str) -> FlightNode:
-    with apart_from_the_dead():
-        node = make()
+    node = make()
     node.voice.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
     return node
 

@@ -10,12 +10,14 @@ from rclpy.publisher import Publisher
 from quad_core.cascade import SIGNALS
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import VehicleState
-from quad_msgs.msg import FlightEvent, NodeStatus
+from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import MALFORMED, Stamped, step_of, unpacker
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
+from quad_node.handshake import is_foreign
+from quad_node.joining import Joining, Place
 
 _KEPT_ARRIVALS = 64
 _LARGEST_GAP = 0.5  # s between two states that follow each other
@@ -56,6 +58,10 @@ class InputTopic:
         """Return the value that came last."""
         return self._arrivals[-1] if self._arrivals else None
 
+    def is_past(self, step: int) -> bool:
+        """Return whether values of later steps have come: what ``step`` lacks now never comes."""
+        return bool(self._arrivals) and self._arrivals[-1].step > step - self.lag
+
     def at(self, step: int) -> Arrival | None:
         """Return the value that belongs to ``step``, None if it has not come."""
         due = step - self.lag
@@ -72,6 +78,7 @@ class Responder(FlightNode):
         """Subscribe to ``state``; raises as FlightNode."""
         self._pending: deque[tuple[int, int, VehicleState]] = deque()
         self._due = 0
+        self._joining = Joining()
         super().__init__(role)
         self._read_state = unpacker(VehicleState, VehicleStateMsg)
         self._inputs: list[InputTopic] = []
@@ -122,6 +129,44 @@ class Responder(FlightNode):
         self.counters["rejected"] += 1
         self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
 
+    def comes_late(self, step: int) -> bool:
+        """Return whether to take part, from ``step`` on, in a flight that began without this node.
+
+        Not in command: what it knew of the flight died with the process before it. So it says that, once.
+        """
+        if not self.counters["came_late"]:
+            text = f"step {step}: the flight is under way without {self.role}; this process stays silent"
+            self.event(FlightEvent.WARNING, "came_late", text, step * self.flight.plant_period, always=True)
+            self.publish_status(text)  # latched: who has not found this node yet still hears it
+        return False
+
+    def set_status(self, state: int, detail: str, waiting: tuple[str, str] = ("", "")) -> None:
+        """Change this node's state and publish it."""
+        if state == NodeStatus.READY:  # noted before it is said: the flight may begin at once
+            self._joining.on_ready(time.monotonic())
+        super().set_status(state, detail, waiting)
+
+    def _on_flight_state(self, message: FlightState) -> None:
+        super()._on_flight_state(message)
+        if not is_foreign(message.run_id, self.flight.run_id):
+            flying = message.state == FlightState.FLYING
+            self._joining.on_flight_state(flying, message.wall_time, time.monotonic())
+
+    def _joins(self, step: int) -> bool:
+        """Return whether to take part, the first state being that of ``step``; asked until it does."""
+        place = self._joining.place(self.lockstep, step)
+        if place is not Place.LATE:
+            return place is Place.FROM_THE_START
+        begin = -(-step // self.period_steps) * self.period_steps
+        if not self.comes_late(begin):
+            return False
+        self._due = begin
+        return True
+
+    def leaves_out(self, missing: InputTopic, step: int) -> bool:  # noqa: ARG002
+        """Return whether not to wait for what ``step`` lacks."""
+        return False
+
     def is_needed(self, taken: InputTopic, step: int) -> bool:
         """Return whether ``step`` waits for an input that has not come."""
         return step >= taken.lag and (self.lockstep or taken.lag == 0)
@@ -152,6 +197,8 @@ class Responder(FlightNode):
             return
         if step >= self._due and not is_flyable(state):
             self.reject("state", "a number that is not finite or out of range", stamp)
+            return
+        if self._seen < 0 and not self._joins(step):
             return
         asked_again, self._seen = step == self._seen, step
         if asked_again and self._pending:
@@ -191,9 +238,12 @@ class Responder(FlightNode):
         while self._pending:
             step, stamp, state = self._pending[0]
             arrivals = [taken.at(step) if self.lockstep else taken.newest() for taken in self._inputs]
-            if self._missing(step, arrivals) is not None:
+            missing = self._missing(step, arrivals)
+            if missing is not None and not self.leaves_out(missing, step):
                 return
             self._pending.popleft()
+            if missing is not None:
+                continue
             if self._state_waiting():
                 self.set_status(NodeStatus.READY, "going on")
             sample = Sample(step, stamp, state, self._elapsed(stamp))

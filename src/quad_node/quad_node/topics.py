@@ -10,6 +10,7 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState
 
 import quad_msgs.msg
 from quad_core.cascade import (
@@ -37,6 +38,7 @@ from quad_msgs.msg import (
     NodeParameters,
     NodeStatus,
     RecorderAck,
+    Takeover,
 )
 
 SHADOW_TOPICS = "shadow/"
@@ -71,7 +73,8 @@ REQUIRED = frozenset(
 class Topic(NamedTuple):
     """One topic. ``publishers`` and ``subscribers`` are roles; a step topic has a message per step of its publisher.
 
-    ``only_with``: the role without which a flight does not have it, empty if every flight has.
+    ``only_with``: the role without which a flight does not have it, empty if every flight has. ``foreign``: drivers of
+    others may send it, so a publisher of any reliability is heard.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Topic(NamedTuple):
     latched: bool
     paper: str
     only_with: str = ""
+    foreign: bool = False
 
     def exists(self, roles: Collection[str]) -> bool:
         """Return whether a flight of ``roles`` has this topic."""
@@ -108,7 +112,10 @@ class Topic(NamedTuple):
 
     def qos(self, depth: int = 10) -> QoSProfile:
         """Return its QoS profile."""
-        return latched(depth) if self.latched else stream(depth)
+        profile = latched(depth) if self.latched else stream(depth)
+        if self.foreign:
+            profile.reliability = ReliabilityPolicy.BEST_EFFORT
+        return profile
 
 
 def message_type(kind: type[Any]) -> type[Any]:
@@ -142,10 +149,14 @@ def _step_topic(signal: Signal) -> Topic:
     return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
 
 
-def with_standby(roles: Collection[str]) -> frozenset[str]:
-    """Return the topics that a shadow among ``roles`` may send instead of its own controller."""
+def with_standby(roles: Collection[str]) -> dict[str, tuple[str, str]]:
+    """Return {topic: the two} of the topics that a controller and its shadow among ``roles`` send, one at a time.
+
+    Both also hear what is sent there.
+    """
     stages = [STAGE[role.removeprefix(SHADOW)] for role in roles if role in SHADOWS]
-    return frozenset(topic for stage in stages for topic in (stage.gives, stage.internals_topic))
+    pairs = {stage: (stage.role, SHADOW + stage.role) for stage in stages}
+    return {topic: pair for stage, pair in pairs.items() for topic in (stage.gives, stage.internals_topic)}
 
 
 def _shadow_topics(role: str) -> tuple[Topic, Topic]:
@@ -174,7 +185,18 @@ TOPICS = {
         Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
         Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
         Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), False, False, "", COMMANDER),
-        Topic("flight/takeover", NodeStatus, tuple(SHADOWS), (*_STAGES, RECORDER), False, True, ""),
+        Topic(
+            "battery_state",
+            BatteryState,
+            (SIMULATOR,),
+            (COMMANDER, RECORDER),
+            False,
+            False,
+            "",
+            COMMANDER,
+            foreign=True,
+        ),
+        Topic("flight/takeover", Takeover, (*_STAGES, *SHADOWS), (*_STAGES, *SHADOWS, RECORDER), False, True, ""),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), False, True, ""),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,), False, False, ""),
         Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), False, False, ""),

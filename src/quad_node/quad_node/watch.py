@@ -7,7 +7,6 @@ import rclpy
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
@@ -15,6 +14,7 @@ from quad_msgs.msg import FlightRequest, FlightState
 from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.departure import leave
+from quad_node.newcomer import Member
 
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
@@ -56,7 +56,7 @@ class FlightWatch:
         self._run_id = run_id
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node(
+        self._node = Member(
             "flight_watch",
             context=self._context,
             namespace=namespace,

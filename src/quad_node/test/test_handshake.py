@@ -23,8 +23,8 @@ class Said:
     detail: str = ""
 
 
-def shake(*said: Said, run_id: str = "", roles: list[str] = ROLES) -> tuple[Handshake, list[str]]:
-    handshake = Handshake(FlightParameters(run_id=run_id), "abc", roles)
+def shake(*said: Said, roles: list[str] = ROLES, **flight) -> tuple[Handshake, list[str]]:
+    handshake = Handshake(FlightParameters(**flight), "abc", roles)
     return handshake, [handshake.on_status(status) for status in said]
 
 
@@ -138,3 +138,14 @@ def test_the_first_plan_holds():
     assert plan_refusal(500, 0, 2_000_000) == ""
     assert plan_refusal(500, 500, 2_000_000) == ""
     assert "expected the first one's, 500" in plan_refusal(1, 500, 2_000_000)
+
+
+@pytest.mark.parametrize(("standby", "problem"), [(True, ""), (False, "position_controller failed: diverged")])
+def test_a_controller_that_fails_where_another_stands_by_ends_no_flight(standby, problem):
+    failed = Said("position_controller", state=FAULT, detail="diverged")
+    _, problems = shake(failed, roles=[*ROLES, "shadow_position_controller"], standby=standby)
+    assert problems == [problem]
+    _, problems = shake(
+        Said("attitude_controller", state=FAULT), roles=[*ROLES, "shadow_position_controller"], standby=standby
+    )
+    assert problems != [""]

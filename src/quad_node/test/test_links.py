@@ -4,9 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from quad_node.links import described, missing, qos_events, second_senders
+from quad_node.links import described, missing, qos_events, second_senders, senders
 
 pytestmark = pytest.mark.unit
+
+
+PAIR = {"wrench_setpoint": ("attitude_controller", "shadow_attitude_controller")}
 
 
 class Graph:
@@ -40,13 +43,40 @@ def test_other_qos_is_named_by_topic_and_policy():
 
 def test_a_standby_is_a_second_sender_by_right():
     graph = Graph({"wrench_setpoint": [("/", "attitude_controller"), ("/", "shadow_attitude_controller")]})
-    assert second_senders(graph, ["wrench_setpoint"], ["wrench_setpoint"]) == {}
+    assert second_senders(graph, ["wrench_setpoint"], PAIR) == {}
     assert list(second_senders(graph, ["wrench_setpoint"])) == ["wrench_setpoint"]
-    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, ["wrench_setpoint"]) == []
+    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, PAIR) == []
     graph.publishers["wrench_setpoint"].pop()
-    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, ["wrench_setpoint"]) == [
+    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, PAIR) == [
         "wrench_setpoint of attitude_controller"
     ]
+
+
+def test_who_was_started_again_in_flight_is_no_third_sender_beside_its_ghost():
+    names = ["attitude_controller", "attitude_controller", "shadow_attitude_controller"]
+    graph = Graph({"wrench_setpoint": [("/uav1", name) for name in names]})
+    assert second_senders(graph, ["wrench_setpoint"], PAIR, flying=True) == {}
+    assert senders(graph, "wrench_setpoint", PAIR) == 1
+    # before the flight both would fly
+    assert list(second_senders(graph, ["wrench_setpoint"], PAIR)) == ["wrench_setpoint"]
+    graph.publishers["wrench_setpoint"][1] = ("_NODE_NAMESPACE_UNKNOWN_", "_NODE_NAME_UNKNOWN_")
+    assert second_senders(graph, ["wrench_setpoint"], PAIR, flying=True) == {}
+    graph.publishers["wrench_setpoint"][1] = ("/uav1", "attitude_controller")
+    graph.publishers["wrench_setpoint"].append(("/uav1", "stranger"))
+    assert list(second_senders(graph, ["wrench_setpoint"], PAIR, flying=True)) == ["wrench_setpoint"]
+    assert senders(graph, "wrench_setpoint", PAIR) == 2
+    # without a standby nothing makes two right
+    assert list(second_senders(graph, ["wrench_setpoint"], flying=True)) == ["wrench_setpoint"]
+
+
+@pytest.mark.parametrize(("standby", "counts"), [({}, [0, 1, 2]), (PAIR, [0, 0, 1])])
+def test_a_flight_that_asks_for_a_standby_has_no_sender_without_one(standby, counts):
+    graph = Graph({"wrench_setpoint": []})
+    found = []
+    for name in ("", "attitude_controller", "shadow_attitude_controller"):
+        graph.publishers["wrench_setpoint"] += [("/", name)] if name else []
+        found.append(senders(graph, "wrench_setpoint", standby))
+    assert found == counts
 
 
 def test_one_sender_each_costs_no_more_than_counting():

@@ -1,4 +1,4 @@
-"""Who comes into a domain leaves the queues of dead processes alone."""
+"""Who comes into a domain leaves the queues of dead processes alone, and comes while nobody else does."""
 
 import fcntl
 import os
@@ -65,3 +65,79 @@ def test_the_lock_of_who_lives_is_no_trouble(lock):
         with newcomer.apart_from_the_dead(3):
             pass
         assert not is_free(living)
+
+
+QUEUE = ("fastrtps_port8160", "fastrtps_port8160_el", "sem.fastrtps_port8160_mutex")
+
+
+def test_where_nobody_lives_the_queues_of_the_dead_are_removed(lock, tmp_path):
+    # a queue without a lock: its reader left while somebody sent to it
+    gone = [lock(name) for name in (*QUEUE, "fastrtps_port8150", "fastrtps_port8150_sl", "fastrtps_port8161")]
+    other = [lock(name) for name in ("fastrtps_port8400", "fastrtps_port8400_el", "fastrtps_0123456789abcdef")]
+    with newcomer.apart_from_the_dead(3):
+        assert [path for path in gone if path.exists()] == []
+        assert set(tmp_path.iterdir()) == set(other)
+
+
+@pytest.mark.parametrize("kind", ["_el", "_sl"])
+def test_where_somebody_lives_no_queue_is_removed(lock, kind):
+    dead = [lock(name) for name in QUEUE]
+    living = lock(f"fastrtps_port8170{kind}")
+    with living.open() as file:
+        fcntl.flock(file, fcntl.LOCK_SH if kind == "_sl" else fcntl.LOCK_EX)
+        with newcomer.apart_from_the_dead(3):
+            assert all(path.exists() for path in dead)
+            assert not is_free(dead[1])
+
+
+def test_where_somebody_is_just_starting_no_queue_is_removed(lock):
+    dead = [lock(name) for name in QUEUE]
+    lock("fastrtps_port8170_el", 0.0)
+    with newcomer.apart_from_the_dead(3):
+        assert all(path.exists() for path in dead)
+
+
+def test_a_queue_that_was_just_made_is_kept(lock):
+    dead, young = lock("fastrtps_port8160"), lock("fastrtps_port8161", 0.0)
+    with newcomer.apart_from_the_dead(3):
+        assert not dead.exists()
+        assert young.exists()
+
+
+def test_who_holds_the_folder_s_lock_for_long_stops_nobody(lock, tmp_path, monkeypatch):
+    monkeypatch.setattr(newcomer, "_PATIENCE", 0.05)
+    dead = lock("fastrtps_port8160")
+    folder = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX)
+    try:
+        with newcomer.apart_from_the_dead(3):
+            assert dead.exists()
+    finally:
+        os.close(folder)
+
+
+def test_nobody_comes_while_another_does(lock, monkeypatch):
+    """Who comes while a queue of the dead is there may be just opening it."""
+    monkeypatch.setattr(newcomer, "_PATIENCE", 0.05)
+    with newcomer.apart_from_the_dead(3):
+        dead = lock("fastrtps_port8160")
+        with newcomer.alone() as is_alone:
+            assert not is_alone
+        with newcomer.apart_from_the_dead(3):
+            assert dead.exists()
+    with newcomer.alone() as is_alone:
+        assert is_alone
+
+
+def test_a_place_that_is_missing_below_others_is_nobody_s(lock, tmp_path):
+    """Who took the place of a dead process has left again, and taken queue and lock with it."""
+    living = lock("fastrtps_port8164_el")
+    with living.open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with newcomer.apart_from_the_dead(3):
+            assert list(tmp_path.iterdir()) == [living]
+        with newcomer.apart_from_the_dead(3, at_the_end=True):
+            held = sorted(path.name for path in tmp_path.iterdir())
+            assert held == [f"fastrtps_port{port}_el" for port in range(8160, 8165)]
+            assert not any(is_free(path) for path in tmp_path.iterdir())
+        assert list(tmp_path.iterdir()) == [living]

@@ -14,6 +14,7 @@ from quad_node.conversion import set_stamp
 from quad_node.responder import Responder
 
 PERIOD = 2_000_000
+FLYING = msg.FlightState.FLYING
 
 
 class Wire:
@@ -197,12 +198,13 @@ def test_a_companion_that_is_not_finite_is_counted_and_not_used(make, bad):
 def test_a_state_that_cannot_be_flown_is_counted_and_not_answered(make, bad):
     node = make("period_steps:=1")
     node.reference(0, 10)
-    node.state(0, x=bad)
-    assert node.steps() == []
+    node.state(0)
+    node.state(1, x=bad)
+    assert node.steps() == [0]
     assert node.counters["rejected"] == 1
-    node.state(1)
-    node.actuation(0)
-    assert node.steps() == [1]
+    node.state(2)
+    node.actuation(1)
+    assert node.steps() == [0, 2]
 
 
 def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(make):
@@ -224,9 +226,48 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
 def test_in_real_time_the_step_is_the_time_that_passed_within_half_and_twice_the_period(make, gap, dt):
     node = make("period_steps:=1", "flight.mode:='realtime'")
     node.reference(0, 1)
-    node.state(10)
-    node.state(11, stamp=10 * PERIOD + gap)
+    node.state(0)
+    node.state(1, stamp=gap)
     assert [sample.dt for sample, _ in node.samples] == [0.002, dt]
+
+
+def begun(node, wall_time, state=FLYING):
+    """Let flight/state say that the flight is ``wall_time`` s old."""
+    node.callbacks["flight/state"](msg.FlightState(state=state, wall_time=wall_time))
+
+
+def test_in_lockstep_a_node_that_comes_into_a_flight_is_silent(make):
+    node = make()
+    node.reference(0, 100)
+    node.actuation(9)
+    for step in (7, 7, 8, 9, 10):
+        node.state(step)
+    assert node.steps() == []
+    assert node.counters["came_late"] == 1
+
+
+def test_a_node_that_may_take_part_all_the_same_begins_at_a_multiple_of_its_period(make):
+    node = make()
+    node.comes_late = lambda step: step == 10
+    node.reference(0, 100)
+    for step in range(7, 17):
+        node.actuation(step - 1)
+        node.state(step)
+    assert node.steps() == [10, 15]
+
+
+@pytest.mark.parametrize(("wall_time", "steps"), [(0.0, [52, 53]), (8.0, [])])
+def test_in_real_time_nothing_is_answered_before_it_is_known_how_old_the_flight_is(make, wall_time, steps):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 100)
+    node.state(50)
+    begun(node, 0.0, msg.FlightState.WAITING)
+    node.state(51)
+    node.set_status(NodeStatus.READY, "ready")
+    begun(node, wall_time)
+    for step in (52, 53):
+        node.state(step)
+    assert node.steps() == steps
 
 
 def test_one_absurd_step_is_refused_and_does_not_make_the_node_deaf(make):

@@ -39,7 +39,7 @@ def test_a_guest_that_gives_a_topic_stands_in_for_the_node_that_gives_it_otherwi
 
 def test_the_topics_of_the_commander_are_those_of_flights_that_have_one():
     own = {topic.name for topic in topics.TOPICS.values() if topic.only_with == COMMANDER}
-    assert own == {"mission/reference", "flight/mode", "flight/request"}
+    assert own == {"mission/reference", "flight/mode", "flight/request", "battery_state"}
     assert not any(topics.TOPICS[name].exists(ROLES) for name in own)
     assert all(topics.TOPICS[name].exists((*ROLES, COMMANDER)) for name in own)
 
@@ -71,6 +71,8 @@ def test_quality_of_service_loses_nothing():
 
     for topic in topics.TOPICS.values():
         profile = topic.qos(topics.REALTIME_HISTORY) if topic.step else topic.qos()
-        assert profile.reliability == ReliabilityPolicy.RELIABLE
+        # a reliable reader would not hear a driver that sends as sensors do
+        lossy = topic.name == "battery_state"
+        assert profile.reliability == (ReliabilityPolicy.BEST_EFFORT if lossy else ReliabilityPolicy.RELIABLE)
         late = DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
         assert profile.durability == late

@@ -70,6 +70,8 @@ def _published(flight: Flight) -> dict[str, NodeRecord]:
         before = found.get(role)
         names = [str(name) for name in row["internals_names"]]
         seconds = float(row["log_ns"]) * 1e-9
+        if before is not None and has_step and seconds > 0.0 and not int(row["step"]):
+            continue  # "0 at start": a process that was started again says what it was set up with
         if before is None or (seconds <= 0.0 and not before.changes):
             found[role] = NodeRecord(values, names, ())
         elif values != (before.changes[-1].values if before.changes else before.values):

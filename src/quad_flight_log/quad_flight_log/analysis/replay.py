@@ -3,19 +3,23 @@
 The law runs as its node runs it (same inputs per step, same memory from the first step on), so with the recorded
 parameters every bit is the same: that is the log's own proof. With other gains or another law the
 answers to the very same inputs differ, and the difference is reported; the vehicle does not follow the new answers.
+Of a controller that was started again in flight and flew later, the memory runs from the step on at which it began.
 """
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import STAGE
+from quad_core.flight_parameters import LOCKSTEP
 from quad_core.resolution import Resolved
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.recorded_parameters import Change, recorded_parameters, retold
 from quad_flight_log.analysis.replay_inputs import seen
+from quad_flight_log.analysis.takeovers import Flier, fliers
 from quad_flight_log.analysis.tuples import Columns, columns_of, recorded_columns
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
@@ -90,14 +94,14 @@ def replay(
         raise TopicError(f"{flight.path}: no message on {', '.join(empty)}: there is nothing to replay {role} with")
     record = recorded_parameters(flight)[role]
     then = start if not changed else retold(flight, role)[0][0].resolved
-    module, waiting = start.law.module, phases[1:]
+    waiting, flown = phases[1:], fliers(flight, role)
     parameters = start.law.parameters
-    memory = module.init(parameters, start.vehicle)
+    memories = _Memories(start, flown)
     steps, outputs, internals, incomplete = [], [], [], 0
     for step, dt, inputs, complete in seen(then, tables, str(flight.path), progress):
         while waiting and waiting[0].step <= step:
             parameters = waiting.pop(0).resolved.law.parameters
-        output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)
+        output, inside = memories.answer(step, parameters, inputs, dt)
         steps.append(step)
         outputs.append(output)
         internals.append(inside)
@@ -105,12 +109,39 @@ def replay(
     recorded = {stage.gives: recorded_columns(stage.output, tables[stage.gives])}
     replayed = {stage.gives: columns_of(stage.output, outputs)}
     if internals_topic in tables and not _other_law(record.values, start):
-        kind = module.Internals
+        kind = start.law.module.Internals
         recorded[internals_topic] = recorded_columns(kind, tables[internals_topic], record.internals_names)
         replayed[internals_topic] = columns_of(kind, internals)
     stamps = np.array(steps, dtype=np.int64) * start.flight.plant_period
-    notes = _notes(incomplete, record.changes)
+    notes = _notes(incomplete, record.changes) + _exchange_notes(start, flown[1:])
     return _compared(role, start, changed, tables, stamps, recorded, replayed, notes)
+
+
+class _Memories:
+    """The memories of all who flew a stage: each runs from where it began to where its node last flew."""
+
+    def __init__(self, start: Resolved, flown: Sequence[Flier]) -> None:
+        self._module, self._vehicle = start.law.module, start.vehicle
+        self._flown = flown
+        ends = [one.step for one in flown[1:]] + [sys.maxsize]
+        # who was there from the start has the same memory as the other
+        self._until = {one.memory_step: end for one, end in zip(flown, ends, strict=True)}
+        self._known: dict[int, Any] = {}
+
+    def answer(self, step: int, parameters: Any, inputs: Any, dt: float) -> tuple[Any, Any]:
+        """Return output and internals of who flew at ``step``; the others compute along."""
+        flier = next(one for one in reversed(self._flown) if one.step <= step or one is self._flown[0])
+        found = None
+        for began, until in self._until.items():
+            if began <= step < until or began == flier.memory_step:
+                if began not in self._known:
+                    self._known[began] = self._module.init(parameters, self._vehicle)
+                known = self._known[began]
+                output, self._known[began], inside = self._module.step(parameters, self._vehicle, known, inputs, dt)
+                if began == flier.memory_step:
+                    found = output, inside
+        assert found is not None  # every flier has its memory
+        return found
 
 
 def _compared(
@@ -140,6 +171,13 @@ def _compared(
 
 def _other_law(values: Mapping[str, Any], resolved: Resolved) -> bool:
     return bool(values.get("law") != resolved.plugins["law"].name)
+
+
+def _exchange_notes(start: Resolved, taken_over: Sequence[Flier]) -> list[str]:
+    notes = [f"{one.node} flew from step {one.step} on, its memory began at {one.memory_step}" for one in taken_over]
+    if notes and start.flight.mode != LOCKSTEP:
+        notes.append("in real time the bag does not say what who stood by has seen: its memory is rebuilt only nearly")
+    return notes
 
 
 def _notes(incomplete: int, changes: tuple[Change, ...]) -> list[str]:

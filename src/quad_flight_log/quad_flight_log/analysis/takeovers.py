@@ -1,9 +1,9 @@
-"""When the guard flew instead of the controller (``flight/guard``), or a standby did (``flight/takeover``)."""
+"""When the guard flew instead of the controller (``flight/guard``), or another controller (``flight/takeover``)."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quad_core.cascade import SHADOW
+from quad_core.cascade import SHADOW, STAGE
 from quad_core.guard import MODES, PASS
 from quad_flight_log.bag.reader import Flight
 
@@ -45,8 +45,40 @@ def takeovers(flight: Flight) -> list[Takeover]:
     return found
 
 
+class Flier(NamedTuple):
+    """A node that flew a stage from plant step ``step`` on with a memory that began at ``memory_step``; ``why``."""
+
+    node: str
+    step: int
+    memory_step: int
+    why: str
+
+
+def fliers(flight: Flight, role: str) -> list[Flier]:
+    """Return who flew the stage of ``role`` in order: the controller itself, from the start, and who took over.
+
+    Each message replaces one of the same node: that from where the other really left. Of an older bag that does not
+    say when memories began all did so at the start.
+    """
+    found = [Flier(role, 0, 0, "")]
+    table = flight.array(EXCHANGE_TOPIC) if flight.has(EXCHANGE_TOPIC) else None
+    names = set() if table is None else set(table.dtype.names or ())
+    if table is None or not {"role", "detail", "step"} <= names:
+        return found
+    for row in table:
+        node, step = str(row["role"]), int(row["step"])
+        if node.removeprefix(SHADOW) != role:
+            continue
+        began = int(row["memory_step"]) if "memory_step" in names else 0
+        if len(found) > 1 and found[-1].node == node:
+            found.pop()
+        if step > found[-1].step:
+            found.append(Flier(node, step, began, str(row["detail"])))
+    return found
+
+
 class Exchange(NamedTuple):
-    """From which plant step on a standby flew, in whose role, and why; stamps in ns."""
+    """From which plant step on who stood by flew, in whose role, and why; stamps in ns."""
 
     role: str
     why: str
@@ -56,18 +88,19 @@ class Exchange(NamedTuple):
 
 
 def exchanges(flight: Flight) -> list[Exchange]:
-    """Return the exchanges of a flight in order, each to the end of its bag; none without ``flight/takeover``."""
-    table = flight.array(EXCHANGE_TOPIC) if flight.has(EXCHANGE_TOPIC) else None
+    """Return the exchanges of a flight in order, each to the next one of its role or to the end of its bag."""
     period = str(flight.metadata.get("plant_period_ns", ""))
-    if table is None or not {"role", "detail", "step"} <= set(table.dtype.names or ()) or not period.isdecimal():
+    if not period.isdecimal():
         return []
-    rows = sorted({(int(row["step"]), str(row["role"]), str(row["detail"])) for row in table})
-    begins = [step * int(period) for step, _, _ in rows]
+    flown = {role: [(each, each.step * int(period)) for each in fliers(flight, role)[1:]] for role in STAGE}
+    begins = [begin for each in flown.values() for _, begin in each]
     last_ns = max(begins + _last_of_truth(flight), default=0)
-    return [
-        Exchange(role.removeprefix(SHADOW), why, step, begin, last_ns)
-        for (step, role, why), begin in zip(rows, begins, strict=True)
-    ]
+    found = []
+    for role, each in flown.items():
+        ends = [begin for _, begin in each[1:]] + [last_ns]
+        pairs = zip(each, ends, strict=False)
+        found += [Exchange(role, one.why, one.step, begin, end) for (one, begin), end in pairs]
+    return sorted(found, key=lambda one: one.step)
 
 
 def _last_of_truth(flight: Flight) -> list[int]:

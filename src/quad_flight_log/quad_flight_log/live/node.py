@@ -8,7 +8,6 @@ import rclpy
 from geometry_msgs.msg import Point, TransformStamped
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
@@ -23,7 +22,7 @@ from quad_flight_log.report.vehicle_drawing import rgb
 from quad_msgs.msg import FlightState
 from quad_node import departure, executor, topics
 from quad_node.conversion import set_stamp
-from quad_node.newcomer import apart_from_the_dead
+from quad_node.newcomer import Member
 from quad_node.parameters import check_words, fail
 
 _STAMP = struct.Struct("<iI")
@@ -58,7 +57,7 @@ class _Heard(NamedTuple):
     payload: bytes
 
 
-class Visitor(Node):
+class Visitor(Member):
     """Hears the newest messages of a flight, unpacks them once in ``period`` s of flight time, and calls ``on_sight``.
 
     It listens with best effort, so that it never holds up a publisher. ``truth`` is preferred to ``state``.
@@ -225,8 +224,7 @@ def _run_markers() -> int:
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return fail("markers", " ".join(str(error).split()))
     try:
-        with apart_from_the_dead():
-            node = Markers()
+        node = Markers()
     except (InvalidParameterTypeException, InvalidParameterValueException, FlightLogError) as error:
         rclpy.try_shutdown()
         return fail("markers", str(error))

@@ -11,7 +11,6 @@ from quad_flight_log.live.scene import LiveScene
 from quad_flight_log.live.shapes import Sight
 from quad_flight_log.report.rerun_command import viewer_command
 from quad_node import departure, executor
-from quad_node.newcomer import apart_from_the_dead
 
 
 class LiveView(Visitor):
@@ -52,8 +51,7 @@ def view(namespace: str = "", *, save: Path | None = None, web: bool = False) ->
         scene.connect(port)
     executor.init([])
     stop: list[str] = []
-    with apart_from_the_dead():
-        node = LiveView(scene, namespace, until_over=save is not None)
+    node = LiveView(scene, namespace, until_over=save is not None)
     executor.on_signals(stop, node.done)
     try:
         if viewer:
