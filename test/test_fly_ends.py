@@ -16,7 +16,10 @@ pytestmark = pytest.mark.flight
 LARGEST_LOSS = 1.5
 
 
-@pytest.mark.parametrize("role", ROLES)
+LONG = ("trajectory", "position_controller")
+
+
+@pytest.mark.parametrize("role", [pytest.param(role, marks=[pytest.mark.long] * (role in LONG)) for role in ROLES])
 def test_a_killed_node_ends_the_flight_by_name(tmp_path, role):
     out = tmp_path / "bag"
     flight = start("hover", "--duration", "60", "--out", out)

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from flying import finish, start, wait_until_flying
 
@@ -28,15 +29,17 @@ while time.monotonic() < end:
 node.destroy_node()
 rclpy.shutdown()
 """
-LATE = [1.2 + 0.1 * number for number in range(10)]  # s
 
 
-def test_nodes_that_come_to_look_on_do_not_disturb_a_flight(tmp_path):
+@pytest.mark.parametrize(
+    ("count", "duration"), [(3, "10"), pytest.param(10, "30", marks=pytest.mark.long)], ids=["three", "ten"]
+)
+def test_nodes_that_come_to_look_on_do_not_disturb_a_flight(tmp_path, count, duration):
     out = tmp_path / "bag"
-    flight = start("hover", "--realtime", "--duration", "30", "--out", out)
+    flight = start("hover", "--realtime", "--duration", duration, "--out", out)
     domain = re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1]
     wait_until_flying(flight, out)
-    for late in LATE:
+    for late in np.linspace(1.2, 2.1, count):
         words = [sys.executable, "-c", ONLOOKER, str(late)]
         subprocess.run(words, check=True, timeout=30, env={**os.environ, "ROS_DOMAIN_ID": domain})
     done = finish(flight)

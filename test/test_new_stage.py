@@ -62,7 +62,7 @@ def test_two_places_are_edited():
     assert (EXAMPLE / "stage.patch").read_text(encoding="utf-8").count("\n@@ ") == 2
 
 
-@pytest.mark.parametrize("engine", ["plain", "compiled"])
+@pytest.mark.parametrize("engine", ["plain", pytest.param("compiled", marks=pytest.mark.long)])
 def test_it_flies_without_ros(tmp_path, engine):
     environment = patched(tmp_path)
     command = [sys.executable, "-c", FLY, engine]

@@ -156,6 +156,7 @@ def test_a_part_holds_its_flights_or_is_not_stored(tmp_path):
         parts.open({"identity": {}}, resume=False)
 
 
+@pytest.mark.long
 def test_a_killed_worker_costs_no_flight_and_none_is_counted_twice(definition, tmp_path):
     distributed = pytest.importorskip("distributed")
     parts = Parts(tmp_path / "out", 40, 2)

@@ -38,7 +38,7 @@ def test_flight_ends_finite_with_t_0_on_the_reference(plant, trajectory):
     assert result.rmse < 0.3
 
 
-@pytest.mark.parametrize("plant", ["rigid_body", "paper"])
+@pytest.mark.parametrize("plant", ["rigid_body", pytest.param("paper", marks=pytest.mark.long)])
 def test_compiled_flight_has_the_same_bits(plant):
     flight = case("case2", 3.0, simulator={"plant": plant})
     plain, fast = fly(flight), fly(flight, compiled=True)
