@@ -121,8 +121,11 @@ def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
     assert min(item.first_step for item in found.differences() if item.differing) == 100
 
 
-def exchanged(flown, directory, memory_step, fly_step):
-    """Return a bag in which the attitude controller was begun anew at ``memory_step`` and flew from ``fly_step`` on."""
+def exchanged(flown, directory, memory_step, fly_step, sent_step):
+    """Return a bag in which the attitude controller was begun anew at ``memory_step`` and flew from ``fly_step`` on.
+
+    Its answers are those recorded from ``sent_step`` on.
+    """
     resolved = flown.flight.resolved["attitude_controller"]
     topics = ("state", "attitude_setpoint", "actuation", "wrench_setpoint")
     rest = [item for item in flown.messages if item[0] != "attitude_controller/internals"]
@@ -136,7 +139,7 @@ def exchanged(flown, directory, memory_step, fly_step):
     messages = [(f"/{topic.lstrip('/')}", copy.deepcopy(sample)) for topic, sample in rest]
     for topic, sample in messages:
         step = sample.header.stamp.nanosec // 2_000_000 if topic == "/wrench_setpoint" else -1
-        if step >= fly_step:
+        if step >= sent_step:
             sample.wrench.force.z, torque = answers[step].thrust, sample.wrench.torque
             torque.x, torque.y, torque.z = answers[step].torque_b
     for role, step, began in (("shadow_attitude_controller", 50, 0), ("attitude_controller", fly_step, memory_step)):
@@ -146,7 +149,7 @@ def exchanged(flown, directory, memory_step, fly_step):
 
 
 def test_who_was_started_again_and_flew_later_is_replayed_with_its_own_memory(flown, tmp_path):
-    found = replay(open_flight(exchanged(flown, tmp_path, 150, 300)), "attitude_controller")
+    found = replay(open_flight(exchanged(flown, tmp_path, 150, 300, 300)), "attitude_controller")
     assert found.equal
     assert found.notes == [
         "shadow_attitude_controller flew from step 50 on, its memory began at 0",
@@ -156,6 +159,14 @@ def test_who_was_started_again_and_flew_later_is_replayed_with_its_own_memory(fl
     torque, plain = found.recorded["wrench_setpoint torque_b.y"], flown.result.topics["wrench_setpoint"]["torque_b"]
     np.testing.assert_array_equal(torque[:300], plain[:300, 1])
     assert (torque[300:] != plain[300:, 1]).all()
+
+
+def test_what_a_dead_controller_did_not_get_out_is_replayed_as_its_successor_sent_it(flown, tmp_path):
+    found = replay(open_flight(exchanged(flown, tmp_path, 150, 300, 299)), "attitude_controller")
+    assert found.equal
+    assert found.notes[-1] == "wrench_setpoint of step 299 was sent by who flew next"
+    earlier = replay(open_flight(exchanged(flown, tmp_path / "earlier", 150, 300, 298)), "attitude_controller")
+    assert {item.first_step for item in earlier.differences() if item.differing} == {298}
 
 
 def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown, tmp_path):

@@ -27,11 +27,17 @@ _SHARED_MEMORY = Path("/dev/shm")
 _FIRST_PORT, _PORTS = 7400, 250
 """Of domain 0, and how many each domain has."""
 
+_NAMES = range(7000, 7400)
+"""Where each participant of the machine, of whatever domain, has a queue for the names of the nodes of others."""
+
+_MOST_NAMES = 200
+"""Of these that are avoided, the latest: Fast DDS has no other numbers for these queues."""
+
 _OWN = 10
 """Number of the first queue of a domain that belongs to one process; those before are of multicast."""
 
 _YOUNG = 1.0
-"""s: who is just starting may have made its lock file and not locked it yet."""
+"""s: who is just starting, and no Member, may have made its lock file and not locked it yet."""
 
 _PATIENCE = 2.0
 """s that a participant waits for others to have come or left; each takes some 10 ms."""
@@ -63,10 +69,14 @@ def apart_from_the_dead(domain: int, at_the_end: bool = False) -> Iterator[None]
     that is missing may be that of a dead process whose place a stranger has taken and left; Fast DDS says on stderr
     that it could not have it.
     """
+    first = _FIRST_PORT + _PORTS * domain
+    own = range(first, first + _PORTS)
     with alone() as is_alone, ExitStack() as held:
-        if is_alone and all(map(_is_dead, _queues(domain, "_[es]l"))):
-            _remove(_queues(domain, ""))
-        for lock in _places(domain):
+        for ports in (own, _NAMES) if is_alone else ():
+            if all(map(_is_dead, _queues(ports, "_[es]l"))):
+                _remove(_queues(ports, ""))
+        names = sorted(_queues(_NAMES, "_el"), key=_age)
+        for lock in [*_places(own), *names[:_MOST_NAMES]]:
             # the lock of who lives is refused, that of another user may not be opened: neither is taken anyway
             with suppress(OSError):
                 if lock.exists():
@@ -98,23 +108,21 @@ def _is_locked(opened: int) -> bool:
     return True
 
 
-def _queues(domain: int, suffix: str) -> list[Path]:
-    """Return the files of the queues of a domain with ``suffix``, a regular expression."""
-    first = _FIRST_PORT + _PORTS * domain
+def _queues(ports: range, suffix: str) -> list[Path]:
+    """Return the files of the queues in ``ports`` with ``suffix``, a regular expression."""
     found = []
     for path in _SHARED_MEMORY.glob("fastrtps_port*"):
         port = re.fullmatch(rf"fastrtps_port(\d+){suffix}", path.name)
-        if port and first <= int(port[1]) < first + _PORTS:
+        if port and int(port[1]) in ports:
             found.append(path)
     return found
 
 
-def _places(domain: int) -> list[Path]:
-    """Return the locks, there or not, of the queues of processes up to the highest number that was given."""
-    given = [int(path.name.removeprefix("fastrtps_port")) for path in _queues(domain, "")]
-    given += [int(path.name.removeprefix("fastrtps_port").removesuffix("_el")) for path in _queues(domain, "_el")]
-    first = _FIRST_PORT + _PORTS * domain + _OWN
-    return [_SHARED_MEMORY / f"fastrtps_port{port}_el" for port in range(first, max(given, default=0) + 1)]
+def _places(ports: range) -> list[Path]:
+    """Return the locks, there or not, of the queues of a domain's processes up to the highest that was given."""
+    given = [int(path.name.removeprefix("fastrtps_port")) for path in _queues(ports, "")]
+    given += [int(path.name.removeprefix("fastrtps_port").removesuffix("_el")) for path in _queues(ports, "_el")]
+    return [_SHARED_MEMORY / f"fastrtps_port{port}_el" for port in range(ports[_OWN], max(given, default=0) + 1)]
 
 
 def _is_dead(lock: Path) -> bool:
@@ -138,14 +146,17 @@ def _remove(queues: list[Path]) -> None:
 
 
 def _age(path: Path) -> float:
-    return time.time() - path.stat().st_mtime
+    """Return how old a file is in s, 0 of one that is gone."""
+    try:
+        return time.time() - path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
 
 
 def _lock(path: Path, held: ExitStack) -> None:
     opened = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
     held.callback(os.close, opened)
-    if _age(path) > _YOUNG:
-        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _make(lock: Path, held: ExitStack) -> None:

@@ -35,25 +35,26 @@ def is_free(path):
         return True
 
 
-def test_the_locks_of_the_dead_are_held_while_a_participant_is_made(lock):
-    dead = lock("fastrtps_port8160_el")
+@pytest.mark.parametrize("age", [5.0, 0.0])
+def test_the_locks_of_the_dead_are_held_while_a_participant_is_made(lock, age):
+    """Who dies in the first second of a flight leaves a lock that is as young as that of who is just starting."""
+    dead = lock("fastrtps_port8160_el", age)
     with newcomer.apart_from_the_dead(3):
         assert not is_free(dead)
     assert is_free(dead)
 
 
 @pytest.mark.parametrize(
-    ("name", "age"),
+    "name",
     [
-        ("fastrtps_port8400_el", 5.0),  # of domain 4
-        ("fastrtps_port8149_el", 5.0),  # of domain 2
-        ("fastrtps_port8160_el", 0.0),  # who is starting may not have locked it yet
-        ("fastrtps_port8150_sl", 5.0),  # many may hold it
-        ("fastrtps_0123456789abcdef_el", 5.0),
+        "fastrtps_port8400_el",  # of domain 4
+        "fastrtps_port8149_el",  # of domain 2
+        "fastrtps_port8150_sl",  # many may hold it
+        "fastrtps_0123456789abcdef_el",
     ],
 )
-def test_other_locks_are_left_alone(lock, name, age):
-    other = lock(name, age)
+def test_other_locks_are_left_alone(lock, name):
+    other = lock(name)
     with newcomer.apart_from_the_dead(3):
         assert is_free(other)
 
@@ -141,3 +142,24 @@ def test_a_place_that_is_missing_below_others_is_nobody_s(lock, tmp_path):
             assert held == [f"fastrtps_port{port}_el" for port in range(8160, 8165)]
             assert not any(is_free(path) for path in tmp_path.iterdir())
         assert list(tmp_path.iterdir()) == [living]
+
+
+def test_the_queues_from_which_names_are_learned_are_those_of_the_whole_machine(lock):
+    """Where somebody lives, in whatever domain, a newcomer avoids the dead; where nobody does they are removed."""
+    dead = [lock("fastrtps_port7001"), lock("fastrtps_port7001_el")]
+    living = lock("fastrtps_port7002_el")
+    with living.open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with newcomer.apart_from_the_dead(3):
+            assert not is_free(dead[1])
+    with newcomer.apart_from_the_dead(3):
+        assert not any(path.exists() for path in dead)
+
+
+def test_some_of_the_numbers_for_names_are_left(lock, monkeypatch):
+    monkeypatch.setattr(newcomer, "_MOST_NAMES", 3)
+    living, *dead = [lock(f"fastrtps_port{7000 + age}_el", 10.0 + age) for age in range(4)]
+    with living.open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with newcomer.apart_from_the_dead(3):
+            assert [is_free(path) for path in dead] == [False, False, True]

@@ -15,7 +15,7 @@ from quad_node import topics, watch
 
 DOMAIN = 87
 PROFILES = sorted(Path(watch.__file__).parent.glob("fastdds*.xml"))
-PERIOD = 3.0  # s; what Fast DDS lets pass between two announcements after the first ones
+STARTING = 3.0  # s; how long a node may be busy with its start, and miss what others say
 
 
 @pytest.mark.ros
@@ -46,7 +46,7 @@ def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
 
 @pytest.mark.unit
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda path: path.stem)
-def test_a_participant_announces_itself_until_its_regular_announcements_begin(profile):
+def test_a_participant_announces_itself_often_while_a_flight_starts(profile):
     [first] = [node for node in ElementTree.parse(profile).iter() if node.tag.endswith("initialAnnouncements")]
     texts = {node.tag.rpartition("}")[2]: node.text for node in first.iter()}
-    assert int(texts["count"]) * (int(texts["sec"]) + 1e-9 * int(texts["nanosec"])) >= PERIOD
+    assert int(texts["count"]) * (int(texts["sec"]) + 1e-9 * int(texts["nanosec"])) >= STARTING

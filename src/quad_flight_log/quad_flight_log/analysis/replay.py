@@ -114,6 +114,10 @@ def replay(
         replayed[internals_topic] = columns_of(kind, internals)
     stamps = np.array(steps, dtype=np.int64) * start.flight.plant_period
     notes = _notes(incomplete, record.changes) + _exchange_notes(start, flown[1:])
+    for step, (output, inside) in memories.in_place.items():
+        given = {stage.gives: columns_of(stage.output, [output])}
+        given[internals_topic] = columns_of(start.law.module.Internals, [inside])
+        notes += _sent_by_the_next(step, step * start.flight.plant_period, given, tables, stamps, recorded, replayed)
     return _compared(role, start, changed, tables, stamps, recorded, replayed, notes)
 
 
@@ -127,21 +131,60 @@ class _Memories:
         # who was there from the start has the same memory as the other
         self._until = {one.memory_step: end for one, end in zip(flown, ends, strict=True)}
         self._known: dict[int, Any] = {}
+        self._last: tuple[int, Flier, dict[int, tuple[Any, Any]]] = (-1, flown[0], {})
+        self.in_place: dict[int, tuple[Any, Any]] = {}
+        """What who flew next had computed for the last step before that, and may have sent in the place of the dead."""
 
     def answer(self, step: int, parameters: Any, inputs: Any, dt: float) -> tuple[Any, Any]:
         """Return output and internals of who flew at ``step``; the others compute along."""
         flier = next(one for one in reversed(self._flown) if one.step <= step or one is self._flown[0])
-        found = None
+        given: dict[int, tuple[Any, Any]] = {}
         for began, until in self._until.items():
             if began <= step < until or began == flier.memory_step:
                 if began not in self._known:
                     self._known[began] = self._module.init(parameters, self._vehicle)
                 known = self._known[began]
                 output, self._known[began], inside = self._module.step(parameters, self._vehicle, known, inputs, dt)
-                if began == flier.memory_step:
-                    found = output, inside
-        assert found is not None  # every flier has its memory
-        return found
+                given[began] = output, inside
+        before, last, beside = self._last
+        if flier.memory_step != last.memory_step and flier.memory_step in beside:
+            self.in_place[before] = beside[flier.memory_step]
+        self._last = step, flier, given
+        return given[flier.memory_step]
+
+
+def _sent_by_the_next(
+    step: int,
+    stamp: int,
+    given: Mapping[str, Columns],
+    tables: Mapping[str, Table],
+    stamps: NDArray[np.int64],
+    recorded: Mapping[str, Columns],
+    replayed: Mapping[str, Columns],
+) -> list[str]:
+    """Put what the next flier has computed for a step where that was recorded; returns a note for each topic."""
+    row, notes = int(np.flatnonzero(stamps == stamp)[0]), []
+    for topic, columns in recorded.items():
+        there = tables[topic]["stamp_ns"] == stamp
+        if _takes_the_place(
+            {name: values[there] for name, values in columns.items()}, replayed[topic], row, given[topic]
+        ):
+            notes.append(f"{topic} of step {step} was sent by who flew next")
+    return notes
+
+
+def _takes_the_place(recorded: Columns, replayed: Columns, row: int, instead: Columns) -> bool:
+    """Put ``instead`` into a ``row`` that was replayed otherwise if it is what was recorded; returns whether it is."""
+    if not all(_bits(values) == _bits(instead[name]) for name, values in recorded.items()):
+        return False
+    differs = any(_bits(replayed[name][row : row + 1]) != _bits(instead[name]) for name in recorded)
+    for name in recorded:
+        replayed[name][row] = instead[name][0]
+    return differs
+
+
+def _bits(values: NDArray[np.float64]) -> bytes:
+    return values.tobytes()
 
 
 def _compared(

@@ -200,3 +200,8 @@ def _share(short: str, suffix: str) -> Path:
         if path.is_file():
             return path
     raise SchemaError(f"message type {package}/msg/{name}: no {name}{suffix} in any prefix of AMENT_PREFIX_PATH")
+
+
+def type_name(kind: type) -> str:
+    """Return the name of a message class as interfaces are named: `std_msgs/msg/String`."""
+    return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"

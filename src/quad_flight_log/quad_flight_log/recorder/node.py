@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
 from quad_core.cascade import RECORDER
-from quad_flight_log.bag.definitions import installed, parse
+from quad_flight_log.bag.definitions import installed, parse, type_name
 from quad_flight_log.bag.metadata import Qos
 from quad_flight_log.bag.payload_check import PayloadCheck
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
@@ -21,6 +21,7 @@ from quad_flight_log.recorder.opening import opened
 from quad_flight_log.recorder.provenance import flight_metadata
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
+from quad_flight_log.recorder.successors import Successors
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.flight_node import FlightNode
@@ -56,6 +57,7 @@ class Recorder(FlightNode):
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
         self._shadows = ShadowPace(self.flight.plant_period)
+        self._successors = Successors(self.flight.run_id, self.flight.plant_period)
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
                 self._record(topic)
@@ -83,7 +85,7 @@ class Recorder(FlightNode):
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
         qos = Qos(1, durability="transient_local") if latched else Qos(10)
-        return self.bag.add_topic(self.resolve_topic_name(name), _type_name(kind), qos)
+        return self.bag.add_topic(self.resolve_topic_name(name), type_name(kind), qos)
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
@@ -92,6 +94,8 @@ class Recorder(FlightNode):
             keep = self._stepped(topic.name, handle)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
+        elif topic.name == "flight/takeover":
+            keep = self._successors.listening(keep)
         elif topic.name.startswith(topics.SHADOW_TOPICS):
             self._shadows.expect(topic.name)
             keep = self._with_stamp(topic.name, keep)
@@ -99,7 +103,7 @@ class Recorder(FlightNode):
 
     def _checked(self, name: str, kind: type, handle: int, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
         """Return ``keep`` for what can be decoded; the rest is counted, reported and not recorded."""
-        definition = installed(_type_name(kind))
+        definition = installed(type_name(kind))
         problem_of = PayloadCheck(parse(definition.name, definition.text))
 
         def on_message(payload: bytes) -> None:
@@ -167,8 +171,7 @@ class Recorder(FlightNode):
 
     def _unusual(self, name: str, stamp: int, kind: Arrival) -> None:
         if kind is Arrival.CONFLICT:
-            text = f"{name}: a second, different message for stamp {stamp} ns; not recorded"
-            self.event(FlightEvent.ERROR, "conflict", text, stamp)
+            self.event(*self._successors.judge(name, stamp), stamp)
         elif kind is Arrival.OFF_STEP:
             self.event(FlightEvent.WARNING, "off_step", f"{name}: stamp {stamp} ns is none of its steps", stamp)
         else:
