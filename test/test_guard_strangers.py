@@ -2,19 +2,76 @@
 
 import re
 import time
+from pathlib import Path
 
+import numpy as np
 import pytest
-from flying import PATIENT, finish, start, stranger, wait_until, wait_until_flying
+from flying import PATIENT, finish, node_pids, start, stranger, wait_until, wait_until_flying
 from geometry_msgs.msg import WrenchStamped
+from rclpy.executors import SingleThreadedExecutor
+from takeovers import words_of
 
 from quad_flight_log.bag.reader import open_flight
-from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
+from quad_msgs.msg import AttitudeThrust, FlightPlan, FlightState, NodeStatus, TrajectoryPoint, VehicleState
 from quad_node.conversion import set_stamp
+from quad_node.handshake import run_number
 from quad_node.topics import latched, stream
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 SECONDS = 2.0
+
+
+def run_id_of(flight):
+    """Return the run id that `fly` has given to its nodes."""
+    files = [word for word in words_of(node_pids(flight.pid)["simulator"]) if word.endswith(".yaml")]
+    return re.search(r"flight\.run_id: *\W?([\w-]+)", "".join(Path(name).read_text() for name in files))[1]
+
+
+def test_states_and_setpoints_of_another_run_that_look_good_change_nothing(tmp_path):
+    """The vehicle 100 m away, a reference there, no thrust: before messages named their run all of it was obeyed."""
+    out = tmp_path / "bag"
+    flight = start("hover", "--realtime", "--duration", "6", "--limits", "position_max=5", *PATIENT, "--out", out)
+    domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
+    wait_until_flying(flight, out)
+    step = 0
+
+    def on_state(message):
+        nonlocal step
+        step = max(step, message.step)
+
+    with stranger(domain) as node:
+        away = {"p_w": [100.0, 0.0, 5.0], "run": run_number("another run")}
+        sent = {
+            name: (node.create_publisher(kind, name, stream(256)), kind, fields)
+            for name, kind, fields in (
+                ("state", VehicleState, {**away, "q_wb": [0.0, 0.0, 0.0, 1.0]}),
+                ("reference", TrajectoryPoint, away),
+                ("attitude_setpoint", AttitudeThrust, {"run": away["run"]}),
+            )
+        }
+        node.create_subscription(VehicleState, "state", on_state, stream(10))
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        wait_until(lambda: all(out.get_subscription_count() for out, _, _ in sent.values()), 20.0, "the nodes")
+        began = time.monotonic()
+        while time.monotonic() - began < SECONDS:
+            executor.spin_once(0.01)
+            for publisher, kind, fields in sent.values():
+                more = {} if kind is VehicleState else {"next_step": step + 6}
+                message = kind(step=step + 1, **more, **fields)
+                set_stamp(message.stamp, (step + 1) * 2_000_000)
+                publisher.publish(message)
+        done = finish(flight)
+    assert done.returncode == 0, done.stdout + done.stderr
+    bag = open_flight(out)
+    assert np.abs(bag.array("truth")["p_w"][:, 0]).max() < 1.0
+    assert np.abs(bag.array("state")["p_w"][:, 0]).max() < 1.0  # recorded is what is of this run
+    events = bag.array("flight/events")
+    said = events["text"][events["kind"] == "foreign_run"].tolist()  # of one kind at most once a second
+    assert {text.rpartition(" of another run ignored")[0] for text in said} <= set(sent)
+    assert said
+    assert "not_recorded" in events["kind"]
 
 
 def wrench(thrust, stamp_ns):
@@ -39,9 +96,11 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
         wait_until(lambda: states.get_subscription_count() >= 4, 20.0, "the nodes")
         wait_until(lambda: out_again.get_subscription_count() >= 1, 20.0, "the simulator")
         wait_until(lambda: plans.get_subscription_count() >= 1, 20.0, "the simulator")
+        run = run_number(run_id_of(flight))  # as whoever means this flight would send it
         for end_step in (1, 2**63):
-            plans.publish(FlightPlan(trajectory="stranger", start="printed", end_step=end_step))
+            plans.publish(FlightPlan(trajectory="stranger", start="printed", end_step=end_step, run=run))
             time.sleep(1.5)  # events of one kind are a second apart
+        plans.publish(FlightPlan(trajectory="of another run", start="printed", end_step=1))
         # an empty run id belongs to nobody: this failure ends no flight
         nodes.publish(NodeStatus(node="/x", role="recorder", state=NodeStatus.FAULT, detail="I am a stranger"))
         states.publish(FlightState(state=FlightState.FAILED, reason="I am a stranger"))
@@ -65,6 +124,7 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
     assert not guard["mode"].any()
     assert int(guard["refused_commands"][-1]) > 0.5 * sent
     events = bag.array("flight/events")
+    assert "flight/plan of another run ignored" in events["text"][events["kind"] == "foreign_run"].tolist()
     texts = [str(text) for text in events["text"][events["kind"] == "guard_refused"]]
     second = [str(text) for text in events["text"][events["kind"] == "second_publisher"]]
     assert any("one publisher of wrench_setpoint, there are 2: /attitude_controller, /" in text for text in second)

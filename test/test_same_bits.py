@@ -50,7 +50,7 @@ def assert_same(bag, result):
     assert set(result.topics) == set(STEP_TOPICS)
     for topic, rows in result.topics.items():
         found = columns_of(bag, topic)
-        missing = {*rows.dtype.names} - {*found} - {"next_step", "step"}
+        missing = {*rows.dtype.names} - {*found} - {"next_step", "step", "run"}
         assert not missing, (topic, missing)
         for name in {*rows.dtype.names} & {*found}:
             assert bits(found[name]) == bits(rows[name]), f"{topic}.{name}"

@@ -4,6 +4,7 @@ Fly it: scripts/fly hover --own trajectory="python3 examples/own_nodes/trajector
 """
 
 import math
+import zlib
 
 import rclpy
 import rclpy.executors
@@ -26,6 +27,7 @@ class Climb(Node):
     def __init__(self):
         super().__init__("trajectory")
         self.run_id = self.declare_parameter("flight.run_id", "").value
+        self.run = {"run": zlib.crc32(self.run_id.encode())}  # whose messages these are
         self.period = self.declare_parameter("flight.plant_period", 2_000_000).value
         self.height = self.declare_parameter("height", 0.5).value  # m: a parameter of one's own
         self.first, self.due, self.newest, self.over = None, 0, TrajectoryPoint(), Future()
@@ -48,7 +50,7 @@ class Climb(Node):
             self.first = message
             end_step = message.step + round(WHOLE * 1e9 / self.period)
             end = rclpy.time.Time(nanoseconds=end_step * self.period).to_msg()
-            plan = {"trajectory": "climb", "start": "approach", "end_step": end_step, "end": end}
+            plan = {"trajectory": "climb", "start": "approach", "end_step": end_step, "end": end, **self.run}
             self.plan_out.publish(FlightPlan(stamp=message.stamp, trajectory_start=message.stamp, **plan))
         if message.step >= self.due:
             self.newest, self.due = self.point(message), message.step + EVERY
@@ -64,7 +66,7 @@ class Climb(Node):
         p = [x, y, z + 0.5 * self.height * (1.0 - math.cos(angle))]
         v = [0.0, 0.0, 0.5 * self.height * w * math.sin(angle)]
         a = [0.0, 0.0, 0.5 * self.height * w * w * math.cos(angle) if angle < math.pi else 0.0]
-        key = {"stamp": message.stamp, "step": message.step, "next_step": message.step + EVERY}
+        key = {"stamp": message.stamp, "step": message.step, "next_step": message.step + EVERY, **self.run}
         return TrajectoryPoint(trajectory_time=time, p_w=p, v_w=v, a_w=a, **key)
 
     def on_flight(self, message):

@@ -4,6 +4,7 @@ Fly it: scripts/fly hover --own simulator="python3 examples/own_nodes/vehicle.py
 """
 
 import time
+import zlib
 
 import numpy as np
 import rclpy
@@ -41,6 +42,7 @@ class Vehicle(Node):
             }.items()
         }
         self.run_id, mode, self.period, roles, self.mass, *inertia = given.values()
+        self.run = zlib.crc32(self.run_id.encode())  # whose messages these are
         self.inertia = np.array(inertia)
         self.lockstep, self.others = mode == "lockstep", set(roles.split(",")) - {"simulator"}
         self.p, self.v, self.omega, self.q = np.zeros(3), np.zeros(3), np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
@@ -80,19 +82,21 @@ class Vehicle(Node):
         if self.phase != FlightState.FLYING:
             return
         body = {"p_w": self.p, "v_w": self.v, "q_wb": self.q, "omega_b": self.omega}
-        self.state_out.publish(VehicleState(stamp=self.stamp(self.step), step=self.step, **body))
+        self.state_out.publish(VehicleState(stamp=self.stamp(self.step), step=self.step, run=self.run, **body))
 
     def on_status(self, message):
         if message.run_id == self.run_id:
             self.status[message.role] = message.state
 
     def on_plan(self, message):
-        self.end_step = self.end_step or message.end_step
-        self.go_on()
+        if message.run == self.run:
+            self.end_step = self.end_step or message.end_step
+            self.go_on()
 
     def on_recorded(self, message):
-        self.recorded = message.step
-        self.go_on()
+        if message.run == self.run:
+            self.recorded = message.step
+            self.go_on()
 
     def on_wrench(self, message):
         stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
@@ -121,7 +125,7 @@ class Vehicle(Node):
         turned = self.q + np.array(turn)
         self.q = turned / np.linalg.norm(turned)
         made = {"thrust": float(thrust), "torque_b": np.array(torque)}
-        self.actuation_out.publish(Actuation(stamp=self.stamp(self.step), step=self.step, **made))
+        self.actuation_out.publish(Actuation(stamp=self.stamp(self.step), step=self.step, run=self.run, **made))
         if self.end_step and self.step + 1 >= self.end_step:
             self.end(FlightState.ENDED)
             return

@@ -19,7 +19,7 @@ from quad_core.geometry import norm
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState
-from quad_node.codec import MALFORMED, packer, unpacker
+from quad_node.codec import MALFORMED, ForeignRunError, packer, unpacker
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
 
@@ -103,13 +103,13 @@ class AutopilotNode(VehicleNode):
         if ATTITUDE in self.roles:
             text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor obeys it"
             self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
-        self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust))
+        self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run=self.run)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 
     def output(self, topic: str) -> tuple[Any, Any]:
         """Return a publisher of a topic of the flight and what packs its messages."""
         kind = SIGNALS[topic].kind
-        return self.publisher(topic), packer(kind, message_type(kind))
+        return self.publisher(topic), packer(kind, message_type(kind), self.run)
 
     def on_sample(self, sample: odometry.Sample) -> None:
         """Take an estimate: believe or drop it, and answer it."""
@@ -197,6 +197,9 @@ class AutopilotNode(VehicleNode):
     def _on_setpoint(self, payload: bytes) -> None:
         try:
             stamped = self._read_setpoint(payload)
+        except ForeignRunError:
+            self.is_foreign("attitude_setpoint", -1)
+            return
         except MALFORMED as error:
             self.reject("rejected_malformed", f"a malformed attitude_setpoint ({error})", 0)
             return

@@ -7,6 +7,7 @@ import pytest
 
 from quad_bringup import supervisor
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, interrupts, supervise
+from quad_core.resolution import resolve
 from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
 
 PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
@@ -233,3 +234,16 @@ def test_signals_are_noted_and_the_handlers_come_back():
         os.kill(os.getpid(), signal.SIGTERM)
         assert noted.name == "SIGTERM"
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+def patience_of(roles, mode):
+    flight = {"flight.roles": roles, "flight.mode": mode}
+    return Patience.of(resolve("simulator", flight))
+
+
+def test_on_a_busy_machine_a_commander_in_lockstep_lands_before_it_is_asked_to():
+    """At a tenth of real time the 2 s without a mission reference, after which it lands, take 20 s."""
+    flown = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
+    bare = flown.replace("commander,", "")
+    assert patience_of(flown, "lockstep").answer >= 20.0 + patience_of(bare, "lockstep").answer
+    assert patience_of(flown, "realtime").answer == patience_of(bare, "realtime").answer < 20.0

@@ -27,7 +27,7 @@ from quad_core.types import TrajectoryPoint
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightRequest, GuardStatus, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links
-from quad_node.codec import packer
+from quad_node.codec import head_of, packer
 from quad_node.main import run
 from quad_node.responder import Arrival, InputTopic, Responder, Sample
 
@@ -75,7 +75,7 @@ class Commander(Responder):
         self.subscribe("battery_state", self._on_battery)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
-        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
         self._mode_payload = ModePayload(self.flight.run_id)
         self._offered = [
             self.create_service(Trigger, request.name.lower(), partial(self._on_call, request)) for request in SERVICES
@@ -179,7 +179,10 @@ class Commander(Responder):
         """Return the age in s of a topic; in lockstep the plant waits for it, so it is never old."""
         return 0.0 if self.lockstep else time.monotonic() - self._heard[topic]
 
-    def _on_life(self, topic: str, payload: bytes) -> None:  # noqa: ARG002 (its value matters to others)
+    def _on_life(self, topic: str, payload: bytes) -> None:
+        """Note that ``topic`` is alive; a wrench names no run, and its value matters to others."""
+        if topic != COMMAND and self.is_foreign(topic, head_of(payload)[1]):
+            return
         self._heard[topic] = time.monotonic()
         self._preflight.count(topic)
 
@@ -231,6 +234,8 @@ class Commander(Responder):
             self.event(FlightEvent.WARNING, "bad_battery", f"{found}; message ignored")
 
     def _on_plan(self, message: FlightPlan) -> None:
+        if self.is_foreign("flight/plan", message.run):
+            return
         flying = self._conduct is not None and self._conduct.mode > Mode.ARMING
         self._preflight.on_plan(message, flying)
 

@@ -255,6 +255,25 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
     assert raised[-1] == 2
 
 
+def test_setpoints_of_another_run_keep_no_setpoint_young_and_its_plans_are_none(make, monkeypatch):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime")
+    node.plan(run=1)
+    assert node._preflight._plan is None
+    for step in range(0, 200, 5):
+        node.callbacks["wrench_setpoint"](b"")
+        node.setpoint(step, run=1)
+        node.mission(step)
+        node.state(step)
+        clock.now += 0.01
+    assert node.modes[-1].raised >> Condition.SETPOINT_LOST & 3 == 1  # the wrench is there
+    assert {text for _, kind, text in node.events if kind == "foreign_run"} == {
+        "flight/plan of another run ignored",
+        "attitude_setpoint of another run ignored",
+    }
+
+
 def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):
     node = make()
     assert not node.on_signal("SIGINT")

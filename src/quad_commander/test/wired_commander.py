@@ -1,5 +1,6 @@
 """A commander whose topics are functions, for tests of its node."""
 
+import zlib
 from types import SimpleNamespace
 
 from rclpy.serialization import deserialize_message, serialize_message
@@ -12,6 +13,8 @@ from quad_msgs.msg import FlightMode, FlightRequest, TrajectoryPoint
 from quad_node.conversion import set_stamp
 
 PERIOD = 2_000_000
+RUN_ID = "a1"
+RUN = zlib.crc32(RUN_ID.encode())
 
 
 class Wire:
@@ -46,20 +49,23 @@ class Wired(Commander):
         return [SimpleNamespace(node_namespace="/", node_name=f"node_{number}") for number in range(self.publishing)]
 
     def state(self, step, z=0.0):
-        message = msg.VehicleState(step=step)
+        message = msg.VehicleState(step=step, run=RUN)
         message.p_w[2], message.q_wb[3] = z, 1.0
         set_stamp(message.stamp, step * PERIOD)
         self.callbacks["state"](serialize_message(message))
 
     def mission(self, step, trajectory_time=NOT_BEGUN):
-        point = TrajectoryPoint(step=step, next_step=step + 5, trajectory_time=trajectory_time)
+        point = TrajectoryPoint(step=step, run=RUN, next_step=step + 5, trajectory_time=trajectory_time)
         self.callbacks["mission/reference"](serialize_message(point))
 
     def actuation(self, step, thrust=0.0):
-        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, thrust=thrust)))
+        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, run=RUN, thrust=thrust)))
 
-    def plan(self, high=2.0):
-        plan = msg.FlightPlan(trajectory="hover", end_step=5000)
+    def setpoint(self, step, run=RUN):
+        self.callbacks["attitude_setpoint"](serialize_message(msg.AttitudeThrust(step=step, run=run)))
+
+    def plan(self, high=2.0, run=RUN):
+        plan = msg.FlightPlan(trajectory="hover", end_step=5000, run=run)
         plan.high[2] = high
         self.callbacks["flight/plan"](plan)
 
@@ -68,7 +74,7 @@ class Wired(Commander):
         for step in range(first, last):
             self.callbacks["wrench_setpoint"](b"")
             if step % 5 == 0:
-                self.callbacks["attitude_setpoint"](b"")
+                self.setpoint(step)
                 self.mission(step)
             if step:
                 self.actuation(step - 1, thrust)

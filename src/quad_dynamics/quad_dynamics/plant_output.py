@@ -44,7 +44,7 @@ class PlantOutput:
 
     def _output(self, topic: str) -> tuple[Any, Packer]:
         kind = SIGNALS[topic].kind
-        return self._node.publisher(topic), packer(kind, message_type(kind))
+        return self._node.publisher(topic), packer(kind, message_type(kind), self._node.run)
 
     def publish(self, step: int, stamp: int) -> None:
         """Publish the state of ``step`` first, then what no controller waits for; ``stamp`` in ns."""

@@ -52,7 +52,7 @@ def test_info_tells_bytes_rate_and_drops_of_each_topic(flown, flown_bag, capsys)
     code, out, _ = run(capsys, "info", flown_bag)
     assert code == 0
     (line,) = [line.split() for line in out.splitlines() if line.strip().startswith("/truth ")]
-    assert line[1:3] == ["500", str(500 * 124)]
+    assert line[1:3] == ["500", str(500 * 132)]
     assert line[-4:] == ["500.0", "Hz", "0", "quad_msgs/msg/VehicleState"]
     shown = json.loads(run(capsys, "info", flown_bag, "--json")[1])[0]
     assert shown["metadata"]["seed"] == "7"

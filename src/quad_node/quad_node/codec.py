@@ -22,8 +22,14 @@ HEADER = b"\x00\x01\x00\x00"
 _PLAIN = HEADER[:2]
 _BODY = 4  # bytes of encapsulation; alignment counts from behind them
 _CODES = {"boolean": "?", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "double": "d"}
-_STEP = struct.Struct("<Q")
+_STEP = struct.Struct("<QI")
+_HEAD = ("stamp", "step", "run", "next_step")
 _FIELD = re.compile(r"(?P<kind>\w+)(?:\[(?P<count>\d+)\])?$")
+
+
+class ForeignRunError(Exception):
+    """A message of another run."""
+
 
 MALFORMED = (struct.error, RuntimeError, ValueError, AssertionError)
 """What reading a payload that is not the message of its topic may raise."""
@@ -42,26 +48,26 @@ class Stamped(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """Format of a payload up to ``extra``, its fields beside stamp and steps, and how many steps it begins with."""
+    """Format of a payload up to ``extra``, its fields beside those of ``head``, which of _HEAD it begins with."""
 
     code: str
     names: tuple[str, ...]
-    steps: int
+    head: tuple[str, ...]
 
 
-def packer(cls: type[Any], message_type: type[Any]) -> Packer:
+def packer(cls: type[Any], message_type: type[Any], run: int = 0) -> Packer:
     """Return ``pack(value, step, next_step, stamp_ns)``, which gives the CDR payload of a ``cls``.
 
-    Fields that ``cls`` has not are zero; fields that the message has not go, in order, into its ``extra`` sequence.
-    Raises TypeError if there is none, or for a message that is not flat.
+    ``run``: the number of the sender's run. Fields that ``cls`` has not are zero; fields that the message has not go,
+    in order, into its ``extra`` sequence. Raises TypeError if there is none, or for a message that is not flat.
     """
     if cls is Wrench:
         return _pack_stamped_wrench
-    flat, pack = flattener(cls), numbers_packer(cls, message_type)
+    flat, pack = flattener(cls), numbers_packer(cls, message_type, run)
     return lambda value, step, next_step, stamp: pack(flat(value), step, next_step, stamp)
 
 
-def numbers_packer(cls: type[Any], message_type: type[Any]) -> Packer:
+def numbers_packer(cls: type[Any], message_type: type[Any], run: int = 0) -> Packer:
     """Return what ``packer`` does, with a function that takes the numbers of a ``cls`` in the order of ``leaves``."""
     known = message_type.get_fields_and_field_types()
     own = tuple(name for name in cls._fields if name not in known)
@@ -72,11 +78,11 @@ def numbers_packer(cls: type[Any], message_type: type[Any]) -> Packer:
     if "extra" in known:
         code = _aligned(code, 4) + "I"
         code = _aligned(code, 8) + f"{len(tail)}d" if tail else code
-    pack, both = struct.Struct(_aligned(code, 4)).pack, layout.steps == 2
+    pack, head = struct.Struct(_aligned(code, 4)).pack, _picker([_HEAD.index(name) - 1 for name in layout.head[1:]])
     pick, rest, extra = _picker(body), _picker(tail), "extra" in known
 
     def write(flat: tuple[Any, ...], step: int, next_step: int, stamp: int) -> bytes:
-        steps = (step, next_step) if both else (step,)
+        steps = head((step, run, next_step))
         if extra:
             return pack(HEADER, *divmod(stamp, NANOSECONDS), *steps, *pick(flat), len(tail), *rest(flat))
         return pack(HEADER, *divmod(stamp, NANOSECONDS), *steps, *pick(flat))
@@ -84,10 +90,14 @@ def numbers_packer(cls: type[Any], message_type: type[Any]) -> Packer:
     return write
 
 
-def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0) -> Callable[[bytes], Stamped]:
+def unpacker(
+    cls: type[Any], message_type: type[Any], plant_period: int = 0, run: int = 0
+) -> Callable[[bytes], Stamped]:
     """Return ``unpack(payload)``; raises TypeError if the message is not made of exactly the fields of ``cls``.
 
-    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped.
+    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped. ``run``:
+    the number of the run whose messages are read, 0 for those of every run; ``unpack`` raises ForeignRunError for
+    others.
     """
     if cls is Wrench:
         return lambda payload: _stamped_wrench(*unpack_wrench(payload), plant_period)
@@ -96,33 +106,52 @@ def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0) -> 
     if missing:
         raise TypeError(f"{message_type.__name__} has no field {missing[0]} of {cls.__name__}")
     unpack, size = struct.Struct(layout.code).unpack_from, struct.calcsize(layout.code)
-    hints, at, places = get_type_hints(cls), 3 + layout.steps, {}
+    hints, at, places = get_type_hints(cls), 2 + len(layout.head), {}
     for name in layout.names:
         width = len(getattr(hints[name], "_fields", ()))
         places[name] = (hints[name]._make if width else None, at, at + (width or 1))
         at += width or 1
     plan = [places[name] for name in cls._fields]
-    make, both, slow = cls._make, layout.steps == 2, reader(cls, message_type)
+    make, both, slow = cls._make, layout.head[-1] == "next_step", reader(cls, message_type)
+    last, of_run = 1 + len(layout.head), run if "run" in layout.head else 0
 
     def read(payload: bytes) -> Stamped:
         if payload[:2] != _PLAIN or len(payload) < size:
             message = deserialize_message(payload, message_type)
+            if of_run and message.run != of_run:
+                raise ForeignRunError
             next_step = message.next_step if both else message.step + 1
             value = slow(message)
             return Stamped(message.step, next_step, stamp_ns(message.stamp), value, all_finite(value))
         flat = unpack(payload)
+        if of_run and flat[4] != of_run:
+            raise ForeignRunError
         step = flat[3]
         value = make([flat[at] if kind is None else kind(flat[at:end]) for kind, at, end in plan])
         finite = numbers_finite(flat[1:])
-        return Stamped(step, flat[4] if both else step + 1, flat[1] * NANOSECONDS + flat[2], value, finite)
+        return Stamped(step, flat[last] if both else step + 1, flat[1] * NANOSECONDS + flat[2], value, finite)
 
     return read
 
 
+def names_run(message_type: type[Any]) -> bool:
+    """Return whether payloads of a message begin with what ``head_of`` reads."""
+    return tuple(message_type.get_fields_and_field_types())[:3] == _HEAD[:3]
+
+
+def head_of(payload: bytes) -> tuple[int, int]:
+    """Return step and number of the run of a payload in our encoding, -1 and 0 of any other or of one that is cut.
+
+    The number is that of a message which has the field ``run``.
+    """
+    if len(payload) < _BODY + 8 + _STEP.size or payload[:2] != _PLAIN:
+        return -1, 0
+    return _STEP.unpack_from(payload, _BODY + 8)
+
+
 def step_of(payload: bytes) -> int:
-    """Return the step of a payload in our encoding, -1 of any other or of one that is cut before it."""
-    whole = len(payload) >= _BODY + 8 + _STEP.size
-    return _STEP.unpack_from(payload, _BODY + 8)[0] if whole and payload[:2] == _PLAIN else -1
+    """Return the step of a payload in our encoding, -1 of any other or of one that is cut."""
+    return head_of(payload)[0]
 
 
 def _places(cls: type[Any], names: tuple[str, ...]) -> list[int]:
@@ -142,14 +171,16 @@ def _picker(places: list[int]) -> Callable[[tuple[Any, ...]], tuple[Any, ...]]:
 def _layout(message_type: type[Any], present: set[str]) -> _Layout:
     """Return the layout of a flat message; fields that are not ``present`` are padding."""
     known = dict(message_type.get_fields_and_field_types())
-    steps = [name for name in ("stamp", "step", "next_step") if name in known]
-    if list(known)[: len(steps)] != steps or steps[:2] != ["stamp", "step"]:
+    head = [name for name in _HEAD if name in known]
+    if list(known)[: len(head)] != head or head[:2] != ["stamp", "step"]:
         raise TypeError(f"{message_type.__name__} does not begin with stamp and step")
-    code, names = "<4siI" + "Q" * (len(steps) - 1), []
+    code, names = "<4siIQ" + "I" * ("run" in head), []
+    if "next_step" in head:
+        code = _aligned(code, 8) + "Q"
     for name, kind in known.items():
         if kind == "string":  # text comes last and is not read here
             break
-        if name in steps or name == "extra":
+        if name in head or name == "extra":
             continue
         match = _FIELD.match(kind)
         if match is None or match["kind"] not in _CODES:
@@ -159,7 +190,7 @@ def _layout(message_type: type[Any], present: set[str]) -> _Layout:
         code = _aligned(code, size) + (f"{count}{letter}" if name in present else f"{count * size}x")
         if name in present:
             names.append(name)
-    return _Layout(code, tuple(names), len(steps) - 1)
+    return _Layout(code, tuple(names), tuple(head))
 
 
 def _aligned(code: str, size: int) -> str:

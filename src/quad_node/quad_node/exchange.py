@@ -18,9 +18,10 @@ from typing import Any
 from rclpy.publisher import Publisher
 from std_srvs.srv import Trigger
 
-from quad_core.cascade import SHADOW, Stage
+from quad_core.cascade import COMMAND, SHADOW, Stage
 from quad_core.cycle import seconds
 from quad_msgs.msg import FlightEvent, NodeStatus, Takeover
+from quad_node.codec import head_of
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
@@ -98,7 +99,7 @@ class Paired(Exchange):
         self._takeover_out = node.publisher("flight/takeover", match=False)
         node.subscribe("flight/takeover", self._on_takeover)
         for place, topic in enumerate(topics):
-            node.subscribe(topic, self._hears(place), raw=True)
+            node.subscribe(topic, self._hears(place, topic), raw=True)
         self._service = node.create_service(Trigger, f"{node.role}/take_over", self._on_call)
 
     def comes_late(self, step: int) -> bool:
@@ -254,8 +255,10 @@ class Paired(Exchange):
         for sender, message in lost:
             sender.publish(message)
 
-    def _hears(self, place: int) -> Callable[[bytes], None]:
+    def _hears(self, place: int, topic: str) -> Callable[[bytes], None]:
         def on_other(payload: bytes) -> None:
+            if topic != COMMAND and self.node.is_foreign(topic, head_of(payload)[1]):
+                return
             if not self.flies and self._recent.hear(place, payload):
                 self._heard, self._repeats = time.monotonic(), 0
 

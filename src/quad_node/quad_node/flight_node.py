@@ -18,7 +18,7 @@ from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp
-from quad_node.handshake import is_foreign
+from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
 from quad_node.newcomer import Member
 from quad_node.voice import Voice
@@ -43,21 +43,20 @@ class FlightNode(Member):
         parameters.declare(self, self.resolved)
         parameters.on_change(self, kind, self._on_parameters)
         self.flight = self.resolved.flight
+        self.run = run_number(self.flight.run_id)
         self.vehicle = self.resolved.vehicle
         self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
         self.lockstep = self.flight.mode == LOCKSTEP
         self.voice = Voice(self.get_logger())
-        self.exit_code = 1
+        self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()
         self.internals_names: list[str] = []
         self.counters: Counter[str] = Counter()
-        self.current_step = 0
+        self.current_step = self._ticks = 0
         self.flying = False
         self.commanded = COMMANDER in self.roles
-        self.asked_to_end = ""
         self.started = self.last_heard = time.monotonic()
         self._last_reported: dict[str, float] = {}
-        self._ticks = 0
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
         self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
@@ -167,13 +166,14 @@ class FlightNode(Member):
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
         self._events_out.publish(message)
-        # One line per severity: rclpy refuses to log with two severities from the same line.
-        if severity == FlightEvent.INFO:
-            self.get_logger().info(f"{kind}: {text}")
-        elif severity == FlightEvent.WARNING:
-            self.get_logger().warning(f"{kind}: {text}")
-        else:
-            self.get_logger().error(f"{kind}: {text}")
+        self.voice.event(severity, f"{kind}: {text}")
+
+    def is_foreign(self, topic: str, run: int) -> bool:
+        """Return whether a message with run number ``run`` is of another run; that is counted and reported."""
+        foreign = self.run not in (0, run)
+        if foreign:
+            self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
+        return foreign
 
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""

@@ -1,5 +1,6 @@
 """Who takes part in a flight, whether they fit together, and who is to blame when it stops. No ROS calls."""
 
+import zlib
 from typing import Protocol
 
 from quad_core.cascade import COMMAND, COMMANDER, COMMANDING, SHADOWS, SIGNALS, STAGES, TRAJECTORY, replaceable
@@ -35,6 +36,11 @@ def is_foreign(run_id: str, ours: str) -> bool:
     A flight without a run id, as of nodes started by hand, cannot tell and takes every one.
     """
     return bool(ours) and run_id != ours
+
+
+def run_number(run_id: str) -> int:
+    """Return what stands for a run in the field ``run`` of messages without text: CRC-32 of its id, 0 without one."""
+    return zlib.crc32(run_id.encode())
 
 
 def plan_refusal(end_step: int, planned: int, plant_period: int) -> str:

@@ -40,12 +40,12 @@ class LawNode(Responder):
         for taken in self.stage.takes:
             self.take(taken.topic, taken.lag)
         self.outputs = [self.publisher(self.stage.gives)]
-        self._pack = packer(self.stage.output, message_type(self.stage.output))
+        self._pack = packer(self.stage.output, message_type(self.stage.output), self.run)
         internals_message = message_type(self.stage.internals)
         self.inside = [self.publisher(self.stage.internals_topic)]
         self._flat_internals = flattener(module.Internals)
         recorded = joined("Recorded", StepRecord, module.Internals)
-        self._pack_internals = numbers_packer(recorded, internals_message)
+        self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
         self.exchange = exchange_of(self)
         self.publish_parameters()

@@ -28,7 +28,7 @@ class OdometryRelay(FlightNode):
         super().__init__(RELAY)
         self._settings = self.resolved.node
         self._state_out = self.publisher("state")
-        self._pack = packer(VehicleState, VehicleStateMsg)
+        self._pack = packer(VehicleState, VehicleStateMsg, self.run)
         self._first: int | None = None
         self.create_subscription(Odometry, self._settings.odometry, self._on_odometry, topics.stream(64))
 

@@ -13,7 +13,7 @@ from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import MALFORMED, Stamped, step_of, unpacker
+from quad_node.codec import MALFORMED, ForeignRunError, Stamped, head_of, step_of, unpacker
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
@@ -80,7 +80,7 @@ class Responder(FlightNode):
         self._due = 0
         self._joining = Joining()
         super().__init__(role)
-        self._read_state = unpacker(VehicleState, VehicleStateMsg)
+        self._read_state = unpacker(VehicleState, VehicleStateMsg, run=self.run)
         self._inputs: list[InputTopic] = []
         self.answers: list[tuple[Publisher, Any]] = []
         self._answered = -1
@@ -99,7 +99,7 @@ class Responder(FlightNode):
     def take(self, topic: str, lag: int = 0) -> InputTopic:
         """Subscribe to a topic whose values belong to steps; malformed messages are refused."""
         taken = InputTopic(topic, lag, topics.TOPICS[topic].giver(self.roles))
-        read = unpacker(SIGNALS[topic].kind, topics.TOPICS[topic].type, self.flight.plant_period)
+        read = unpacker(SIGNALS[topic].kind, topics.TOPICS[topic].type, self.flight.plant_period, self.run)
 
         def keep(payload: bytes) -> None:
             if self._is_needless(taken, payload):
@@ -175,14 +175,19 @@ class Responder(FlightNode):
         """Return what a payload holds; None, reported, if it is not the message that the topic carries."""
         try:
             return read(payload)
+        except ForeignRunError:
+            self.is_foreign(topic, -1)
+            return None
         except MALFORMED as error:
             self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", 0, "rejected_malformed")
             return None
 
     def _on_state(self, payload: bytes) -> None:
+        step, run = head_of(payload)
+        if step >= 0 and self.is_foreign("state", run):
+            return
         self.last_heard = self.state_heard = time.monotonic()
         self.flying = True
-        step = step_of(payload)
         self.states_seen += step != self._seen
         if self._seen < step < self._due:
             self._seen = step

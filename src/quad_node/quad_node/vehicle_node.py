@@ -47,14 +47,11 @@ class VehicleNode(FlightNode):
         super().__init__(role)
         self.handshake = Handshake(self.flight, interface_hash(), [name for name in self.roles if name != self.role])
         self.phase = FlightState.WAITING
-        self.end_step = 0
-        self.recorded_step = -1
+        self.end_step, self.recorded_step = 0, -1
         self.command: Command | None = None
-        self.asked_at = 0.0
-        self.begun_at = 0.0
+        self.asked_at = self.begun_at = 0.0
         self.missed_commands = 0
-        self.armed = True
-        self.guard_request = NO_REQUEST
+        self.armed, self.guard_request = True, NO_REQUEST
         self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
         self.cause = self.suspect = self.stood_still = ""
         self.gives_up = False
@@ -241,6 +238,8 @@ class VehicleNode(FlightNode):
             self._leave_when_recorded()
 
     def _on_plan(self, message: FlightPlan) -> None:
+        if self.is_foreign("flight/plan", message.run):
+            return
         refusal = plan_refusal(message.end_step, self.end_step, self.flight.plant_period)
         if refusal:
             self.reject("rejected_plan", refusal, self.elapsed_ns, topic="flight/plan")
@@ -250,8 +249,9 @@ class VehicleNode(FlightNode):
         self.progress()
 
     def _on_recorded(self, message: RecorderAck) -> None:
-        self.recorded_step = max(self.recorded_step, message.step)
-        self.progress()
+        if not self.is_foreign("flight/recorded", message.run):
+            self.recorded_step = max(self.recorded_step, message.step)
+            self.progress()
 
     def _on_wrench(self, payload: bytes) -> None:
         try:

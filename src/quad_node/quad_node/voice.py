@@ -3,6 +3,8 @@
 import time
 from typing import Protocol
 
+from quad_msgs.msg import FlightEvent
+
 _FIRST = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
 _AGAIN = 10.0  # s between two lines of waiting
 
@@ -12,6 +14,9 @@ class Logger(Protocol):
 
     def info(self, message: str) -> object:
         """Log a line."""
+
+    def warning(self, message: str) -> object:
+        """Log a line about what is not as it should be."""
 
     def error(self, message: str) -> object:
         """Log a line about a failure."""
@@ -56,6 +61,16 @@ class Voice:
             self._logger.error(f"ended with exit code {exit_code}: {why}")
         else:
             self._logger.info(f"ended: {why or 'flown as planned'}")
+
+    def event(self, severity: int, line: str) -> None:
+        """Say what is on flight/events; ``severity`` as there."""
+        # One line per severity: rclpy refuses to log with two severities from the same line.
+        if severity == FlightEvent.INFO:
+            self._logger.info(line)
+        elif severity == FlightEvent.WARNING:
+            self._logger.warning(line)
+        else:
+            self._logger.error(line)
 
     def _once(self, kind: str, line: str) -> None:
         if kind not in self._said:

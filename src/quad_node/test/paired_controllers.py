@@ -48,12 +48,12 @@ def topics_of(node, step):
     return [publisher.topic_name for publisher, _ in node.answers]
 
 
-def heard(node, step, places=(0, 1)):
+def heard(node, step, places=(0, 1), run=0):
     """Let the other controller have sent answer and internals of ``step``."""
-    message = AttitudeThrust(step=step)
+    message = AttitudeThrust(step=step, run=run)
     message.stamp.nanosec = step * 2_000_000
     for place in places:
-        node.exchange._hears(place)(serialize_message(message))
+        node.exchange._hears(place, ("attitude_setpoint", INSIDE)[place])(serialize_message(message))
 
 
 def warm(node, begin=0, seconds=2.0):

@@ -15,7 +15,17 @@ from rosgraph_msgs.msg import Clock
 from quad_core import types
 from quad_core.types import Vec3
 from quad_msgs import msg
-from quad_node.codec import pack_clock, pack_odometry, pack_wrench, packer, step_of, unpack_wrench, unpacker
+from quad_node.codec import (
+    ForeignRunError,
+    head_of,
+    pack_clock,
+    pack_odometry,
+    pack_wrench,
+    packer,
+    step_of,
+    unpack_wrench,
+    unpacker,
+)
 from quad_node.conversion import extra_names, reader, set_stamp, stamp_ns
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -35,7 +45,8 @@ def numbered(cls, numbers):
     return cls(*parts)
 
 
-STAMP = 3_000_000_007
+STAMP, RUN = 3_000_000_007, 0xC0FFEE01
+HEAD = ("stamp", "step", "run", "next_step")
 
 
 def same_payload(found, expected, message_type):
@@ -49,10 +60,9 @@ def big_endian(payload, message_type):
     import struct
 
     kinds = message_type.get_fields_and_field_types()
-    steps = 2 if "next_step" in kinds else 1
-    code = "iI" + steps * "Q"
+    code = "iIQI4x" + ("next_step" in kinds) * "Q"
     for name, kind in kinds.items():
-        if name not in ("stamp", "step", "next_step"):
+        if name not in HEAD:
             count = kind.partition("[")[2].rstrip("]") or "1"
             gap = 0 if kind.startswith("boolean") else -struct.calcsize("<" + code) % 8
             code += gap * "x" + count + ("?" if kind.startswith("boolean") else "d")
@@ -65,9 +75,10 @@ def big_endian(payload, message_type):
 def test_payloads_are_those_of_rclpy_to_the_bit(name, numbers):
     cls, message_type = getattr(types, name), getattr(msg, name)
     value = numbered(cls, iter(numbers))
-    payload = packer(cls, message_type)(value, 7, 12, STAMP)
+    payload = packer(cls, message_type, RUN)(value, 7, 12, STAMP)
     message = deserialize_message(payload, message_type)
     assert same_payload(serialize_message(message), payload, message_type)
+    assert message.run == RUN
     assert repr(reader(cls, message_type)(message)) == repr(value)
     assert (message.step, getattr(message, "next_step", 12), stamp_ns(message.stamp)) == (7, 12, STAMP)
     back = unpacker(cls, message_type)(payload)
@@ -84,8 +95,23 @@ def test_a_payload_in_the_other_byte_order_says_the_same(name):
 
 
 @pytest.mark.parametrize("name", PAIRS)
+def test_a_payload_of_another_run_is_refused_in_both_byte_orders(name):
+    cls, message_type = getattr(types, name), getattr(msg, name)
+    value = numbered(cls, (0.1 * n for n in range(60)))
+    theirs, nobodys = (packer(cls, message_type, run)(value, 7, 12, STAMP) for run in (RUN, 0))
+    read, ours = unpacker(cls, message_type, run=RUN), unpacker(cls, message_type, run=RUN + 1)
+    for payload in (theirs, big_endian(theirs, message_type)):
+        assert read(payload) == unpacker(cls, message_type)(payload)
+        with pytest.raises(ForeignRunError):
+            ours(payload)
+    with pytest.raises(ForeignRunError):
+        read(nobodys)
+    assert head_of(theirs) == (7, RUN)
+
+
+@pytest.mark.parametrize("name", PAIRS)
 def test_message_has_exactly_the_fields_of_the_type_beside_stamp_and_steps(name):
-    fields = set(getattr(msg, name).get_fields_and_field_types()) - {"stamp", "step", "next_step"}
+    fields = set(getattr(msg, name).get_fields_and_field_types()) - set(HEAD)
     assert fields == set(getattr(types, name)._fields)
 
 

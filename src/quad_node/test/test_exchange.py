@@ -1,6 +1,7 @@
 """Who of two controllers is obeyed: when one takes over, and what both send then."""
 
 import time
+import zlib
 
 import pytest
 from paired_controllers import (
@@ -46,6 +47,17 @@ def test_in_real_time_it_flies_when_the_other_is_late_in_steps_and_by_the_clock(
     assert topics_of(node, 30) == BOTH
     heard(node, 35)
     assert topics_of(node, 40) == BOTH  # it does not give back
+
+
+def test_answers_of_another_run_do_not_keep_a_standby_aside(make):
+    node = make(REALTIME, "flight.run_id:=ours")
+    heard(node, 5, run=zlib.crc32(b"ours"))
+    for step in (5, 10, 15, 20, 25):
+        assert topics_of(node, step) == ASIDE
+    node.exchange._heard = time.monotonic() - 0.05
+    heard(node, 30, run=zlib.crc32(b"theirs"))
+    assert topics_of(node, 30) == BOTH
+    assert node.counters["foreign_run"] == 2
 
 
 def test_in_lockstep_it_flies_when_the_plant_asks_again(make):

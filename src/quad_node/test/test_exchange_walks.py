@@ -59,6 +59,9 @@ class Controller:
     def create_service(self, kind, name, callback):
         self.service = callback
 
+    def is_foreign(self, topic, run):
+        return False
+
     def event(self, severity, kind, text, stamp_ns=0, always=False):
         self.events.append(kind)
 

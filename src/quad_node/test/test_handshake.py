@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from quad_core.flight_parameters import FlightParameters
-from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, is_foreign, plan_refusal
+from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, is_foreign, plan_refusal, run_number
 
 ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 
@@ -149,3 +149,8 @@ def test_a_controller_that_fails_where_another_stands_by_ends_no_flight(standby,
         Said("attitude_controller", state=FAULT), roles=[*ROLES, "shadow_position_controller"], standby=standby
     )
     assert problems != [""]
+
+
+def test_the_number_of_a_run_is_the_crc_32_of_its_id():
+    assert run_number("123456789") == 0xCBF43926  # the check value that CRC-32 is published with
+    assert run_number("") == 0

@@ -1,6 +1,7 @@
 """What a node answers to which state: waiting for what belongs to the step, once, the same again on demand."""
 
 import math
+import zlib
 
 import pytest
 import rclpy
@@ -44,14 +45,14 @@ class Echo(Responder):
         self.samples.append((sample, [arrival.value if arrival else None for arrival in arrivals]))
         return [(self.wire, len(self.samples))]
 
-    def state(self, step, x=0.0, stamp=None):
-        message = msg.VehicleState(step=step)
+    def state(self, step, x=0.0, stamp=None, run=0):
+        message = msg.VehicleState(step=step, run=run)
         message.p_w[0], message.q_wb[3] = x, 1.0
         set_stamp(message.stamp, step * PERIOD if stamp is None else stamp)
         self.callbacks["state"](serialize_message(message))
 
-    def reference(self, step, next_step, x=0.0):
-        message = msg.TrajectoryPoint(step=step, next_step=next_step)
+    def reference(self, step, next_step, x=0.0, run=0):
+        message = msg.TrajectoryPoint(step=step, next_step=next_step, run=run)
         message.p_w[0] = x
         self.callbacks["reference"](serialize_message(message))
 
@@ -296,3 +297,30 @@ def test_a_malformed_message_is_refused_and_does_not_end_the_node(make, topic, p
     node.reference(0, 1)
     node.state(0)
     assert node.steps() == [0]
+
+
+OURS, THEIRS = zlib.crc32(b"ours"), zlib.crc32(b"theirs")
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "realtime"])
+@pytest.mark.parametrize("run", [THEIRS, 0])
+def test_states_and_inputs_of_another_run_or_of_none_are_as_if_they_had_not_come(make, clock, run):
+    node = make("period_steps:=1", "flight.run_id:=ours", f"flight.mode:={clock}")
+    before = node.state_heard
+    node.state(7, run=run)
+    node.reference(0, 1, x=10.0, run=run)
+    assert (node.flying, node.state_heard, node.steps()) == (False, before, [])
+    assert node.counters["foreign_run"] == 2
+    node.reference(0, 1, x=20.0, run=OURS)
+    node.state(0, run=OURS)
+    node.reference(0, 1, x=30.0, run=run)
+    assert node.steps() == [0]
+    assert node.samples[0][1][0].p_w.x == 20.0
+
+
+def test_a_flight_without_a_run_id_takes_the_messages_of_every_run(make):
+    node = make("period_steps:=1")
+    node.reference(0, 1, run=THEIRS)
+    node.state(0, run=OURS)
+    assert node.steps() == [0]
+    assert node.counters["foreign_run"] == 0

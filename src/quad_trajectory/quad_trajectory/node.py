@@ -40,7 +40,7 @@ class Trajectory(Responder):
             self.take("reference", lag=1)
         self._plan_out = self.publisher("flight/plan")
         self._reference_out = self.publisher("mission/reference" if self._commanded else "reference")
-        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg)
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the reference of one step, and whenever it begins the plan."""
@@ -100,6 +100,7 @@ class Trajectory(Responder):
             acceleration=extent.acceleration,
             tilt=extent.tilt,
             end_step=sample.step + steps,
+            run=self.run,
         )
         set_stamp(message.stamp, sample.stamp_ns)
         set_stamp(message.trajectory_start, sample.stamp_ns + round(approach * 1e9))

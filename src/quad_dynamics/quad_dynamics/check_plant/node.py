@@ -101,6 +101,7 @@ class PlantCheck(FlightNode):
 
     def _on_state(self, message: VehicleStateMsg) -> None:
         state, step = self._read(message), message.step
+        self._rules.run("state", message.run)
         self.flying = True
         if self._rules.last is None:
             self._first(state, step)
@@ -118,7 +119,7 @@ class PlantCheck(FlightNode):
     def _first(self, state: VehicleState, step: int) -> None:
         self._before = state
         steps = sum(steps_to_cover(part.duration, self.flight.plant_period) for part in self._left)
-        plan = FlightPlan(trajectory="check_plant", start="printed", end_step=step + 2 * steps + 100_000)
+        plan = FlightPlan(trajectory="check_plant", start="printed", end_step=step + 2 * steps + 100_000, run=self.run)
         set_stamp(plan.end, plan.end_step * self.flight.plant_period)
         self._plan_out.publish(plan)
         self._endpoints()
@@ -181,6 +182,7 @@ class PlantCheck(FlightNode):
         self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
 
     def _on_actuation(self, message: ActuationMsg) -> None:
+        self._rules.run("actuation", message.run)
         self._rules.actuation(message.step, (message.thrust, *message.torque_b))
 
     def _on_odometry(self, message: Odometry) -> None:

@@ -8,8 +8,10 @@ from quad_core.cycle import is_flyable
 from quad_core.flight_parameters import LOCKSTEP, FlightParameters
 from quad_core.types import VehicleState
 from quad_dynamics.check_plant.report import Report
+from quad_node.handshake import run_number
 
 RUN_ID = "the vehicle has the flight's run id"
+RUN = "state and actuation carry the number of the vehicle's run"
 HASH = "the vehicle was built with the same quad_msgs"
 PERIOD = "flight/nodes: plant_period is flight.plant_period"
 ROLE = "flight/nodes: the vehicle has the role simulator"
@@ -35,6 +37,7 @@ class Rules:
         self._actuated = -1
         self._sent: dict[str, int] = {}
         self.ready = self.flown = False
+        self._run_id = flight.run_id
 
     def status(self, message: Any) -> None:
         """Judge a quad_msgs/NodeStatus of whoever is not the check."""
@@ -42,6 +45,7 @@ class Rules:
             self._report.add(ROLE, f"found {message.role!r}")
             return
         self._report.add(ROLE)
+        self._run_id = message.run_id
         self.identity(message)
         wrong = "" if message.plant_period == self._flight.plant_period else f"found {message.plant_period} ns"
         self._report.add(PERIOD, wrong and f"{wrong}, expected {self._flight.plant_period} ns")
@@ -55,6 +59,12 @@ class Rules:
         if message.interface_hash or hasattr(message, "role"):
             wrong = "" if message.interface_hash == self._hash else f"found {message.interface_hash[:12]!r}"
             self._report.add(HASH, wrong and f"{wrong}, expected {self._hash[:12]!r}")
+
+    def run(self, topic: str, found: int) -> None:
+        """Judge the field ``run`` of a message of a step."""
+        asked = run_number(self._run_id)
+        wrong = f"{topic}: found {found}, expected {asked}, the CRC-32 of {self._run_id!r}"
+        self._report.add(RUN, wrong if found != asked else "")
 
     def phase(self, message: Any) -> None:
         """Judge a quad_msgs/FlightState."""

@@ -23,13 +23,22 @@ class Layout(NamedTuple):
     """Where every field stands in payloads of one shape.
 
     ``raw`` reads a payload in place (strings as bytes), ``lengths`` are (offset, value) of every length word,
-    ``flags`` the offsets of booleans, ``wall`` the (offset, size) of fields marked @wall.
+    ``flags`` the offsets of booleans, ``masked`` the (offset, size) of fields that the payload hash leaves out.
     """
 
     raw: np.dtype[Any]
     lengths: tuple[tuple[int, int], ...]
     flags: tuple[tuple[int, int], ...]
-    wall: tuple[tuple[int, int], ...]
+    masked: tuple[tuple[int, int], ...]
+
+    @property
+    def fixed(self) -> list[tuple[int, int]]:
+        """Where (offset, size) payloads of this shape are equal: byte order and length words."""
+        return [(0, 2), *((offset, 4) for offset, _ in self.lengths)]
+
+    def shape_of(self, payload: bytes) -> tuple[bytes | int, ...]:
+        """Return what is equal for all payloads of one shape."""
+        return len(payload), *(payload[at : at + size] for at, size in self.fixed)
 
 
 class _IrregularError(Exception):
@@ -46,7 +55,7 @@ def layout_of(schema: Schema, payload: bytes) -> Layout | None:
     if not 0 <= len(payload) - builder.at < 4:
         return None
     full = np.dtype({"names": ["_"], "formats": [raw], "offsets": [HEADER], "itemsize": len(payload)})
-    return Layout(full, tuple(builder.lengths), tuple(builder.flags), tuple(builder.wall))
+    return Layout(full, tuple(builder.lengths), tuple(builder.flags), tuple(builder.masked))
 
 
 class _LayoutBuilder:
@@ -55,13 +64,13 @@ class _LayoutBuilder:
         self.order = byte_order(payload, schema.root)
         self.lengths: list[tuple[int, int]] = []
         self.flags: list[tuple[int, int]] = []
-        self.wall: list[tuple[int, int]] = []
+        self.masked: list[tuple[int, int]] = []
 
-    def structure(self, name: str, wall: bool) -> np.dtype[Any]:
+    def structure(self, name: str, masked: bool) -> np.dtype[Any]:
         start = self.at
         names, formats, offsets = [], [], []
         for field in self.types[name] or (FieldType(EMPTY_STRUCTURE, "uint8", 0, False),):
-            form, offset = self.field(field, wall or field.wall)
+            form, offset = self.field(field, masked or field.masked)
             names.append(field.name)
             formats.append(form)
             offsets.append(offset - start)
@@ -69,15 +78,15 @@ class _LayoutBuilder:
             raise _IrregularError
         return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": self.at - start})
 
-    def field(self, field: FieldType, wall: bool) -> tuple[Any, int]:
+    def field(self, field: FieldType, masked: bool) -> tuple[Any, int]:
         if field.base in self.types:
             if field.length != 0:
                 raise _IrregularError
             offset = self.at
-            return self.structure(field.base, wall), offset
+            return self.structure(field.base, masked), offset
         count = self.length_word() if field.length < 0 else field.length
         if field.base == STRING and field.length == 0:
-            return self.text(wall)
+            return self.text(masked)
         if field.base not in PRIMITIVES:
             raise _IrregularError
         form = np.dtype(PRIMITIVES[field.base]).newbyteorder(self.order)
@@ -89,18 +98,18 @@ class _LayoutBuilder:
             raise _IrregularError
         if form.kind == "b" and self.at > offset:
             self.flags.append((offset, self.at - offset))
-        if wall:
-            self.wall.append((offset, self.at - offset))
+        if masked:
+            self.masked.append((offset, self.at - offset))
         return ((form, (count,)) if field.length else form), offset
 
-    def text(self, wall: bool) -> tuple[Any, int]:
+    def text(self, masked: bool) -> tuple[Any, int]:
         size = self.length_word()
         offset = self.at
         self.at += size
         if self.at > len(self.payload):
             raise _IrregularError
-        if wall:
-            self.wall.append((offset, size))
+        if masked:
+            self.masked.append((offset, size))
         return f"S{max(size - 1, 1)}" if size > 1 else "V0", offset
 
     def align(self, size: int) -> None:
@@ -135,8 +144,7 @@ def _uniform_view(layout: Layout, payloads: list[bytes], where: str) -> Table | 
         return None
     joined = b"".join(payloads)
     rows = np.frombuffer(joined, np.uint8).reshape(len(payloads), size)
-    same = [(0, 2), *((offset, 4) for offset, _ in layout.lengths)]
-    if any((rows[:, at : at + n] != rows[0, at : at + n]).any() for at, n in same):
+    if any((rows[:, at : at + n] != rows[0, at : at + n]).any() for at, n in layout.fixed):
         return None
     if any((rows[:, at : at + n] > 1).any() for at, n in layout.flags):
         raise SchemaError(f"{where}: a boolean is neither 0 nor 1")

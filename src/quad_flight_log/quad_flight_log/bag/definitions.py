@@ -37,6 +37,9 @@ LARGEST = 64 << 20  # bytes of the smallest message of a type
 _FIELD = re.compile(
     r"(?P<base>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<bound><=)?(?P<count>\d{0,9})\])?\s+(?P<name>[A-Za-z]\w*)(?P<rest>.*)"
 )
+_MASKED = ("@wall", "@run")
+"""Comments with these words mark fields in which equal flights may differ: a machine's clock, the number of a run."""
+
 _BUILTIN = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration", "Header": "std_msgs/Header"}
 
 
@@ -49,12 +52,12 @@ class Definition(NamedTuple):
 
 
 class FieldType(NamedTuple):
-    """One field of a message. ``length``: -1 sequence, 0 scalar, n array. ``wall``: comment says @wall."""
+    """One field of a message. ``length``: -1 sequence, 0 scalar, n array. ``masked``: equal flights may differ."""
 
     name: str
     base: str
     length: int
-    wall: bool
+    masked: bool
 
 
 class Schema(NamedTuple):
@@ -102,7 +105,7 @@ def fields_of(type_name: str, text: str) -> tuple[FieldType, ...]:
             base = short_name(base if "/" in base else f"{short_name(type_name).split('/')[0]}/{base}")
         if any(field.name == match["name"] for field in found):
             raise SchemaError(f"{type_name}: two fields are called {match['name']!r}")
-        found.append(FieldType(match["name"], base, count, "@wall" in comment))
+        found.append(FieldType(match["name"], base, count, any(mark in comment for mark in _MASKED)))
     return tuple(found)
 
 

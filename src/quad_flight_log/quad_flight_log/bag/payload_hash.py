@@ -7,7 +7,6 @@ import numpy as np
 
 from quad_core.cascade import STAGES
 from quad_flight_log.bag import cdr
-from quad_flight_log.bag.cdr import Layout
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import ConflictError, SchemaError
 
@@ -20,8 +19,8 @@ STEP_TOPICS = (
 def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[str, str]:
     """Return {topic: SHA-256 over the CDR of each step in step order}; topics that the bag lacks are left out.
 
-    Repeats are dropped after they were found equal, fields marked @wall are masked with zeros. Raises ConflictError if
-    two messages of one step differ, SchemaError if a topic has no stamp.
+    Repeats are dropped after they were found equal, fields marked @wall or @run are masked with zeros. Raises
+    ConflictError if two messages of one step differ, SchemaError if a topic has no stamp.
     """
     present = [topic for topic in topics if flight.has(topic)]
     arrays = flight.arrays(*present)
@@ -56,15 +55,19 @@ def payload_hash(flight: Flight) -> str:
 
 def _masked(flight: Flight, name: str, payloads: list[bytes]) -> list[bytes]:
     schema = flight.schema(name)
-    if not any(field.wall for fields in schema.types.values() for field in fields):
+    if not any(field.masked for fields in schema.types.values() for field in fields):
         return payloads
-    masked = []
+    masked, layout, shape = [], None, None
     for payload in payloads:
-        layout: Layout | None = cdr.layout_of(schema, payload)
+        if layout is None or layout.shape_of(payload) != shape:
+            layout = cdr.layout_of(schema, payload)
+            shape = layout and layout.shape_of(payload)
         if layout is None:
-            raise SchemaError(f"{flight.path}: {name}: fields marked @wall in a type of varying shape cannot be masked")
+            raise SchemaError(
+                f"{flight.path}: {name}: fields marked @wall or @run in a type of varying shape cannot be masked"
+            )
         row = bytearray(payload)
-        for at, size in layout.wall:
+        for at, size in layout.masked:
             row[at : at + size] = bytes(size)
         masked.append(bytes(row))
     return masked

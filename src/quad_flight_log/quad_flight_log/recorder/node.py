@@ -24,6 +24,7 @@ from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_flight_log.recorder.successors import Successors
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
+from quad_node.codec import head_of, names_run
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.interface import interface_hash, versions
@@ -102,12 +103,14 @@ class Recorder(FlightNode):
         self.subscribe(topic.name, self._checked(topic.name, topic.type, handle, keep), depth=depth, raw=True)
 
     def _checked(self, name: str, kind: type, handle: int, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
-        """Return ``keep`` for what can be decoded; the rest is counted, reported and not recorded."""
+        """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""
         definition = installed(type_name(kind))
-        problem_of = PayloadCheck(parse(definition.name, definition.text))
+        problem_of, has_run = PayloadCheck(parse(definition.name, definition.text)), names_run(kind)
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))
+            if not problem and has_run and self.run not in (0, head_of(payload)[1]):
+                problem = "a message of another run"
             if problem:
                 self.bag.refuse(handle)
                 self.event(FlightEvent.WARNING, "not_recorded", f"{name}: {problem}", self._flight_ns)
@@ -200,7 +203,7 @@ class Recorder(FlightNode):
             self.set_status(NodeStatus.READY, "going on")
         self._due_ns = (complete + self.settings.ack_steps) * self.flight.plant_period
         dropped = sum(self.bag.dropped.values()) + self.counters["conflict"]
-        payload = serialize_message(RecorderAck(step=complete, dropped=dropped))
+        payload = serialize_message(RecorderAck(step=complete, run=self.run, dropped=dropped))
         self._ack_out.publish(payload)
         self.bag.write(self._ack_handle, payload, self._flight_ns, time.time_ns())
 
@@ -289,10 +292,6 @@ class Recorder(FlightNode):
 def _listed(missing: dict[str, int]) -> str:
     """Return "missing 3 of state, ...", empty if nothing is missing."""
     return "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items()) if missing else ""
-
-
-def _type_name(kind: type) -> str:
-    return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
 
 
 def main() -> None:

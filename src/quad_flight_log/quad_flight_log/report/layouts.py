@@ -14,7 +14,7 @@ from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schem
 from quad_flight_log.errors import SchemaError
 from quad_flight_log.report.interactive_figures import PALETTE
 
-_NOT_PLOTTED = ("stamp", "header", "step", "next_step")
+_NOT_PLOTTED = ("stamp", "header", "step", "run", "next_step")
 _OVERVIEW = {
     "x [m]": ("reference.p_w[0]", "truth.p_w[0]"),
     "y [m]": ("reference.p_w[1]", "truth.p_w[1]"),

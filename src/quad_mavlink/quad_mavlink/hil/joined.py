@@ -25,7 +25,7 @@ from quad_mavlink.hil.gate import Decision, Gate
 from quad_mavlink.hil.sleepers import Watch
 from quad_mavlink.hil.vehicle import BEFORE_STEP_0, HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
-from quad_node.codec import step_of
+from quad_node.codec import head_of
 from quad_node.main import run
 from quad_node.native import NATIVE
 from quad_px4.node import Px4Bridge
@@ -67,14 +67,13 @@ class JoinedPlant(Px4Bridge):
         self._is_asked = self._are_outputs_due = False
         self._looks, self._still_at, self._pause = 0, math.inf, _LOOK
         self._watch: Watch | None = None
-        self._seeks = self.settings.gate.watch
-        self._outputs = motors.AT_REST
+        self._seeks, self._outputs = self.settings.gate.watch, motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
         self._booting, self._steps = "", 0
         answers = {TRAJECTORY: "reference", **{stage.role: stage.gives for stage in STAGES}}
         self._answers = {role: topic for role, topic in answers.items() if role in self.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
-            self.subscribe(topic, lambda payload, topic=topic: self._on_answer(topic, step_of(payload)), raw=True)
+            self.subscribe(topic, lambda payload, topic=topic: self._on_answer(topic, *head_of(payload)), raw=True)
         self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def airframe(self) -> AirframeParameters:
@@ -137,11 +136,12 @@ class JoinedPlant(Px4Bridge):
         if self.passed_on is not before and self.sequence.phase == Phase.FLY:
             self._are_outputs_due, self._idle_from = True, time.monotonic()
         if self.command is not None:
-            self._on_answer(COMMAND, self.command.step)
+            self._on_answer(COMMAND, self.command.step, self.run)
 
-    def _on_answer(self, topic: str, step: int) -> None:
-        self.gate.on_answer(topic, step)
-        self._drive()
+    def _on_answer(self, topic: str, step: int, run: int) -> None:
+        if not self.is_foreign(topic, run):
+            self.gate.on_answer(topic, step)
+            self._drive()
 
     def _tick(self) -> None:
         self._looks += 1
