@@ -31,8 +31,14 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(StalledMachine(StallMeter()))
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what needs ROS: modules that import it, and all whole-stack tests that do not say otherwise."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what needs ROS, and what the table of long tests names."""
+    _mark_ros(items)
+    _mark_long(config, items)
+
+
+def _mark_ros(items: list[pytest.Item]) -> None:
+    """Mark modules that import ROS, and all whole-stack tests that do not say otherwise."""
     uses_ros: dict[Path, bool] = {}
     for item in items:
         if item.path not in uses_ros:
@@ -40,6 +46,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         in_stack = WHOLE_STACK in item.path.parents and item.get_closest_marker("unit") is None
         if uses_ros[item.path] or in_stack:
             item.add_marker("ros")
+
+
+def _mark_long(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what ``test/long_tests.txt`` names; a line that names no test is an error where all tests are collected."""
+    unused = set(listed := names_in(WHOLE_STACK / "long_tests.txt"))
+    for item in items:
+        found = [name for name in listed if item.nodeid.startswith(name)]
+        unused.difference_update(found)
+        if found:
+            item.add_marker("long")
+    if unused and config.args == config.getini("testpaths"):
+        raise pytest.UsageError(f"test/long_tests.txt: no test begins with {min(unused)!r}")
 
 
 class SkipCollector:
@@ -64,8 +82,8 @@ class SkipCollector:
             self.skips[report.nodeid] = reason.removeprefix("Skipped: ")
 
 
-def allowed_prefixes(file: Path) -> list[str]:
-    """Return the beginnings of test names that ``file`` allows to be skipped; ``#`` begins a comment."""
+def names_in(file: Path) -> list[str]:
+    """Return the beginnings of test names that ``file`` lists; ``#`` begins a comment."""
     lines = (line.partition("#")[0].strip() for line in file.read_text(encoding="utf-8").splitlines())
     return [line for line in lines if line]
 
@@ -73,7 +91,7 @@ def allowed_prefixes(file: Path) -> list[str]:
 def grown(config: pytest.Config) -> list[str]:
     """Return the skipped tests that the file of --allowed-skips does not name."""
     file = config.getoption("--allowed-skips")
-    allowed = tuple(allowed_prefixes(file)) if file else ("",)
+    allowed = tuple(names_in(file)) if file else ("",)
     skips = config.stash[SKIPS]
     return [name for name in skips if not (name.startswith(allowed) or skips[name].startswith(NOT_JUDGED))]
 
