@@ -9,6 +9,7 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import SIGNALS
 from quad_core.cycle import is_flyable, seconds
+from quad_core.records import flattener
 from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -20,6 +21,7 @@ from quad_node.joining import Joining, Place
 from quad_node.succession import LARGEST_GAP, Succession
 
 _KEPT_ARRIVALS = 64
+_LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
 
 
 class Arrival(NamedTuple):
@@ -97,7 +99,9 @@ class Responder(FlightNode):
     def take(self, topic: str, lag: int = 0) -> InputTopic:
         """Subscribe to a topic whose values belong to steps; malformed messages are refused."""
         taken = InputTopic(topic, lag, topics.TOPICS[topic].giver(self.roles))
-        read = unpacker(SIGNALS[topic].kind, topics.TOPICS[topic].type, self.flight.plant_period)
+        kind, message = SIGNALS[topic].kind, topics.TOPICS[topic].type
+        read, flat = unpacker(kind, message, self.flight.plant_period), flattener(kind)
+        run_id = self.flight.run_id.encode() if "run_id" in message.get_fields_and_field_types() else b""
 
         def keep(payload: bytes) -> None:
             if self._is_needless(taken, payload):
@@ -105,8 +109,12 @@ class Responder(FlightNode):
             stamped = self._read(topic, payload, read)
             if stamped is None:
                 return
-            if not stamped.finite:
-                self.reject(topic, "a non-finite number", stamped.stamp_ns)
+            if run_id not in payload:
+                self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
+                return
+            numbers = flat(stamped.value)
+            if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
+                self.reject(topic, "a number that is not finite or out of range", stamped.stamp_ns)
                 return
             taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
             self._answer_pending()

@@ -1,5 +1,6 @@
 """What a stranger says on a node's topics: refused, and what the flight says afterwards still counts."""
 
+import math
 import time
 
 import pytest
@@ -23,3 +24,13 @@ def test_a_state_that_a_stranger_sent_does_not_make_the_later_ones_old(make, mod
     node.state(4)
     node.state(5)
     assert node.steps()[-1] == 5
+
+
+@pytest.mark.parametrize("number", [1e13, -1e300, math.nan, math.inf])
+def test_an_absurd_input_is_refused_and_the_law_does_not_see_it(make, number):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 1, x=1.0)
+    node.reference(0, 1, x=number)
+    node.state(0)
+    assert node.counters["rejected"] == 1
+    assert [values[0].p_w.x for _, values in node.samples] == [1.0]
