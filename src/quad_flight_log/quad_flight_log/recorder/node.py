@@ -155,7 +155,9 @@ class Recorder(FlightNode):
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
             if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
-                self._periods[status.role] = status.period_steps
+                self._periods[status.role] = max(
+                    status.period_steps, 1
+                )  # a flight with a 0 is refused by the simulator
 
         return on_message
 
