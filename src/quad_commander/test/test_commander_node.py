@@ -72,13 +72,14 @@ def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
     assert (FlightEvent.INFO, "mode", "DISARMED to ARMING: asked for by pilot") in node.events
 
 
-@pytest.mark.parametrize(("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, "")])
+@pytest.mark.parametrize(("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, ""), (5, "x" * 1000)])
 def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender):
     node = make()
     node.ask(request_number, sender)
     node.fly(0, 6)
     assert node.modes[-1].request == 0
     assert [kind for _, kind, _ in node.events] == ["bad_request"]
+    assert len(node.events[0][2]) < 200  # an event of megabytes would harm as much
 
 
 def test_a_request_for_another_run_is_ignored_and_named(make):
