@@ -15,6 +15,7 @@ from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import MALFORMED, Stamped, step_of, unpacker
+from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.joining import Joining, Place
@@ -201,6 +202,9 @@ class Responder(FlightNode):
             if self._states.is_far_ahead(step):
                 text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
                 self.reject("state", text, stamp, "rejected_future")
+            return
+        if abs(stamp - step * self.flight.plant_period) > LARGEST_GAP * NANOSECONDS:
+            self.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")
             return
         if (step >= self._due or step < last) and not is_flyable(state):
             self.reject("state", "a number that is not finite or out of range", stamp)

@@ -4,7 +4,7 @@ import math
 import time
 
 import pytest
-from echo_responder import PERIOD, echoes
+from echo_responder import echoes
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def test_a_state_that_a_stranger_sent_does_not_make_the_later_ones_old(make, mod
     node.reference(0, 2**64 - 1)
     node.actuation(4)
     node.state(0)
-    node.state(200, stamp=PERIOD)
+    node.state(200)
     time.sleep(0.05)
     node.state(4)
     node.state(5)
@@ -34,3 +34,13 @@ def test_an_absurd_input_is_refused_and_the_law_does_not_see_it(make, number):
     node.state(0)
     assert node.counters["rejected"] == 1
     assert [values[0].p_w.x for _, values in node.samples] == [1.0]
+
+
+@pytest.mark.parametrize("mode", ["realtime", "lockstep"])
+def test_a_state_with_the_stamp_of_another_time_is_refused(make, mode):
+    node = make("period_steps:=1", f"flight.mode:={mode}")
+    node.reference(0, 1)
+    node.state(0, stamp=(2**31 - 1) * 10**9)  # a trajectory could not say when its plan ends
+    assert (node.counters["rejected"], node.counters["rejected_stamp"]) == (1, 1)
+    node.state(0)
+    assert [(sample.step, sample.stamp_ns) for sample, _ in node.samples] == [(0, 0)]
