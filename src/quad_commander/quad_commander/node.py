@@ -239,8 +239,8 @@ class Commander(Responder):
         self._preflight.on_node(message)
 
     def _on_request(self, message: FlightRequest) -> None:
-        if len(message.sender) > _LONGEST_SENDER:  # it is sent again with every mode
-            found = f"a sender of {len(message.sender)} characters, expected at most {_LONGEST_SENDER}"
+        if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
+            found = f"a sender of {len(message.sender)} characters, expected at most {_LONGEST_SENDER} printable ones"
             self.event(FlightEvent.WARNING, "bad_request", f"flight/request: found {found}; message ignored")
         elif message.run_id and message.run_id != self.flight.run_id:
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")

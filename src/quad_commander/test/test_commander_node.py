@@ -72,7 +72,9 @@ def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
     assert (FlightEvent.INFO, "mode", "DISARMED to ARMING: asked for by pilot") in node.events
 
 
-@pytest.mark.parametrize(("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, ""), (5, "x" * 1000)])
+@pytest.mark.parametrize(
+    ("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, ""), (5, "x" * 1000), (5, "\x1b[31m")]
+)
 def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender):
     node = make()
     node.ask(request_number, sender)
