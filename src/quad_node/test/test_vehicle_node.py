@@ -4,7 +4,7 @@ import pytest
 import rclpy
 
 from quad_core.cascade import SIMULATOR
-from quad_msgs.msg import NodeStatus, RecorderAck
+from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
 from quad_node import executor
 from quad_node.vehicle_node import VehicleNode
 
@@ -45,3 +45,12 @@ def test_a_node_without_a_period_is_refused_by_name_and_divides_nothing(owner):
         status.interface_hash = owner.handshake._hash
         owner.callbacks["flight/nodes"](status)
     assert "position_controller has period_steps 0, expected at least 1" in owner._reason
+
+
+def test_a_recorder_that_fails_after_the_end_is_heard(owner):
+    owner.end(FlightState.ENDED, "")
+    assert not owner.done.done()
+    status = NodeStatus(node="/recorder", role="recorder", state=NodeStatus.FAULT, detail="disk full", period_steps=1)
+    status.plant_period, status.interface_hash = 2_000_000, owner.handshake._hash
+    owner.callbacks["flight/nodes"](status)
+    assert (owner.done.done(), owner.exit_code) == (True, 1)
