@@ -155,9 +155,7 @@ class Recorder(FlightNode):
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
             if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
-                self._periods[status.role] = max(
-                    status.period_steps, 1
-                )  # a flight with a 0 is refused by the simulator
+                self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
 
         return on_message
 
@@ -291,10 +289,6 @@ class Recorder(FlightNode):
 def _listed(missing: dict[str, int]) -> str:
     """Return "missing 3 of state, ...", empty if nothing is missing."""
     return "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items()) if missing else ""
-
-
-def _type_name(kind: type) -> str:
-    return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
 
 
 def main() -> None:
