@@ -17,7 +17,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
-from quad_flight_log.analysis.tables import autopilot_lands, flight_tables
+from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, truth_topic, unusable_messages
 from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
@@ -107,6 +107,13 @@ def missing_steps(flown: Flown) -> str:
     return f"nothing of the vehicle for {gaps[at]:.2f} s from {times[at]:.2f} s on"
 
 
+def numbers(flown: Flown) -> str:
+    """Say how many messages of the flown path cannot be numbers of a flight: where it went then is not known."""
+    topic = truth_topic(flown.flight)
+    count = unusable_messages(flown.flight).get(topic, 0)
+    return f"{topic}: {count} messages with a number that is not finite or absurd" if count else ""
+
+
 def envelope(flown: Flown) -> str:
     """Say when the vehicle first leaned, or strayed, farther than a flight under the guard may."""
     if "truth" not in flown.tables or not flown.guard.enabled:
@@ -176,6 +183,7 @@ RULES = (
         missing_steps,
         of_failed=False,
     ),
+    Rule("every number of the flown path is one of a flight", numbers),
     Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
     Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
     Rule("the position law is not at a limit for 2 s, 1 m or more from its reference", infeasible_reference),
