@@ -1,4 +1,4 @@
-"""A stranger's wrenches and plans in real time: refused, counted and named, and the judge of the bag sees them."""
+"""What a stranger says in a flight: refused, counted and named, and the judge of the bag sees it."""
 
 import re
 import time
@@ -12,10 +12,18 @@ from rclpy.executors import SingleThreadedExecutor
 from takeovers import words_of
 
 from quad_flight_log.bag.reader import open_flight
-from quad_msgs.msg import AttitudeThrust, FlightPlan, FlightState, NodeStatus, TrajectoryPoint, VehicleState
+from quad_msgs.msg import (
+    AttitudeThrust,
+    FlightPlan,
+    FlightState,
+    NodeStatus,
+    RecorderAck,
+    TrajectoryPoint,
+    VehicleState,
+)
 from quad_node.conversion import set_stamp
 from quad_node.handshake import run_number
-from quad_node.topics import latched, stream
+from quad_node.topics import TOPICS, latched, stream
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
@@ -133,3 +141,50 @@ def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
     assert any(f"end_step {2**63}, " in text for text in refused), refused
     assert any("not newer than the last" in text for text in texts), texts
     assert any("ahead of the vehicle's time" in text for text in texts), texts
+
+
+def absurd(topic, step, run):
+    """Return a message of ``topic`` for ``step`` and all later ones whose numbers are finite and larger than any."""
+    message = TOPICS[topic].type(step=step, run=run)
+    for name, kind in message.get_fields_and_field_types().items():
+        if kind == "double":
+            setattr(message, name, 1e300)
+        elif kind.startswith("double["):
+            setattr(message, name, [1e300] * len(getattr(message, name)))
+    if hasattr(message, "next_step"):
+        message.next_step = 2**64 - 1
+    return message
+
+
+@pytest.mark.parametrize("clock", [("--realtime",), ()])
+def test_absurd_steps_and_numbers_of_a_stranger_change_nothing(tmp_path, clock):
+    out = tmp_path / "bag"
+    words = ("--duration", "8", "--limits", "position_max=5", *PATIENT, "--out", out)
+    flight = start("hover", *clock, *words)
+    domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
+    wait_until_flying(flight, out)
+    with stranger(domain) as node:
+        inputs = ("reference", "attitude_setpoint", "actuation")
+        made = {topic: node.create_publisher(TOPICS[topic].type, topic, stream(10)) for topic in (*inputs, "state")}
+        made["flight/recorded"] = node.create_publisher(RecorderAck, "flight/recorded", stream(10))
+        wait_until(lambda: all(each.get_subscription_count() for each in made.values()), 20.0, "subscribers")
+        run = run_number(run_id_of(flight))  # it has read whose messages are believed
+        for _ in range(50):
+            for _ in range(3):  # two that follow each other were believed
+                made["state"].publish(VehicleState(step=2**63, run=run))
+            for topic in inputs:
+                made[topic].publish(absurd(topic, 0, run))
+            made["flight/recorded"].publish(RecorderAck(step=2**64 - 1, run=run))
+            time.sleep(0.01)
+        done = finish(flight)
+    # flown as if nobody had spoken, but the bag shows more than one sender
+    assert done.returncode == 1, done.stdout + done.stderr
+    bag = open_flight(out)
+    assert bag.metadata["outcome"] == "ended"
+    verdict = done.stderr.partition("different messages with equal stamps (")[2]
+    assert any(topic in verdict for topic in made), done.stderr
+    assert not bag.array("flight/guard")["mode"].any()
+    kinds = set(bag.array("flight/events")["kind"])
+    assert {"rejected_future", "rejected_nonfinite", "second_publisher"} <= kinds
+    truth = bag.array("truth")["p_w"]
+    assert abs(truth[-1] - [0.0, 0.0, 2.0]).max() < 0.1

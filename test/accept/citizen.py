@@ -3,14 +3,12 @@
 import os
 import random
 import signal
-import stat
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
-from figures import Figures
+from findings import by_tests, finding, reproduce
 from flying import FLY as FLYER
 from flying import ROOT, in_domain
 from pythons import clean_environment
@@ -18,17 +16,6 @@ from rooms import room
 
 FLY = ROOT / "scripts/fly"
 QUICK = 10.0  # s for what is refused before anything is built, beside load
-FINDINGS = []
-
-
-def finding(text, before):
-    """Register a function that reproduces ``text`` and returns whether it is mended, and what was seen."""
-
-    def keep(function):
-        FINDINGS.append((text, before, function))
-        return function
-
-    return keep
 
 
 def ended(words, patience=180, **changes):
@@ -239,16 +226,6 @@ def no_numba(folder):
     return code == 1 and "need Numba" in said and "Traceback" not in said, f"exit code {code}: {said.strip()[-100:]}"
 
 
-def by_tests(text, before, *tests):
-    """Register a finding that tests of the suite reproduce."""
-
-    @finding(text, before)
-    def passed(_folder):
-        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
-        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
-        return done.returncode == 0, done.stdout.strip().splitlines()[-1]
-
-
 OWN, SPEAK, RULES = "test/test_own_nodes.py", "test/test_nodes_speak.py", "test/test_check_plant_rules.py"
 by_tests(
     "a vehicle that sends state, actuation, flight/state and its status",
@@ -286,12 +263,6 @@ by_tests(
 
 
 def main():
-    figures = Figures()
-    for text, before, function in FINDINGS:
-        with tempfile.TemporaryDirectory(prefix="citizen-") as name:
-            folder = Path(name)
-            folder.chmod(stat.S_IRWXU)
-            good, seen = function(folder)
-        figures.check(good, f"{text} | before: {before} | now: {seen}")
-    print("     Python 3.10 to 3.13: scripts/accept pythons; launch file: src/quad_bringup/test/test_launch_file.py")
-    return figures.code()
+    code = reproduce()
+    print("     Python 3.10 to 3.13: scripts/accept pythons")
+    return code

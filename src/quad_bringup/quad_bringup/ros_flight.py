@@ -15,6 +15,7 @@ from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
+from quad_flight_log.errors import printable
 from quad_flight_log.recorder.provenance import LIMITS
 from quad_node.command_link import STARTER
 from quad_node.watch import FlightWatch
@@ -149,10 +150,10 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
 
 
 def _say(line: str) -> None:
-    sys.stdout.write(f"{line}\n")
+    sys.stdout.write(f"{printable(line)}\n")
     sys.stdout.flush()
 
 
 def _complain(line: str) -> None:
-    sys.stderr.write(f"fly: {line}\n")
+    sys.stderr.write(f"fly: {printable(' '.join(line.splitlines()))}\n")
     sys.stderr.flush()

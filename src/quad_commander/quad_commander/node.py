@@ -35,6 +35,7 @@ SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request
 _CHECKS_EVERY = 0.3  # s
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
+_LONGEST_SENDER = 200  # characters
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
 
@@ -243,7 +244,10 @@ class Commander(Responder):
         self._preflight.on_node(message)
 
     def _on_request(self, message: FlightRequest) -> None:
-        if message.run_id and message.run_id != self.flight.run_id:
+        if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
+            found = f"a sender of {len(message.sender)} characters, expected at most {_LONGEST_SENDER} printable ones"
+            self.event(FlightEvent.WARNING, "bad_request", f"flight/request: found {found}; message ignored")
+        elif message.run_id and message.run_id != self.flight.run_id:
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")
         elif message.request == FlightRequest.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"

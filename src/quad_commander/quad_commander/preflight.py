@@ -50,8 +50,9 @@ class Preflight:
         self._counts[topic] += 1
 
     def on_node(self, status: NodeStatus) -> None:
-        """Take in what a node says of itself."""
-        self._nodes[status.node] = status
+        """Take in what a node says of itself; in a flight with a run id one without belongs to nobody."""
+        if status.run_id or not self._flight.run_id:
+            self._nodes[status.node] = status
 
     def on_plan(self, plan: FlightPlan, flying: bool) -> None:
         """Take in a plan; a repetition is none, and in flight a new one replaces the old."""
@@ -68,11 +69,12 @@ class Preflight:
         period = self._flight.plant_period
         elapsed = seconds(sample.step - self._first_step, period)
         roles = {status.role: status for status in self._nodes.values()}
+        periods = {role: status.period_steps for role, status in roles.items()}
         streams = [
             Stream(
                 topic,
                 publishers(topic),
-                1.0 / seconds(roles[role].period_steps, period) if role in roles else 0.0,
+                1.0 / seconds(periods[role], period) if periods.get(role) else 0.0,
                 self._counts[topic] / elapsed,
             )
             for topic, role in _STREAMS.items()

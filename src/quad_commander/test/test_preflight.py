@@ -6,6 +6,11 @@ from collections import namedtuple
 import pytest
 
 from quad_commander import preflight
+from quad_core.commander_parameters import CommanderParameters
+from quad_core.flight_parameters import FlightParameters
+from quad_core.types import Quat, Vec3, VehicleState
+from quad_msgs.msg import NodeStatus
+from quad_node.responder import Sample
 
 Usage = namedtuple("Usage", "free")
 
@@ -36,3 +41,26 @@ def test_without_a_name_it_is_the_folder_in_which_the_node_runs(disks, monkeypat
     assert preflight.free_space("") == 0.5
     monkeypatch.chdir(disks)
     assert preflight.free_space("") == 40.0
+
+
+SAMPLE = Sample(500, 1_000_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
+
+
+@pytest.fixture
+def looked_at():
+    return preflight.Preflight(FlightParameters(run_id="a1"), CommanderParameters())
+
+
+def seen(looked_at):
+    return looked_at.observed(SAMPLE, 100, lambda _topic: 1, 40.0, None)
+
+
+def test_who_names_no_run_is_nobody(looked_at):
+    looked_at.on_node(NodeStatus(node="/x", role="recorder", state=NodeStatus.FAULT, period_steps=5))
+    found = seen(looked_at)
+    assert (found.run_ids, found.interface_hashes, found.faulty_nodes) == (("a1",), (), ())
+
+
+def test_a_node_without_a_period_has_no_rate(looked_at):
+    looked_at.on_node(NodeStatus(node="/x", role="position_controller", run_id="a1"))
+    assert [stream.expected_rate for stream in seen(looked_at).streams] == [0.0, 0.0]

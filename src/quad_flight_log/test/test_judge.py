@@ -92,6 +92,15 @@ def test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not(t
     assert found == ["different messages with equal stamps (wrench_setpoint: 2): more than one sender"]
 
 
+def test_a_second_message_that_the_recorder_refused_counts_too(tmp_path):
+    text = "reference: a second, different message for stamp 10000000 ns; not recorded"
+    said = [("/flight/events", message("quad_msgs/msg/FlightEvent", kind="conflict", text=text))]
+    flight = flight_of(tmp_path, [*hover(), *said], mode="lockstep", **{"count.conflict": "560"})
+    assert faults(flight) == [
+        "different messages with equal stamps (reference: 560 not recorded): more than one sender"
+    ]
+
+
 @pytest.mark.parametrize(
     ("mode", "topic", "lost", "fault"),
     [
@@ -223,6 +232,15 @@ def test_wrenches_that_are_not_finite_are_left_out_and_said(tmp_path):
     assert faults(flight) == []
 
 
+def test_a_flown_path_with_numbers_that_are_none_is_read_and_refused(tmp_path):
+    strange = [("/truth", pose(stamp(STEPS + k), height)) for k, height in enumerate((math.nan, math.inf, 1e12))]
+    flight = flight_of(tmp_path, [*hover(), *strange])
+    clean = flight_of(tmp_path / "clean", hover())
+    assert measured(flight).position_max == measured(clean).position_max
+    assert truth_note(flight).startswith("truth: 3 messages with a number that is not finite")
+    assert faults(flight) == ["truth: 3 messages with a number that is not finite or absurd"]
+
+
 def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
     took = message("quad_msgs/msg/GuardStatus", stamp=stamp(300), mode=1, since=300, reason_text="no good wrench")
     flight = flight_of(tmp_path, [*hover(), ("/flight/guard", took)])
@@ -240,4 +258,4 @@ def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
 
 
 def test_every_rule_has_its_demand():
-    assert len({rule.demand for rule in RULES}) == len(RULES) == 7
+    assert len({rule.demand for rule in RULES}) == len(RULES) == 8

@@ -71,6 +71,8 @@ class Handshake:
             return ""
         if is_foreign(status.run_id, self._flight.run_id):
             return ""
+        if status.period_steps < 1:
+            return f"flight/nodes: {status.role} has period_steps {status.period_steps}, expected at least 1"
         self._known[status.role] = status
         if status.interface_hash != self._hash:
             return (

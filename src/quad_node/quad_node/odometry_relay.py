@@ -50,9 +50,9 @@ class OdometryRelay(FlightNode):
         if state is None or not is_flyable(state):
             self._refuse("rejected_nonfinite", "a number that is not finite or out of range", stamp)
             return
-        if self._first is None:
+        if self._first is None and stamp >= 0:  # what lies before all time is no beginning
             self._first = stamp if self._settings.stamps == STAMPS_FIRST else 0
-        elapsed = stamp - self._first
+        elapsed = -1 if self._first is None else stamp - self._first
         if elapsed < 0:
             self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
             return

@@ -9,6 +9,7 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import SIGNALS
 from quad_core.cycle import is_flyable, seconds
+from quad_core.records import flattener
 from quad_core.types import VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -18,9 +19,10 @@ from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.joining import Joining, Place
+from quad_node.succession import LARGEST_GAP, Succession
 
 _KEPT_ARRIVALS = 64
-_LARGEST_GAP = 0.5  # s between two states that follow each other
+_LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
 
 
 class Arrival(NamedTuple):
@@ -84,9 +86,8 @@ class Responder(FlightNode):
         self._inputs: list[InputTopic] = []
         self.answers: list[tuple[Publisher, Any]] = []
         self._answered = -1
-        self._seen = -1
+        self._states = Succession(self.flight.plant_period)
         self._answered_stamp = 0
-        self._jumped = -1
         self.states_seen = 0
         self.state_heard = self.started
         self.subscribe("state", self._on_state, raw=True)
@@ -99,7 +100,9 @@ class Responder(FlightNode):
     def take(self, topic: str, lag: int = 0) -> InputTopic:
         """Subscribe to a topic whose values belong to steps; malformed messages are refused."""
         taken = InputTopic(topic, lag, topics.TOPICS[topic].giver(self.roles))
-        read = unpacker(SIGNALS[topic].kind, topics.TOPICS[topic].type, self.flight.plant_period, self.run)
+        kind, message = SIGNALS[topic].kind, topics.TOPICS[topic].type
+        read, flat = unpacker(kind, message, self.flight.plant_period, self.run), flattener(kind)
+        run_id = self.flight.run_id.encode() if "run_id" in message.get_fields_and_field_types() else b""
 
         def keep(payload: bytes) -> None:
             if self._is_needless(taken, payload):
@@ -107,8 +110,12 @@ class Responder(FlightNode):
             stamped = self._read(topic, payload, read)
             if stamped is None:
                 return
-            if not stamped.finite:
-                self.reject(topic, "a non-finite number", stamped.stamp_ns)
+            if run_id not in payload:
+                self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
+                return
+            numbers = flat(stamped.value)
+            if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
+                self.reject(topic, "a number that is not finite or out of range", stamped.stamp_ns)
                 return
             taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
             self._answer_pending()
@@ -183,33 +190,38 @@ class Responder(FlightNode):
             return None
 
     def _on_state(self, payload: bytes) -> None:
-        step, run = head_of(payload)
+        (step, run), last = head_of(payload), self._states.last
         if step >= 0 and self.is_foreign("state", run):
             return
-        self.last_heard = self.state_heard = time.monotonic()
+        now = self.last_heard = self.state_heard = time.monotonic()
         self.flying = True
-        self.states_seen += step != self._seen
-        if self._seen < step < self._due:
-            self._seen = step
+        self.states_seen += step != last
+        if last < step < self._due:
+            self._states.take(step, now)
             return
         stamped = self._read("state", payload, self._read_state)
         if stamped is None:
             return
         step, _, stamp, state, _ = stamped
-        if not self._follows(step):
-            text = f"step {step}, more than {_LARGEST_GAP:g} s after {self._seen}"
-            self.reject("state", text, stamp, "rejected_future")
+        if not self._states.allows(step, now):
+            if self._states.is_far_ahead(step):
+                text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
+                self.reject("state", text, stamp, "rejected_future")
             return
-        if step >= self._due and not is_flyable(state):
+        if abs(stamp - step * self.flight.plant_period) > LARGEST_GAP * NANOSECONDS:
+            self.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")
+            return
+        if (step >= self._due or step < last) and not is_flyable(state):
             self.reject("state", "a number that is not finite or out of range", stamp)
             return
-        if self._seen < 0 and not self._joins(step):
+        if last < 0 and not self._joins(step):
             return
-        asked_again, self._seen = step == self._seen, step
-        if asked_again and self._pending:
+        if self._states.take(step, now):
+            self._go_back(step)
+        if step == last and self._pending:
             self.report_waiting(step)
             self._answer_pending()
-        elif asked_again:
+        elif step == last:
             self.counters["repeated"] += 1
             self.on_repeat(step)
             for publisher, message in self.answers:
@@ -221,16 +233,10 @@ class Responder(FlightNode):
             self._pending.append((step, stamp, state))
             self._answer_pending()
 
-    def _follows(self, step: int) -> bool:
-        """Return whether a state may come next: at most ``_LARGEST_GAP`` after the last, or after another such jump.
-
-        One absurd step would make every later state old; after a real gap the second state is believed.
-        """
-        largest = _LARGEST_GAP * NANOSECONDS / self.flight.plant_period
-        if self._seen < 0 or step - self._seen <= largest:
-            return True
-        jumped, self._jumped = self._jumped, step
-        return jumped >= 0 and 0 <= step - jumped <= largest
+    def _go_back(self, step: int) -> None:
+        """Answer from ``step`` on: the later states that were believed did not belong to this flight."""
+        self._pending.clear()
+        self._due = -(-step // self.period_steps) * self.period_steps
 
     def _is_needless(self, taken: InputTopic, payload: bytes) -> bool:
         """Return whether to skip this value: no step this node answers will use it."""

@@ -220,12 +220,10 @@ class VehicleNode(FlightNode):
 
     def measurements(self) -> dict[str, float]:
         """Return commands missed, and state-to-command latency in ms since the last report."""
-        found: dict[str, float] = {"missed_commands": self.missed_commands}
         taken, self._latencies = sorted(self._latencies), []
-        if taken:
-            for name, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0)):
-                found[f"latency_{name}"] = round(1e3 * taken[round(share * (len(taken) - 1))], 4)
-        return found
+        shares = (("p50", 0.5), ("p99", 0.99), ("max", 1.0)) if taken else ()
+        found = {f"latency_{name}": round(1e3 * taken[round(share * (len(taken) - 1))], 4) for name, share in shares}
+        return {"missed_commands": self.missed_commands, **found}
 
     def _on_node(self, message: NodeStatus) -> None:
         problem = self.handshake.on_status(message)
@@ -249,7 +247,9 @@ class VehicleNode(FlightNode):
         self.progress()
 
     def _on_recorded(self, message: RecorderAck) -> None:
-        if not self.is_foreign("flight/recorded", message.run):
+        if message.step > self.current_step:  # believed, it would let the plant run away from its recorder
+            self.reject("rejected_future", f"step {message.step} is not flown yet", self.elapsed_ns, "flight/recorded")
+        elif not self.is_foreign("flight/recorded", message.run):
             self.recorded_step = max(self.recorded_step, message.step)
             self.progress()
 

@@ -60,6 +60,7 @@ def test_a_failure_without_a_run_id_ends_nobodys_flight():
     [
         (Said("recorder", interface_hash="xyz"), ("recorder", "xyz", "abc")),
         (Said("trajectory", plant_period=1_000_000), ("trajectory", "1000000", "2000000")),
+        (Said("position_controller", period_steps=0), ("position_controller", "period_steps 0", "at least 1")),
         (Said("attitude_controller", state=FAULT, detail="burst"), ("attitude_controller", "burst")),
     ],
 )

@@ -4,10 +4,14 @@ import math
 
 import numpy as np
 import pytest
+import rclpy
 from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
 from scipy.spatial.transform import Rotation
 
-from quad_node.odometry_relay import state_from_odometry
+from quad_msgs.msg import VehicleState
+from quad_node import executor
+from quad_node.odometry_relay import OdometryRelay, state_from_odometry
 
 
 def odometry(q, v_b=(0.0, 0.0, 0.0), scale=1.0):
@@ -45,3 +49,33 @@ def test_a_quaternion_of_single_precision_is_normalised():
 @pytest.mark.parametrize("q", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0)])
 def test_without_an_attitude_there_is_no_state(q):
     assert state_from_odometry(odometry(q)) is None
+
+
+class Wire:
+    """Stands in for a publisher and keeps the stamps in s of the states that were sent."""
+
+    def __init__(self):
+        self.sent = []
+
+    def publish(self, payload):
+        self.sent.append(deserialize_message(payload, VehicleState).stamp.sec)
+
+
+@pytest.fixture
+def relay(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "75")
+    executor.init(["--ros-args", "-p", "stamps:=first"])
+    made = OdometryRelay()
+    made._state_out = Wire()
+    yield made
+    made.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_no_stamp_ends_the_relay_and_one_before_all_time_is_no_beginning(relay):
+    for sec in (-(2**31), -1, 10, 12, 9, 2**31 - 1):
+        message = odometry((0.0, 0.0, 0.0, 1.0))
+        message.header.stamp.sec, message.header.frame_id, message.child_frame_id = sec, "map", "base_link"
+        relay._on_odometry(message)
+    assert relay._state_out.sent == [0, 2, 2**31 - 1 - 10]
+    assert relay.counters["stamp_backwards"] == 3

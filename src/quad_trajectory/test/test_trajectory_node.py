@@ -4,8 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 import rclpy
+from rclpy.serialization import serialize_message
 
 from quad_core.types import Quat, Vec3, VehicleState
+from quad_msgs.msg import FlightMode
 from quad_node import executor
 from quad_node.responder import Sample
 from quad_trajectory.node import Trajectory
@@ -13,14 +15,37 @@ from quad_trajectory.node import Trajectory
 SAMPLE = Sample(0, 0, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
 
 
+class Wired(Trajectory):
+    """A trajectory whose topics are functions."""
+
+    def __init__(self):
+        self.callbacks = {}
+        super().__init__()
+
+    def subscribe(self, topic, callback, depth=10, raw=False):
+        self.callbacks[topic] = callback
+
+
 @pytest.fixture
-def node(monkeypatch):
+def make(monkeypatch):
+    """Return a function that makes the node with the given ROS parameters."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "73")
-    executor.init([])
-    made = Trajectory()
-    yield made
-    made.destroy_node()
+    made = []
+
+    def build(*parameters):
+        executor.init(["--ros-args", *(part for text in parameters for part in ("-p", text))] if parameters else [])
+        made.append(Wired())
+        return made[-1]
+
+    yield build
+    for node in made:
+        node.destroy_node()
     rclpy.try_shutdown()
+
+
+@pytest.fixture
+def node(make):
+    return make()
 
 
 def refusing(parameters, vehicle, start):
@@ -37,3 +62,15 @@ def test_the_plan_comes_before_the_first_reference_and_once(node):
     first = [publisher.topic_name for publisher, _ in node.answer(SAMPLE, [])]
     second = [publisher.topic_name for publisher, _ in node.answer(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])]
     assert (first, second) == (["/flight/plan", "/reference"], ["/reference"])
+
+
+@pytest.mark.parametrize("run_id", ["", "b2"])
+def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, run_id):
+    roles = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
+    node = make(f"flight.roles:={roles}", "flight.run_id:=a1")
+    taken = node._inputs[0]
+    for name in ("a1", run_id):
+        mode = FlightMode(mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run_id=name)
+        node.callbacks["flight/mode"](serialize_message(mode))
+    assert taken.newest().value.mode == FlightMode.MISSION
+    assert node.counters["foreign_run"] == 1

@@ -17,7 +17,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
-from quad_flight_log.analysis.tables import autopilot_lands, flight_tables
+from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, truth_topic, unusable_messages
 from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
@@ -79,8 +79,11 @@ def run_ids(flown: Flown) -> str:
 
 
 def equal_stamps(flown: Flown) -> str:
-    """Name the topics on which two different messages carry one stamp; a repeat to the last bit is none."""
-    found = []
+    """Name the topics on which two different messages carry one stamp; a repeat to the last bit is none.
+
+    In lockstep the recorder keeps the first one, counts the others and says so.
+    """
+    found = _refused(flown.flight)
     for topic in SIGNALS:
         if not flown.flight.has(topic):
             continue
@@ -102,6 +105,13 @@ def missing_steps(flown: Flown) -> str:
         return ""
     at = int(gaps.argmax())
     return f"nothing of the vehicle for {gaps[at]:.2f} s from {times[at]:.2f} s on"
+
+
+def numbers(flown: Flown) -> str:
+    """Say how many messages of the flown path cannot be numbers of a flight: where it went then is not known."""
+    topic = truth_topic(flown.flight)
+    count = unusable_messages(flown.flight).get(topic, 0)
+    return f"{topic}: {count} messages with a number that is not finite or absurd" if count else ""
 
 
 def envelope(flown: Flown) -> str:
@@ -173,6 +183,7 @@ RULES = (
         missing_steps,
         of_failed=False,
     ),
+    Rule("every number of the flown path is one of a flight", numbers),
     Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
     Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
     Rule("the position law is not at a limit for 2 s, 1 m or more from its reference", infeasible_reference),
@@ -213,6 +224,17 @@ def _conflicts(table: Table) -> int:
     pairs = np.flatnonzero(stamps[1:] == stamps[:-1])
     rows = [[table[order[pairs + offset]][name] for name in names if name != "log_ns"] for offset in (0, 1)]
     return sum(1 for k in range(len(pairs)) if any(not _same(a[k], b[k]) for a, b in zip(*rows, strict=True)))
+
+
+def _refused(flight: Flight) -> list[str]:
+    """Return the topics of which the recorder refused a second message, and how many messages in all it did."""
+    count = int(flight.metadata.get("count.conflict", "0"))
+    if not count:
+        return []
+    events = flight.array("flight/events") if flight.has("flight/events") else None
+    texts = [] if events is None else events["text"][events["kind"] == "conflict"]
+    named = sorted({str(text).partition(":")[0] for text in texts})
+    return [f"{', '.join(named) or 'all topics'}: {count} not recorded"]
 
 
 def _same(left: Any, right: Any) -> bool:

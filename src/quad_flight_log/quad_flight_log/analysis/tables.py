@@ -45,32 +45,35 @@ def flight_tables(flight: Flight) -> dict[str, Table]:
     """Return {topic: table} of those of TOPICS that the flight has; raises TopicError if one lacks a needed field.
 
     Messages with a needed number that is not finite are left out (``unusable_messages``): no node of a flight sends
-    such a one, a stranger may. Of the flown path they are refused as well. A vehicle that is no simulator sends no
-    truth: then what the controllers saw stands for it, see ``truth_topic``.
+    such a one, a stranger may. Of the flown path the judge refuses them as well. A vehicle that is no simulator sends
+    no truth: then what the controllers saw stands for it, see ``truth_topic``.
     """
     found = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
     for topic, table in found.items():
         _check(flight, topic, table)
-    for topic, table in found.items():
-        good = _usable(topic, table)
-        if topic != "truth" and not good.all():
-            found[topic] = table[good]
     if truth_topic(flight) == "state":
         found["truth"] = flight.array("state")
         _check(flight, "state", found["truth"])
-    if "truth" in found and not _usable("truth", found["truth"]).all():
-        where = f"{flight.path}: {truth_topic(flight)}"
-        raise TopicError(f"{where}: holds a number that is not finite, or larger than {LARGEST:g}")
+    for topic, table in found.items():
+        good = _usable(topic, table)
+        if topic == "truth" and len(good) and not good.any():
+            where = f"{flight.path}: {truth_topic(flight)}"
+            raise TopicError(f"{where}: every message holds a number that is not finite, or larger than {LARGEST:g}")
+        if not good.all():
+            found[topic] = table[good]
     return {topic: table for topic, table in found.items() if len(table)}
 
 
 def unusable_messages(flight: Flight) -> dict[str, int]:
     """Return {topic: messages that the metrics leave out}; raises TopicError as ``flight_tables``."""
     tables = flight_tables(flight)
-    lost = {topic: flight.topics[flight.resolve(topic)].messages for topic in TOPICS[1:] if flight.has(topic)}
-    return {
-        topic: count - len(tables.get(topic, ())) for topic, count in lost.items() if count > len(tables.get(topic, ()))
+    sources = {topic: truth_topic(flight) if topic == "truth" else topic for topic in TOPICS}
+    lost = {
+        source: flight.topics[flight.resolve(source)].messages - len(tables.get(topic, ()))
+        for topic, source in sources.items()
+        if flight.has(source)
     }
+    return {topic: count for topic, count in lost.items() if count > 0}
 
 
 def truth_topic(flight: Flight) -> str:

@@ -158,7 +158,7 @@ class Recorder(FlightNode):
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
             if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
-                self._periods[status.role] = status.period_steps
+                self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
 
         return on_message
 

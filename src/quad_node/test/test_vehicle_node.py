@@ -1,0 +1,56 @@
+"""What the owner of a vehicle believes of the other nodes."""
+
+import pytest
+import rclpy
+
+from quad_core.cascade import SIMULATOR
+from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
+from quad_node import executor
+from quad_node.vehicle_node import VehicleNode
+
+
+class Owner(VehicleNode):
+    """A vehicle whose topics are functions."""
+
+    def __init__(self):
+        self.callbacks = {}
+        super().__init__(SIMULATOR)
+
+    def subscribe(self, topic, callback, depth=10, raw=False):
+        self.callbacks[topic] = callback
+
+
+@pytest.fixture
+def owner(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "74")
+    executor.init([])
+    made = Owner()
+    yield made
+    made.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.mark.parametrize("step", [11, 2**64 - 1])
+def test_nobody_has_recorded_a_step_that_is_not_flown(owner, step):
+    owner.current_step = 10
+    for acked in (8, step, 10):
+        owner.callbacks["flight/recorded"](RecorderAck(step=acked))
+        assert owner.recorded_step == min(acked, 10 if acked == 10 else 8)
+    assert owner.counters["rejected"] == 1
+
+
+def test_a_node_without_a_period_is_refused_by_name_and_divides_nothing(owner):
+    for role, period in (("trajectory", 5), ("position_controller", 0)):
+        status = NodeStatus(node=f"/{role}", role=role, period_steps=period, plant_period=2_000_000)
+        status.interface_hash = owner.handshake._hash
+        owner.callbacks["flight/nodes"](status)
+    assert "position_controller has period_steps 0, expected at least 1" in owner._reason
+
+
+def test_a_recorder_that_fails_after_the_end_is_heard(owner):
+    owner.end(FlightState.ENDED, "")
+    assert not owner.done.done()
+    status = NodeStatus(node="/recorder", role="recorder", state=NodeStatus.FAULT, detail="disk full", period_steps=1)
+    status.plant_period, status.interface_hash = 2_000_000, owner.handshake._hash
+    owner.callbacks["flight/nodes"](status)
+    assert (owner.done.done(), owner.exit_code) == (True, 1)
