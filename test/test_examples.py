@@ -45,6 +45,17 @@ def test_a_position_law():
     assert steps.tolist() == list(range(len(steps)))
 
 
+def test_an_attitude_law():
+    flown = flight.fly(flight.from_names("hover", attitude="my_attitude_law", **SHORT))
+    assert flown.outcome == "ended"
+    assert flown.rmse < 0.1
+    # torque of a step: inertia times 200 angle errors and 25 rates, Table 1's inertia about z
+    errors = flown.topics["attitude_controller/internals"]["angle_error"]
+    omega, torque = flown.topics["state"]["omega_b"], flown.topics["wrench_setpoint"]["torque_b"]
+    expected = -7.0e-3 * (200.0 * errors[:, 2] + 25.0 * omega[:, 2])
+    assert abs(torque[:, 2] - expected).max() < 1e-12
+
+
 def test_a_trajectory():
     settings = ["trajectory.my_trajectory.height=1.5", "trajectory.my_trajectory.duration=5"]
     flown = flight.fly(flight.from_names("my_trajectory", settings=settings))
@@ -72,7 +83,7 @@ def test_a_vehicle():
     assert abs(flown.topics["actuation"]["rotor_speed"][-500:].mean() - 600.0) < 30.0
 
 
-@pytest.mark.parametrize("name", ["my_law", "my_trajectory", "my_plant"])
+@pytest.mark.parametrize("name", ["my_law", "my_attitude_law", "my_trajectory", "my_plant"])
 def test_it_is_pure_text(name):
     found = [(group, point) for group in GROUPS for point in entry_points(group=group) if point.name == name]
     assert len(found) == 1

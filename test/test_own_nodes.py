@@ -91,7 +91,8 @@ def test_what_cannot_take_a_node_s_place_is_refused(tmp_path):
     for words, named in (
         (["--own", "pilot=python3"], "pilot=python3"),
         (["--own", "trajectory="], "NODE=COMMAND"),
-        (["--own", "trajectory=no-such-program"], "no-such-program"),
+        (["--own", "trajectory=no-such-program"], "'no-such-program', neither on PATH nor a file"),
+        (["--own", f"trajectory={ROOT}/README.md"], "README.md', a file that is not executable"),
         (["--own", "trajectory=python3", "--one-process"], "--one-process"),
     ):
         done = fly("hover", *words, "--out", tmp_path / "bag")

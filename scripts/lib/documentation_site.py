@@ -31,6 +31,7 @@ CONTENTS = {
         "scenarios",
         "own_law",
         "own_nodes",
+        "own_stage",
         "swap_the_plant",
         "px4",
         "mavlink",

@@ -251,8 +251,9 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
         if role not in ROLES or not command.strip():
             raise ParameterError(f"--own: found {given!r}, expected NODE=COMMAND, NODE one of {', '.join(ROLES)}")
         found[role] = shlex.split(command)
-        if shutil.which(found[role][0]) is None:
-            raise ParameterError(f"--own: {role}: found {found[role][0]!r}, expected a program")
+        if shutil.which(program := found[role][0]) is None:
+            what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
+            raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
         raise ParameterError("--own: a node of one's own is a process of its own: leave out --one-process")
     return found

@@ -88,11 +88,17 @@ def build_in_background(nodes: Iterable[Resolved], prefix: str) -> "subprocess.P
 def main(names: Sequence[str]) -> int:
     """Build the functions of ``names``, MODULE:FUNCTION; without any what the default flight lacks.
 
-    Prints what came of each. Returns the exit code: 1 if one cannot be compiled or another process compiles now.
+    Prints what came of each. Returns the exit code: 1 if one cannot be compiled or another process compiles now,
+    2 if a name is none of a function.
     """
     if not names:
         build_lacking(resolve_flight(Request("hover"), {}).values(), "setup")
         return 0
+    try:
+        functions = {name: _named(name) for name in names}
+    except ValueError as error:
+        _print("compile", str(error))
+        return 2
     os.nice(19)
     root = cache_root()
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -103,14 +109,27 @@ def main(names: Sequence[str]) -> int:
             _print("compile", "another process compiles now: try again when it is done")
             return 1
         problems = []
-        for name in names:
-            module, _, word = name.partition(":")
-            function = getattr(import_module(module), word)
+        for name, function in functions.items():
             problem = _problem_of(function)
             _remember(function, problem)
             _print("compile", f"run by CPython: {problem}" if problem else f"compiled {name}")
             problems += [problem] if problem else []
     return 1 if problems else 0
+
+
+def _named(name: str) -> Callable[..., Any]:
+    """Return the function MODULE:FUNCTION; raises ValueError if there is none."""
+    module, _, word = name.partition(":")
+    try:
+        found = getattr(import_module(module), word) if module and word else None
+    except ImportError as error:
+        raise ValueError(f"{name}: module {module!r} cannot be imported: {error}") from error
+    except AttributeError as error:
+        raise ValueError(f"{name}: module {module!r} has no function {word!r}") from error
+    if not callable(found):
+        raise ValueError(f"found {name!r}, expected MODULE:FUNCTION")
+    function: Callable[..., Any] = found
+    return function
 
 
 def _lacks(function: Callable[..., Any]) -> bool:

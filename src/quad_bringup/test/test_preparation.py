@@ -116,3 +116,17 @@ def test_a_reason_is_forgotten_once_the_function_compiles(cache, laws, monkeypat
     reason.write_text("no C compiler to link it with")
     assert preparation.main([f"{__name__}:halved"]) == 0
     assert not reason.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("not_there:step", "not_there:step: module 'not_there' cannot be imported: No module named 'not_there'"),
+        ("math:step", "math:step: module 'math' has no function 'step'"),
+        ("math", "found 'math', expected MODULE:FUNCTION"),
+        ("math:pi", "found 'math:pi', expected MODULE:FUNCTION"),
+    ],
+)
+def test_what_is_no_function_is_refused_in_one_line(cache, capfd, name, said):
+    assert preparation.main(["math:sqrt", name]) == 2
+    assert capfd.readouterr().err == f"compile: {said}\n"

@@ -38,6 +38,7 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
 
 from functools import cache
 from importlib.metadata import entry_points
+from traceback import extract_tb
 from types import ModuleType
 from typing import NamedTuple
 
@@ -105,8 +106,8 @@ def load(group: str, name: str) -> ModuleType:
         raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename one")
     try:
         module: ModuleType = points[0].load()
-    except ImportError as error:
-        raise PluginError(f"{group}: plug-in {name!r} ({values[0]}) cannot be imported: {error}") from error
+    except Exception as error:  # whatever its text does when it is imported
+        raise PluginError(f"{group}: plug-in {name!r} ({values[0]}) cannot be imported: {_mistake(error)}") from error
     contract = OTHERS.get(group, LAW)
     missing = [item for item in contract.required if not hasattr(module, item)]
     if missing:
@@ -120,3 +121,14 @@ def load(group: str, name: str) -> ModuleType:
     except TypeError as error:
         raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}): {error}") from error
     return module
+
+
+def _mistake(error: Exception) -> str:
+    """Return what went wrong, with the file and line unless the text of ``error`` has them or needs none."""
+    if isinstance(error, ImportError):
+        return str(error)
+    said = f"{type(error).__name__}: {error}"
+    if isinstance(error, SyntaxError):
+        return said
+    last = extract_tb(error.__traceback__)[-1]
+    return f"{said} ({last.filename}, line {last.lineno})"

@@ -69,6 +69,24 @@ def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkey
         plugins.load(plugins.PLANT, "kite")
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a = 1\nb = c\n", r"NameError: name 'c' is not defined \(.*/kite\.py, line 2\)"),
+        ("a = 1\ndef b(:\n", r"SyntaxError: invalid syntax \(kite\.py, line 2\)"),
+        ("a = 1 / 0\n", r"ZeroDivisionError: division by zero \(.*/kite\.py, line 1\)"),
+    ],
+)
+def test_a_module_with_a_mistake_is_said_with_its_line(tmp_path, monkeypatch, text, said):
+    (tmp_path / "kite.py").write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("kite", "kite", group)])
+    plugins.load.cache_clear()
+    monkeypatch.delitem(sys.modules, "kite", raising=False)
+    with pytest.raises(plugins.PluginError, match=r"quad\.plant: plug-in 'kite' \(kite\) cannot be imported: " + said):
+        plugins.load(plugins.PLANT, "kite")
+
+
 def test_a_name_that_two_packages_took_is_refused(register, monkeypatch):
     module = register(plugins.DISTURBANCE, "breeze", Parameters=tuple, draw=len, sample=len)
     found = [EntryPoint("breeze", value, plugins.DISTURBANCE) for value in (module.__name__, "made_up_gale")]

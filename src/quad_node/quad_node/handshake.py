@@ -3,13 +3,24 @@
 import zlib
 from typing import Protocol
 
-from quad_core.cascade import COMMAND, COMMANDER, COMMANDING, SHADOWS, SIGNALS, STAGES, TRAJECTORY, replaceable
+from quad_core.cascade import (
+    ALL_ROLES,
+    COMMAND,
+    COMMANDER,
+    COMMANDING,
+    SHADOWS,
+    SIGNALS,
+    STAGES,
+    TRAJECTORY,
+    replaceable,
+)
 from quad_core.flight_parameters import FlightParameters
 
 
 class Status(Protocol):
     """The fields of quad_msgs/NodeStatus that matter here."""
 
+    node: str
     role: str
     run_id: str
     interface_hash: str
@@ -22,6 +33,7 @@ class Status(Protocol):
 
 
 READY, WAITING, FAULT, DONE = 1, 2, 3, 4
+_MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
     *((stage.role, taken.topic) for stage in STAGES for taken in stage.takes),
@@ -64,12 +76,16 @@ class Handshake:
         self._flight, self._hash, self._expected = flight, interface_hash, expected
         self._spared = (*SHADOWS, *(replaceable(expected) if flight.standby else ()))
         self._known: dict[str, Status] = {}
+        self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 
     def on_status(self, status: Status) -> str:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
-        if status.role not in self._expected:
-            return ""
         if is_foreign(status.run_id, self._flight.run_id):
+            self._heard(status, f"run_id {status.run_id!r}, expected {self._flight.run_id!r}")
+            return ""
+        if status.role not in self._expected:
+            if status.role not in ALL_ROLES:
+                self._heard(status, f"role {status.role!r}, expected one of {', '.join(self._expected)}")
             return ""
         if status.period_steps < 1:
             return f"flight/nodes: {status.role} has period_steps {status.period_steps}, expected at least 1"
@@ -88,6 +104,10 @@ class Handshake:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 
+    def _heard(self, status: Status, what: str) -> None:
+        if len(self._others) < _MOST_OTHERS:
+            self._others[status.node] = what
+
     def _misfit(self) -> str:
         """Return which stage would wait for ever, because its period and that of its input do not divide."""
         for role, topic in _TAKEN:
@@ -105,6 +125,10 @@ class Handshake:
     def missing(self) -> list[str]:
         """Return the expected roles that are not ready."""
         return [role for role in self._expected if self.state(role) not in (READY, WAITING)]
+
+    def strangers(self) -> str:
+        """Return what was heard of nodes that are none of this flight, a clause for the reason it did not begin."""
+        return "".join(f"; flight/nodes of {node} has {what}" for node, what in sorted(self._others.items()))
 
     def state(self, role: str) -> int:
         """Return the state that ``role`` published last, 0 if it is not known."""

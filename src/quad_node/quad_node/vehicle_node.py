@@ -199,8 +199,8 @@ class VehicleNode(FlightNode):
                 self.publish_flight_state()
                 self.begin()
             elif now - self.started > self.flight.start_timeout:
-                reason = f"not ready after {self.flight.start_timeout:g} s: {', '.join(missing)}"
-                self.end(FlightState.FAILED, reason)
+                late = f"not ready after {self.flight.start_timeout:g} s: {', '.join(missing)}"
+                self.end(FlightState.FAILED, late + self.handshake.strangers())
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
                 self.link.pass_on(self.asked_to_end, self.give_up)

@@ -21,6 +21,7 @@ class Said:
     waiting_topic: str = ""
     waiting_role: str = ""
     detail: str = ""
+    node: str = "/somebody"
 
 
 def shake(*said: Said, roles: list[str] = ROLES, **flight) -> tuple[Handshake, list[str]]:
@@ -53,6 +54,19 @@ def test_a_failure_without_a_run_id_ends_nobodys_flight():
     handshake, problems = shake(Said("recorder", state=FAULT, detail="I am a stranger"), run_id="mine")
     assert problems == [""]
     assert handshake.missing() == ROLES
+
+
+def test_a_start_that_fails_names_who_was_heard_and_does_not_belong():
+    handshake, _ = shake(Said("traject", run_id="mine"), Said("trajectory", node="/eight"), run_id="mine")
+    assert handshake.strangers() == (
+        "; flight/nodes of /eight has run_id '', expected 'mine'; flight/nodes of /somebody has role 'traject', "
+        "expected one of trajectory, position_controller, attitude_controller, recorder"
+    )
+
+
+def test_a_node_of_ours_that_nobody_expects_is_no_stranger():
+    handshake, _ = shake(*(Said(role) for role in (*ROLES, "simulator", "odometry_relay", "commander")))
+    assert handshake.strangers() == ""
 
 
 @pytest.mark.parametrize(
