@@ -249,6 +249,12 @@ def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
     )
 
 
+def test_a_mode_of_the_guard_that_there_is_not_is_named_by_its_number(tmp_path):
+    strange = message("quad_msgs/msg/GuardStatus", stamp=stamp(300), mode=200, since=300, reason_text="none")
+    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", strange)])
+    assert faults(flight) == ["the guard took over at step 300 (mode 200): none"]
+
+
 def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
     flight = flight_of(tmp_path, [*hover(), ("/flight/nodes", status("other"))])
     assert cli.main(["check", str(flight.path), "--limits", "position_max=1"]) == 1

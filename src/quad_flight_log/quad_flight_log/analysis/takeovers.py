@@ -40,7 +40,8 @@ def takeovers(flight: Flight) -> list[Takeover]:
         if found and before[0] != PASS:
             found[-1] = found[-1]._replace(end_ns=stamp)
         if mode != PASS:
-            found.append(Takeover(MODES[mode], reason, since, stamp, last_ns))
+            name = MODES[mode] if mode < len(MODES) else f"mode {mode}"  # anybody can send one that there is not
+            found.append(Takeover(name, reason, since, stamp, last_ns))
         before = (mode, reason, since)
     return found
 
