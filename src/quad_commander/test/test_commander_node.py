@@ -5,37 +5,19 @@ import time
 from types import SimpleNamespace
 
 import pytest
-import rclpy
 from std_srvs.srv import Trigger
-from wired_commander import Wired
+from wired_commander import commanders
 
 from quad_commander import node as commander_node
 from quad_commander.mode_table import Condition, Request
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
-from quad_node import executor
 
 
 @pytest.fixture
 def make(monkeypatch):
     """Return a function that makes the node with the given ROS parameters."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "76")
-    made = []
-
-    def build(*parameters):
-        roles = "flight.roles:=simulator,trajectory,commander,position_controller,attitude_controller,recorder"
-        given = [roles, "flight.run_id:=a1", *parameters]
-        executor.init(["--ros-args", *(part for text in given for part in ("-p", text))])
-        made.append(Wired())
-        for role, period in (("position_controller", 5), ("attitude_controller", 1)):
-            status = msg.NodeStatus(node=f"/{role}", role=role, run_id="a1", interface_hash="x", period_steps=period)
-            made[-1].callbacks["flight/nodes"](status)
-        return made[-1]
-
-    yield build
-    for node in made:
-        node.destroy_node()
-    rclpy.try_shutdown()
+    yield from commanders(monkeypatch)
 
 
 def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_actuation(make):
@@ -82,14 +64,6 @@ def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender)
     assert node.modes[-1].request == 0
     assert [kind for _, kind, _ in node.events] == ["bad_request"]
     assert len(node.events[0][2]) < 200  # an event of megabytes would harm as much
-
-
-def test_a_request_for_another_run_is_ignored_and_named(make):
-    node = make()
-    node.ask(FlightRequest.KILL, run_id="b2")
-    node.fly(0, 6)
-    assert node.modes[-1].name == "DISARMED"
-    assert [kind for _, kind, _ in node.events] == ["foreign_run"]
 
 
 def test_the_service_says_at_once_what_the_next_step_would_answer(make):
@@ -259,25 +233,6 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
     assert raised[-1] == 2
 
 
-def test_setpoints_of_another_run_keep_no_setpoint_young_and_its_plans_are_none(make, monkeypatch):
-    clock = SimpleNamespace(now=1000.0)
-    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
-    node = make("flight.mode:=realtime")
-    node.plan(run=1)
-    assert node._preflight._plan is None
-    for step in range(0, 200, 5):
-        node.callbacks["wrench_setpoint"](b"")
-        node.setpoint(step, run=1)
-        node.mission(step)
-        node.state(step)
-        clock.now += 0.01
-    assert node.modes[-1].raised >> Condition.SETPOINT_LOST & 3 == 1  # the wrench is there
-    assert {text for _, kind, text in node.events if kind == "foreign_run"} == {
-        "flight/plan of another run ignored",
-        "attitude_setpoint of another run ignored",
-    }
-
-
 def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):
     node = make()
     assert not node.on_signal("SIGINT")
@@ -307,11 +262,3 @@ def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over
     node.fly(530, 540, thrust=5.0)
     assert (node.modes[-1].name, node.modes[-1].text) == ("DESCEND", "guard flies its backup law")
     assert node.modes[-1].guard_request == 2
-
-
-def test_a_number_that_is_not_finite_is_no_reference_of_a_mission(make):
-    node = make()
-    node.mission(0, math.nan)
-    node.state(0)
-    assert node.modes == []
-    assert node.counters["rejected"] == 1
