@@ -63,3 +63,24 @@ def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
     assert float(bag.array("truth")["p_w"][:, 2].max()) > 0.3
     height, speed, tilt = landing_of(bag)
     assert (height < 0.02, speed < 1.5, tilt < math.radians(15.0)) == (True, True, True)
+
+
+@pytest.mark.wall_clock
+def test_a_silent_position_controller_without_a_commander_is_a_landing_at_once(tmp_path):
+    """Its attitude controller flies on, level: 11 to 18 m of drift, and "simulator stopped by SIGINT" in the bag."""
+    out = tmp_path / "bag"
+    flight = start("hover", "--realtime", "--duration", "60", "--out", out)
+    pids = wait_until_flying(flight, out)
+    time.sleep(4.0)
+    os.kill(pids["position_controller"], signal.SIGKILL)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "position_controller was killed by SIGKILL" in done.stderr
+    bag = open_flight(out)
+    assert bag.metadata["reason"].startswith("position_controller does not answer: attitude_setpoint older than 0.3 s")
+    height, speed, tilt = landing_of(bag)
+    assert (height < 0.02, speed < 1.5, tilt < math.radians(15.0)) == (True, True, True)
+    guard = bag.array("flight/guard")
+    began = int(guard["step"][guard["mode"] == 1][0])
+    last = int(bag.array("attitude_setpoint")["step"].max())
+    assert (began - last) * 0.002 < 0.5

@@ -33,6 +33,15 @@ class FlightParameters(NamedTuple):
             "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
         ),
     ] = 20.0
+    setpoint_timeout: Annotated[
+        float,
+        Real(
+            "s",
+            "real time without a commander: age of attitude_setpoint from which on the vehicle is landed",
+            0.02,
+            60.0,
+        ),
+    ] = 0.3
     realtime_priority: Annotated[
         int,
         Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),

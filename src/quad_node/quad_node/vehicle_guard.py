@@ -1,5 +1,7 @@
 """The guard of ``quad_core.guard`` in a vehicle owner: stepped, reported as ``flight/guard`` and as events."""
 
+from typing import NamedTuple
+
 from quad_core import guard
 from quad_core.cascade import COMMAND
 from quad_core.cycle import seconds
@@ -15,6 +17,14 @@ from quad_node.native import native_or_python
 _SECOND = 1_000_000_000  # ns
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
+
+
+class Command(NamedTuple):
+    """The newest wrench: of which plant step it is, and when it arrived (steady s)."""
+
+    step: int
+    wrench: Wrench
+    arrived: float
 
 
 class VehicleGuard:

@@ -5,7 +5,6 @@ it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` i
 """
 
 import time
-from typing import NamedTuple
 
 from quad_core.cascade import COMMAND, RECORDER, TRAJECTORY
 from quad_core.cycle import seconds
@@ -20,18 +19,11 @@ from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
 from quad_node.interface import interface_hash
-from quad_node.vehicle_guard import VehicleGuard, culprit, severest
+from quad_node.setpoint_watch import SetpointWatch
+from quad_node.vehicle_guard import Command, VehicleGuard, culprit, severest
 
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
-
-
-class Command(NamedTuple):
-    """The newest wrench: of which plant step it is, and when it arrived (steady s)."""
-
-    step: int
-    wrench: Wrench
-    arrived: float
 
 
 class VehicleNode(FlightNode):
@@ -61,6 +53,7 @@ class VehicleNode(FlightNode):
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
+        self._setpoints = SetpointWatch(self, self.handshake.period)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -206,6 +199,8 @@ class VehicleNode(FlightNode):
                 self.link.pass_on(self.asked_to_end, self.give_up)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
+            elif (silent := self._setpoints.silent()) and self.guard.parameters.enabled:
+                self.give_up(silent)
             self.watch()
         elif now > self._leave_by:
             late = "recorder did not finish in time" if RECORDER in self.roles else "flight ended"

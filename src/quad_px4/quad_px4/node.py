@@ -19,7 +19,7 @@ from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
-from quad_node.vehicle_node import Command
+from quad_node.vehicle_guard import Command
 from quad_px4 import messages
 from quad_px4.autopilot import PROFILE, ControlMode, Status, autopilot
 from quad_px4.setpoints import Setpoints

@@ -1,0 +1,48 @@
+"""Real time without a commander: whether the setpoints between the controllers still come.
+
+The guard sees wrenches alone, and an attitude controller that has lost its setpoint goes on sending them: the vehicle
+stays level and drifts. Where a commander flies it decides (docs/safety.md); else the vehicle's owner gives up.
+"""
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from quad_core.cascade import COMMAND, STAGES
+from quad_core.cycle import seconds
+from quad_node.codec import head_of
+from quad_node.flight_node import FlightNode
+
+_STOOD_STILL = 0.2  # s between two looks, which are 0.05 s apart
+_PERIODS = 3.0  # of a slow controller that may pass all the same
+
+
+class SetpointWatch:
+    """When each setpoint came last, and which controller is silent."""
+
+    def __init__(self, node: FlightNode, period_of: Callable[[str], int]) -> None:
+        """Listen for ``node``; ``period_of`` gives the period of a role in plant steps."""
+        self._node, self._period_of = node, period_of
+        self._heard: dict[str, float] = {}
+        self._looked = 0.0
+        watched = () if node.lockstep or node.commanded else STAGES
+        self._stages = [stage for stage in watched if stage.role in node.roles and stage.gives != COMMAND]
+        for stage in self._stages:
+            node.subscribe(stage.gives, partial(self._on_setpoint, stage.gives), raw=True)
+
+    def silent(self) -> str:
+        """Return which controller is silent and since when, empty if none is; a setpoint is missed once it has come."""
+        now = time.monotonic()
+        slept, self._looked = now - self._looked, now
+        if slept > _STOOD_STILL:  # this process slept: what it missed is still to be read
+            self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
+        for stage in self._stages:
+            period = seconds(self._period_of(stage.role), self._node.flight.plant_period)
+            limit = max(self._node.flight.setpoint_timeout, _PERIODS * period)
+            if now - self._heard.get(stage.gives, now) > limit:
+                return f"{stage.role} does not answer: {stage.gives} older than {limit:g} s"
+        return ""
+
+    def _on_setpoint(self, topic: str, payload: bytes) -> None:
+        if not self._node.is_foreign(topic, head_of(payload)[1]):
+            self._heard[topic] = time.monotonic()
