@@ -35,12 +35,7 @@ class FlightParameters(NamedTuple):
     ] = 20.0
     setpoint_timeout: Annotated[
         float,
-        Real(
-            "s",
-            "real time without a commander: age of attitude_setpoint from which on the vehicle is landed",
-            0.02,
-            60.0,
-        ),
+        Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0),
     ] = 0.3
     realtime_priority: Annotated[
         int,
