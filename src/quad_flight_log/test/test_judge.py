@@ -242,16 +242,16 @@ def test_a_flown_path_with_numbers_that_are_none_is_read_and_refused(tmp_path):
 
 
 def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
-    took = message("quad_msgs/msg/GuardStatus", stamp=stamp(300), mode=1, since=300, reason_text="no good wrench")
-    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", took)])
+    what = {"stamp": stamp(300), "mode": 1, "since": 300, "reason_text": "no good wrench", "run_id": "test"}
+    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
     assert judgement(flight, FlightMetrics(), {}).text == (
         "Failed: the guard took over at step 300 (descend): no good wrench"
     )
 
 
 def test_a_mode_of_the_guard_that_there_is_not_is_named_by_its_number(tmp_path):
-    strange = message("quad_msgs/msg/GuardStatus", stamp=stamp(300), mode=200, since=300, reason_text="none")
-    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", strange)])
+    what = {"stamp": stamp(300), "mode": 200, "since": 300, "reason_text": "none", "run_id": "test"}
+    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
     assert faults(flight) == ["the guard took over at step 300 (mode 200): none"]
 
 

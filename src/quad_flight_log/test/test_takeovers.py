@@ -57,6 +57,17 @@ def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
     assert takeovers(Bag(rows)) == [Takeover(*one) for one in expected]
 
 
+def test_a_guard_that_names_no_run_or_another_is_nobody_s():
+    named = np.dtype([*GUARD.descr, ("run_id", "O")])
+    for run_id, expected in (("", []), ("theirs", []), ("ours", [("descend", 1525)])):
+        bag = Bag([PASSES, LOST])
+        bag.metadata["run_id"] = "ours"
+        bag.array = lambda topic, bag=bag, run_id=run_id: (
+            Bag.array(bag, topic) if topic == "truth" else np.array([(*PASSES, "ours"), (*LOST, run_id)], dtype=named)
+        )
+        assert [(one.mode, one.step) for one in takeovers(bag)] == expected
+
+
 def test_takeovers_are_put_into_words():
     assert described(takeovers(Bag([PASSES, LOST]))) == "the guard took over at step 1525 (descend): no good wrench"
     assert described([]) == ""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from quad_core.cascade import SHADOW, STAGE
 from quad_core.guard import MODES, PASS
+from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
 
 TOPIC = "flight/guard"
@@ -30,7 +31,8 @@ def takeovers(flight: Flight) -> list[Takeover]:
     table = flight.array(TOPIC) if flight.has(TOPIC) else None
     if table is None or not set(_FIELDS) <= set(table.dtype.names or ()):
         return []
-    rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in table]
+    said = _of_its_run(flight, table)
+    rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
     found: list[Takeover] = []
     last_ns = max([stamp for *_, stamp in rows] + _last_of_truth(flight), default=0)
     before = (PASS, "", 0)
@@ -66,7 +68,7 @@ def fliers(flight: Flight, role: str) -> list[Flier]:
     names = set() if table is None else set(table.dtype.names or ())
     if table is None or not {"role", "detail", "step"} <= names:
         return found
-    for row in table:
+    for row in _of_its_run(flight, table):
         node, step = str(row["role"]), int(row["step"])
         if node.removeprefix(SHADOW) != role:
             continue
@@ -102,6 +104,12 @@ def exchanges(flight: Flight) -> list[Exchange]:
         pairs = zip(each, ends, strict=False)
         found += [Exchange(role, one.why, one.step, begin, end) for (one, begin), end in pairs]
     return sorted(found, key=lambda one: one.step)
+
+
+def _of_its_run(flight: Flight, table: Table) -> Table:
+    """Return the messages of the flight's own run: one that names no run is nobody's. All where the flight has none."""
+    run_id = flight.metadata.get("run_id", "")
+    return table[table["run_id"] == run_id] if run_id and "run_id" in (table.dtype.names or ()) else table
 
 
 def _last_of_truth(flight: Flight) -> list[int]:
