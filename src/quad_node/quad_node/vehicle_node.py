@@ -53,7 +53,7 @@ class VehicleNode(FlightNode):
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
-        self._setpoints = SetpointWatch(self, self.handshake.period)
+        self.setpoint_watch = SetpointWatch(self, self.handshake.period)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -199,7 +199,7 @@ class VehicleNode(FlightNode):
                 self.link.pass_on(self.asked_to_end, self.give_up)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
-            elif (silent := self._setpoints.silent()) and self.guard.parameters.enabled:
+            elif (silent := self.setpoint_watch.silent()) and self.guard.parameters.enabled:
                 self.give_up(silent)
             self.watch()
         elif now > self._leave_by:

@@ -93,3 +93,11 @@ def test_where_another_decides_or_nobody_sends_it_nothing_is_watched(owner):
     watch = SetpointWatch(owner, lambda role: 5)
     assert not owner.callbacks
     assert watch.silent() == ""
+
+
+def test_an_owner_whose_time_waits_for_its_controllers_misses_nobody(clock):
+    owner = Owner()
+    watch = SetpointWatch(owner, lambda role: 5)
+    owner.said()
+    watch.rest()
+    assert after(watch, clock, 60.0) == ""

@@ -59,8 +59,8 @@ class JoinedPlant(Px4Bridge):
         """Make bridge, plant and sensors and open the port; raises as FlightNode, ParameterError if it cannot fly."""
         super().__init__(JOINED)
         self.hil = HilVehicle(self)
-        self._period_us = self.flight.plant_period // 1000
-        self.gate = Gate(self.settings.gate)
+        self.setpoint_watch.rest()  # the gate waits for them
+        self._period_us, self.gate = self.flight.plant_period // 1000, Gate(self.settings.gate)
         self._truth_out, self._disturbance_out = self.output("truth"), self.output("disturbance")
         self._announcer = Announcer(self, self.hil.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
