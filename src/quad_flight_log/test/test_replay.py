@@ -143,7 +143,7 @@ def exchanged(flown, directory, memory_step, fly_step, sent_step):
             sample.wrench.force.z, torque = answers[step].thrust, sample.wrench.torque
             torque.x, torque.y, torque.z = answers[step].torque_b
     for role, step, began in (("shadow_attitude_controller", 50, 0), ("attitude_controller", fly_step, memory_step)):
-        said = flight_samples.message("quad_msgs/msg/Takeover", role=role, step=step, memory_step=began)
+        said = flight_samples.message("quad_msgs/msg/Takeover", role=role, run_id="test", step=step, memory_step=began)
         messages.append(("/flight/takeover", said))
     return flight_samples.write_bag(directory / "bag", messages)
 
