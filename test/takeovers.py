@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from flying import children, stranger
+from flying import children, node_pids, stranger
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
@@ -18,6 +18,12 @@ STANDBY = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm", "--set"
 def words_of(pid):
     """Return the command line of a process."""
     return [word.decode() for word in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]]
+
+
+def run_id_of(flight):
+    """Return the run id that `fly` has given to its nodes."""
+    files = [word for word in words_of(node_pids(flight.pid)["simulator"]) if word.endswith(".yaml")]
+    return re.search(r"flight\.run_id: *\W?([\w-]+)", "".join(Path(name).read_text() for name in files))[1]
 
 
 def active_pid(fly_pid, role, shadow=False):

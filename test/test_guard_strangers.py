@@ -2,14 +2,13 @@
 
 import re
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from flying import PATIENT, finish, node_pids, start, stranger, wait_until, wait_until_flying
+from flying import PATIENT, finish, start, stranger, wait_until, wait_until_flying
 from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
-from takeovers import words_of
+from takeovers import run_id_of
 
 from quad_flight_log.bag.reader import open_flight
 from quad_msgs.msg import (
@@ -25,17 +24,12 @@ from quad_node.conversion import set_stamp
 from quad_node.handshake import run_number
 from quad_node.topics import TOPICS, latched, stream
 
-pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
+pytestmark = pytest.mark.flight
 
 SECONDS = 2.0
 
 
-def run_id_of(flight):
-    """Return the run id that `fly` has given to its nodes."""
-    files = [word for word in words_of(node_pids(flight.pid)["simulator"]) if word.endswith(".yaml")]
-    return re.search(r"flight\.run_id: *\W?([\w-]+)", "".join(Path(name).read_text() for name in files))[1]
-
-
+@pytest.mark.wall_clock
 def test_states_and_setpoints_of_another_run_that_look_good_change_nothing(tmp_path):
     """The vehicle 100 m away, a reference there, no thrust: before messages named their run all of it was obeyed."""
     out = tmp_path / "bag"
@@ -90,6 +84,7 @@ def wrench(thrust, stamp_ns):
     return message
 
 
+@pytest.mark.wall_clock
 def test_wrenches_and_plans_of_a_stranger_change_nothing(tmp_path):
     out = tmp_path / "bag"
     flight = start("hover", "--realtime", "--duration", "8", "--limits", "position_max=5", *PATIENT, "--out", out)
@@ -156,7 +151,10 @@ def absurd(topic, step, run):
     return message
 
 
-@pytest.mark.parametrize("clock", [("--realtime",), ()])
+CLOCKS = [pytest.param(("--realtime",), id="realtime", marks=pytest.mark.wall_clock), pytest.param((), id="lockstep")]
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
 def test_absurd_steps_and_numbers_of_a_stranger_change_nothing(tmp_path, clock):
     out = tmp_path / "bag"
     words = ("--duration", "8", "--limits", "position_max=5", *PATIENT, "--out", out)

@@ -217,10 +217,10 @@ class FlightNode(Member):
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
         deadline = time.monotonic() + patience
-        for publisher, needed, _ in self._out:
-            left = deadline - time.monotonic()
-            if needed and left > 0.0:
-                publisher.wait_for_all_acked(Duration(seconds=left))
+        # who hears first that this node has left drops what it has not read of it, the reason too
+        needed = [publisher for publisher, readers, _ in self._out if readers]
+        for publisher in (self._status_out, self._events_out, *needed):
+            publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""

@@ -1,0 +1,36 @@
+"""What a node says last reaches who reads slowly: it leaves only when they have it."""
+
+import os
+import signal
+import time
+
+import pytest
+from flying import alive, finish, node_pids, start, wait_until
+from takeovers import environment_of, run_id_of
+
+from quad_flight_log.bag.reader import open_flight
+from quad_node.watch import FlightWatch
+
+pytestmark = pytest.mark.flight
+
+
+def test_a_recorder_does_not_leave_before_the_simulator_has_read_that_the_bag_is_closed(tmp_path):
+    """Who had left first was dropped with what it said, in 5 of 293 flights on a busy machine: 20 s of waiting."""
+    out = tmp_path / "bag"
+    flight = start("hover", "--duration", "1", "--limits", "position_rmse=9", "--out", out)
+    wait_until(lambda: list(out.glob("*.part")), 60.0, "a recorder")
+    pids = node_pids(flight.pid)
+    domain = int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"])
+    watch = FlightWatch(run_id_of(flight), domain)
+    wait_until(lambda: (seen := watch.poll(0.01)) is not None and seen.over, 60.0, "the end of the flight")
+    watch.close()
+    os.kill(pids["simulator"], signal.SIGSTOP)
+    wait_until(lambda: (out / "metadata.yaml").exists(), 60.0, "a closed bag")
+    time.sleep(1.5)
+    waits = alive(pids["recorder"])
+    os.kill(pids["simulator"], signal.SIGCONT)
+    done = finish(flight)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "did not finish in time" not in done.stdout + done.stderr
+    assert waits
+    assert open_flight(out).metadata["outcome"] == "ended"
