@@ -4,7 +4,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from ros_imports import imports_ros
+from ros_imports import WHOLE_STACK, kinds_of
 from stalled_machine import NOT_JUDGED, StalledMachine, StallMeter
 
 # How long one example takes says nothing on a machine with other work.
@@ -15,7 +15,6 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("patient")
 
-WHOLE_STACK = Path(__file__).parent / "test"
 SKIPS = pytest.StashKey[dict[str, str]]()
 
 
@@ -39,12 +38,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def _mark_ros(items: list[pytest.Item]) -> None:
     """Mark modules that import ROS, and all whole-stack tests that do not say otherwise."""
-    uses_ros: dict[Path, bool] = {}
+    kinds: dict[Path, set[str]] = {}
     for item in items:
-        if item.path not in uses_ros:
-            uses_ros[item.path] = imports_ros(item.path.read_text(encoding="utf-8"))
-        in_stack = WHOLE_STACK in item.path.parents and item.get_closest_marker("unit") is None
-        if uses_ros[item.path] or in_stack:
+        if item.path not in kinds:
+            kinds[item.path] = kinds_of(item.path, item.path.read_text(encoding="utf-8"))
+        if "ros" in kinds[item.path] and not ("plain" in kinds[item.path] and item.get_closest_marker("unit")):
             item.add_marker("ros")
 
 
