@@ -11,7 +11,7 @@ from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
-DOMAIN = 58
+DOMAIN = 158  # none that flights choose for themselves
 
 
 def set_parameter(node_name, name, value):

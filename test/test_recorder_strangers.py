@@ -33,7 +33,7 @@ def payloads(kind):
 @pytest.mark.wall_clock
 def test_no_payload_costs_the_flight_or_its_bag(tmp_path):
     out = tmp_path / "bag"
-    flight = start("hover", "--realtime", "--duration", "6", "--limits", "position_max=5", *PATIENT, "--out", out)
+    flight = start("hover", "--realtime", "--duration", "4", "--limits", "position_max=5", *PATIENT, "--out", out)
     domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
     wait_until_flying(flight, out)
     with stranger(domain) as node:

@@ -195,7 +195,7 @@ def test_two_flights_at_once_are_two_lone_flights(tmp_path, lone_hash):
 
 def test_two_namespaces_in_one_domain_are_two_lone_flights(tmp_path, lone_hash):
     choices = {
-        name: (*HOVER, "--namespace", name, "--domain", "57", "--out", tmp_path / name) for name in ("uav1", "uav2")
+        name: (*HOVER, "--namespace", name, "--domain", "157", "--out", tmp_path / name) for name in ("uav1", "uav2")
     }
     flights = [start(*arguments) for arguments in choices.values()]
     for done in [finish(flight) for flight in flights]:
