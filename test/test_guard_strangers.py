@@ -27,6 +27,7 @@ from quad_node.topics import TOPICS, latched, stream
 pytestmark = pytest.mark.flight
 
 SECONDS = 2.0
+CLOCKS = [pytest.param(("--realtime",), id="realtime", marks=pytest.mark.wall_clock), pytest.param((), id="lockstep")]
 
 
 @pytest.mark.wall_clock
@@ -149,9 +150,6 @@ def absurd(topic, step, run):
     if hasattr(message, "next_step"):
         message.next_step = 2**64 - 1
     return message
-
-
-CLOCKS = [pytest.param(("--realtime",), id="realtime", marks=pytest.mark.wall_clock), pytest.param((), id="lockstep")]
 
 
 @pytest.mark.parametrize("clock", CLOCKS)

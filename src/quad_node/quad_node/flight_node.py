@@ -77,9 +77,8 @@ class FlightNode(Member):
         aside = self.shadow and topics.TOPICS[topic].step and not obeyed
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
         publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self._waited_for)))
-        if match:
-            readers = [*entry.hearers(self.roles), *self.standby_topics.get(entry.name, ())]
-            self._out.append((publisher, len(readers), ", ".join(readers)))
+        readers = [*entry.hearers(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
+        self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
     def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
@@ -218,8 +217,7 @@ class FlightNode(Member):
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
         deadline = time.monotonic() + patience
         # who hears first that this node has left drops what it has not read of it, the reason too
-        needed = [publisher for publisher, readers, _ in self._out if readers]
-        for publisher in (self._status_out, self._events_out, *needed):
+        for publisher, _, _ in self._out:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
     def missing_links(self) -> list[str]:
