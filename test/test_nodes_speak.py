@@ -12,7 +12,7 @@ from flying import executable, finish, fly, in_domain, start, wait_until
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
-from quad_node.middleware import OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
+from quad_node.middleware import NODE_IN_REAL_TIME, ONLOOKER, OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
 
 pytestmark = pytest.mark.flight
 
@@ -126,7 +126,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
     assert closed.startswith("seen only by shells of this user")
     settings = shell.pop(PROFILES)
     assert f"{PROFILES}={settings} " in closed
-    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, "fastdds_shm.xml")
+    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, ONLOOKER)
     for chosen, said, profiles in (
         ({RANGE: "LOCALHOST"}, "open to this machine", "fastdds_shm_udp.xml"),
         ({RANGE: "LOCALHOST", PROFILES: settings}, "open to this machine", "fastdds_shm_udp.xml"),
@@ -134,6 +134,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
         ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
         ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
         ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
+        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only by shells of this user", ONLOOKER),
         ({PROFILES: "x.xml"}, OPEN, "x.xml"),
         ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
         ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
@@ -142,3 +143,11 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
         assert close_unless_asked(shell).startswith(said), chosen
         assert Path(shell.pop(PROFILES, "")).name == profiles, chosen
         assert shell == {name: value for name, value in chosen.items() if name != PROFILES}
+
+
+def test_a_node_in_real_time_has_settings_of_its_own_and_names_those_that_see_it():
+    shell = {}
+    said = close_unless_asked(shell, NODE_IN_REAL_TIME)
+    assert said.startswith("seen only by shells on this machine")
+    assert Path(shell[PROFILES]).name == NODE_IN_REAL_TIME
+    assert f"{PROFILES}={shell[PROFILES].replace(NODE_IN_REAL_TIME, ONLOOKER)} " in said

@@ -15,6 +15,7 @@ from quad_core.parameters import ParameterError
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
 from quad_node.law_node import LawNode
+from quad_node.middleware import NODE_IN_LOCKSTEP, NODE_IN_REAL_TIME
 
 NAME = "one_process"
 FAILED = 1
@@ -41,8 +42,8 @@ def makers() -> list[Callable[[], FlightNode]]:
 def run(args: list[str]) -> int:
     """Run all nodes until each is done; returns the worst of their exit codes, 2 for a bad set-up."""
     try:
-        parameters.check_arguments(args)
-        seen_by = executor.init(args)
+        is_realtime = parameters.check_arguments(args)
+        seen_by = executor.init(args, NODE_IN_REAL_TIME if is_realtime else NODE_IN_LOCKSTEP)
     except ParameterError as error:
         return parameters.fail(NAME, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments

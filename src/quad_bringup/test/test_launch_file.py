@@ -133,7 +133,9 @@ def test_a_refused_node_ends_the_others(launch_file, code, ends):
 def test_a_flight_is_closed_unless_it_is_asked_to_be_seen(launch_file):
     set_, line = environment(whole(launch_file))
     assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": "SHM", "ROS_AUTOMATIC_DISCOVERY_RANGE": None}
-    assert re.search(r"TRANSPORTS=SHM FASTRTPS_DEFAULT_PROFILES_FILE=\S+/fastdds_shm\.xml ROS_DOMAIN_ID=0; unset", line)
+    assert re.search(
+        r"TRANSPORTS=SHM FASTRTPS_DEFAULT_PROFILES_FILE=\S+/fastdds_onlooker\.xml ROS_DOMAIN_ID=0; unset", line
+    )
     set_, line = environment(whole(launch_file, visible="true"))
     assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": None, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     assert "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=0" in line

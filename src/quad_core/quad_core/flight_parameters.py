@@ -39,7 +39,12 @@ class FlightParameters(NamedTuple):
     ] = 0.3
     realtime_priority: Annotated[
         int,
-        Whole("", "real time: SCHED_FIFO priority of plant and controllers if the system permits it; 0: none", 0, 99),
+        Whole(
+            "",
+            "real time: SCHED_FIFO priority of plant and controllers (recorder: 1) if the system permits it; 0: none",
+            0,
+            99,
+        ),
     ] = 40
     machine_code: Annotated[
         bool,

@@ -104,8 +104,9 @@ class FlightNode(Member):
 
     @property
     def priority(self) -> int:
-        """SCHED_FIFO priority of this process; 0 (default scheduling) in lockstep and for recorder and shadows."""
-        return 0 if self.lockstep or self.in_background else self.flight.realtime_priority
+        """SCHED_FIFO priority of this process: none (0) in lockstep, the lowest for recorder and shadows."""
+        own = self.flight.realtime_priority
+        return 0 if self.lockstep else min(own, 1) if self.in_background else own
 
     @property
     def in_background(self) -> bool:

@@ -9,8 +9,12 @@ RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 THEIR_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 # Settings of Fast DDS for what FASTDDS_BUILTIN_TRANSPORTS chooses; any other choice has those of fastdds.xml.
-_PROFILES = {"SHM": "fastdds_shm.xml", "": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
+_PROFILES = {"": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
 _ANY_PROFILE = "fastdds.xml"
+# Where SHM is chosen, by us or by the user: each meets the onlookers and its own kind (decision 109).
+NODE_IN_LOCKSTEP = "fastdds_shm.xml"
+NODE_IN_REAL_TIME = "fastdds_loopback.xml"
+ONLOOKER = "fastdds_onlooker.xml"
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 # Whoever has set one of these has chosen how the nodes find each other.
@@ -22,24 +26,25 @@ _LOCAL = ("LOCALHOST", "OFF", "1")
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
 
 
-def profiles(environment: Mapping[str, str]) -> str:
-    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses."""
+def profiles(environment: Mapping[str, str], closed: str = ONLOOKER) -> str:
+    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses; ``closed``: of a flight's."""
     transports = environment.get(TRANSPORTS, "")
     both = transports and environment.get(RANGE)  # the range brings back transports that were not chosen
-    name = _ANY_PROFILE if both else _PROFILES.get(transports, _ANY_PROFILE)
+    name = _ANY_PROFILE if both else {**_PROFILES, "SHM": closed}.get(transports, _ANY_PROFILE)
     return str(Path(__file__).resolve().with_name(name))
 
 
 def _is_ours(path: str) -> bool:
     """Return whether ``path`` names settings of ours, of this checkout or another."""
-    return Path(path).parent.name == "quad_node" and Path(path).name in {*_PROFILES.values(), _ANY_PROFILE}
+    closed = {NODE_IN_LOCKSTEP, NODE_IN_REAL_TIME, ONLOOKER}
+    return Path(path).parent.name == "quad_node" and Path(path).name in {*closed, *_PROFILES.values(), _ANY_PROFILE}
 
 
-def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> str:
-    """Choose shared memory alone where nothing is chosen, before rclpy starts; returns who can see the node.
+def close_unless_asked(environment: MutableMapping[str, str] = os.environ, closed: str = ONLOOKER) -> str:
+    """Choose this machine alone where nothing is chosen, before rclpy starts; returns who can see the node.
 
-    Settings of Fast DDS are ours unless the user names some.
-    The line begins with ``OPEN`` where others than this user's processes on this machine may join.
+    Settings of Fast DDS are ours unless the user names some: ``closed``, unless he has opened the flight.
+    The line begins with ``OPEN`` where others than processes of this machine may join.
     """
     rmw = environment.get(RMW) or FAST_DDS
     if rmw != FAST_DDS:
@@ -51,11 +56,12 @@ def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> st
         environment[TRANSPORTS] = "SHM"
         chosen = [TRANSPORTS]
     if not {PROFILES, THEIR_PROFILES} & set(chosen):
-        environment[PROFILES] = profiles(environment)
+        environment[PROFILES] = profiles(environment, closed)
     domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
     if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
-        settings = f"{TRANSPORTS}=SHM {PROFILES}={environment[PROFILES]}"
-        return f"seen only by shells of this user with: export {settings} {domain}; unset {RANGE}"
+        settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles(environment)}"
+        whose = "on this machine" if closed == NODE_IN_REAL_TIME else "of this user"
+        return f"seen only by shells {whose} with: export {settings} {domain}; unset {RANGE}"
     if set(chosen) <= {RANGE, "ROS_LOCALHOST_ONLY"} and all(environment[name] in _LOCAL for name in chosen):
         return f"open to this machine: seen by shells with: export {RANGE}=LOCALHOST {domain}; unset {TRANSPORTS}"
     return f"{OPEN}: {', '.join(f'{name}={environment[name]}' for name in chosen)}"

@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_node import executor, main
+from quad_node.middleware import NODE_IN_LOCKSTEP, NODE_IN_REAL_TIME, ONLOOKER
 
 
 @pytest.fixture
@@ -119,14 +120,22 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("transports", "used"), [("SHM", ["SHM"]), ("DEFAULT", ["UDPv4", "SHM"]), ("UDPv4", []), ("/theirs.xml", None)]
+    ("transports", "closed", "used"),
+    [
+        ("SHM", ONLOOKER, ["UDPv4", "SHM"]),
+        ("SHM", NODE_IN_LOCKSTEP, ["SHM"]),
+        ("SHM", NODE_IN_REAL_TIME, ["UDPv4"]),
+        ("DEFAULT", NODE_IN_REAL_TIME, ["UDPv4", "SHM"]),
+        ("UDPv4", NODE_IN_REAL_TIME, []),
+        ("/theirs.xml", NODE_IN_REAL_TIME, None),
+    ],
 )
-def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, used):
+def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, closed, used):
     monkeypatch.setattr(rclpy, "init", lambda **_: None)
     name, chosen = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"
     monkeypatch.setenv(name, transports if used is None else "")
     monkeypatch.setenv(chosen, "SHM" if used is None else transports)
-    executor.init([])
+    executor.init([], closed)
     if used is None:
         assert os.environ[name] == transports
         return
@@ -137,6 +146,8 @@ def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transp
     assert [int(part.text) for part in period] == [0, 100_000_000]
     described = tree.findall(f".//{space}transport_descriptor")
     assert [each.find(f"{space}type").text for each in described] == used
+    addresses = [address.text for address in tree.iter(f"{space}address")]
+    assert addresses == ["127.0.0.1"] * (transports == "SHM" and "UDPv4" in used)
     waits = [int(each.find(f"{space}healthy_check_timeout_ms").text) for each in described if "SHM" in each[1].text]
     assert waits == [3_600_000] * ("SHM" in used)
 

@@ -1,0 +1,70 @@
+"""In real time nobody shares a lock with anybody: who dies with one in his hands would stop those who fly on."""
+
+import os
+import re
+import socket
+from pathlib import Path
+
+import pytest
+from flying import finish, start, wait_until, wait_until_flying
+from takeovers import STANDBY, environment_of, run_id_of
+
+from quad_flight_log.bag.reader import open_flight
+from quad_node.watch import FlightWatch
+
+pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
+
+QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
+LOOPBACK, GROUP = "127.0.0.1", "239.255.0.1"  # the group of DDS's discovery
+
+
+def udp_addresses(pid):
+    """Return the addresses, with ports, to which the UDP sockets of a process are bound."""
+    held = {str(path.readlink()) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
+    rows = [line.split() for line in Path(f"/proc/{pid}/net/udp").read_text().splitlines()[1:]]
+    mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in held]
+    return [(socket.inet_ntoa(bytes.fromhex(where)[::-1]), int(port, 16)) for where, port in mine]
+
+
+def test_a_flight_in_real_time_has_no_queue_and_listens_on_the_loopback_interface_alone(tmp_path):
+    out = tmp_path / "bag"
+    process = start("hover", "--realtime", "--duration", "3", "--limits", "position_max=5", *STANDBY, "--out", out)
+    pids = wait_until_flying(process, out)
+    for name, pid in pids.items():
+        assert not QUEUE.search(Path(f"/proc/{pid}/maps").read_text()), name
+        assert {where for where, _ in udp_addresses(pid)} == {LOOPBACK, GROUP}, name
+    done = finish(process)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_random_datagrams_on_every_port_of_a_flight_change_nothing(tmp_path):
+    out = tmp_path / "bag"
+    process = start("hover", "--realtime", "--duration", "5", "--limits", "position_max=0.1", "--out", out)
+    pids = wait_until_flying(process, out)
+    ports = sorted({port for pid in pids.values() for where, port in udp_addresses(pid) if where == LOOPBACK})
+    assert len(ports) >= 2 * len(pids)
+    watch = FlightWatch(run_id_of(process), int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"]))
+    begun = wait_for_step(watch, 0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for _ in range(200):
+            for port in ports:
+                # every second one begins as a message of RTPS does
+                noise = os.urandom(120)
+                sender.sendto(noise, (LOOPBACK, port))
+                sender.sendto(b"RTPS\x02\x03" + noise, (LOOPBACK, port))
+    wait_for_step(watch, begun + 500)
+    watch.close()
+    done = finish(process)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert int(open_flight(out).metadata.get("dropped", "-1")) == 0
+
+
+def wait_for_step(watch, step):
+    """Return the first step after ``step`` that the flight says it has flown."""
+    found = []
+    wait_until(
+        lambda: (state := watch.poll(0.1)) and state.step > step and not found.append(state.step),
+        20.0,
+        f"a step after {step}",
+    )
+    return found[0]
