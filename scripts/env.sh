@@ -32,12 +32,12 @@ if [[ ":${AMENT_PREFIX_PATH:-}:" != *":$QUAD_AMENT_PREFIX_PATH:"* ]]; then
 fi
 if [[ ":$PATH:" != *":$VIRTUAL_ENV/bin:"* ]]; then export PATH=$VIRTUAL_ENV/bin:$PATH; fi
 export RMW_IMPLEMENTATION=${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}
-# This machine only: a shell meets flights in lockstep through shared memory, those in real time on the loopback interface.
+# This machine only: shared memory, and UDP on the loopback interface, where flights in real time are met.
 export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-SHM}
 if [[ $FASTDDS_BUILTIN_TRANSPORTS == SHM ]]; then
     unset ROS_AUTOMATIC_DISCOVERY_RANGE
     # With the settings of Fast DDS alone, a shell that looks on may stop a flight for 0.33 s.
-    _quad_profiles=$_quad_root/src/quad_node/quad_node/fastdds_onlooker.xml
+    _quad_profiles=$_quad_root/src/quad_node/quad_node/fastdds_local.xml
     export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$_quad_profiles}
     unset _quad_profiles
 fi

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 from flying import executable, finish, fly, in_domain, start, wait_until
+from sockets import GROUP, LOOPBACK, udp_addresses
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
-from quad_node.middleware import NODE_IN_REAL_TIME, ONLOOKER, OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
+from quad_node.middleware import IN_REAL_TIME, LOCAL, OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
 
 pytestmark = pytest.mark.flight
 
@@ -41,18 +42,6 @@ def texts(lines):
     return [text for _, _, text in lines]
 
 
-def udp_sockets(pid):
-    """Return the inodes of the UDP sockets that a process holds."""
-    known = {
-        line.split()[9]
-        for table in ("udp", "udp6")
-        if Path(f"/proc/{pid}/net/{table}").exists()
-        for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]
-    }
-    held = {str(path.readlink()) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
-    return {inode for inode in known if f"socket:[{inode}]" in held}
-
-
 WAITS = {
     "simulator": ["wrench_setpoint of attitude_controller", "flight/nodes READY of recorder"],
     "trajectory": ["state of simulator", "a reader of /reference (position_controller, recorder)"],
@@ -62,15 +51,17 @@ WAITS = {
 
 
 @pytest.mark.parametrize("role", WAITS)
-def test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_opens_no_socket(role, tmp_path):
+def test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_listens_on_this_machine_alone(role, tmp_path):
     with alone(role, tmp_path) as (process, said):
         wait_until(lambda: any("waiting for" in text for text in texts(said())), 30.0, f"{role} says what it waits for")
-        assert udp_sockets(process.pid) == set()
+        assert {where for where, _ in udp_addresses(process.pid)} == {LOOPBACK, GROUP}
         time.sleep(3.0)
         started = [text for text in texts(said()) if text.startswith("starting: ")]
         waiting = [text for text in texts(said()) if text.startswith("waiting for ")]
     assert len(started) == 1
-    assert started[0].startswith(f"starting: {role}, run not named, lockstep; seen only by shells of this user with: ")
+    assert started[0].startswith(
+        f"starting: {role}, run not named, lockstep; seen only on this machine by shells with: "
+    )
     assert len(waiting) == 1
     for part in WAITS[role]:
         assert part in waiting[0]
@@ -82,7 +73,7 @@ def test_a_node_in_an_open_shell_says_so(tmp_path):
         wait_until(lambda: texts(said()), 30.0, "a line")
         assert OPEN in texts(said())[0]
         assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in texts(said())[0]
-        wait_until(lambda: udp_sockets(process.pid), 10.0, "sockets, as asked")
+        wait_until(lambda: "0.0.0.0" in dict(udp_addresses(process.pid)), 10.0, "sockets for all, as asked")
 
 
 def test_every_node_of_a_flight_says_its_lines_once_and_fly_does_not_repeat_them(tmp_path):
@@ -123,10 +114,10 @@ def test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics(tmp_path
 def test_what_is_chosen_holds_and_what_is_not_is_closed():
     shell = {}
     closed = close_unless_asked(shell)
-    assert closed.startswith("seen only by shells of this user")
+    assert closed.startswith("seen only on this machine by shells")
     settings = shell.pop(PROFILES)
     assert f"{PROFILES}={settings} " in closed
-    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, ONLOOKER)
+    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, LOCAL)
     for chosen, said, profiles in (
         ({RANGE: "LOCALHOST"}, "open to this machine", "fastdds_shm_udp.xml"),
         ({RANGE: "LOCALHOST", PROFILES: settings}, "open to this machine", "fastdds_shm_udp.xml"),
@@ -134,7 +125,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
         ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
         ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
         ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only by shells of this user", ONLOOKER),
+        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine by shells", LOCAL),
         ({PROFILES: "x.xml"}, OPEN, "x.xml"),
         ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
         ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
@@ -147,7 +138,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
 
 def test_a_node_in_real_time_has_settings_of_its_own_and_names_those_that_see_it():
     shell = {}
-    said = close_unless_asked(shell, NODE_IN_REAL_TIME)
-    assert said.startswith("seen only by shells on this machine")
-    assert Path(shell[PROFILES]).name == NODE_IN_REAL_TIME
-    assert f"{PROFILES}={shell[PROFILES].replace(NODE_IN_REAL_TIME, ONLOOKER)} " in said
+    said = close_unless_asked(shell, IN_REAL_TIME)
+    assert said.startswith("seen only on this machine by shells")
+    assert Path(shell[PROFILES]).name == IN_REAL_TIME
+    assert f"{PROFILES}={shell[PROFILES].replace(IN_REAL_TIME, LOCAL)} " in said

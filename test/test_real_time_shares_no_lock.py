@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from flying import finish, start, wait_until, wait_until_flying
+from sockets import GROUP, LOOPBACK, udp_addresses
 from takeovers import STANDBY, environment_of, run_id_of
 
 from quad_flight_log.bag.reader import open_flight
@@ -15,15 +16,6 @@ from quad_node.watch import FlightWatch
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
 QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
-LOOPBACK, GROUP = "127.0.0.1", "239.255.0.1"  # the group of DDS's discovery
-
-
-def udp_addresses(pid):
-    """Return the addresses, with ports, to which the UDP sockets of a process are bound."""
-    held = {str(path.readlink()) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
-    rows = [line.split() for line in Path(f"/proc/{pid}/net/udp").read_text().splitlines()[1:]]
-    mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in held]
-    return [(socket.inet_ntoa(bytes.fromhex(where)[::-1]), int(port, 16)) for where, port in mine]
 
 
 def test_a_flight_in_real_time_has_no_queue_and_listens_on_the_loopback_interface_alone(tmp_path):

@@ -112,7 +112,7 @@ def _is_free(lock: Path) -> bool:
 
 
 def _lock_folder() -> Path:
-    """Return a folder of this user alone. Flights of another user cannot join ours: shared memory is per user."""
+    """Return a folder of this user alone. Flights of another user avoid the domains in which ours have ports."""
     runtime = _RUNTIME / str(os.geteuid())
     return private_folder(runtime / "quad" if runtime.is_dir() else Path(tempfile.gettempdir(), f"quad-{os.geteuid()}"))
 

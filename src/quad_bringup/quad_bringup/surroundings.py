@@ -94,7 +94,7 @@ def shortened(names: list[str]) -> str:
 
 
 def may_hold_others(domain: int) -> bool:
-    """Return whether looking costs its time: over shared memory alone, nobody is where no port is."""
+    """Return whether looking is worth its time: on this machine alone nobody is where no port is."""
     return os.environ.get(TRANSPORTS, "") != "SHM" or domain in occupied()
 
 

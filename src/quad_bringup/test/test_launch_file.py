@@ -134,7 +134,7 @@ def test_a_flight_is_closed_unless_it_is_asked_to_be_seen(launch_file):
     set_, line = environment(whole(launch_file))
     assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": "SHM", "ROS_AUTOMATIC_DISCOVERY_RANGE": None}
     assert re.search(
-        r"TRANSPORTS=SHM FASTRTPS_DEFAULT_PROFILES_FILE=\S+/fastdds_onlooker\.xml ROS_DOMAIN_ID=0; unset", line
+        r"TRANSPORTS=SHM FASTRTPS_DEFAULT_PROFILES_FILE=\S+/fastdds_local\.xml ROS_DOMAIN_ID=0; unset", line
     )
     set_, line = environment(whole(launch_file, visible="true"))
     assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": None, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}

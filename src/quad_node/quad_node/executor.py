@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from quad_node.middleware import ONLOOKER, close_unless_asked
+from quad_node.middleware import LOCAL, close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
 SPIN_TIMEOUT = 86_400.0
@@ -41,7 +41,7 @@ def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
         executor.remove_node(node)
 
 
-def init(args: list[str], closed: str = ONLOOKER) -> str:
+def init(args: list[str], closed: str = LOCAL) -> str:
     """Initialise rclpy without its own signal handlers, so that a node can still publish after SIGINT.
 
     Closed unless the user has chosen otherwise, with the settings ``closed`` of Fast DDS; returns who sees the nodes.

@@ -11,10 +11,9 @@ THEIR_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 # Settings of Fast DDS for what FASTDDS_BUILTIN_TRANSPORTS chooses; any other choice has those of fastdds.xml.
 _PROFILES = {"": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
 _ANY_PROFILE = "fastdds.xml"
-# Where SHM is chosen, by us or by the user: each meets the onlookers and its own kind (decision 109).
-NODE_IN_LOCKSTEP = "fastdds_shm.xml"
-NODE_IN_REAL_TIME = "fastdds_loopback.xml"
-ONLOOKER = "fastdds_onlooker.xml"
+# Where SHM is chosen, by us or by the user; who flies in real time has the second one (decision 109).
+LOCAL = "fastdds_local.xml"
+IN_REAL_TIME = "fastdds_loopback.xml"
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 # Whoever has set one of these has chosen how the nodes find each other.
@@ -26,7 +25,7 @@ _LOCAL = ("LOCALHOST", "OFF", "1")
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
 
 
-def profiles(environment: Mapping[str, str], closed: str = ONLOOKER) -> str:
+def profiles(environment: Mapping[str, str], closed: str = LOCAL) -> str:
     """Return the path of our settings of Fast DDS that fit what ``environment`` chooses; ``closed``: of a flight's."""
     transports = environment.get(TRANSPORTS, "")
     both = transports and environment.get(RANGE)  # the range brings back transports that were not chosen
@@ -36,11 +35,11 @@ def profiles(environment: Mapping[str, str], closed: str = ONLOOKER) -> str:
 
 def _is_ours(path: str) -> bool:
     """Return whether ``path`` names settings of ours, of this checkout or another."""
-    closed = {NODE_IN_LOCKSTEP, NODE_IN_REAL_TIME, ONLOOKER}
-    return Path(path).parent.name == "quad_node" and Path(path).name in {*closed, *_PROFILES.values(), _ANY_PROFILE}
+    ours = {LOCAL, IN_REAL_TIME, *_PROFILES.values(), _ANY_PROFILE}
+    return Path(path).parent.name == "quad_node" and Path(path).name in ours
 
 
-def close_unless_asked(environment: MutableMapping[str, str] = os.environ, closed: str = ONLOOKER) -> str:
+def close_unless_asked(environment: MutableMapping[str, str] = os.environ, closed: str = LOCAL) -> str:
     """Choose this machine alone where nothing is chosen, before rclpy starts; returns who can see the node.
 
     Settings of Fast DDS are ours unless the user names some: ``closed``, unless he has opened the flight.
@@ -60,8 +59,7 @@ def close_unless_asked(environment: MutableMapping[str, str] = os.environ, close
     domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
     if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
         settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles(environment)}"
-        whose = "on this machine" if closed == NODE_IN_REAL_TIME else "of this user"
-        return f"seen only by shells {whose} with: export {settings} {domain}; unset {RANGE}"
+        return f"seen only on this machine by shells with: export {settings} {domain}; unset {RANGE}"
     if set(chosen) <= {RANGE, "ROS_LOCALHOST_ONLY"} and all(environment[name] in _LOCAL for name in chosen):
         return f"open to this machine: seen by shells with: export {RANGE}=LOCALHOST {domain}; unset {TRANSPORTS}"
     return f"{OPEN}: {', '.join(f'{name}={environment[name]}' for name in chosen)}"

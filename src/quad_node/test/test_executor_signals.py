@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_node import executor, main
-from quad_node.middleware import NODE_IN_LOCKSTEP, NODE_IN_REAL_TIME, ONLOOKER
+from quad_node.middleware import IN_REAL_TIME, LOCAL
 
 
 @pytest.fixture
@@ -122,12 +122,11 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
 @pytest.mark.parametrize(
     ("transports", "closed", "used"),
     [
-        ("SHM", ONLOOKER, ["UDPv4", "SHM"]),
-        ("SHM", NODE_IN_LOCKSTEP, ["SHM"]),
-        ("SHM", NODE_IN_REAL_TIME, ["UDPv4"]),
-        ("DEFAULT", NODE_IN_REAL_TIME, ["UDPv4", "SHM"]),
-        ("UDPv4", NODE_IN_REAL_TIME, []),
-        ("/theirs.xml", NODE_IN_REAL_TIME, None),
+        ("SHM", LOCAL, ["UDPv4", "SHM"]),
+        ("SHM", IN_REAL_TIME, ["UDPv4"]),
+        ("DEFAULT", IN_REAL_TIME, ["UDPv4", "SHM"]),
+        ("UDPv4", IN_REAL_TIME, []),
+        ("/theirs.xml", IN_REAL_TIME, None),
     ],
 )
 def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, closed, used):
