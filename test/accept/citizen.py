@@ -242,7 +242,7 @@ by_tests("check_plant and a vehicle that repeats no state, and 25 other broken o
 by_tests(
     "a node run by hand",
     "mute",
-    f"{SPEAK}::test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_opens_no_socket",
+    f"{SPEAK}::test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_listens_on_this_machine_alone",
 )
 by_tests(
     "ros2 run without scripts/env.sh",
