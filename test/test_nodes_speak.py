@@ -59,9 +59,7 @@ def test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_listens_on_this_
         started = [text for text in texts(said()) if text.startswith("starting: ")]
         waiting = [text for text in texts(said()) if text.startswith("waiting for ")]
     assert len(started) == 1
-    assert started[0].startswith(
-        f"starting: {role}, run not named, lockstep; seen only on this machine by shells with: "
-    )
+    assert started[0].startswith(f"starting: {role}, run not named, lockstep; seen only on this machine: ")
     assert len(waiting) == 1
     for part in WAITS[role]:
         assert part in waiting[0]
@@ -114,7 +112,7 @@ def test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics(tmp_path
 def test_what_is_chosen_holds_and_what_is_not_is_closed():
     shell = {}
     closed = close_unless_asked(shell)
-    assert closed.startswith("seen only on this machine by shells")
+    assert closed.startswith("seen only on this machine")
     settings = shell.pop(PROFILES)
     assert f"{PROFILES}={settings} " in closed
     assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, LOCAL)
@@ -125,7 +123,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
         ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
         ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
         ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine by shells", LOCAL),
+        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine", LOCAL),
         ({PROFILES: "x.xml"}, OPEN, "x.xml"),
         ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
         ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
@@ -139,6 +137,6 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
 def test_a_node_in_real_time_has_settings_of_its_own_and_names_those_that_see_it():
     shell = {}
     said = close_unless_asked(shell, IN_REAL_TIME)
-    assert said.startswith("seen only on this machine by shells")
+    assert said.startswith("seen only on this machine")
     assert Path(shell[PROFILES]).name == IN_REAL_TIME
     assert f"{PROFILES}={shell[PROFILES].replace(IN_REAL_TIME, LOCAL)} " in said

@@ -103,7 +103,7 @@ def middleware(visible: bool) -> list[Any]:
         line = f"WARNING: {TRANSPORTS}={os.environ[TRANSPORTS]}: this flight may be open to other hosts and users"
         return [LogInfo(msg=line)]
     settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles({TRANSPORTS: 'SHM'})}"
-    line = f"seen only on this machine by shells with: export {settings} {domain}; unset {RANGE}"
+    line = f"seen only on this machine: export {settings} {domain}; unset {RANGE}"
     return [SetEnvironmentVariable(TRANSPORTS, "SHM"), UnsetEnvironmentVariable(RANGE), LogInfo(msg=line)]
 
 

@@ -201,7 +201,7 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--visible",
         action="store_true",
-        help="let every shell of this machine see the nodes (default: only shells that sourced scripts/env.sh)",
+        help="talk as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST has it, for shells that meet nobody else",
     )
     parser.add_argument("--domain", type=int, metavar="N", help="ROS domain (default: one that no other flight uses)")
 

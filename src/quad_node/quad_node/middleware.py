@@ -59,7 +59,7 @@ def close_unless_asked(environment: MutableMapping[str, str] = os.environ, close
     domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
     if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
         settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles(environment)}"
-        return f"seen only on this machine by shells with: export {settings} {domain}; unset {RANGE}"
+        return f"seen only on this machine: export {settings} {domain}; unset {RANGE}"
     if set(chosen) <= {RANGE, "ROS_LOCALHOST_ONLY"} and all(environment[name] in _LOCAL for name in chosen):
         return f"open to this machine: seen by shells with: export {RANGE}=LOCALHOST {domain}; unset {TRANSPORTS}"
     return f"{OPEN}: {', '.join(f'{name}={environment[name]}' for name in chosen)}"
