@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from flying import ROOT, finish
@@ -40,6 +41,17 @@ def test_ctrl_c_in_the_first_seconds(tmp_path, delay, whole_group):
     assert left_behind(tmp_path) == []
     bag = tmp_path / "bag"
     assert not bag.exists() or list(bag.glob("*.mcap")), list(bag.iterdir())
+
+
+def test_ctrl_c_while_the_script_becomes_the_program(tmp_path):
+    """The shell gives up what it does about a signal before the program has its own."""
+    flight = begin(tmp_path, "--duration", "60")
+    words = Path(f"/proc/{flight.pid}/cmdline")
+    while b"/lib/quad_bringup/fly" not in words.read_bytes():
+        assert flight.poll() is None
+    flight.send_signal(signal.SIGINT)
+    done = finish(flight)
+    assert (done.returncode, done.stderr) == (1, "fly: interrupted by SIGINT before the flight\n")
 
 
 def test_signals_that_come_again_change_nothing(tmp_path):

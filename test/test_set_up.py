@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -76,6 +77,31 @@ def test_env_refuses_a_shell_with_another_checkout_s_environment(checkout, other
     assert "code 2, none" in said
     assert f"another checkout ({other})" in said
     assert seconds < QUICK
+
+
+def test_ctrl_c_ends_a_set_up_that_a_flight_began(checkout, tmp_path):
+    """For scripts/fly signals wait, but not for minutes."""
+    python = tmp_path / "python"
+    python.write_text(
+        f"""#!/bin/sh
+case "$*" in
+    -m\\ venv*) : >{tmp_path}/began; exec sleep 60 ;;
+    *sys.executable\\)*) echo "$0" ;;
+    *) exec {sys.executable} "$@" ;;
+esac
+""",
+        encoding="utf-8",
+    )
+    python.chmod(0o755)
+    environment = {"PATH": os.environ["PATH"], "HOME": os.environ["HOME"], "PYTHON": str(python)}
+    flight = subprocess.Popen(
+        [checkout / "scripts/fly"], stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True
+    )
+    while not (tmp_path / "began").exists():
+        assert flight.poll() is None, flight.communicate()
+    os.killpg(flight.pid, signal.SIGINT)
+    _, said = flight.communicate(timeout=10)
+    assert (flight.returncode, said.splitlines()[-1]) == (1, "fly: interrupted before the flight")
 
 
 def test_a_copied_environment_is_told_from_one_made_here(checkout, tmp_path):
