@@ -11,13 +11,13 @@ from pathlib import Path
 
 from quad_core.ownership import check_file, private_folder
 from quad_core.parameters import ParameterError
+from quad_node import ports
 
 # Above 101 the ports of the default transport may collide with ephemeral ones; 0 is where everybody else is.
 DOMAINS = range(1, 102)
 LAST_DOMAIN = 232  # the middleware crashes beyond
 _SHARED_MEMORY = Path("/dev/shm")
 _UDP_SOCKETS = Path("/proc/net/udp")
-_FIRST_PORT, _PORTS = 7400, 250  # of domain 0, and how many each has
 _RUNTIME = Path("/run/user")  # also of shells where XDG_RUNTIME_DIR is not set: all must find the same locks
 
 
@@ -65,10 +65,10 @@ def _candidates() -> list[int]:
 def occupied() -> set[int]:
     """Return the domains in which Fast DDS has (or left) ports in shared memory, or somebody has those of UDP."""
     named = (re.match(r"fast(?:rtps|dds)_port(\d+)", path.name) for path in _SHARED_MEMORY.glob("fast*_port*"))
-    ports = [int(port[1]) for port in named if port]
+    found = [int(port[1]) for port in named if port]
     with suppress(OSError):  # a system without it
-        ports += [int(line.split()[1].rpartition(":")[2], 16) for line in _UDP_SOCKETS.read_text().splitlines()[1:]]
-    return {(port - _FIRST_PORT) // _PORTS for port in ports if port >= _FIRST_PORT}
+        found += [int(line.split()[1].rpartition(":")[2], 16) for line in _UDP_SOCKETS.read_text().splitlines()[1:]]
+    return {domain for port in found if (domain := ports.domain_of(port)) is not None}
 
 
 def remove_abandoned_ports(domain: int) -> None:
@@ -81,7 +81,7 @@ def remove_abandoned_ports(domain: int) -> None:
         port = re.fullmatch(r"fastrtps_port(\d+)", path.name)
         locks = [path.with_name(path.name + suffix) for suffix in ("_el", "_sl")]
         if port:
-            abandoned = (int(port[1]) - _FIRST_PORT) // _PORTS == domain and not any(map(_is_held, locks))
+            abandoned = ports.domain_of(int(port[1])) == domain and not any(map(_is_held, locks))
         else:
             # a segment appears after its lock was taken, so a free lock beside one is that of a dead process
             abandoned = bool(re.fullmatch(r"fastrtps_[0-9a-f]+", path.name)) and _is_free(locks[0])

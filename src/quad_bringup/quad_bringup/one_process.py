@@ -15,7 +15,6 @@ from quad_core.parameters import ParameterError
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
 from quad_node.law_node import LawNode
-from quad_node.middleware import IN_REAL_TIME, LOCAL
 
 NAME = "one_process"
 FAILED = 1
@@ -42,8 +41,7 @@ def makers() -> list[Callable[[], FlightNode]]:
 def run(args: list[str]) -> int:
     """Run all nodes until each is done; returns the worst of their exit codes, 2 for a bad set-up."""
     try:
-        is_realtime = parameters.check_arguments(args)
-        seen_by = executor.init(args, IN_REAL_TIME if is_realtime else LOCAL)
+        seen_by = executor.init(args, parameters.check_arguments(args))
     except ParameterError as error:
         return parameters.fail(NAME, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments

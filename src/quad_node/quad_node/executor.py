@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from quad_node.middleware import LOCAL, close_unless_asked
+from quad_node.middleware import close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
 SPIN_TIMEOUT = 86_400.0
@@ -41,12 +41,12 @@ def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
         executor.remove_node(node)
 
 
-def init(args: list[str], closed: str = LOCAL) -> str:
+def init(args: list[str], is_realtime: bool = False) -> str:
     """Initialise rclpy without its own signal handlers, so that a node can still publish after SIGINT.
 
-    Closed unless the user has chosen otherwise, with the settings ``closed`` of Fast DDS; returns who sees the nodes.
+    Closed unless the user has chosen otherwise; ``is_realtime``: of these nodes' flight. Returns who sees the nodes.
     """
-    seen_by = close_unless_asked(closed=closed)
+    seen_by = close_unless_asked(is_realtime=is_realtime)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     return seen_by
 

@@ -14,7 +14,6 @@ from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fie
 from quad_core.vehicle import Vehicle
 from quad_node import departure, executor, parameters, scheduling
 from quad_node.flight_node import FlightNode
-from quad_node.middleware import IN_REAL_TIME, LOCAL
 
 # How long, in s, a node may take to see that its last messages arrived.
 _INTERRUPTED, _ENDED = 0.5, 5.0
@@ -27,8 +26,7 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
         print(help_text(role, summary))
         return 0
     try:
-        is_realtime = parameters.check_arguments(given)
-        seen_by = executor.init(given, IN_REAL_TIME if is_realtime else LOCAL)
+        seen_by = executor.init(given, parameters.check_arguments(given))
     except ParameterError as error:
         return parameters.fail(role, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments

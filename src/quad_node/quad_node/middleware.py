@@ -12,8 +12,7 @@ THEIR_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 _PROFILES = {"": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
 _ANY_PROFILE = "fastdds.xml"
 # Where SHM is chosen, by us or by the user; who flies in real time has the second one (decision 109).
-LOCAL = "fastdds_local.xml"
-IN_REAL_TIME = "fastdds_loopback.xml"
+_CLOSED = {False: "fastdds_local.xml", True: "fastdds_loopback.xml"}
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 # Whoever has set one of these has chosen how the nodes find each other.
@@ -25,24 +24,24 @@ _LOCAL = ("LOCALHOST", "OFF", "1")
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
 
 
-def profiles(environment: Mapping[str, str], closed: str = LOCAL) -> str:
-    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses; ``closed``: of a flight's."""
+def profiles(environment: Mapping[str, str], is_realtime: bool = False) -> str:
+    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses."""
     transports = environment.get(TRANSPORTS, "")
     both = transports and environment.get(RANGE)  # the range brings back transports that were not chosen
-    name = _ANY_PROFILE if both else {**_PROFILES, "SHM": closed}.get(transports, _ANY_PROFILE)
+    name = _ANY_PROFILE if both else {**_PROFILES, "SHM": _CLOSED[is_realtime]}.get(transports, _ANY_PROFILE)
     return str(Path(__file__).resolve().with_name(name))
 
 
 def _is_ours(path: str) -> bool:
     """Return whether ``path`` names settings of ours, of this checkout or another."""
-    ours = {LOCAL, IN_REAL_TIME, *_PROFILES.values(), _ANY_PROFILE}
+    ours = {*_CLOSED.values(), *_PROFILES.values(), _ANY_PROFILE}
     return Path(path).parent.name == "quad_node" and Path(path).name in ours
 
 
-def close_unless_asked(environment: MutableMapping[str, str] = os.environ, closed: str = LOCAL) -> str:
+def close_unless_asked(environment: MutableMapping[str, str] = os.environ, is_realtime: bool = False) -> str:
     """Choose this machine alone where nothing is chosen, before rclpy starts; returns who can see the node.
 
-    Settings of Fast DDS are ours unless the user names some: ``closed``, unless he has opened the flight.
+    Settings of Fast DDS are ours unless the user names some; ``is_realtime``: those of who flies in real time.
     The line begins with ``OPEN`` where others than processes of this machine may join.
     """
     rmw = environment.get(RMW) or FAST_DDS
@@ -55,7 +54,7 @@ def close_unless_asked(environment: MutableMapping[str, str] = os.environ, close
         environment[TRANSPORTS] = "SHM"
         chosen = [TRANSPORTS]
     if not {PROFILES, THEIR_PROFILES} & set(chosen):
-        environment[PROFILES] = profiles(environment, closed)
+        environment[PROFILES] = profiles(environment, is_realtime)
     domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
     if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
         settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles(environment)}"

@@ -23,10 +23,9 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.type_support import check_for_type_support
 
-_SHARED_MEMORY = Path("/dev/shm")
-_FIRST_PORT, _PORTS = 7400, 250
-"""Of domain 0, and how many each domain has."""
+from quad_node import ports
 
+_SHARED_MEMORY = Path("/dev/shm")
 _NAMES = range(7000, 7400)
 """Where each participant of the machine, of whatever domain, has a queue for the names of the nodes of others."""
 
@@ -69,12 +68,11 @@ def apart_from_the_dead(domain: int, at_the_end: bool = False) -> Iterator[None]
     that is missing may be that of a dead process whose place a stranger has taken and left; Fast DDS says on stderr
     that it could not have it.
     """
-    first = _FIRST_PORT + _PORTS * domain
-    own = range(first, first + _PORTS)
+    own = ports.of_domain(domain)
     with alone() as is_alone, ExitStack() as held:
-        for ports in (own, _NAMES) if is_alone else ():
-            if all(map(_is_dead, _queues(ports, "_[es]l"))):
-                _remove(_queues(ports, ""))
+        for numbers in (own, _NAMES) if is_alone else ():
+            if all(map(_is_dead, _queues(numbers, "_[es]l"))):
+                _remove(_queues(numbers, ""))
         names = sorted(_queues(_NAMES, "_el"), key=_age)
         for lock in [*_places(own), *names[:_MOST_NAMES]]:
             # the lock of who lives is refused, that of another user may not be opened: neither is taken anyway
@@ -108,21 +106,21 @@ def _is_locked(opened: int) -> bool:
     return True
 
 
-def _queues(ports: range, suffix: str) -> list[Path]:
-    """Return the files of the queues in ``ports`` with ``suffix``, a regular expression."""
+def _queues(numbers: range, suffix: str) -> list[Path]:
+    """Return the files of the queues in ``numbers`` with ``suffix``, a regular expression."""
     found = []
     for path in _SHARED_MEMORY.glob("fastrtps_port*"):
         port = re.fullmatch(rf"fastrtps_port(\d+){suffix}", path.name)
-        if port and int(port[1]) in ports:
+        if port and int(port[1]) in numbers:
             found.append(path)
     return found
 
 
-def _places(ports: range) -> list[Path]:
+def _places(numbers: range) -> list[Path]:
     """Return the locks, there or not, of the queues of a domain's processes up to the highest that was given."""
-    given = [int(path.name.removeprefix("fastrtps_port")) for path in _queues(ports, "")]
-    given += [int(path.name.removeprefix("fastrtps_port").removesuffix("_el")) for path in _queues(ports, "_el")]
-    return [_SHARED_MEMORY / f"fastrtps_port{port}_el" for port in range(ports[_OWN], max(given, default=0) + 1)]
+    given = [int(path.name.removeprefix("fastrtps_port")) for path in _queues(numbers, "")]
+    given += [int(path.name.removeprefix("fastrtps_port").removesuffix("_el")) for path in _queues(numbers, "_el")]
+    return [_SHARED_MEMORY / f"fastrtps_port{port}_el" for port in range(numbers[_OWN], max(given, default=0) + 1)]
 
 
 def _is_dead(lock: Path) -> bool:

@@ -12,7 +12,6 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_node import executor, main
-from quad_node.middleware import IN_REAL_TIME, LOCAL
 
 
 @pytest.fixture
@@ -120,21 +119,21 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("transports", "closed", "used"),
+    ("transports", "is_realtime", "used"),
     [
-        ("SHM", LOCAL, ["UDPv4", "SHM"]),
-        ("SHM", IN_REAL_TIME, ["UDPv4"]),
-        ("DEFAULT", IN_REAL_TIME, ["UDPv4", "SHM"]),
-        ("UDPv4", IN_REAL_TIME, []),
-        ("/theirs.xml", IN_REAL_TIME, None),
+        ("SHM", False, ["UDPv4", "SHM"]),
+        ("SHM", True, ["UDPv4"]),
+        ("DEFAULT", True, ["UDPv4", "SHM"]),
+        ("UDPv4", True, []),
+        ("/theirs.xml", True, None),
     ],
 )
-def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, closed, used):
+def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, is_realtime, used):
     monkeypatch.setattr(rclpy, "init", lambda **_: None)
     name, chosen = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"
     monkeypatch.setenv(name, transports if used is None else "")
     monkeypatch.setenv(chosen, "SHM" if used is None else transports)
-    executor.init([], closed)
+    executor.init([], is_realtime)
     if used is None:
         assert os.environ[name] == transports
         return
