@@ -13,7 +13,7 @@ from sockets import GROUP, LOOPBACK, udp_addresses
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
-from quad_node.middleware import IN_REAL_TIME, LOCAL, OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
+from quad_node.middleware import OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
 
 pytestmark = pytest.mark.flight
 
@@ -115,7 +115,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
     assert closed.startswith("seen only on this machine")
     settings = shell.pop(PROFILES)
     assert f"{PROFILES}={settings} " in closed
-    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, LOCAL)
+    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, "fastdds_local.xml")
     for chosen, said, profiles in (
         ({RANGE: "LOCALHOST"}, "open to this machine", "fastdds_shm_udp.xml"),
         ({RANGE: "LOCALHOST", PROFILES: settings}, "open to this machine", "fastdds_shm_udp.xml"),
@@ -123,7 +123,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
         ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
         ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
         ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine", LOCAL),
+        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine", "fastdds_local.xml"),
         ({PROFILES: "x.xml"}, OPEN, "x.xml"),
         ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
         ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
@@ -136,7 +136,7 @@ def test_what_is_chosen_holds_and_what_is_not_is_closed():
 
 def test_a_node_in_real_time_has_settings_of_its_own_and_names_those_that_see_it():
     shell = {}
-    said = close_unless_asked(shell, IN_REAL_TIME)
+    said = close_unless_asked(shell, is_realtime=True)
     assert said.startswith("seen only on this machine")
-    assert Path(shell[PROFILES]).name == IN_REAL_TIME
-    assert f"{PROFILES}={shell[PROFILES].replace(IN_REAL_TIME, LOCAL)} " in said
+    assert Path(shell[PROFILES]).name == "fastdds_loopback.xml"
+    assert f"{PROFILES}={shell[PROFILES].replace('_loopback', '_local')} " in said
