@@ -1,14 +1,20 @@
 """Flights over real processes for the tests: start them, wait for them, read them."""
 
+import fcntl
+import math
 import os
+import signal
 import struct
 import subprocess
 import sys
+import termios
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import rclpy
 from ament_index_python.packages import get_package_prefix
 from mcap.exceptions import McapError
@@ -53,6 +59,22 @@ def finish(process: subprocess.Popen[str], patience: float = LONGEST) -> subproc
         out, err = process.communicate(timeout=30)
         raise AssertionError(f"no end after {patience:g} s\n{out}\n{err}") from None
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+@contextmanager
+def terminal() -> Iterator[tuple[int, dict[str, Any]]]:
+    """Yield what ends a terminal when it is closed, and the options that start a process on it, which heeds SIGHUP."""
+
+    def take() -> None:
+        fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also where nohup has started the tests
+
+    master, slave = os.openpty()
+    try:
+        on_it = dict.fromkeys(("stdin", "stdout", "stderr"), slave)
+        yield master, {**on_it, "start_new_session": True, "preexec_fn": take}
+    finally:
+        os.close(slave)
 
 
 def fly(*arguments: str | Path, **options) -> subprocess.CompletedProcess[str]:
@@ -180,3 +202,14 @@ def last_word(flight: Flight, node: str, key: str) -> int:
         if item["key"] == key
     ]
     return values[-1] if values else 0
+
+
+def assert_landed(bag):
+    """The vehicle was in the air and its last true state is a soft landing."""
+    truth = bag.array("truth")
+    assert float(truth["p_w"][:, 2].max()) > 0.3
+    last = truth[-1]
+    x, y = last["q_wb"][0], last["q_wb"][1]
+    assert float(last["p_w"][2]) < 0.02
+    assert float(np.linalg.norm(last["v_w"])) < 1.5
+    assert math.acos(1.0 - 2.0 * (x * x + y * y)) < math.radians(15.0)

@@ -3,9 +3,10 @@
 import os
 import signal
 import subprocess
+import time
 
 import pytest
-from flying import ROLES, ROOT, alive, finish, in_domain, wait_until_flying
+from flying import ROLES, ROOT, alive, assert_landed, finish, in_domain, terminal, wait_until, wait_until_flying
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
@@ -22,6 +23,9 @@ exit 2
 """
 
 
+REALTIME = ("-p", "flight.mode:=realtime", "-p", "trajectory:hover.duration:=60.0")
+
+
 @pytest.fixture
 def by_hand(tmp_path):
     """Return a function that starts the script with a `ros2` on its PATH, in a domain that no other flight has."""
@@ -30,12 +34,12 @@ def by_hand(tmp_path):
     (tools / "ros2").write_text(STAND_IN, encoding="utf-8")
     (tools / "ros2").chmod(0o755)
 
-    def begin(*arguments):
+    def begin(*arguments, **options):
         environment = in_domain(domain)
         environment["PATH"] = f"{tools}:{environment['PATH']}"
         command = [str(ROOT / "scripts/fly_by_hand.sh"), *map(str, arguments)]
-        pipe = subprocess.PIPE
-        return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment, cwd=tmp_path)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        return subprocess.Popen(command, env=environment, cwd=tmp_path, **{**pipes, **options})
 
     with reserved_domain(None) as domain:
         yield begin
@@ -95,4 +99,46 @@ def test_sigterm_ends_all_nodes(by_hand, tmp_path):
     done = finish(flight)
     assert done.returncode == 1, done.stdout + done.stderr
     assert not [pid for pid in pids.values() if alive(pid)]
+    assert not open_flight(tmp_path / "bag").truncated
+
+
+@pytest.mark.wall_clock
+def test_ctrl_c_in_real_time_is_a_landing(by_hand, tmp_path):
+    """The terminal asks all processes and the script asks the nodes: that is one request, not two."""
+    flight = by_hand("hover", tmp_path / "bag", *REALTIME, start_new_session=True)
+    wait_until_flying(flight, tmp_path / "bag")
+    time.sleep(2.0)
+    os.killpg(flight.pid, signal.SIGINT)
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    bag = open_flight(tmp_path / "bag")
+    assert not bag.truncated
+    assert_landed(bag)
+
+
+@pytest.mark.wall_clock
+def test_a_terminal_that_goes_is_a_landing(by_hand, tmp_path):
+    """The nodes go on with what they say, which nobody takes any more."""
+    with terminal() as (master, options):
+        flight = by_hand("hover", tmp_path / "bag", *REALTIME, **options)
+        pids = wait_until_flying(flight, tmp_path / "bag")
+        time.sleep(2.0)
+        os.close(master)
+    for pid in pids.values():
+        os.kill(pid, signal.SIGHUP)
+    assert flight.wait(60) == 1
+    bag = open_flight(tmp_path / "bag")
+    assert not bag.truncated
+    assert_landed(bag)
+
+
+@pytest.mark.wall_clock
+def test_a_recorder_that_is_asked_to_end_waits_for_no_vehicle_that_is_gone(by_hand, tmp_path):
+    flight = by_hand("hover", tmp_path / "bag", *REALTIME, "-p", "flight.silence_timeout:=6.0")
+    pids = wait_until_flying(flight, tmp_path / "bag")
+    os.kill(pids["simulator"], signal.SIGKILL)
+    os.kill(pids["recorder"], signal.SIGTERM)
+    wait_until(lambda: not alive(pids["recorder"]), 4.0, "the recorder has left")
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
     assert not open_flight(tmp_path / "bag").truncated

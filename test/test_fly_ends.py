@@ -2,11 +2,12 @@
 
 import os
 import signal
+import subprocess
 import time
 
 import numpy as np
 import pytest
-from flying import ROLES, alive, bag_file, finish, fly, last_reception, start, wait_until, wait_until_flying
+from flying import FLY, ROLES, alive, bag_file, finish, fly, last_reception, start, wait_until, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
 
@@ -53,6 +54,29 @@ def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag(tmp_path, name
     bag = open_flight(out)
     assert not bag.truncated
     assert bag.metadata["outcome"] == "failed"
+
+
+def test_with_nohup_a_flight_outlives_its_terminal(tmp_path):
+    out = tmp_path / "bag"
+    command = ["nohup", str(FLY), "hover", "--duration", "5", "--out", str(out)]
+    flight = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pids = wait_until_flying(flight, out)
+    for pid in (flight.pid, *pids.values()):
+        os.kill(pid, signal.SIGHUP)
+    done = finish(flight)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_pipe_that_nobody_reads_any_more_costs_the_words_alone(tmp_path):
+    """As of `scripts/fly 2>&1 | head -3`."""
+    out = tmp_path / "bag"
+    flight = start("hover", "--duration", "30", "--out", out)
+    wait_until_flying(flight, out)
+    flight.stdout.close()
+    flight.stderr.close()
+    assert flight.wait(120) == 0
+    bag = open_flight(out)
+    assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")
 
 
 @pytest.mark.parametrize("processes", [(), ("--one-process",)], ids=["five", "one"])

@@ -1,28 +1,16 @@
 """Flights whose controller dies: the guard in the vehicle's owner lands the vehicle, the event names the dead node."""
 
-import math
 import os
 import signal
+import subprocess
 import time
 
-import numpy as np
 import pytest
-from flying import PATIENT, alive, finish, start, wait_until_flying
+from flying import FLY, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
-
-
-def assert_landed(bag):
-    """The vehicle was in the air and its last true state is a soft landing."""
-    truth = bag.array("truth")
-    assert float(truth["p_w"][:, 2].max()) > 0.3
-    last = truth[-1]
-    x, y = last["q_wb"][0], last["q_wb"][1]
-    assert float(last["p_w"][2]) < 0.02
-    assert float(np.linalg.norm(last["v_w"])) < 1.5
-    assert math.acos(1.0 - 2.0 * (x * x + y * y)) < math.radians(15.0)
 
 
 # in real time the guard's own 50 ms are measured: only a machine without other work can show them
@@ -55,6 +43,26 @@ def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
     done = finish(flight)
     assert done.returncode == 1, done.stdout + done.stderr
     assert "interrupted by SIGINT" in done.stderr
+    bag = open_flight(out)
+    assert not bag.truncated
+    assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")
+    assert_landed(bag)
+
+
+@pytest.mark.wall_clock
+def test_a_terminal_that_goes_is_a_landing(tmp_path):
+    """It hangs up three times (kernel, shell, kernel) and takes no more words: nothing of that stops the motors."""
+    out = tmp_path / "bag"
+    words = [FLY, "hover", "--realtime", "--duration", "60", "--out", out, *PATIENT]
+    with terminal() as (master, options):
+        flight = subprocess.Popen(list(map(str, words)), **options)
+        wait_until_flying(flight, out)
+        time.sleep(2.0)
+        os.close(master)
+    for _ in range(2):
+        time.sleep(0.05)
+        flight.send_signal(signal.SIGHUP)
+    assert flight.wait(60) == 1
     bag = open_flight(out)
     assert not bag.truncated
     assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")

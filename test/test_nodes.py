@@ -153,7 +153,9 @@ def wait_for_handler(node, number, patience=60.0):
 def test_a_signal_ends_a_waiting_node_within_two_seconds(role, name, tmp_path):
     extra = ("-p", f"directory:={tmp_path}/bag") if role == "recorder" else ()
     environment = {**os.environ, "ROS_DOMAIN_ID": "191"}
-    node = subprocess.Popen(command(role, "--ros-args", *extra), stderr=subprocess.PIPE, text=True, env=environment)
+    heeding = ["env", "--default-signal=HUP"]  # also where nohup has started the tests
+    words = [*heeding, *command(role, "--ros-args", *extra)]
+    node = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, env=environment)
     wait_for_handler(node, signal.SIGTERM)
     asked = time.monotonic()
     node.send_signal(getattr(signal, name))

@@ -100,7 +100,7 @@ by_tests(
 by_tests(
     "what a stranger writes into a message, on a terminal",
     "fly and log info printed its escapes",
-    f"{BRINGUP}/test_ros_flight.py",
+    f"{BRINGUP}/test_terminal.py",
     f"{LOG}/test_hostile_bags.py::test_what_a_bag_holds_is_printed_without_its_escapes",
 )
 

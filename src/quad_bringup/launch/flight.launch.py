@@ -62,8 +62,8 @@ def nodes(given: dict[str, str]) -> list[Node]:
     ]
     overrides = launched(given["mission"]) if given["mission"] else {role: {} for role in ROLES}
     roles = [role for role in overrides if role != "simulator" or given["simulate"].lower() == "true"]
-    # launch ends a node that does not leave; with a commander the vehicle lands first
-    patience = {"sigterm_timeout": "300", "sigkill_timeout": "305"} if given["mission"] else {}
+    # A vehicle that is still landing would drop by the SIGTERM that launch sends who does not leave, unasked after 5 s.
+    patience = {"sigterm_timeout": "300", "sigkill_timeout": "305"}
     return [
         Node(
             package=ALL_ROLES[role].package,

@@ -15,6 +15,7 @@ from quad_bringup.commanded import trajectory_of
 from quad_bringup.domains import reserved_domain
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, interrupts, raised
+from quad_bringup.terminal import complain, say
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, RECORDER, ROLES
 from quad_core.parameters import ParameterError
@@ -59,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         cases = _cases(options)
     except ParameterError as error:
-        print(f"fly: {error}", file=sys.stderr)
+        complain(str(error))
         return BAD_SETUP
     made: list[Path] = []
     codes: list[int] = []
@@ -68,14 +69,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _fly(options, cases, made, codes)
         return max(codes)
     except (ParameterError, PluginError, LimitsError) as error:
-        print(f"fly: {error}", file=sys.stderr)
+        complain(str(error))
         return BAD_SETUP
     except Interrupted as name:
         if not codes:
-            print(f"fly: interrupted by {name} before the flight", file=sys.stderr)
+            complain(f"interrupted by {name} before the flight")
         return max([FAILED, *codes])
     except OSError as error:
-        print(f"fly: {f'{error.filename}: {error.strerror}' if error.filename else error}", file=sys.stderr)
+        complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
         return BAD_SETUP
     finally:
         for directory in reversed(made):
@@ -98,17 +99,17 @@ def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes:
         surroundings.make_visible()
     seen_by = close_unless_asked()
     if seen_by.startswith(OPEN):
-        print(f"fly: WARNING: {seen_by}", file=sys.stderr)
+        complain(f"WARNING: {seen_by}")
     surroundings.check_shared_memory()
     problem = surroundings.find_room_for_logs()
     directories = _directories(options, cases, made)
     surroundings.check_disk(directories[0])
     flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
     if problem:
-        print(f"fly: {problem}", file=sys.stderr)
+        complain(str(problem))
     with reserved_domain(options.domain) as domain:
         surroundings.check_domain(domain, options.namespace.strip("/"))
-        print(f"fly: {surroundings.how_to_look_on(domain)}", flush=True)
+        say(f"fly: {surroundings.how_to_look_on(domain)}")
         with interrupts() as interrupted:
             for flight in flights:
                 codes.append(fly(flight, domain, interrupted))

@@ -18,6 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from quad_bringup.terminal import write
 from quad_core import guard
 from quad_core.prediction import predict
 from quad_core.resolution import Resolved
@@ -162,8 +163,7 @@ def _remember(function: Callable[..., Any], problem: str) -> None:
 
 
 def _print(prefix: str, text: str) -> None:
-    sys.stderr.write(f"{prefix}: {text}\n")
-    sys.stderr.flush()
+    write(f"{prefix}: {text}\n", sys.stderr)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
@@ -111,11 +112,16 @@ class Processes:
             return None
         return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
 
-    def stop(self) -> None:
-        """End all processes that still run.
+    def stop(self, landing: float = 0.0) -> None:
+        """End all processes that still run; ``landing``: s in which a vehicle may be brought down before.
 
         The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM, SIGABRT and SIGKILL.
         """
+        owner = self._owner()
+        if owner is not None and landing:
+            owner.send_signal(signal.SIGINT)
+            with suppress(subprocess.TimeoutExpired):
+                owner.wait(landing)
         self._ask(SIMULATOR, signal.SIGINT, 3.0)
         for number, patience in _STOPS:
             self._ask("", number, patience)

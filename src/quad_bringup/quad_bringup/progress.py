@@ -3,6 +3,7 @@
 import time
 from typing import TextIO
 
+from quad_bringup.terminal import write
 from quad_node.watch import WAITING, Sighting
 
 _PLAIN_EVERY = 5.0
@@ -28,17 +29,15 @@ class Progress:
         self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
         line = f"{self._name}: {describe(state)}"
         if self._live:
-            self._out.write(f"\r\033[K{line}")
+            write(f"\r\033[K{line}", self._out)
             self._shown = True
         else:
-            self._out.write(f"{line}\n")
-        self._out.flush()
+            write(f"{line}\n", self._out)
 
     def close(self) -> None:
         """Leave the terminal as it was."""
         if self._shown:
-            self._out.write("\r\033[K")
-            self._out.flush()
+            write("\r\033[K", self._out)
 
 
 def describe(state: Sighting | None) -> str:

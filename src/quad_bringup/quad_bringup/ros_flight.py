@@ -11,11 +11,11 @@ from quad_bringup import one_process, results, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
+from quad_bringup.terminal import complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
-from quad_flight_log.errors import printable
 from quad_flight_log.recorder.provenance import LIMITS
 from quad_node.command_link import STARTER
 from quad_node.watch import FlightWatch
@@ -46,11 +46,11 @@ class Planned(NamedTuple):
 def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     """Fly ``flight`` in ``domain``, print what its bag shows, and return the exit code."""
     about = summary(flight.nodes)
-    _say(
+    say(
         f"{flight.name}: {about['position']} + {about['attitude']}, preset {flight.preset}, vehicle {flight.vehicle}, "
         f"plant {about['plant']}, start {about['start']}, {about['mode']}, seed {about['seed']}"
     )
-    _say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
+    say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
     # gone with whatever a full disk did not let move into the bag
     with tempfile.TemporaryDirectory(prefix="quad-fly-", ignore_cleanup_errors=True) as logs:
         return _fly(flight, domain, interrupted, Path(logs))
@@ -62,28 +62,27 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
     processes = Processes(logs, {**os.environ, **own})
     progress = Progress(flight.name, sys.stderr)
+    patience = Patience.of(flight.nodes[SIMULATOR])
     watch = None
     try:
         _start(processes, flight, logs / "parameters.yaml")
         # after the nodes, which take longer to start than it does
         watch = _watch(flight, domain)
-        outcome = supervise(
-            processes, watch, Patience.of(flight.nodes["simulator"]), interrupted, progress.show, _spared(flight)
-        )
+        outcome = supervise(processes, watch, patience, interrupted, progress.show, _spared(flight))
     finally:
         progress.close()
         if watch is not None:
             watch.close()
-        processes.stop()
+        processes.stop(patience.landing)
     if interrupted.name and not any(flight.directory.glob("*.mcap*")):
         # Before anything was recorded: the directory stays free for another try.
         cause = outcome.cause or f"interrupted by {interrupted.name}"
-        _complain(f"{flight.name}: {cause} before anything was recorded")
+        complain(f"{flight.name}: {cause} before anything was recorded")
         return FAILED
     lost = processes.move_logs(flight.directory / "logs") if flight.directory.is_dir() else ""
     code = _judge(flight, processes, outcome)
     if lost:
-        _complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
+        complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
     return code
 
 
@@ -123,10 +122,10 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
     """Print the table and what went wrong; returns the exit code."""
     for role, code in processes.codes.items():
         if code == BAD_SETUP:
-            _complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
+            complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
     found = results.report(flight.directory, flight.limits, flight.namespace)
-    _say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
+    say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
     problems = ([outcome.cause] if outcome.cause else []) + found.problems
     if found.problems and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
@@ -136,24 +135,14 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
     problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
     for role in outcome.late:
-        _complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
+        complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
     for role in set(ends) & set(_spared(flight)):
-        _complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
+        complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
     for problem in problems:
-        _complain(f"{flight.name}: {problem}")
+        complain(f"{flight.name}: {problem}")
     for role, code in processes.codes.items():
         if code != 0 and (outcome.cause.startswith(f"{role} ") or role in outcome.late):
             for line in processes.last_lines(role, 3):
-                _complain(f"{role}: {line}")
-    _say(f"{flight.name}: {'failed' if problems else 'good'}")
+                complain(f"{role}: {line}")
+    say(f"{flight.name}: {'failed' if problems else 'good'}")
     return FAILED if problems else GOOD
-
-
-def _say(line: str) -> None:
-    sys.stdout.write(f"{printable(line)}\n")
-    sys.stdout.flush()
-
-
-def _complain(line: str) -> None:
-    sys.stderr.write(f"fly: {printable(' '.join(line.splitlines()))}\n")
-    sys.stderr.flush()

@@ -11,15 +11,16 @@ from quad_bringup.processes import Processes, describe_exit
 from quad_core.cascade import COMMANDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
+from quad_core.signals import ONE_REQUEST, ending, repeats
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
 _LAST_NEWS = 1.0
 _STARTUP_MARGIN = 30.0
 _WIND_UP = 20.0
+_ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 300.0  # s for the longest way down
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Patience(NamedTuple):
@@ -69,6 +70,15 @@ class Interrupts:
     def __init__(self) -> None:
         """Begin without one."""
         self.names: list[str] = []
+        self._first = 0.0
+
+    def note(self, number: int) -> None:
+        """Note a signal, unless it only repeats the first."""
+        if not self.names:
+            self._first = time.monotonic()
+        elif repeats(number, self._first, _ONE_REQUEST):
+            return
+        self.names.append(signal.Signals(number).name)
 
     @property
     def name(self) -> str:
@@ -97,7 +107,7 @@ def interrupts() -> Iterator[Interrupts]:
     noted = Interrupts()
 
     def note(number: int, _frame: FrameType | None) -> None:
-        noted.names.append(signal.Signals(number).name)
+        noted.note(number)
 
     with _handled(note):
         yield noted
@@ -105,11 +115,11 @@ def interrupts() -> Iterator[Interrupts]:
 
 @contextmanager
 def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    before = [signal.signal(number, handler) for number in _SIGNALS]
+    before = {number: signal.signal(number, handler) for number in ending()}
     try:
         yield
     finally:
-        for number, earlier in zip(_SIGNALS, before, strict=True):
+        for number, earlier in before.items():
             signal.signal(number, earlier)
 
 

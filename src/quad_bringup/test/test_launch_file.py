@@ -163,7 +163,13 @@ def test_a_mission_adds_the_commander_a_ground_and_time_to_land(launch_file):
     assert own["commander"]["mission"] == "takeoff,case2,land"
     assert own["trajectory"]["trajectory"] == "case2"
     assert own["simulator"]["rigid_body.ground.height"] == pytest.approx(-0.099)
-    assert {node.sigterm_timeout for node in nodes.values()} == {"300"}
+
+
+@pytest.mark.parametrize("mission", ["", "takeoff,land"])
+def test_launch_lets_a_vehicle_land_before_it_asks_again(launch_file, mission):
+    """The second signal to a vehicle's owner stops the motors; by itself launch sends it 5 s after Ctrl-C."""
+    nodes = started_nodes(launch_file, mission=mission)
+    assert {(node.sigterm_timeout, node.sigkill_timeout) for node in nodes.values()} == {("300", "305")}
 
 
 def test_a_mission_that_cannot_be_flown_is_refused(launch_file):

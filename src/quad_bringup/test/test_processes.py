@@ -25,6 +25,15 @@ signal.signal(signal.SIGINT, lambda *_: (print("asked", flush=True), sys.exit(1)
 print("ready", flush=True)
 time.sleep(60)
 """
+LANDING = """
+import os, signal, time
+asked = []
+signal.signal(signal.SIGINT, lambda *_: asked.append(0) if not asked else os._exit(9))
+print("ready", flush=True)
+while not asked:
+    time.sleep(0.01)
+time.sleep(5.0)
+"""
 
 
 @pytest.fixture
@@ -76,6 +85,16 @@ def test_stop_asks_first_and_kills_at_last(started):
     assert not started.running()
     assert started.codes == {"simulator": 1, "recorder": -9}
     assert started.last_lines("simulator") == ["ready", "asked"]
+
+
+def test_who_lands_a_vehicle_has_the_time_for_it(started):
+    start(started, "simulator", LANDING)
+    started.stop(landing=30.0)
+    assert started.codes == {"simulator": 0}
+    start(started, "simulator", LANDING)
+    started.codes.clear()
+    started.stop()
+    assert started.codes == {"simulator": 9}
 
 
 def test_a_process_that_hangs_tells_where(started):

@@ -10,6 +10,15 @@ from quad_bringup.supervisor import Interrupts, Outcome, Patience, interrupts, s
 from quad_core.resolution import resolve
 from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
 
+
+@pytest.fixture
+def hang_ups_are_heeded():
+    """Also where nohup has started the tests."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
 
 
@@ -62,6 +71,16 @@ class Flight:
 
     def supervise(self, interrupted=None, patience=PATIENCE):
         return supervise(self, self, patience, interrupted or Interrupts(), lambda _: None)
+
+
+def test_only_a_later_signal_asks_harder(hang_ups_are_heeded, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(supervisor.time, "monotonic", lambda: now[0])
+    with interrupts() as noted:
+        for name, wait in (("SIGHUP", 0.9), ("SIGTERM", 0.2), ("SIGHUP", 0.0), ("SIGINT", 0.0)):
+            os.kill(os.getpid(), getattr(signal, name))
+            now[0] += wait
+    assert noted.names == ["SIGHUP", "SIGINT"]
 
 
 ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}

@@ -233,15 +233,16 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
     assert raised[-1] == 2
 
 
-def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
+def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make, name):
     node = make()
-    assert not node.on_signal("SIGINT")
+    assert not node.on_signal(name)
     node.fly(0, 6)
     assert not node.on_signal("SIGTERM")
-    assert node.on_signal("SIGINT")
+    assert node.on_signal(name)
     node.on_tick()
     node.fly(6, 11)
-    assert (node.modes[-1].is_over, node.modes[-1].outcome) == (True, "SIGINT")
+    assert (node.modes[-1].is_over, node.modes[-1].outcome) == (True, name)
 
 
 def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over(make):

@@ -1,6 +1,7 @@
 """The executor of all nodes, and how a process ends."""
 
 import signal
+import time
 from collections.abc import Callable
 from types import FrameType
 
@@ -10,6 +11,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from quad_core.signals import ending, repeats
 from quad_node.middleware import close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
@@ -54,17 +56,22 @@ def init(args: list[str], is_realtime: bool = False) -> str:
 def on_signals(stop: "list[str]", done: Future, goes_on: Callable[[str], bool] | None = None) -> None:
     """Let SIGINT, SIGTERM and SIGHUP complete ``done``, one that is in ``stop`` already too; names go to ``stop``.
 
-    The first signal does not if ``goes_on``, called with its name, returns true.
+    The first signal does not if ``goes_on``, called with its name, returns true; nor do those that only repeat it.
     """
+    goes_on_since: float | None = None
 
     def handler(number: int, _frame: FrameType | None) -> None:
+        nonlocal goes_on_since
+        if goes_on_since is not None and repeats(number, goes_on_since):
+            return
         stop.append(signal.Signals(number).name)
         if goes_on is not None and len(stop) == 1 and goes_on(stop[0]):
+            goes_on_since = time.monotonic()
             return
         if not done.done():
             done.set_result(None)
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in ending():
         signal.signal(number, handler)
     if stop and not done.done():
         done.set_result(None)

@@ -200,9 +200,9 @@ class FlightNode(Member):
     def on_signal(self, name: str) -> bool:
         """Return whether this node goes on after the first signal, because something has to come down first.
 
-        Where a commander flies, the first Ctrl-C lands the vehicle, and nobody leaves before.
+        Where a commander flies, a terminal's Ctrl-C or its end lands the vehicle, and nobody leaves before.
         """
-        if not (self.commanded and self.flying) or name != "SIGINT":
+        if not (self.commanded and self.flying) or name not in ("SIGINT", "SIGHUP"):
             return False
         self.asked_to_end = name
         return True

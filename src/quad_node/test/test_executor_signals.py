@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from xml.etree import ElementTree
 
 import pytest
@@ -20,6 +21,7 @@ def node(monkeypatch):
     executor.init([])
     made = Node("spun", start_parameter_services=False)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever started the tests
     yield made
     for number, handler in handlers.items():
         signal.signal(number, handler)
@@ -65,6 +67,31 @@ def test_a_signal_ends_the_spinning_and_is_named(node, name):
     executor.spin([node], done)
     assert stop == [name]
     assert rclpy.ok(), "the node must still be able to say goodbye"
+
+
+def test_a_hang_up_that_is_ignored_from_the_start_ends_nothing(node):
+    """nohup has it ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    done, stop = Future(), []
+    executor.on_signals(stop, done)
+    os.kill(os.getpid(), signal.SIGHUP)
+    assert not done.done()
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert stop == ["SIGTERM"]
+
+
+def test_the_first_signal_may_be_asked_to_wait_but_not_one_that_comes_later(node, monkeypatch):
+    """Of one Ctrl-C come two signals, of a terminal that goes three: none of them asks for motors off."""
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    done, stop = Future(), []
+    executor.on_signals(stop, done, lambda _: True)
+    for number, wait in ((signal.SIGINT, 0.4), (signal.SIGTERM, 0.4), (signal.SIGHUP, 0.4)):
+        os.kill(os.getpid(), number)
+        now[0] += wait
+    assert (stop, done.done()) == (["SIGINT"], False)
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert (stop, done.done()) == (["SIGINT", "SIGTERM"], True)
 
 
 def test_a_second_signal_is_noted_and_does_no_harm(node):
@@ -148,12 +175,3 @@ def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transp
     assert addresses == ["127.0.0.1"] * (transports == "SHM" and "UDPv4" in used)
     waits = [int(each.find(f"{space}healthy_check_timeout_ms").text) for each in described if "SHM" in each[1].text]
     assert waits == [3_600_000] * ("SHM" in used)
-
-
-def test_the_first_signal_may_be_asked_to_wait_but_not_the_second():
-    done, stop = Future(), []
-    executor.on_signals(stop, done, lambda name: name == "SIGINT")
-    os.kill(os.getpid(), signal.SIGINT)
-    assert (stop, done.done()) == (["SIGINT"], False)
-    os.kill(os.getpid(), signal.SIGINT)
-    assert done.done()

@@ -14,11 +14,11 @@ from quad_core.cascade import RECORDER
 from quad_flight_log.bag.definitions import installed, parse, type_name
 from quad_flight_log.bag.metadata import Qos
 from quad_flight_log.bag.payload_check import PayloadCheck
-from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
+from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
 from quad_flight_log.recorder.flight_clock import FlightClock
 from quad_flight_log.recorder.gap_counter import GapCounter
 from quad_flight_log.recorder.opening import opened
-from quad_flight_log.recorder.provenance import flight_metadata
+from quad_flight_log.recorder.provenance import end_metadata, flight_metadata
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_flight_log.recorder.successors import Successors
@@ -230,16 +230,23 @@ class Recorder(FlightNode):
         if self._last is None:
             self._last, self._ended = message, time.monotonic()
 
+    def on_signal(self, name: str) -> bool:
+        """Return whether a vehicle is in the air that lands first where all nodes were asked: that is recorded."""
+        self.asked_to_end = name if self.flying and not self.lockstep else ""
+        return bool(self.asked_to_end) or super().on_signal(name)
+
     def on_tick(self) -> None:
         """Watch the disk and the end of the flight."""
         if self.bag.error and not self.counters["recording_stopped"]:
             self.event(FlightEvent.ERROR, "recording_stopped", self.bag.error, self._flight_ns)
         self._acknowledge()
+        now = time.monotonic()
         if self.tracker is None:
             self.current_step = self._flight_ns // self.flight.plant_period
+            if self.asked_to_end and self._last is None and now - self._arrived > _SILENCE:
+                self.finish(1, f"stopped by {self.asked_to_end}, and nobody flies any more")
         if self._last is None or self.done.done():
             return
-        now = time.monotonic()
         # Of a flight that failed some messages never come: silence is enough.
         quiet = self._last.state == FlightState.FAILED and now - self._arrived > _SILENCE
         patience = _GRACE if quiet or self._all_here(self._last.step) else self.settings.finish_timeout
@@ -262,8 +269,7 @@ class Recorder(FlightNode):
             problem, severity = _listed(missing), FlightEvent.ERROR if ended else FlightEvent.WARNING
         if missing:
             self.event(severity, "incomplete", _listed(missing), self._flight_ns)
-        report = self.bag.close(self._end_metadata(ended, last.reason, missing, last.wall_time))
-        conflicts = self.counters["conflict"]
+        report, conflicts = self._closed(ended, last.reason, missing, last.wall_time), self.counters["conflict"]
         problem = report.error or problem or (f"{conflicts} conflicting messages" if conflicts else "")
         if report.error or (ended and problem):
             self.finish(1, problem)
@@ -271,18 +277,13 @@ class Recorder(FlightNode):
         self.finish(0, f"{report.messages} messages in {report.path.name}")
         self.exit_code = 0 if ended else 1
 
-    def _end_metadata(self, ended: bool, reason: str, missing: dict[str, int], wall_time: float) -> dict[str, str]:
-        found = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
-        if wall_time > 0.0:
-            found["wall_time"] = f"{wall_time:.6f}"
-            found["real_time_factor"] = f"{self._flight_ns * 1e-9 / wall_time:.3f}"
-        found.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
-        found.update({f"count.{name}": str(count) for name, count in sorted(self.counters.items()) if count})
-        return found
+    def _closed(self, ended: bool, reason: str, missing: dict[str, int], wall_time: float) -> BagReport:
+        outcome = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
+        return self.bag.close({**outcome, **end_metadata(self._flight_ns * 1e-9, wall_time, missing, self.counters)})
 
     def close(self) -> None:
         """Finish the bag of a recorder that was stopped early."""
-        self.bag.close(self._end_metadata(False, "recorder stopped before the end of the flight", {}, 0.0))
+        self._closed(False, "recorder stopped before the end of the flight", {}, 0.0)
 
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""
