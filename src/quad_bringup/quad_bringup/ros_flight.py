@@ -115,7 +115,13 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
         if role in composed:
             continue
         name = ["-r", f"__node:={role}"] if role in SHADOWS else []
-        processes.start(role, [*flight.own.get(role, [executable(role)]), *arguments, *name])
+        processes.start(role, started([*flight.own.get(role, [executable(role)])], [*arguments, *name]))
+
+
+def started(command: Sequence[str | Path], arguments: Sequence[str]) -> list[str | Path]:
+    """Return ``command`` with a flight's ROS ``arguments`` before its own, for of two values the later one counts."""
+    own = command.index("--ros-args") if "--ros-args" in command else len(command)
+    return [*command[:own], *arguments, *command[own:]]
 
 
 def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:

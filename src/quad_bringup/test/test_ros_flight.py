@@ -1,0 +1,18 @@
+"""The command of a node of one's own: what it says itself counts more than the flight's file."""
+
+import pytest
+
+from quad_bringup.ros_flight import started
+
+FILE = ["--ros-args", "--params-file", "flight.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (["mine", "--fast"], ["mine", "--fast", *FILE]),
+        (["mine", "--ros-args", "-p", "vehicle.mass:=0.8"], ["mine", *FILE, "--ros-args", "-p", "vehicle.mass:=0.8"]),
+    ],
+)
+def test_a_parameter_of_the_command_comes_after_the_file(command, words):
+    assert started(command, FILE) == words
