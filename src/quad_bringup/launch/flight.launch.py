@@ -62,8 +62,6 @@ def nodes(given: dict[str, str]) -> list[Node]:
     ]
     overrides = launched(given["mission"]) if given["mission"] else {role: {} for role in ROLES}
     roles = [role for role in overrides if role != "simulator" or given["simulate"].lower() == "true"]
-    # A vehicle that is still landing would drop by the SIGTERM that launch sends who does not leave, unasked after 5 s.
-    patience = {"sigterm_timeout": "300", "sigkill_timeout": "305"}
     return [
         Node(
             package=ALL_ROLES[role].package,
@@ -79,7 +77,9 @@ def nodes(given: dict[str, str]) -> list[Node]:
             ],
             output="screen",
             on_exit=end_all_if_refused,
-            **patience,
+            # A vehicle that is still landing would drop by the SIGTERM that launch sends who does not leave within 5 s.
+            sigterm_timeout="300",
+            sigkill_timeout="305",
         )
         for role in roles
     ]

@@ -82,7 +82,7 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
     lost = processes.move_logs(flight.directory / "logs") if flight.directory.is_dir() else ""
     code = _judge(flight, processes, outcome)
     if lost:
-        complain(f"{flight.name}: what the nodes printed could not all be kept in {flight.directory / 'logs'}: {lost}")
+        complain(f"{flight.name}: what the nodes printed could not all be saved in {flight.directory / 'logs'}: {lost}")
     return code
 
 
@@ -115,7 +115,7 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
         if role in composed:
             continue
         name = ["-r", f"__node:={role}"] if role in SHADOWS else []
-        processes.start(role, started([*flight.own.get(role, [executable(role)])], [*arguments, *name]))
+        processes.start(role, started(flight.own.get(role, [executable(role)]), [*arguments, *name]))
 
 
 def started(command: Sequence[str | Path], arguments: Sequence[str]) -> list[str | Path]:
