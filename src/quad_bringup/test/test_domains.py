@@ -64,6 +64,8 @@ def test_domains_with_ports_in_shared_memory_come_last(tmp_path, monkeypatch):
     for domain in range(1, 101):
         (tmp_path / f"fastrtps_port{7400 + 250 * domain + 11}").touch()
     monkeypatch.setattr(domains, "_SHARED_MEMORY", tmp_path)
+    # sockets of other processes may lie in the ports of domain 101, some of which the system gives to anybody
+    monkeypatch.setattr(domains, "_UDP_SOCKETS", tmp_path / "none")
     with reserved_domain(None) as found:
         assert found == 101
 
