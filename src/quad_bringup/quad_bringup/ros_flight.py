@@ -147,7 +147,7 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
     for problem in problems:
         complain(f"{flight.name}: {problem}")
     for role, code in processes.codes.items():
-        if code != 0 and (outcome.cause.startswith(f"{role} ") or role in outcome.late):
+        if outcome.cause.startswith(f"{role} ") or (code != 0 and role in outcome.late):
             for line in processes.last_lines(role, 3):
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {'failed' if problems else 'good'}")

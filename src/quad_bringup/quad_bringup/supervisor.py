@@ -17,6 +17,7 @@ from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 _POLL = 0.1
 _LAST_NEWS = 1.0
 _STARTUP_MARGIN = 30.0
+_LEFT_EARLY = 10.0  # s in which a flight must begin once a node of it has left
 _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 300.0  # s for the longest way down
@@ -138,7 +139,7 @@ def supervise(
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
-    cause = ""
+    cause = early = ""
     late: tuple[str, ...] = ()
     deadline = time.monotonic() + patience.start
     known: Sighting | None = None
@@ -147,14 +148,9 @@ def supervise(
         state = watch.poll(_POLL)
         now = time.monotonic()
         if state is not known:
-            moving = state is not None and (state.phase == FLYING or known is None or state.phase != known.phase)
-            if moving and not cause:
-                deadline = now + _limit(state, patience)
-            elif moving and state is not None and (state.over or not patience.landing):
-                # after a cause the guard may still be bringing the vehicle down
-                deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
-            elif landing and _flies(state) and not _flies(known):
-                deadline = now + patience.landing
+            if not (early and _waits(state)):
+                left = _more(state, known, patience, cause, landing)
+                deadline = deadline if left is None else now + left
             known = state
         show(state)
         ended = processes.reap()
@@ -169,9 +165,12 @@ def supervise(
             if not cause and role not in spared and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
+            elif not early and role not in spared and _waits(state):
+                early = f"{role} {describe_exit(code)} before the flight began"
+                deadline = min(deadline, now + _LEFT_EARLY)
         if now >= deadline:
             if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
-                landing, cause = True, cause or _silent(state)
+                landing, cause = True, cause or _silent(state, early)
                 if patience.commanded and _flies(state) and not interrupted.names:
                     watch.ask_to_end(cause)
                 processes.interrupt_owner()
@@ -180,7 +179,7 @@ def supervise(
             if not cause and state is not None and state.phase == ENDED:
                 late = tuple(processes.pids())
             else:
-                cause = cause or _silent(state)
+                cause = cause or _silent(state, early)
             processes.stop()
     return Outcome(cause, late)
 
@@ -189,8 +188,27 @@ def _flies(state: Sighting | None) -> bool:
     return state is not None and state.phase == FLYING
 
 
-def _limit(state: Sighting | None, patience: Patience) -> float:
-    if state is None or state.phase == WAITING:
+def _more(
+    state: Sighting | None, known: Sighting | None, patience: Patience, cause: str, landing: bool
+) -> float | None:
+    """Return how many s the flight has from now on after news of it, None if the news changes nothing."""
+    if state is None:
+        return None
+    moves = state.phase == FLYING or known is None or state.phase != known.phase
+    if moves and not cause:
+        return _limit(state, patience)
+    if moves and (state.over or not patience.landing):
+        # after a cause the guard may still be bringing the vehicle down
+        return patience.answer if state.phase == FLYING else _limit(state, patience)
+    return patience.landing if landing and _flies(state) and not _flies(known) else None
+
+
+def _waits(state: Sighting | None) -> bool:
+    return state is None or state.phase == WAITING
+
+
+def _limit(state: Sighting, patience: Patience) -> float:
+    if state.phase == WAITING:
         return patience.start
     return _WIND_UP if state.over else patience.silence
 
@@ -207,9 +225,9 @@ def _others_will_notice(role: str, state: Sighting | None) -> bool:
     return role != SIMULATOR and _flies(state)
 
 
-def _silent(state: Sighting | None) -> str:
+def _silent(state: Sighting | None, early: str) -> str:
     if state is None or state.phase == WAITING:
-        return f"the flight did not start: {state.reason if state else 'no flight/state from the simulator'}"
+        return early or f"the flight did not start: {state.reason if state else 'no flight/state from the simulator'}"
     if state.over:
         return f"the nodes did not leave after the flight had failed: {state.reason}"
     return f"flight/state: nothing from the simulator after step {state.step}"

@@ -136,6 +136,21 @@ def test_a_flight_that_does_not_start_is_stopped(monkeypatch):
     assert flight.now == pytest.approx(1.0 + PATIENCE.start, abs=0.5)
 
 
+@pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for trajectory")])
+def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch):
+    flight = Flight([(1, None, {"trajectory": 0}), (3, known, {})], monkeypatch)
+    patient = PATIENCE._replace(start=60.0)
+    assert flight.supervise(patience=patient) == Outcome("trajectory ended with exit code 0 before the flight began")
+    assert flight.now < 15.0
+
+
+def test_a_flight_that_begins_after_a_node_has_left_is_judged_like_any_other(monkeypatch):
+    script = [(1, None, {"trajectory": 0}), (9, state(FLYING, 42), {})]
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise() == Outcome("flight/state: nothing from the simulator after step 42")
+    assert flight.now == pytest.approx(9.0 + PATIENCE.silence, abs=0.5)
+
+
 def test_a_silent_flight_is_stopped(monkeypatch):
     flight = Flight([(1, state(FLYING, 42), {})], monkeypatch)
     assert flight.supervise() == Outcome("flight/state: nothing from the simulator after step 42")
