@@ -13,7 +13,7 @@ from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten
 from quad_core.plugins import PluginError
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import Vehicle, check_inertia
 
 
 class Plugin(NamedTuple):
@@ -62,6 +62,7 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
     left = dict(overrides)
     flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
     vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
+    check_inertia(vehicle)
     own = {field.name for field in fields(kind.parameters)}
     node = build(kind.parameters, {name: left.pop(name) for name in list(left) if name in own})
     loaded = {}

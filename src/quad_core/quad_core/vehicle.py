@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Choice, Real
+from quad_core.parameters import Choice, ParameterError, Real
 
 
 class Layout(IntEnum):
@@ -81,6 +81,22 @@ class Vehicle(NamedTuple):
             live=False,
         ),
     ] = 0.0
+
+
+def check_inertia(vehicle: Vehicle) -> None:
+    """Raise ParameterError if no body has such moments of inertia: each is at most the sum of the two others.
+
+    A hundredth is left for rounded data sheets; a flat body has the sum itself, as in Table 1.
+    """
+    moments = (vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)
+    largest = max(moments)
+    others = sum(moments) - largest
+    if largest > 1.01 * others:
+        name = f"inertia_{'xyz'[moments.index(largest)] * 2}"
+        raise ParameterError(
+            f"vehicle.{name}: found {largest:g} kg m^2, expected at most {others:g}, the sum of the two others:"
+            " no body has more"
+        )
 
 
 def max_thrust(vehicle: Vehicle) -> float:

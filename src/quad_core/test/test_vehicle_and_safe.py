@@ -8,7 +8,7 @@ from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import ParameterError, build
 from quad_core.safe import hold_position, level_hover
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_core.vehicle import Layout, Vehicle, max_thrust
+from quad_core.vehicle import Layout, Vehicle, check_inertia, max_thrust
 
 
 def test_largest_thrust_is_the_stated_multiple_of_the_weight():
@@ -28,6 +28,21 @@ def test_layouts_have_names():
 def test_a_vehicle_that_cannot_be_is_refused(name, value):
     with pytest.raises(ParameterError, match=f"vehicle.{name}"):
         build(Vehicle, {name: value}, "vehicle.")
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"inertia_xx": 0.02}, "vehicle.inertia_xx: found 0.02 kg m^2, expected at most 0.0105"),
+        ({"inertia_yy": 0.011}, "vehicle.inertia_yy: found 0.011 kg m^2, expected at most 0.0105"),
+        ({"inertia_zz": 0.0071}, "vehicle.inertia_zz: found 0.0071 kg m^2, expected at most 0.007"),
+    ],
+)
+def test_an_inertia_that_no_body_has_is_refused(changed, named):
+    check_inertia(Vehicle())
+    check_inertia(Vehicle(inertia_zz=0.00706))  # rounded
+    with pytest.raises(ParameterError, match=named.replace("^", r"\^")):
+        check_inertia(Vehicle(**changed))
 
 
 def test_level_hover_keeps_the_heading_and_carries_the_weight():

@@ -35,6 +35,14 @@ def test_thrust_must_lift(climb, kept):
     assert kept or "z up" in judged
 
 
+def test_a_broken_rule_says_what_was_asked_for_and_of_which_vehicle():
+    still = VehicleState()
+    climb, turn = BY_NAME["climb"].problem(still, still), BY_NAME["torque +y"].problem(still, still)
+    assert "24 N, 1.2 m g with vehicle.mass 2 kg and vehicle.gravity 10 m/s^2" in climb
+    assert "0.06667 N m, for 0.4 rad/s with vehicle.inertia_yy 0.02 kg m^2" in turn
+    assert BY_NAME["hover"].problem(still, still) == ""
+
+
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize(("factor", "kept"), [(1.0, True), (0.5, True), (-1.0, False), (10.0, False)])
 def test_torque_must_turn_the_right_way(axis, factor, kept):

@@ -19,43 +19,62 @@ SETTLE = 0.1
 TOLERANCE = 0.7
 """Largest deviation from the nominal model, as a part of the expected change: rotor lag, errors and wind pass."""
 
+Judge = Callable[[VehicleState, VehicleState], str]
+
 
 class Manoeuvre(NamedTuple):
-    """What is asked of the plant for ``duration`` s, and the check of the states at its start and end."""
+    """What is asked of the plant for ``duration`` s, and the check of the states at its start and end.
+
+    ``asked``: the wrench and the parameters that it was made from, in words.
+    """
 
     name: str
     duration: float
     wrench: Wrench
-    judge: Callable[[VehicleState, VehicleState], str]
+    judge: Judge
+    asked: str
+
+    def problem(self, before: VehicleState, after: VehicleState) -> str:
+        """Return what was wrong and what had been asked for, empty if nothing was wrong."""
+        found = self.judge(before, after)
+        return found and f"{found}; the check asked for {self.asked}"
 
 
 def manoeuvres(vehicle: Vehicle) -> list[Manoeuvre]:
     """Return hover, climb, and for each body axis a doublet and its mirror image, which brings it back level."""
     weight = vehicle.mass * vehicle.gravity
-    none = Vec3(0.0, 0.0, 0.0)
+    known = f"m g with vehicle.mass {vehicle.mass:g} kg and vehicle.gravity {vehicle.gravity:g} m/s^2"
+
+    def lift(name: str, duration: float, factor: float, judge: Judge) -> Manoeuvre:
+        thrust = factor * weight
+        return Manoeuvre(name, duration, Wrench(thrust, Vec3()), judge, f"{thrust:.4g} N, {factor:g} {known}")
+
     plan = [
-        Manoeuvre("hover", SETTLE, Wrench(weight, none), _stays),
-        Manoeuvre("climb", CLIMB_TIME, Wrench((1.0 + CLIMB) * weight, none), _climbs(vehicle)),
-        Manoeuvre("brake", CLIMB_TIME, Wrench((1.0 - CLIMB) * weight, none), _brakes(vehicle)),
+        lift("hover", SETTLE, 1.0, _stays),
+        lift("climb", CLIMB_TIME, 1.0 + CLIMB, _climbs(vehicle)),
+        lift("brake", CLIMB_TIME, 1.0 - CLIMB, _brakes(vehicle)),
     ]
     for axis, inertia in enumerate((vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)):
-        torque = inertia * TURN_RATE / HALF
-        plan += _doublet("xyz"[axis], axis, torque, weight)
+        plan += _doublet(axis, inertia, weight)
     return plan
 
 
-def _doublet(name: str, axis: int, torque: float, weight: float) -> list[Manoeuvre]:
-    def wrench(sign: float) -> Wrench:
+def _doublet(axis: int, inertia: float, weight: float) -> list[Manoeuvre]:
+    name = "xyz"[axis]
+    torque = inertia * TURN_RATE / HALF
+    asked = f"{torque:.4g} N m, for {TURN_RATE:g} rad/s with vehicle.inertia_{name}{name} {inertia:g} kg m^2"
+
+    def turn(label: str, sign: float) -> Manoeuvre:
         parts = [0.0, 0.0, 0.0]
         parts[axis] = sign * torque
-        return Wrench(weight, Vec3(*parts))
+        return Manoeuvre(label, HALF, Wrench(weight, Vec3(*parts)), _turns(axis, sign * TURN_RATE), asked)
 
     return [
-        Manoeuvre(f"torque +{name}", HALF, wrench(1.0), _turns(axis, TURN_RATE)),
-        Manoeuvre(f"torque -{name}", HALF, wrench(-1.0), _turns(axis, -TURN_RATE)),
-        Manoeuvre(f"tilted by +{name}", SETTLE, Wrench(weight, Vec3(0.0, 0.0, 0.0)), _drifts(axis)),
-        Manoeuvre(f"torque -{name} again", HALF, wrench(-1.0), _turns(axis, -TURN_RATE)),
-        Manoeuvre(f"torque +{name} again", HALF, wrench(1.0), _turns(axis, TURN_RATE)),
+        turn(f"torque +{name}", 1.0),
+        turn(f"torque -{name}", -1.0),
+        Manoeuvre(f"tilted by +{name}", SETTLE, Wrench(weight, Vec3()), _drifts(axis), "no torque at this tilt"),
+        turn(f"torque -{name} again", -1.0),
+        turn(f"torque +{name} again", 1.0),
     ]
 
 
@@ -70,22 +89,22 @@ def _stays(before: VehicleState, after: VehicleState) -> str:
     return "" if change <= 0.3 else f"velocity changed by {change:.3g} m/s under thrust m g, expected at most 0.3"
 
 
-def _climbs(vehicle: Vehicle) -> Callable[[VehicleState, VehicleState], str]:
+def _climbs(vehicle: Vehicle) -> Judge:
     gain = CLIMB * vehicle.gravity * CLIMB_TIME
     return lambda before, after: _near("change of v_w.z in m/s (z up)", after.v_w.z - before.v_w.z, gain)
 
 
-def _brakes(vehicle: Vehicle) -> Callable[[VehicleState, VehicleState], str]:
+def _brakes(vehicle: Vehicle) -> Judge:
     gain = -CLIMB * vehicle.gravity * CLIMB_TIME
     return lambda before, after: _near("change of v_w.z in m/s (z up)", after.v_w.z - before.v_w.z, gain)
 
 
-def _turns(axis: int, change: float) -> Callable[[VehicleState, VehicleState], str]:
+def _turns(axis: int, change: float) -> Judge:
     name = f"change of omega_b.{'xyz'[axis]} in rad/s"
     return lambda before, after: _near(name, after.omega_b[axis] - before.omega_b[axis], change)
 
 
-def _drifts(axis: int) -> Callable[[VehicleState, VehicleState], str]:
+def _drifts(axis: int) -> Judge:
     """Judge the attitude after a doublet and where it carries the vehicle: roll to -y, pitch to +x, yaw nowhere."""
     turned = TURN_RATE * HALF
 

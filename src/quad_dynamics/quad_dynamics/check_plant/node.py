@@ -165,7 +165,7 @@ class PlantCheck(FlightNode):
         if step >= self._until and self._until and self._left:
             done = self._left.pop(0)
             assert self._before is not None
-            self._report.add(done.name, done.judge(self._before, state))
+            self._report.add(done.name, done.problem(self._before, state))
             self._until = 0
             if not self._left:
                 self._rules.flight()
