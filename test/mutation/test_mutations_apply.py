@@ -63,19 +63,20 @@ settings.register_profile("mutation")
 """
 
 
-TWO_SECONDS = """
+HASTY = """
 import sys
 sys.path.insert(0, {folder!r})
 import hypothesis, pytest
 import mutation_engine as engine
-engine.SECONDS_PER_MUTANT = 2
+engine.SECONDS_PER_MUTANT = {seconds}
 """
 """The engine forks, and a process with threads, as that of these tests, must not."""
 
 
-def said(script, tree):
-    """Return the last line of what ``script`` prints in a process of its own, with 2 s for each run of tests."""
-    words = [sys.executable, "-c", TWO_SECONDS.format(folder=str(Path(mutation_engine.__file__).parent)) + script]
+def said(script, tree, seconds):
+    """Return the last line of what ``script`` prints in a process of its own; each run of tests has ``seconds``."""
+    here = str(Path(mutation_engine.__file__).parent)
+    words = [sys.executable, "-c", HASTY.format(folder=here, seconds=seconds) + script]
     done = subprocess.run([*words, str(tree)], capture_output=True, text=True, timeout=120, check=True)
     return done.stdout.splitlines()[-1]
 
@@ -95,18 +96,18 @@ def test_tests_that_find_no_end_have_noticed_nothing(tmp_path, other, verdict):
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_a.py").write_text(LOOP_TEST)
     (tmp_path / "test_b.py").write_text(other or "def test_nothing():\n    pass\n")
-    assert said(JUDGE, tmp_path) == verdict
+    assert said(JUDGE, tmp_path, seconds=2) == verdict
 
 
 BUSY = """
 import resource, time
 def test_it():
-    needed = 4.0 if resource.getrlimit(resource.RLIMIT_CPU)[0] > 4 else 60.0
+    needed = 2.0 if resource.getrlimit(resource.RLIMIT_CPU)[0] > 4 else 60.0
     until = time.process_time() + needed
     while time.process_time() < until:
         pass
 """
-"""Takes 4 s where it may, else until it is stopped: the kernel counts CPU time for a limit at ticks, at which flights
+"""Takes 2 s where it may, else until it is stopped: the kernel counts CPU time for a limit at ticks, at which flights
 in real time run more often than what they leave the processor to."""
 
 
@@ -121,7 +122,7 @@ print(codes == [engine.TIME_UP, 0], codes)
 def test_all_tests_together_may_take_longer_than_those_of_one_mistake(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_a.py").write_text(BUSY)
-    assert said(RUN_TWICE, tmp_path).startswith("True")
+    assert said(RUN_TWICE, tmp_path, seconds=1).startswith("True")
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR
 # What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
 _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
 
+_SIMULATOR_FIRST = 3.0  # s in which the simulator tells the others why before they are asked, too
+
 
 def executable(role: str) -> Path:
     """Return what ``ros2 run`` would start for ``role``."""
@@ -122,7 +124,7 @@ class Processes:
             owner.send_signal(signal.SIGINT)
             with suppress(subprocess.TimeoutExpired):
                 owner.wait(landing)
-        self._ask(SIMULATOR, signal.SIGINT, 3.0)
+        self._ask(SIMULATOR, signal.SIGINT, _SIMULATOR_FIRST)
         for number, patience in _STOPS:
             self._ask("", number, patience)
 

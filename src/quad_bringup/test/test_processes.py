@@ -32,13 +32,14 @@ signal.signal(signal.SIGINT, lambda *_: asked.append(0) if not asked else os._ex
 print("ready", flush=True)
 while not asked:
     time.sleep(0.01)
-time.sleep(5.0)
+time.sleep(2.0)
 """
 
 
 @pytest.fixture
 def started(tmp_path, monkeypatch):
-    monkeypatch.setattr(processes, "_STOPS", tuple((number, 1.0) for number, _ in processes._STOPS))
+    monkeypatch.setattr(processes, "_SIMULATOR_FIRST", 0.5)
+    monkeypatch.setattr(processes, "_STOPS", tuple((number, 0.5) for number, _ in processes._STOPS))
     found = Processes(tmp_path, {"PATH": ""})
     yield found
     found.stop()
