@@ -34,6 +34,8 @@ FLY = Path(get_package_prefix("quad_bringup"), "lib", "quad_bringup", "fly")
 LONGEST = 120.0
 PATIENT = ("--set", "simulator.guard.command.lost_age=10.0", "--set", "flight.setpoint_timeout=10.0")
 """In real time: a busy machine may starve a controller for longer than the guard's 50 ms, and 300 ms of the owner's."""
+LOW = ("--set", "trajectory.hover.position.z=0.8")
+"""A hover from which a landing takes little time."""
 _FLYING_BYTES = 200_000
 
 ROLES = {role: kind.package for role, kind in cascade.ROLES.items()}

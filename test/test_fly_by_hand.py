@@ -23,7 +23,14 @@ exit 2
 """
 
 
-REALTIME = ("-p", "flight.mode:=realtime", "-p", "trajectory:hover.duration:=60.0")
+REALTIME = (
+    "-p",
+    "flight.mode:=realtime",
+    "-p",
+    "trajectory:hover.duration:=60.0",
+    "-p",
+    "trajectory:hover.position.z:=0.8",
+)
 
 
 @pytest.fixture

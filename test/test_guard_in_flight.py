@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pytest
-from flying import FLY, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
+from flying import FLY, LOW, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
 
@@ -18,9 +18,9 @@ pytestmark = pytest.mark.flight
 def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
     out = tmp_path / "bag"
     words = ["--realtime"] if clock == "realtime" else []
-    flight = start("hover", "--duration", "60", "--out", out, *words)
+    flight = start("hover", *LOW, "--duration", "60", "--out", out, *words)
     pids = wait_until_flying(flight, out)
-    time.sleep(4.0)
+    time.sleep(2.0)
     os.kill(pids["attitude_controller"], signal.SIGKILL)
     done = finish(flight)
     assert done.returncode == 1, done.stdout + done.stderr
@@ -36,7 +36,7 @@ def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
 @pytest.mark.wall_clock
 def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
     out = tmp_path / "bag"
-    flight = start("hover", "--realtime", "--duration", "60", "--out", out, *PATIENT)
+    flight = start("hover", "--realtime", *LOW, "--duration", "60", "--out", out, *PATIENT)
     wait_until_flying(flight, out)
     time.sleep(2.0)
     flight.send_signal(signal.SIGINT)
@@ -53,7 +53,7 @@ def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
 def test_a_terminal_that_goes_is_a_landing(tmp_path):
     """It hangs up three times (kernel, shell, kernel) and takes no more words: nothing of that stops the motors."""
     out = tmp_path / "bag"
-    words = [FLY, "hover", "--realtime", "--duration", "60", "--out", out, *PATIENT]
+    words = [FLY, "hover", "--realtime", *LOW, "--duration", "60", "--out", out, *PATIENT]
     with terminal() as (master, options):
         flight = subprocess.Popen(list(map(str, words)), **options)
         wait_until_flying(flight, out)
@@ -73,7 +73,7 @@ def test_a_terminal_that_goes_is_a_landing(tmp_path):
 def test_a_silent_position_controller_without_a_commander_is_a_landing_at_once(tmp_path):
     """Its attitude controller flies on, level: 11 to 18 m of drift, and "simulator stopped by SIGINT" in the bag."""
     out = tmp_path / "bag"
-    flight = start("hover", "--realtime", "--duration", "60", "--out", out)
+    flight = start("hover", "--realtime", *LOW, "--duration", "60", "--out", out)
     pids = wait_until_flying(flight, out)
     time.sleep(2.0)
     os.kill(pids["position_controller"], signal.SIGKILL)

@@ -1,9 +1,11 @@
 """The five nodes fly in an environment that holds only rclpy, common_interfaces, numpy, mcap, PyYAML and quad_msgs."""
 
+import importlib.metadata
 import json
 import os
 import re
 import subprocess
+import sys
 
 import pytest
 from flying import CONFIG, ROLES, ROOT, executable
@@ -25,6 +27,22 @@ LIST = """
 import importlib.metadata as m, json
 print(json.dumps([d.metadata["Name"] for d in m.distributions(path=__import__("site").getsitepackages())]))
 """
+NOTHING_ELSE = """
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {others}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Absent())
+"""
+"""Read by Python as it starts: hides the other packages of the environment that runs the tests."""
+
+
+def belongs(name):
+    """Return whether the environment that the users asked for holds the distribution ``name``."""
+    return name.lower() in ASKED | BROUGHT or bool(ROS.match(name.lower()))
 
 
 @pytest.fixture(scope="module")
@@ -46,21 +64,39 @@ def test_it_holds_nothing_else(minimal):
     listed = subprocess.run(command("-c", LIST), env=minimal, capture_output=True, text=True, timeout=60, check=True)
     names = {name.lower() for name in json.loads(listed.stdout)}
     assert names >= ASKED
-    assert {name for name in names if not ROS.match(name)} <= ASKED | BROUGHT
+    assert all(map(belongs, names)), names
     for file in ("extras", "dev"):
         lines = (ROOT / f"requirements/{file}.txt").read_text(encoding="utf-8").splitlines()
         assert not names & {line.strip().lower() for line in lines}
 
 
 def test_five_nodes_fly_in_it(minimal, tmp_path):
+    assert_five_nodes_fly(lambda role: command(executable(role)), minimal, tmp_path)
+
+
+def test_five_nodes_fly_where_nothing_else_can_be_imported(tmp_path):
+    tops = importlib.metadata.packages_distributions()
+    others = {top for top, names in tops.items() if not any(belongs(name) or "quad" in name for name in names)}
+    assert {"numba", "scipy", "matplotlib", "pytest"} <= others
+    assert not {"numpy", "mcap", "yaml", "rclpy", "geometry_msgs"} & others
+    (tmp_path / "sitecustomize.py").write_text(NOTHING_ELSE.format(others=others), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    tried = subprocess.run([sys.executable, "-c", "import scipy"], env=environment, capture_output=True, check=False)
+    assert b"ModuleNotFoundError: No module named 'scipy'" in tried.stderr
+    assert_five_nodes_fly(lambda role: [executable(role)], environment, tmp_path)
+
+
+def assert_five_nodes_fly(started_by, environment, tmp_path):
     choices = ["--ros-args", "--params-file", f"{CONFIG}/scenarios/hover.yaml", "-p", "trajectory:hover.duration:=0.2"]
     with reserved_domain(None) as domain:
-        environment = {**minimal, "ROS_DOMAIN_ID": str(domain)}
         nodes = {}
         for role in ROLES:
             own = ["-p", f"directory:={tmp_path}/bag"] if role == "recorder" else []
             nodes[role] = subprocess.Popen(
-                command(executable(role), *choices, *own), env=environment, stderr=subprocess.PIPE, text=True
+                [*started_by(role), *choices, *own],
+                env={**environment, "ROS_DOMAIN_ID": str(domain)},
+                stderr=subprocess.PIPE,
+                text=True,
             )
         try:
             errors = {role: node.communicate(timeout=150)[1] for role, node in nodes.items()}

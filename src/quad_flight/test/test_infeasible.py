@@ -8,9 +8,16 @@ from quad_flight import flight
 LITTLE_TILT = "position_controller.aibs.limits.tilt=0.06"  # rad: too little for the turns of Case 2
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_it_flies_on_to_its_end_and_is_infeasible(compiled):
-    flown = flight.fly(flight.from_names("case2", duration=6.0, settings=[LITTLE_TILT]), compiled=compiled)
+@pytest.fixture(scope="module")
+def both():
+    """Return the flight in Python and in machine code."""
+    request = flight.from_names("case2", duration=6.0, settings=[LITTLE_TILT])
+    return flight.fly(request), flight.fly(request, compiled=True)
+
+
+@pytest.mark.parametrize("engine", [0, 1], ids=["plain", "compiled"])
+def test_it_flies_on_to_its_end_and_is_infeasible(both, engine):
+    flown = both[engine]
     assert (flown.outcome, flown.steps) == ("infeasible", flown.end_step)
     internals = flown.topics["position_controller/internals"]
     far = internals["tilt_limited"] & (np.linalg.norm(internals["position_error"], axis=1) > 1.0)
@@ -18,6 +25,13 @@ def test_it_flies_on_to_its_end_and_is_infeasible(compiled):
     # it lasts, and what counts is that it does
     assert times[-1] - times[0] > 2.0
     assert np.diff(times).max() < 0.011
+
+
+def test_both_engines_fly_it_with_the_same_bits(both):
+    plain, compiled = both
+    assert plain._replace(topics={}) == compiled._replace(topics={})
+    for name, rows in plain.topics.items():
+        assert rows.tobytes() == compiled.topics[name].tobytes(), name
 
 
 def test_the_same_with_tilt_enough_ends():
