@@ -47,16 +47,22 @@ class Asker(Member):
         )
         self.sender = self.get_name()
         self.answer: FlightMode | None = None
+        self._has_mode = False
         self._request = request
         entry = topics.TOPICS["flight/request"]
         self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
         entry = topics.TOPICS["flight/mode"]
-        self._modes = self.create_subscription(entry.type, entry.name, self._on_mode, entry.qos())
+        self.create_subscription(entry.type, entry.name, self._on_mode, entry.qos())
+
+    @property
+    def listens(self) -> bool:
+        """Whether a commander listens."""
+        return bool(self._requests.get_subscription_count())
 
     @property
     def is_heard(self) -> bool:
-        """Whether a commander listens, and is heard."""
-        return bool(self._requests.get_subscription_count() and self._modes.get_publisher_count())
+        """Whether a commander listens, and has been heard: the mode is latched, and who is known may still be mute."""
+        return self.listens and self._has_mode
 
     @property
     def is_recorded(self) -> bool:
@@ -72,13 +78,16 @@ class Asker(Member):
         self._requests.publish(FlightRequest(request=int(self._request), sender=self.sender))
 
     def _on_mode(self, message: FlightMode) -> None:
+        self._has_mode = True
         if message.sender == self.sender:
             self.answer = message
 
 
 def _meet(asker: Asker, until: float) -> None:
-    """Wait for the flight, at the latest ``until`` s on the steady clock."""
-    while not asker.is_heard and time.monotonic() < until:
+    """Wait for the flight, at the latest ``until`` s on the steady clock; a commander that listens is soon asked."""
+    mute_by = until
+    while not asker.is_heard and (now := time.monotonic()) < min(until, mute_by):
+        mute_by = min(mute_by, now + _FIRST) if asker.listens else until
         rclpy.spin_once(asker, timeout_sec=0.05)
 
 
@@ -90,12 +99,14 @@ def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
         _meet(asker, began + min(_FIRST, 0.5 * patience))
         if not asker.is_heard:
             # it may have got the place of a dead process, whose queue all others still write to
+            if request == Request.KILL:
+                asker.ask()
             departure.leave(asker, _HUNG)
             asker = Asker(request, namespace, at_the_end=True)
         deadline = began + patience
         _meet(asker, deadline)
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
-        if not asker.is_heard:
+        if not asker.listens:
             return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
         # a recorder found late holds nothing up for long, and KILL not at all
         recorded_by = time.monotonic() + (0.0 if request == Request.KILL else _FOR_RECORDER)
