@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,8 @@ def bag(tmp_path_factory):
     done = fly("hover", "--start", "printed", "--duration", "1", *own("simulator"), "--out", folder, *FAR)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "no truth in the bag" in done.stdout
+    assert "vehicle paper, plant of your own, " in done.stdout
+    assert f"hover: simulator: {sys.executable} {OWN['simulator']} (" in done.stdout
     return folder
 
 
@@ -99,6 +102,18 @@ def test_what_cannot_take_a_node_s_place_is_refused(tmp_path):
         assert done.returncode == 2, done.stderr
         assert len(done.stderr.splitlines()) == 1
         assert named in done.stderr
+
+
+def test_a_command_that_leaves_before_the_flight_is_named_at_once_and_costs_little(tmp_path):
+    began = time.monotonic()
+    done = fly("hover", "--own", "trajectory=/bin/echo no node", "--out", tmp_path / "bag")
+    assert time.monotonic() - began < 45.0  # 60 s is what a start may take
+    assert done.returncode == 1
+    lines = done.stderr.splitlines()
+    assert "fly: trajectory ended with exit code 0 before the flight began: its node has 10 s to appear" in lines
+    at = lines.index("fly: hover: trajectory ended with exit code 0 before the flight began")
+    assert any(line.startswith("fly: trajectory: no node --ros-args") for line in lines[at:])
+    assert "position_rmse" not in done.stdout + done.stderr
 
 
 def test_the_examples_are_as_short_as_the_pages_say():

@@ -1,6 +1,7 @@
 """One flight: five processes in a domain, watched to their end, judged by the bag."""
 
 import os
+import shlex
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -46,10 +47,13 @@ class Planned(NamedTuple):
 def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     """Fly ``flight`` in ``domain``, print what its bag shows, and return the exit code."""
     about = summary(flight.nodes)
+    plant = "of your own" if SIMULATOR in flight.own else about["plant"]
     say(
         f"{flight.name}: {about['position']} + {about['attitude']}, preset {flight.preset}, vehicle {flight.vehicle}, "
-        f"plant {about['plant']}, start {about['start']}, {about['mode']}, seed {about['seed']}"
+        f"plant {plant}, start {about['start']}, {about['mode']}, seed {about['seed']}"
     )
+    for role, command in flight.own.items():
+        say(f"{flight.name}: {role}: {shlex.join(command)} (this flight's parameters go before defaults of its own)")
     say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
     # gone with whatever a full disk did not let move into the bag
     with tempfile.TemporaryDirectory(prefix="quad-fly-", ignore_cleanup_errors=True) as logs:
@@ -131,11 +135,12 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
     found = results.report(flight.directory, flight.limits, flight.namespace)
-    say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
+    if found.flight_time or not outcome.cause:
+        say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
     problems = ([outcome.cause] if outcome.cause else []) + found.problems
     if found.problems and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
-    if outcome.cause.startswith("interrupted"):
+    if outcome.cause and (outcome.cause.startswith("interrupted") or not found.flight_time):
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}

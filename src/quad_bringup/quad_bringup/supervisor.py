@@ -8,6 +8,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
+from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
@@ -167,6 +168,7 @@ def supervise(
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
             elif not early and role not in spared and _waits(state):
                 early = f"{role} {describe_exit(code)} before the flight began"
+                complain(f"{early}: its node has {_LEFT_EARLY:g} s to appear")
                 deadline = min(deadline, now + _LEFT_EARLY)
         if now >= deadline:
             if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():

@@ -43,6 +43,18 @@ def test_a_broken_rule_says_what_was_asked_for_and_of_which_vehicle():
     assert BY_NAME["hover"].problem(still, still) == ""
 
 
+def test_a_mass_or_inertia_that_explains_what_was_found_is_named():
+    """24 N lift 2.4 kg not at all in 10 m/s^2; 1/15 N m turns 0.08 kg m^2 by 0.1 rad/s in 0.12 s."""
+    still = VehicleState()
+    assert "(z up): found 0, expected 0.6 within 70%, as with 2.4 kg; the check" in BY_NAME["climb"].problem(
+        still, still
+    )
+    slow = VehicleState(omega_b=Vec3(0.0, 0.1, 0.0))
+    assert "found 0.1, expected 0.4 within 70%, as with 0.08 kg m^2; the" in BY_NAME["torque +y"].problem(still, slow)
+    wrong_way = VehicleState(omega_b=Vec3(0.0, -0.1, 0.0))
+    assert "as with" not in BY_NAME["torque +y"].problem(still, wrong_way)
+
+
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize(("factor", "kept"), [(1.0, True), (0.5, True), (-1.0, False), (10.0, False)])
 def test_torque_must_turn_the_right_way(axis, factor, kept):

@@ -167,12 +167,12 @@ class VehicleNode(FlightNode):
     def publish_flight_state(self) -> None:
         """Publish phase, step and reason."""
         self._ticks_since_state = 0
-        waiting = self.phase == FlightState.WAITING
+        missing = ", ".join(self.handshake.missing() or self.prepare()) if self.phase == FlightState.WAITING else ""
         message = FlightState(
             step=self.current_step,
             end_step=self.end_step,
             state=self.phase,
-            reason="waiting for " + ", ".join(self.handshake.missing() or self.prepare()) if waiting else self._reason,
+            reason=f"waiting for {missing}{self.handshake.strangers()}" if missing else self._reason,
             run_id=self.flight.run_id,
             interface_hash=interface_hash(),
             wall_time=time.monotonic() - self.begun_at if self.begun_at else 0.0,

@@ -54,3 +54,12 @@ def test_a_recorder_that_fails_after_the_end_is_heard(owner):
     status.plant_period, status.interface_hash = 2_000_000, owner.handshake._hash
     owner.callbacks["flight/nodes"](status)
     assert (owner.done.done(), owner.exit_code) == (True, 1)
+
+
+def test_while_it_waits_it_says_who_was_heard_and_does_not_belong(owner, monkeypatch):
+    said = []
+    monkeypatch.setattr(owner._flight_state, "publish", said.append)
+    owner.callbacks["flight/nodes"](NodeStatus(node="/eight", role="traject"))
+    owner.publish_flight_state()
+    assert said[0].reason.startswith("waiting for trajectory, ")
+    assert "; flight/nodes of /eight has role 'traject', expected one of trajectory, " in said[0].reason

@@ -51,8 +51,8 @@ def manoeuvres(vehicle: Vehicle) -> list[Manoeuvre]:
 
     plan = [
         lift("hover", SETTLE, 1.0, _stays),
-        lift("climb", CLIMB_TIME, 1.0 + CLIMB, _climbs(vehicle)),
-        lift("brake", CLIMB_TIME, 1.0 - CLIMB, _brakes(vehicle)),
+        lift("climb", CLIMB_TIME, 1.0 + CLIMB, _lifts(vehicle, CLIMB)),
+        lift("brake", CLIMB_TIME, 1.0 - CLIMB, _lifts(vehicle, -CLIMB)),
     ]
     for axis, inertia in enumerate((vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)):
         plan += _doublet(axis, inertia, weight)
@@ -67,7 +67,8 @@ def _doublet(axis: int, inertia: float, weight: float) -> list[Manoeuvre]:
     def turn(label: str, sign: float) -> Manoeuvre:
         parts = [0.0, 0.0, 0.0]
         parts[axis] = sign * torque
-        return Manoeuvre(label, HALF, Wrench(weight, Vec3(*parts)), _turns(axis, sign * TURN_RATE), asked)
+        judge = _turns(axis, sign * TURN_RATE, sign * torque)
+        return Manoeuvre(label, HALF, Wrench(weight, Vec3(*parts)), judge, asked)
 
     return [
         turn(f"torque +{name}", 1.0),
@@ -89,19 +90,29 @@ def _stays(before: VehicleState, after: VehicleState) -> str:
     return "" if change <= 0.3 else f"velocity changed by {change:.3g} m/s under thrust m g, expected at most 0.3"
 
 
-def _climbs(vehicle: Vehicle) -> Judge:
-    gain = CLIMB * vehicle.gravity * CLIMB_TIME
-    return lambda before, after: _near("change of v_w.z in m/s (z up)", after.v_w.z - before.v_w.z, gain)
+def _lifts(vehicle: Vehicle, part: float) -> Judge:
+    """Judge a thrust that is ``part`` of the weight above it."""
+    gravity = vehicle.gravity
+
+    def judge(before: VehicleState, after: VehicleState) -> str:
+        change = after.v_w.z - before.v_w.z
+        wrong = _near("change of v_w.z in m/s (z up)", change, part * gravity * CLIMB_TIME)
+        lift = gravity + change / CLIMB_TIME
+        mass = (1.0 + part) * vehicle.mass * gravity / lift if lift > 0.0 else 0.0
+        return wrong + (f", as with {mass:.3g} kg" if wrong and mass else "")
+
+    return judge
 
 
-def _brakes(vehicle: Vehicle) -> Judge:
-    gain = -CLIMB * vehicle.gravity * CLIMB_TIME
-    return lambda before, after: _near("change of v_w.z in m/s (z up)", after.v_w.z - before.v_w.z, gain)
-
-
-def _turns(axis: int, change: float) -> Judge:
+def _turns(axis: int, change: float, torque: float) -> Judge:
     name = f"change of omega_b.{'xyz'[axis]} in rad/s"
-    return lambda before, after: _near(name, after.omega_b[axis] - before.omega_b[axis], change)
+
+    def judge(before: VehicleState, after: VehicleState) -> str:
+        found = after.omega_b[axis] - before.omega_b[axis]
+        wrong = _near(name, found, change)
+        return wrong + (f", as with {torque * HALF / found:.3g} kg m^2" if wrong and torque * found > 0.0 else "")
+
+    return judge
 
 
 def _drifts(axis: int) -> Judge:

@@ -69,6 +69,7 @@ class PlantCheck(FlightNode):
         self._before: VehicleState | None = None
         self._probe = [*_OWN, _NONFINITE] if self.lockstep else []
         self._probed = 0.0
+        self._said = ""
         self._expect("the vehicle sends and takes what it must, and says READY", self.flight.start_timeout)
         self.subscribe("state", self._on_state, depth=64)
         self.subscribe("actuation", self._on_actuation, depth=64)
@@ -79,7 +80,7 @@ class PlantCheck(FlightNode):
                 self.subscribe(topic.name, self._on_optional(topic.name), depth=64, raw=True)
 
     def _expect(self, rule: str, patience: float) -> None:
-        self._expected, self._deadline = rule, time.monotonic() + patience
+        self._expected, self._patience, self._deadline = rule, patience, time.monotonic() + patience
 
     def _watch_flight(self) -> None:
         """Leave the time limits to ``on_tick``, which names the rule."""
@@ -94,6 +95,7 @@ class PlantCheck(FlightNode):
 
     def _on_flight_state(self, message: FlightState) -> None:
         self._rules.phase(message)
+        self._said = message.reason if message.state == FlightState.WAITING else ""
         super()._on_flight_state(message)
 
     def _on_optional(self, topic: str) -> Callable[[bytes], None]:
@@ -151,7 +153,9 @@ class PlantCheck(FlightNode):
             self._break("flight/state comes once a second", f"nothing for {quiet:.1f} s")
         elif now > self._deadline:
             found = ", ".join(self.missing_links())
-            self._break(self._expected, "it did not in time" + (f"; not matched: {found}" if found else ""))
+            said = f"; the vehicle says: {self._said}" if self._said else ""
+            links = f"; not matched: {found}" if found else ""
+            self._break(self._expected, f"not within {self._patience:g} s{said}{links}")
         elif now - self.started > _LONGEST + self.flight.start_timeout:
             self._break("a check is over in time", f"the manoeuvres take longer than {_LONGEST:g} s")
 
@@ -159,7 +163,7 @@ class PlantCheck(FlightNode):
         self._report.add(rule, problem)
         if not self._rules.last:
             self._endpoints()
-        self.finish(1, problem)
+        self.finish(1, f"{rule}: {problem}")
 
     def _answer(self, state: VehicleState, step: int) -> None:
         if step >= self._until and self._until and self._left:
@@ -198,9 +202,11 @@ class PlantCheck(FlightNode):
         self._report.add("twist of odom is in the body frame", wrong, optional=True)
 
     def _endpoints(self) -> None:
+        ours = (self.get_name(), self.get_namespace())
         for topic in (*_OUT, *_TOOLS):
             optional = topic in _TOOLS
-            found = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
+            senders = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
+            found = [info for info in senders if (info.node_name, info.node_namespace) != ours]
             label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
             label += ", latched" if topic.latched else ""
             if not found:
