@@ -140,7 +140,7 @@ def supervise(
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
-    cause = early = ""
+    cause = early = untold = ""
     late: tuple[str, ...] = ()
     deadline = time.monotonic() + patience.start
     known: Sighting | None = None
@@ -154,6 +154,9 @@ def supervise(
                 deadline = deadline if left is None else now + left
             known = state
         show(state)
+        if untold and state is not None and _waits(state):  # without news the flight may even be over
+            complain(f"{untold}: its node has {_LEFT_EARLY:g} s to appear")
+            untold = ""
         ended = processes.reap()
         if any(ended.values()):
             # The end of the flight may have been published, but not received here yet.
@@ -166,9 +169,8 @@ def supervise(
             if not cause and role not in spared and not _may_leave(state, code):
                 cause = f"{role} {describe_exit(code)}"
                 deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
-            elif not early and role not in spared and _waits(state):
-                early = f"{role} {describe_exit(code)} before the flight began"
-                complain(f"{early}: its node has {_LEFT_EARLY:g} s to appear")
+            elif not (cause or early) and role not in spared and _waits(state):
+                early = untold = f"{role} {describe_exit(code)} before the flight began"
                 deadline = min(deadline, now + _LEFT_EARLY)
         if now >= deadline:
             if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
@@ -178,10 +180,8 @@ def supervise(
                 processes.interrupt_owner()
                 deadline = now + (patience.landing if _flies(state) else patience.answer)
                 continue
-            if not cause and state is not None and state.phase == ENDED:
-                late = tuple(processes.pids())
-            else:
-                cause = cause or _silent(state, early)
+            hung = not cause and state is not None and state.phase == ENDED
+            late, cause = (tuple(processes.pids()), "") if hung else ((), cause or _silent(state, early))
             processes.stop()
     return Outcome(cause, late)
 

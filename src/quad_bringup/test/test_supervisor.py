@@ -137,11 +137,22 @@ def test_a_flight_that_does_not_start_is_stopped(monkeypatch):
 
 
 @pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for trajectory")])
-def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch):
+def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch, capsys):
     flight = Flight([(1, None, {"trajectory": 0}), (3, known, {})], monkeypatch)
     patient = PATIENCE._replace(start=60.0)
     assert flight.supervise(patience=patient) == Outcome("trajectory ended with exit code 0 before the flight began")
     assert flight.now < 15.0
+    said = "fly: trajectory ended with exit code 0 before the flight began: its node has 10 s to appear\n"
+    assert capsys.readouterr().err == (said if known else "")
+
+
+def test_nodes_that_leave_because_they_were_asked_to_are_not_waited_for(monkeypatch, capsys):
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    flight = Flight([(0.3, state(WAITING, 0, "waiting for recorder"), ALL_LEFT)], monkeypatch)
+    monkeypatch.setattr(flight, "stop", lambda: None)
+    assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
+    assert capsys.readouterr().err == ""
 
 
 def test_a_flight_that_begins_after_a_node_has_left_is_judged_like_any_other(monkeypatch):
