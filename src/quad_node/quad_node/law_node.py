@@ -16,8 +16,9 @@ from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
 from quad_node.exchange import exchange_of
+from quad_node.inputs import Arrival, InputTopic, age
 from quad_node.native import NATIVE, native_step
-from quad_node.responder import Arrival, InputTopic, Responder, Sample, age
+from quad_node.responder import Responder, Sample
 from quad_node.topics import message_type
 
 _CATCH_UP = 2.0  # s that a shadow has for its last answers

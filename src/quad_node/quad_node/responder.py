@@ -18,20 +18,11 @@ from quad_node.codec import MALFORMED, ForeignRunError, Stamped, head_of, step_o
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
+from quad_node.inputs import Arrival, InputTopic
 from quad_node.joining import Joining, Place
 from quad_node.succession import LARGEST_GAP, Succession
 
-_KEPT_ARRIVALS = 64
 _LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
-
-
-class Arrival(NamedTuple):
-    """A value of an input topic: the steps [``step``, ``next_step``) that it holds for, when it came (steady s)."""
-
-    step: int
-    next_step: int
-    value: Any
-    arrived: float
 
 
 class Sample(NamedTuple):
@@ -41,36 +32,6 @@ class Sample(NamedTuple):
     stamp_ns: int
     state: VehicleState
     dt: float
-
-
-class InputTopic:
-    """What has come of one topic that a step needs beside the state."""
-
-    def __init__(self, topic: str, lag: int, role: str) -> None:
-        """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before. ``role`` gives it."""
-        self.topic, self.lag, self.role = topic, lag, role
-        self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
-        self._arrivals: deque[Arrival] = deque(maxlen=_KEPT_ARRIVALS)
-
-    def put(self, arrival: Arrival) -> None:
-        """Keep a value."""
-        self._arrivals.append(arrival)
-
-    def newest(self) -> Arrival | None:
-        """Return the value that came last."""
-        return self._arrivals[-1] if self._arrivals else None
-
-    def is_past(self, step: int) -> bool:
-        """Return whether values of later steps have come: what ``step`` lacks now never comes."""
-        return bool(self._arrivals) and self._arrivals[-1].step > step - self.lag
-
-    def at(self, step: int) -> Arrival | None:
-        """Return the value that belongs to ``step``, None if it has not come."""
-        due = step - self.lag
-        for arrival in reversed(self._arrivals):
-            if arrival.step <= due < arrival.next_step:
-                return arrival
-        return None
 
 
 class Responder(FlightNode):
@@ -198,6 +159,7 @@ class Responder(FlightNode):
         self.states_seen += step != last
         if last < step < self._due:
             self._states.take(step, now)
+            self._answer_late()
             return
         stamped = self._read("state", payload, self._read_state)
         if stamped is None:
@@ -229,6 +191,7 @@ class Responder(FlightNode):
         elif step >= self._due:
             self._due = step + self.period_steps
             if not self.lockstep:
+                self._answer_late()
                 self._pending.clear()
             self._pending.append((step, stamp, state))
             self._answer_pending()
@@ -245,9 +208,16 @@ class Responder(FlightNode):
         step = step_of(payload)
         return 0 <= step < self._due - taken.lag
 
-    def _answer_pending(self) -> None:
+    def _answer_late(self) -> None:
+        """Answer in real time what has waited for an input of its step until the next state: with what there is."""
+        if self._pending and not self.lockstep:
+            self._answer_pending(late=True)
+
+    def _answer_pending(self, late: bool = False) -> None:
         while self._pending:
             step, stamp, state = self._pending[0]
+            if not (self.lockstep or late) and self._comes_soon(step):
+                return
             arrivals = [taken.at(step) if self.lockstep else taken.newest() for taken in self._inputs]
             missing = self._missing(step, arrivals)
             if missing is not None and not self.leaves_out(missing, step):
@@ -263,6 +233,10 @@ class Responder(FlightNode):
             for publisher, message in self.answer(sample, arrivals):
                 publisher.publish(message)
                 self.answers.append((publisher, message))
+
+    def _comes_soon(self, step: int) -> bool:
+        """Return whether an input for ``step`` is on its way: its giver has got the state of ``step`` as we have."""
+        return any(not taken.lag and taken.has_run_out(step, self.period_steps) for taken in self._inputs)
 
     def _missing(self, step: int, arrivals: list[Arrival | None]) -> InputTopic | None:
         for taken, arrival in zip(self._inputs, arrivals, strict=True):
@@ -290,8 +264,3 @@ class Responder(FlightNode):
         if missing is not None:
             text = f"step {step}: no {missing.topic} from {missing.role}"
             self.set_status(NodeStatus.WAITING, text, (missing.topic, missing.role))
-
-
-def age(arrival: Arrival) -> float:
-    """Return how long ago a value came, s on the steady clock."""
-    return time.monotonic() - arrival.arrived

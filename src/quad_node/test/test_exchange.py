@@ -20,7 +20,7 @@ from paired_controllers import (
     warm,
 )
 
-from quad_node.responder import Arrival
+from quad_node.inputs import Arrival
 
 
 @pytest.fixture

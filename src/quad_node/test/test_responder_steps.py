@@ -98,6 +98,7 @@ def test_in_real_time_the_newest_value_is_always_read(make):
     node.reference(0, 5)
     node.state(0)
     node.actuation(2, thrust=7.0)
+    node.reference(5, 10)
     node.state(5)
     assert node.samples[1][1][1].thrust == 7.0
 
@@ -156,8 +157,9 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
     node.state(7)
     node.reference(1, 2, x=2.0)
     node.state(8)
+    node.state(9)
     assert node.steps() == [0, 7, 8]
-    assert [values[0].p_w.x for _, values in node.samples] == [1.0, 1.0, 2.0]
+    assert [values[0].p_w.x for _, values in node.samples] == [1.0, 2.0, 2.0]
     assert [values[1] for _, values in node.samples] == [None, None, None]
 
 
@@ -166,7 +168,7 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
 )
 def test_in_real_time_the_step_is_the_time_that_passed_within_half_and_twice_the_period(make, gap, dt):
     node = make("period_steps:=1", "flight.mode:='realtime'")
-    node.reference(0, 1)
+    node.reference(0, 100)
     node.state(0)
     node.state(1, stamp=gap)
     assert [sample.dt for sample, _ in node.samples] == [0.002, dt]
