@@ -236,6 +236,8 @@ class Conduct:
             self._time, self._hand_over = 0.0, None
         else:
             self._time += seen.dt
+        if mode == Mode.LAND and self._memory.timers.rest > 0.0:
+            return references.above(references.sample(self._plan, self._time), seen.state)
         if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
             return references.sample(self._plan, self._time)
         point = references.continued(seen.mission, seen.mission_lag)

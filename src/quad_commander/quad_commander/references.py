@@ -150,6 +150,16 @@ def from_state(state: VehicleState) -> TrajectoryPoint:
     return TrajectoryPoint(0.0, state.p_w, state.v_w, zero, zero, zero, yaw, 0.0, 0.0)
 
 
+def above(point: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
+    """Return ``point`` moved to where the vehicle is, at its own height: who stands on the ground is not to tilt."""
+    return point._replace(
+        p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z),
+        v_w=Vec3(0.0, 0.0, point.v_w.z),
+        a_w=Vec3(0.0, 0.0, point.a_w.z),
+        jerk_w=Vec3(0.0, 0.0, point.jerk_w.z),
+    )
+
+
 def sample(plan: ReferencePlan, time: float) -> TrajectoryPoint:
     """Return the reference ``time`` s after the plan was made; ``trajectory_time`` is negative until it is at rest."""
     x, y, z, yaw = at(plan.x, time), at(plan.y, time), at(plan.z, time), at(plan.yaw, time)

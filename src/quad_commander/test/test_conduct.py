@@ -159,6 +159,19 @@ def test_an_operator_holds_goes_on_and_lands():
     assert largest_steps(flight.in_the_air())[0] < 1.05 * DT
 
 
+def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
+    """6 cm beside its reference a vehicle tilted by 5 degrees towards it before its motors stopped."""
+    aside = VehicleState(Vec3(0.05, -0.06, 0.0), Vec3(), Quat(), Vec3())
+    for thrust, x in ((1.0, 0.0), (0.5, 0.05)):  # in the air it does
+        landing = Flight("takeoff,hold:600").go(8.0).go(1.0, Asked(Request.LAND, "me"))
+        landing.go(0.1, state=aside, thrust=thrust)
+        assert landing.conduct.mode == Mode.LAND
+        reference = landing.references[-1]
+        assert reference.p_w.x == pytest.approx(x, abs=1e-9)
+        assert (reference.v_w.x, reference.v_w.y, reference.a_w.x) == (0.0, 0.0, 0.0)
+        assert reference.v_w.z < 0.0
+
+
 def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():
     flight = Flight("").go(1.0)
     assert flight.conduct.mode == Mode.DISARMED
