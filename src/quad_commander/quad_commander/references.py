@@ -152,12 +152,7 @@ def from_state(state: VehicleState) -> TrajectoryPoint:
 
 def above(point: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
     """Return ``point`` moved to where the vehicle is, at its own height: who stands on the ground is not to tilt."""
-    return point._replace(
-        p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z),
-        v_w=Vec3(0.0, 0.0, point.v_w.z),
-        a_w=Vec3(0.0, 0.0, point.a_w.z),
-        jerk_w=Vec3(0.0, 0.0, point.jerk_w.z),
-    )
+    return point._replace(p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z))
 
 
 def sample(plan: ReferencePlan, time: float) -> TrajectoryPoint:
