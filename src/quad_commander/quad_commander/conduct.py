@@ -236,12 +236,11 @@ class Conduct:
             self._time, self._hand_over = 0.0, None
         else:
             self._time += seen.dt
-        point = references.sample(self._plan, self._time)
-        sideways = self._time < max(self._plan.x.duration, self._plan.y.duration)
-        if mode == Mode.LAND and self._memory.timers.rest > 0.0 and not sideways:
-            return references.above(point, seen.state)
         if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
-            return point
+            point = references.sample(self._plan, self._time)
+            sideways = self._time < max(self._plan.x.duration, self._plan.y.duration)
+            on_ground = mode == Mode.LAND and self._memory.timers.rest > 0.0
+            return references.above(point, seen.state) if on_ground and not sideways else point
         point = references.continued(seen.mission, seen.mission_lag)
         if self._hand_over is None:
             self._hand_over, self._handed = references.plan_hand_over(limits, current, point), 0.0

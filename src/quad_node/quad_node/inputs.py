@@ -36,13 +36,13 @@ class InputTopic:
         return self._arrivals[-1] if self._arrivals else None
 
     def has_run_out(self, step: int, period: int) -> bool:
-        """Return whether the newest value was for earlier steps and ``step`` is one of its successor.
+        """Return whether the newest value, of a topic without lag, was for steps before ``step``.
 
-        ``period``: steps between two answers of who takes it. Who answers more often than the value comes is not held
-        up by it: to him it soon counts.
+        ``period``: steps between two answers of who takes it. Where it answers more often than the value comes, a value
+        that is one step old is no reason to wait.
         """
         newest = self.newest()
-        return newest is not None and newest.next_step <= step - self.lag and newest.next_step - newest.step <= period
+        return newest is not None and newest.next_step <= step and newest.next_step - newest.step <= period
 
     def is_past(self, step: int) -> bool:
         """Return whether values of later steps have come: what ``step`` lacks now never comes."""
