@@ -89,4 +89,4 @@ def test_a_reference_that_asks_for_too_much_is_said_once_and_refused(tmp_path, p
     (said,) = [
         str(text) for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "infeasible_reference"
     ]
-    assert "at a limit of aibs for 2.0 s" in said
+    assert "no nearer for 2.0 s, at the tilt" in said

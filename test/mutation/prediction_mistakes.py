@@ -39,12 +39,13 @@ PREDICTION = {
         ("lag", "lag <= parameters.remaining_lag", "lag >= parameters.remaining_lag"),
         ("lag", "add(given.torque_b, scale(share, missing))", "wrench.torque_b"),
     ],
-    "quad_core.cycle.is_behind": [
+    "quad_core.cycle.distance_behind": [
         ("infeasible", "or internals.thrust_limited", ""),
         ("infeasible", "INFEASIBLE_ERROR * INFEASIBLE_ERROR", "0.0"),
     ],
     "quad_core.cycle.followed": [
-        ("infeasible", "since = -1", "since = since"),
-        ("infeasible", "infeasible < 0 and", ""),
+        ("behind_cycle", "distance == 0.0", "distance < 0.0"),
+        ("behind_cycle", "behind.least - PROGRESS", "behind.least"),
+        ("behind_cycle", "infeasible < 0 and", ""),
     ],
 }

@@ -105,22 +105,26 @@ def is_faulty(fault: SensorFault) -> bool:
 
 
 INFEASIBLE_ERROR = 1.0  # m from the reference with the position law at a limit,
-INFEASIBLE_TIME = 2.0  # for longer than this, s
+INFEASIBLE_TIME = 2.0  # without coming nearer for longer than this in s,
+PROGRESS = 0.1  # m by which the least error has to fall to count as nearer
 LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
 
 
 class Behind(NamedTuple):
-    """Since when the vehicle has been behind, and when that had first lasted longer than INFEASIBLE_TIME.
+    """The spell in which the vehicle is behind its reference: times are stamps of states in ns, -1: none.
 
-    Both are stamps of states in ns, -1: not.
+    ``since_ns``: when the spell began. ``least``: the least error in m, ``nearer_ns``: when it last fell by PROGRESS.
+    ``infeasible_ns``: when it had first not fallen for longer than INFEASIBLE_TIME.
     """
 
     since_ns: int = -1
+    nearer_ns: int = -1
+    least: float = 0.0
     infeasible_ns: int = -1
 
 
-def is_behind(internals: PositionInternals) -> bool:
-    """Return whether the law met a limit in this step, farther than INFEASIBLE_ERROR from its reference."""
+def distance_behind(internals: PositionInternals) -> float:
+    """Return the position error in m if the law met a limit in this step and it exceeds INFEASIBLE_ERROR, else 0."""
     limited = (
         internals.velocity_limited
         or internals.acceleration_limited
@@ -129,29 +133,39 @@ def is_behind(internals: PositionInternals) -> bool:
         or internals.descent_limited
     )
     error = internals.position_error
-    return limited and dot(error, error) > INFEASIBLE_ERROR * INFEASIBLE_ERROR
+    square = dot(error, error)
+    if limited and square > INFEASIBLE_ERROR * INFEASIBLE_ERROR:
+        return math.sqrt(square)
+    return 0.0
 
 
-def never_behind(_: Any) -> bool:
-    """Return False: whose internals have no errors or no limits cannot be judged by them."""
-    return False
+def never_behind(_: Any) -> float:
+    """Return 0: internals without errors or limits show no distance."""
+    return 0.0
 
 
-def behind_check(kind: type[Any]) -> Callable[[Any], bool]:
-    """Return ``is_behind`` for internals of ``kind``, ``never_behind`` where it lacks a field that counts."""
-    return is_behind if {"position_error", *LIMIT_FLAGS} <= {*kind._fields} else never_behind
+def behind_check(kind: type[Any]) -> Callable[[Any], float]:
+    """Return ``distance_behind`` for internals of ``kind``, ``never_behind`` where it lacks a field that counts."""
+    return distance_behind if {"position_error", *LIMIT_FLAGS} <= {*kind._fields} else never_behind
 
 
-def followed(behind: Behind, behind_now: bool, stamp_ns: int) -> Behind:
-    """Return ``behind`` after the state of ``stamp_ns``."""
-    since, infeasible = behind
-    if not behind_now:
-        since = -1
-    elif since < 0:
-        since = stamp_ns
-    elif infeasible < 0 and (stamp_ns - since) / 1e9 > INFEASIBLE_TIME:
+def limits_met(internals: PositionInternals) -> str:
+    """Return the names of the limits that the law met in this step, for example ``tilt, thrust``."""
+    return ", ".join(name.removesuffix("_limited") for name in LIMIT_FLAGS if getattr(internals, name))
+
+
+def followed(behind: Behind, distance: float, stamp_ns: int) -> Behind:
+    """Return ``behind`` after the state of ``stamp_ns``, at which the vehicle was ``distance`` m behind (0: not)."""
+    if distance == 0.0:
+        return Behind(-1, -1, 0.0, behind.infeasible_ns)
+    if behind.since_ns < 0:
+        return Behind(stamp_ns, stamp_ns, distance, behind.infeasible_ns)
+    if distance < behind.least - PROGRESS:
+        return Behind(behind.since_ns, stamp_ns, distance, behind.infeasible_ns)
+    infeasible = behind.infeasible_ns
+    if infeasible < 0 and (stamp_ns - behind.nearer_ns) / 1e9 > INFEASIBLE_TIME:
         infeasible = stamp_ns
-    return Behind(since, infeasible)
+    return Behind(behind.since_ns, behind.nearer_ns, behind.least, infeasible)
 
 
 def finite_check(kind: type[Any]) -> Callable[[Any], bool]:

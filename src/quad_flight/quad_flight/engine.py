@@ -78,7 +78,7 @@ def _functions(modules: Modules) -> dict[str, Callable[..., Any]]:
         "trajectory_sample": modules.trajectory.sample,
         "trajectory_duration": modules.trajectory.duration,
         "answer": stages.answer_of(modules.stages),
-        "is_behind": behind_check(modules.stages.position_controller.Internals),
+        "distance_behind": behind_check(modules.stages.position_controller.Internals),
     }
 
 

@@ -45,7 +45,7 @@ class Result(NamedTuple):
     """How a flight went, one of ``OUTCOMES``.
 
     Ended, diverged (left its bounds), refused (a number was not finite, no plan), taken over, or infeasible (flown to
-    the end, but the position law was at a limit for more than 2 s, more than 1 m from its reference).
+    the end, but the position law at a limit came no nearer to a reference 1 m or more away for more than 2 s).
 
     ``refused``: role of the stage whose output or memory held that number, else empty. ``reason``: why a flight was
     refused before its first step, in the words of the plug-in that did (a trajectory that cannot be flown within its

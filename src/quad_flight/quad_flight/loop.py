@@ -52,7 +52,7 @@ trajectory_plan: Function = unbound
 trajectory_sample: Function = unbound
 trajectory_duration: Function = unbound
 answer: Function = unbound
-is_behind: Function = unbound
+distance_behind: Function = unbound
 write: Function = unbound
 
 LOGGING = False
@@ -184,7 +184,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
 
     The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step is
     logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is down,
-    and INFEASIBLE at the planned end when the vehicle had been too far behind its reference for too long.
+    and INFEASIBLE at the planned end when the vehicle, at a limit, had come no nearer to its reference for too long.
     """
     vehicle = setup.vehicle
     schedule = setup.schedule
@@ -232,7 +232,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         signals, memory, internals, refused = answer(setup, memory, signals, internals, state, reference, actuation, k)
         if refused == 0:
             if k % schedule.stage_steps.position_controller == 0:
-                behind = followed(behind, is_behind(internals.position_controller), k * schedule.plant_period)
+                distance = distance_behind(internals.position_controller)
+                behind = followed(behind, distance, k * schedule.plant_period)
             command = signals[-1]
             if score.samples > 0:
                 score = with_torque_change(score, before.torque_b, command.torque_b)

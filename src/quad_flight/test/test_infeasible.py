@@ -36,3 +36,21 @@ def test_both_engines_fly_it_with_the_same_bits(both):
 
 def test_the_same_with_tilt_enough_ends():
     assert flight.fly(flight.from_names("case2", duration=6.0)).outcome == "ended"
+
+
+@pytest.mark.parametrize("preset", ["tuned", "minimal"])
+@pytest.mark.parametrize("case", ["case1", "case2"])
+def test_the_papers_own_start_is_followed(case, preset):
+    """A step of 6 to 13 m: the laws are at their limits for more than 2 s, and come nearer all the time."""
+    request = flight.from_names(
+        case, preset=preset, start="printed", duration=8.0, settings=["vehicle.thrust_to_weight=4"]
+    )
+    flown = flight.fly(request)
+    assert flown.outcome == "ended"
+    assert np.linalg.norm(flown.topics["position_controller/internals"]["position_error"][-1]) < 1.0
+
+
+@pytest.mark.parametrize("start", ["approach", "printed"])
+def test_a_figure_at_five_times_its_speed_is_infeasible(start):
+    request = flight.from_names("case2", start=start, duration=10.0, settings=["trajectory.case2.time_scale=0.2"])
+    assert flight.fly(request).outcome == "infeasible"

@@ -30,7 +30,7 @@ def node(monkeypatch):
     rclpy.try_shutdown()
 
 
-def test_two_seconds_at_a_limit_far_behind_are_said_once(node):
+def test_two_seconds_at_a_limit_without_coming_nearer_are_said_once(node):
     far = PositionInternals(position_error=Vec3(0.0, 1.5, 0.0), tilt_limited=True)
     for t in (0.5, 1.0, 2.4, 2.5):
         node.on_internals(far, sample(t))
@@ -39,4 +39,11 @@ def test_two_seconds_at_a_limit_far_behind_are_said_once(node):
         node.on_internals(far, sample(t))
     ((severity, kind, text),) = node.said
     assert (severity, kind) == (FlightEvent.WARNING, "infeasible_reference")
-    assert text == "1.50 m from the reference, at a limit of aibs for 2.0 s"
+    assert text == "1.50 m from the reference and no nearer for 2.0 s, at the tilt limit of aibs"
+
+
+def test_a_far_reference_that_comes_nearer_is_not_said(node):
+    for k in range(100):
+        error = Vec3(0.0, 13.0 - 0.1 * k, 0.0)
+        node.on_internals(PositionInternals(position_error=error, velocity_limited=True), sample(0.5 + 0.1 * k))
+    assert node.said == []

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR
-from quad_core.cycle import INFEASIBLE_ERROR, INFEASIBLE_TIME, LIMIT_FLAGS
+from quad_core.cycle import INFEASIBLE_TIME, LIMIT_FLAGS, Behind, distance_behind, followed, limits_met
 from quad_core.guard_parameters import GuardParameters
+from quad_core.types import PositionInternals, Vec3
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
 from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
@@ -159,20 +160,23 @@ def stopped_motors(flown: Flown) -> str:
 
 
 def infeasible_reference(flown: Flown) -> str:
-    """Say how long the position law was at its limits without a break, INFEASIBLE_ERROR behind its reference."""
-    internals = flown.tables.get("position_controller/internals")
-    if internals is None or not {"position_error", *LIMIT_FLAGS} <= {*(internals.dtype.names or ())}:
+    """Say when the position law, at a limit, came no nearer to a reference that it was far behind."""
+    table = flown.tables.get("position_controller/internals")
+    if table is None or not {"position_error", *LIMIT_FLAGS} <= {*(table.dtype.names or ())}:
         return ""
-    internals = by_stamp(internals)
-    limited = np.any([internals[name] for name in LIMIT_FLAGS], axis=0)
-    errors = norms(internals["position_error"])
-    behind = _longest(internals["stamp_ns"] * 1e-9, limited & (errors > INFEASIBLE_ERROR))
-    if behind.time <= INFEASIBLE_TIME:
-        return ""
-    return (
-        f"the reference asked for more than the vehicle has: {behind.time:.2f} s at a limit of the position law from "
-        f"{behind.begin:.2f} s on, up to {errors.max():.3g} m behind"
-    )
+    table = by_stamp(table)
+    behind = Behind()
+    flags = np.stack([table[name] for name in LIMIT_FLAGS], axis=1)
+    for stamp_ns, error, met in zip(table["stamp_ns"].tolist(), table["position_error"], flags, strict=True):
+        internals = PositionInternals(position_error=Vec3(*error), **dict(zip(LIMIT_FLAGS, met, strict=True)))
+        behind = followed(behind, distance_behind(internals), stamp_ns)
+        if behind.infeasible_ns >= 0:
+            return (
+                f"the reference asked for more than the vehicle has: no nearer than {behind.least:.3g} m "
+                f"for {INFEASIBLE_TIME:g} s from {behind.nearer_ns * 1e-9:.2f} s on, "
+                f"at the {limits_met(internals)} limit of the position law"
+            )
+    return ""
 
 
 RULES = (
@@ -186,7 +190,7 @@ RULES = (
     Rule("every number of the flown path is one of a flight", numbers),
     Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
     Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
-    Rule("the position law is not at a limit for 2 s, 1 m or more from its reference", infeasible_reference),
+    Rule("a position law at a limit, 1 m or more from its reference, comes nearer within 2 s", infeasible_reference),
     Rule("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
 )
 """What a good flight's bag must show."""
