@@ -1,4 +1,4 @@
-"""What one step of each law costs: in CPython, compiled by Numba, and in a node as machine code, values in and out."""
+"""What one step of each law costs: in CPython, compiled by Numba, and in a node with checks and internals."""
 
 import time
 from types import FunctionType
@@ -23,8 +23,6 @@ from quad_core.types import (
 )
 from quad_core.vehicle import Vehicle
 from quad_dynamics.sensor import taken
-from quad_native import native
-from quad_native.build import build
 
 BENCH = "laws"
 _PLAIN, _COMPILED = 5_000, 500_000
@@ -55,7 +53,7 @@ def measure(rounds: int) -> list[Row]:
                 Row(BENCH, f"{label}: compiled", quick, "ns/step"),
                 Row(
                     BENCH,
-                    f"{label}: machine code in a node",
+                    f"{label}: in a node",
                     node,
                     "us/step",
                     "",
@@ -79,14 +77,12 @@ def _cost(spin: Any, law: Any, setpoint: Any, count: int, dt: float) -> float:
 def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
     """Return the time in s of what ``LawNode`` does for a step, without messages."""
     parameters, vehicle, table = law.Parameters(), Vehicle(), states()
-    build(law.step)
-    step = native(law.step)
     memory, flat = law.init(parameters, vehicle), flattener(law.Internals)
     output_finite, memory_finite = finite_check(_OUTPUT[group]), finite_check(law.Memory)
     values = [inputs(taken(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
     began = time.perf_counter()
     for k in range(_PLAIN):
-        output, memory, internals = step(parameters, vehicle, memory, values[k % _STATES], dt)
+        output, memory, internals = law.step(parameters, vehicle, memory, values[k % _STATES], dt)
         if not (output_finite(output) and memory_finite(memory)):
             raise RuntimeError(f"{law.__name__}: not finite")
         flat(internals)

@@ -15,7 +15,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message
 
-from quad_bringup import preparation
 from quad_bringup.domains import reserved_domain
 from quad_bringup.processes import Processes, executable
 from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
@@ -110,7 +109,6 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
         run_id = f"bench-{os.getpid()}-{time.monotonic_ns()}"
         identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(Path(scratch, "bag"))}}
         nodes = resolve_flight(request, identity)
-        preparation.build_lacking(nodes.values(), "bench")
         parameters = logs / "parameters.yaml"
         parameters.write_text(parameter_file(nodes), encoding="utf-8")
         processes = Processes(logs, {**os.environ, "ROS_DOMAIN_ID": str(domain)})

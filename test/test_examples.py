@@ -1,15 +1,13 @@
-"""Every example flies without ROS; the laws, plants and trajectories are as pure as those that ship."""
+"""Every example flies without ROS."""
 
 import configparser
 import re
 import runpy
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
-from quad_core import plugins, purity
-from quad_core.cascade import GROUPS
+from quad_core import plugins
 from quad_flight import flight
 
 pytestmark = pytest.mark.unit
@@ -81,14 +79,6 @@ def test_a_vehicle():
     assert flown.topics["actuation"]["thrust"].max() <= 2.5 * 0.5 * 9.81 + 1e-9
     # in hover four rotors carry 0.5 kg: 600 rad/s each
     assert abs(flown.topics["actuation"]["rotor_speed"][-500:].mean() - 600.0) < 30.0
-
-
-@pytest.mark.parametrize("name", ["my_law", "my_attitude_law", "my_trajectory", "my_plant"])
-def test_it_is_pure_text(name):
-    found = [(group, point) for group in GROUPS for point in entry_points(group=group) if point.name == name]
-    assert len(found) == 1
-    group, point = found[0]
-    assert purity.check_plugin(group, plugins.load(group, point.name)) == []
 
 
 @pytest.fixture

@@ -5,9 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
 from flying import CONFIG, busy_loops, finish, flown, fly, hash_of, start
-from rclpy.serialization import deserialize_message
 
 from quad_flight import flight as without_ros
 from quad_flight_log.bag.payload_hash import STEP_TOPICS, payload_hash, topic_hashes
@@ -141,28 +139,6 @@ def test_two_busy_loops_change_nothing(tmp_path, lone_hash):
 def test_one_process_for_all_nodes_changes_nothing(tmp_path, lone_hash):
     bag = flown(*HOVER, "--one-process", "--out", tmp_path / "bag")
     assert payload_hash(bag) == lone_hash
-
-
-def machine_code_of(bag):
-    """Return what each node said in /diagnostics of how its law or plant is run."""
-    engines = {}
-    for payload in bag.payloads("/diagnostics")["/diagnostics"][0]:
-        for status in deserialize_message(payload, DiagnosticArray).status:
-            found = {pair.key: pair.value for pair in status.values}
-            if "machine_code" in found:
-                engines[status.hardware_id] = int(found["machine_code"])
-    return engines
-
-
-def test_machine_code_changes_nothing(tmp_path):
-    nodes = ("/simulator", "/position_controller", "/attitude_controller")
-    # long enough for /diagnostics, which come once a second of the wall clock
-    choices = ("hover", "--duration", "12", "--seed", "11")
-    fast = flown(*choices, "--out", tmp_path / "fast")
-    slow = flown(*choices, "--set", "flight.machine_code=false", "--out", tmp_path / "slow")
-    assert machine_code_of(fast) == dict.fromkeys(nodes, 1)
-    assert machine_code_of(slow) == dict.fromkeys(nodes, 0)
-    assert payload_hash(fast) == payload_hash(slow)
 
 
 def test_one_process_that_is_told_wrong_or_interrupted_says_so(tmp_path):

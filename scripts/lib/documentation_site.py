@@ -21,7 +21,7 @@ LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / 
 # Packages whose modules import no ROS, nodes aside.
 PURE = (
     "quad_core", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics", "quad_flight",
-    "quad_native", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink", "quad_crazyflie",
+    "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink", "quad_crazyflie",
 )  # fmt: skip
 CONTENTS = {
     "Start": ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"),

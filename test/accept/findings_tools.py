@@ -17,11 +17,6 @@ by_tests(
     also="scripts/accept soak",
 )
 by_tests(
-    "a cached library that lacks a symbol, or is none",
-    "AttributeError, the node died",
-    "src/quad_native/test/test_native.py",
-)
-by_tests(
     "hostile bags and files of limits",
     "643 bags: 58 tracebacks, 2 hangs; log info over 60 s, a bomb of 2.4 GB over 120 s; escapes printed",
     f"{LOG}/test_hostile_bags.py",

@@ -1,6 +1,6 @@
 """100,000 random plans of all trajectories: none outside its limits, none over 1 s, none refused without need.
 
-Machine code plans them; every 20th is planned by CPython as well, which has to say the same to the bit and is timed.
+Compiled code plans them; every 20th is planned by CPython as well, which has to say the same to the bit and is timed.
 """
 
 import math
@@ -55,7 +55,7 @@ def main():
             different += report.different
     figures.check(not outside, f"{len(outside)} of {PLANS} plans outside their limits, seeds {outside[:10]}")
     print(f"     largest share of a limit in use: {worst:.6f}")
-    figures.check(not different, f"{len(different)} plans differ between CPython and machine code {different[:10]}")
+    figures.check(not different, f"{len(different)} plans differ between CPython and compiled {different[:10]}")
     figures.at_most("slowest plan, CPU time in CPython", slowest, SLOWEST, "s")
     for reason, count in refused.items():
         print(f"     {count} refused: {reason}")

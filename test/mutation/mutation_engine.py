@@ -40,7 +40,7 @@ MEMORY = 4 << 30
 TIME_UP = -signal.SIGXCPU
 # A test failed; a module of tests could not be collected; and the same where single tests were named.
 NOTICED = (1, 2, 4)
-COMPILED_TESTS = "not numba and not compiled and not machine_code and not bit_equal and not same_bits"
+COMPILED_TESTS = "not numba and not compiled and not bit_equal and not same_bits"
 
 
 class Mutation(NamedTuple):

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from quad_bringup import preparation, surroundings, vehicle_owner
+from quad_bringup import surroundings, vehicle_owner
 from quad_bringup.commanded import trajectory_of
 from quad_bringup.domains import reserved_domain
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
@@ -34,7 +34,6 @@ _EXAMPLES = """examples:
   scripts/fly case1 --preset minimal --plant paper
   scripts/fly hover --duration 5 --realtime
   scripts/fly case2 --one-process
-  scripts/fly hover --set flight.machine_code=false       laws and plant run by CPython: to debug them
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
   scripts/fly case2 --set position_controller.aibs.x.position_gain=3.5 --set simulator.held_gaussian.acceleration_sd=1.5
   scripts/fly flight --vehicle x500 --preset x500
@@ -115,8 +114,6 @@ def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes:
                 codes.append(fly(flight, domain, interrupted))
                 if interrupted.name:
                     break
-    if not interrupted.name:
-        preparation.build_in_background((node for flight in flights for node in flight.nodes.values()), "fly")
 
 
 def _check_namespace(name: str) -> None:

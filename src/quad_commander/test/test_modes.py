@@ -10,7 +10,7 @@ from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import Health
-from quad_core import guard, purity
+from quad_core import guard
 from quad_core.compilation import compiled
 
 DT = 0.01
@@ -167,10 +167,6 @@ def test_late_take_off_and_landing():
     assert fly(in_mode(Mode.TAKEOFF), 26.0)[0].mode == Mode.LAND
     assert fly(in_mode(Mode.LAND), 0.1, reference_done=True, done_time=4.9)[0].mode == Mode.LAND
     assert fly(in_mode(Mode.LAND), 0.1, reference_done=True, done_time=5.1)[0].mode == Mode.DESCEND
-
-
-def test_the_text_is_pure():
-    assert purity.check([modes.step], [modes.init]) == []
 
 
 def test_compiled_it_decides_the_same():

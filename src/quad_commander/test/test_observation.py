@@ -5,7 +5,6 @@ import math
 import pytest
 
 from quad_commander.observation import age, position_error, thrust_over_weight, tilt
-from quad_core import purity
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Actuation, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -29,7 +28,3 @@ def test_distance_thrust_and_age():
     assert thrust_over_weight(Vehicle(), Actuation(thrust=0.5 * 0.56 * 9.8)) == pytest.approx(0.5)
     assert age(600, 500, 0, 2_000_000) == 0.2
     assert age(600, -1, 100, 2_000_000) == 1.0
-
-
-def test_the_text_is_pure():
-    assert purity.check([tilt, position_error, thrust_over_weight, age]) == []

@@ -46,10 +46,6 @@ class FlightParameters(NamedTuple):
             99,
         ),
     ] = 40
-    machine_code: Annotated[
-        bool,
-        Flag("laws and plant as machine code where scripts/fly has built it: faster, and the same bits", live=False),
-    ] = True
     standby: Annotated[
         bool,
         Flag("a shadow controller flies when its own is silent, or when it is asked to; false: shadows only compute"),

@@ -56,7 +56,7 @@ DISTURBANCE = "quad.disturbance"
 class Group(NamedTuple):
     """What a module of a group must hold: types, functions called before step 0, functions called in flight.
 
-    ``set_up``: functions that may use all of Python; the others are pure text (``quad_core.purity``).
+    ``set_up``: functions that may use all of Python; the others keep the rules of ``quad_core.compilation``.
     """
 
     types: tuple[str, ...]

@@ -1,18 +1,14 @@
-"""Compiled by Numba the guard gives the same bits, and its text keeps the rules of pure text."""
+"""Compiled by Numba the guard gives the same bits."""
 
 import random
 
 import pytest
 from guard_cases import Owner, flying
 
-from quad_core import guard, purity
+from quad_core import guard
 from quad_core.compilation import compiled
 from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.types import Vec3, Wrench
-
-
-def test_the_text_is_pure():
-    assert purity.check([guard.step], [guard.init]) == []
 
 
 def random_inputs(rng, step, period):

@@ -10,7 +10,6 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from quad_core.prediction import Prediction, angular_acceleration, predict, unknown
-from quad_core.purity import check
 from quad_core.records import flattener
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -247,10 +246,6 @@ def test_a_fresh_state_without_age_is_left_as_it_is():
     assert (now.p_w, now.v_w, now.omega_b) == (state.p_w, state.v_w, state.omega_b)
     assert now.q_wb == pytest.approx(state.q_wb, abs=1e-15)
     assert shown.prediction_ages == (0.0, 0.0, 0.0)
-
-
-def test_the_text_is_pure():
-    assert check([predict], [unknown]) == []
 
 
 def test_compiled_it_gives_the_same_bits():

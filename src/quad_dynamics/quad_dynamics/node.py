@@ -15,7 +15,6 @@ from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import PlantOutput
 from quad_msgs.msg import FlightState
 from quad_node.main import run
-from quad_node.native import NATIVE, native_or_python
 from quad_node.vehicle_node import VehicleNode
 
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
@@ -31,8 +30,6 @@ class Simulator(VehicleNode):
         super().__init__(SIMULATOR)
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved)
-        self.model.step, self.engine = native_or_python(self, self.model.step)
-        self.model.lumped, _ = native_or_python(self, self.model.lumped)
         self._output = PlantOutput(self, self.model)
         self._received_step = -1
         self._repeats = 0
@@ -166,10 +163,6 @@ class Simulator(VehicleNode):
             self._publish_step()
         else:
             self.give_up(self.blame())
-
-    def measurements(self) -> dict[str, float]:
-        """Return diagnostics: engine, missed commands, state-to-command latency in ms since the last report."""
-        return {**super().measurements(), "machine_code": int(self.engine == NATIVE)}
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ class PlantModel:
 
     ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
     that comes next. ``actuation`` is that of the last step, ``actuated_step``. ``step`` and ``lumped`` are the plant's
-    functions; a node may put machine code of them in their place.
+    functions.
     """
 
     def __init__(self, resolved: Resolved) -> None:

@@ -167,7 +167,7 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
         *(module.init(own, setup.vehicle) for module, own in zip(flight.modules.stages, setup.stages, strict=True))
     )
     start = Start(sensing, linked, memory, Signals(*(stage.output() for stage in STAGES)))
-    # no stage is asked before step 0, and every number handed to machine code costs time in every flight
+    # no stage is asked before step 0, and every number handed to compiled code costs time in every flight
     on_ground = setup._replace(stages=(), internals=())
     try:
         carry: Carry = engine.take_off(on_ground, Drawn(*_drawn(flight, 1), sensing_line, link_line), start)

@@ -1,4 +1,4 @@
-"""A flight whose reference asks for more than the vehicle has did not end well, in Python and in machine code."""
+"""A flight whose reference asks for more than the vehicle has did not end well, in Python and compiled."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ LITTLE_TILT = "position_controller.aibs.limits.tilt=0.06"  # rad: too little for
 
 @pytest.fixture(scope="module")
 def both():
-    """Return the flight in Python and in machine code."""
+    """Return the flight in Python and compiled."""
     request = flight.from_names("case2", duration=6.0, settings=[LITTLE_TILT])
     return flight.fly(request), flight.fly(request, compiled=True)
 

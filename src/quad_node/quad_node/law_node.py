@@ -17,7 +17,6 @@ from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
 from quad_node.exchange import exchange_of
 from quad_node.inputs import Arrival, InputTopic, age
-from quad_node.native import NATIVE, native_step
 from quad_node.responder import Responder, Sample
 from quad_node.topics import message_type
 
@@ -34,7 +33,7 @@ class LawNode(Responder):
         self._ended: tuple[FlightState, float] | None = None
         self.law = self.resolved.law
         module = self.law.module
-        self.step, self.engine = native_step(self, module)
+        self.step = module.step
         self.memory = module.init(self.law.parameters, self.vehicle)
         self._is_finite = finite_check(self.stage.output)
         self._is_memory_finite = finite_check(module.Memory)
@@ -128,10 +127,6 @@ class LawNode(Responder):
         message, since = self._ended
         due = message.step // self.period_steps * self.period_steps
         return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
-
-    def measurements(self) -> dict[str, Any]:
-        """Return whether machine code runs the law, 1 or 0."""
-        return {"machine_code": int(self.engine == NATIVE)}
 
     def on_internals(self, internals: Any, sample: Sample) -> None:
         """Look at what the law showed of itself in one step; nothing here."""

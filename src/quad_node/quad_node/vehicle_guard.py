@@ -12,7 +12,6 @@ from quad_core.types import Wrench
 from quad_msgs.msg import FlightEvent, GuardStatus
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
-from quad_node.native import native_or_python
 
 _SECOND = 1_000_000_000  # ns
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
@@ -37,7 +36,6 @@ class VehicleGuard:
         self.report: Report | None = None
         self.last_refusal = ""
         self._node = node
-        self._step, _ = native_or_python(node, guard.step)
         self._period = node.flight.plant_period
         self._dt = seconds(1, self._period)
         self._dropped = 0
@@ -60,7 +58,7 @@ class VehicleGuard:
         if not self.parameters.enabled:
             return command.wrench
         inputs = guard.Inputs(step, self._period, command, sample, request)
-        flown, self.memory, report = self._step(self.parameters, self._node.vehicle, self.memory, inputs, self._dt)
+        flown, self.memory, report = guard.step(self.parameters, self._node.vehicle, self.memory, inputs, self._dt)
         self.report = report
         self._tell(step, report)
         return flown

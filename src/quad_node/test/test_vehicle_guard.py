@@ -24,7 +24,7 @@ class Node(SimpleNamespace):
     """Keeps what it is asked to publish and to report."""
 
     def __init__(self):
-        super().__init__(vehicle=Vehicle(), flight=FlightParameters(machine_code=False, run_id="r"), counters={})
+        super().__init__(vehicle=Vehicle(), flight=FlightParameters(run_id="r"), counters={})
         self.counters["guard_refused"] = 0
         self.said, self.events = [], []
 

@@ -27,7 +27,6 @@ from quad_mavlink.hil.vehicle import BEFORE_STEP_0, HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import head_of
 from quad_node.main import run
-from quad_node.native import NATIVE
 from quad_px4.node import Px4Bridge
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
@@ -284,9 +283,9 @@ class JoinedPlant(Px4Bridge):
         self.end(FlightState.FAILED, f"step {self.current_step}: {reason}")
 
     def measurements(self) -> dict[str, float]:
-        """Return diagnostics: the bridge's, the exchange's, engine."""
+        """Return diagnostics: the bridge's, the exchange's, plant steps."""
         found = {**super().measurements(), **self.hil.measurements()}
-        return {**found, "plant_steps": self._steps, "machine_code": int(self.hil.engine == NATIVE)}
+        return {**found, "plant_steps": self._steps}
 
     def close(self) -> None:
         """Close the connection."""

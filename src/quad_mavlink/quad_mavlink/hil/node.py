@@ -17,7 +17,6 @@ from quad_mavlink.hil.exchange import RefusedError
 from quad_mavlink.hil.vehicle import HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
-from quad_node.native import NATIVE
 from quad_node.vehicle_node import VehicleNode
 
 _SLICE = 0.02  # s of steps between two looks at the other nodes
@@ -158,9 +157,8 @@ class HilPlant(VehicleNode):
         self.get_logger().info(f"t = {flown:.1f} s, {pace:.1f} x real time, {state}, height {height:.2f} m")
 
     def measurements(self) -> dict[str, float]:
-        """Return diagnostics: the base's, answers that came late, bytes that were no message, engine."""
-        found = {**super().measurements(), **self.hil.measurements()}
-        return {**found, "machine_code": int(self.hil.engine == NATIVE)}
+        """Return diagnostics: the base's, answers that came late, bytes that were no message."""
+        return {**super().measurements(), **self.hil.measurements()}
 
     def close(self) -> None:
         """Close the connection."""

@@ -13,7 +13,6 @@ from quad_mavlink.hil.sleepers import Watch, name, parties
 from quad_mavlink.hil.suite import Suite
 from quad_msgs.msg import FlightEvent
 from quad_node.flight_node import FlightNode
-from quad_node.native import native_or_python
 from quad_px4 import mapping
 
 BEFORE_STEP_0 = -1
@@ -30,8 +29,6 @@ class HilVehicle:
         self.airframe = motors.airframe(node.vehicle, self.settings.thrust_curve)
         self._mapping = mapping.build(self.airframe)
         self.model = PlantModel(node.resolved)
-        self.model.step, self.engine = native_or_python(node, self.model.step)
-        self.model.lumped, _ = native_or_python(node, self.model.lumped)
         self._period = node.flight.plant_period
         suite = Suite(self.settings, node.flight.seed, self._period, node.vehicle.gravity)
         self.exchange = Exchange(mavlink, Server(mavlink, self.settings.listen), suite)

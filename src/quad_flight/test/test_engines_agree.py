@@ -1,0 +1,68 @@
+"""Whole flights of every plug-in that compiles: the compiled loop has the bits of the Python loop."""
+
+from itertools import cycle, islice
+
+import pytest
+
+from quad_core import plugins
+from quad_flight.flight import fly, from_names
+
+pytest.importorskip("numba")
+
+WAYPOINTS = "trajectory.waypoints.points=0 0 0.5 0; 0.5 0 1 0.3; 0.5 0.5 1 0.6"
+EVENTS = "simulator.timeline.events=wind velocity=1,0,0\npayload start=0.2 mass=0.1"
+
+
+def compiling(group):
+    """Return the installed plug-ins of a group that do not say that Numba cannot compile them."""
+    return [name for name in plugins.names(group) if getattr(plugins.load(group, name), "COMPILES", True)]
+
+
+GROUPS = (
+    plugins.POSITION_LAW,
+    plugins.ATTITUDE_LAW,
+    plugins.TRAJECTORY,
+    plugins.PLANT,
+    plugins.DISTURBANCE,
+    plugins.SENSING,
+)
+NAMES = [compiling(group) for group in GROUPS]
+FLIGHTS = list(zip(*(islice(cycle(names), max(map(len, NAMES))) for names in NAMES), strict=True))
+"""As few flights as give every plug-in one."""
+
+
+def settings(trajectory, disturbance, sensing, around):
+    """Return what a plug-in needs for a flight, noise and delay, and ``around`` the laws prediction and rotor lead."""
+    found = [f"simulator.disturbance={disturbance}", f"simulator.sensing={sensing}"]
+    found += [WAYPOINTS] if trajectory == "waypoints" else []
+    found += [EVENTS] if disturbance == "timeline" else []
+    found += ["simulator.sensor.delay=0.01", "simulator.sensor.position_noise=0.002"] if sensing == "sensor" else []
+    if around:
+        found += [f"{role}.prediction.enabled=true" for role in ("position_controller", "attitude_controller")]
+        found.append("attitude_controller.rotor_lead.enabled=true")
+    return found
+
+
+CASES = [(names, False) for names in FLIGHTS] + [(FLIGHTS[0], True)]
+
+
+@pytest.mark.parametrize(
+    ("names", "around"), CASES, ids=["-".join(names) + "-compensated" * around for names, around in CASES]
+)
+def test_a_compiled_flight_has_the_bits_of_python(names, around):
+    position, attitude, trajectory, plant, disturbance, sensing = names
+    flight = from_names(
+        trajectory,
+        position=position,
+        attitude=attitude,
+        plant=plant,
+        settings=settings(trajectory, disturbance, sensing, around),
+        vehicle="x500" if around else "paper",
+        duration=None if trajectory == "waypoints" else 0.5,
+    )
+    plain, fast = fly(flight), fly(flight, compiled=True)
+    assert plain.steps > 100
+    assert plain._replace(topics={}) == fast._replace(topics={})
+    assert set(plain.topics) == set(fast.topics)
+    for name, rows in plain.topics.items():
+        assert rows.tobytes() == fast.topics[name].tobytes(), name
