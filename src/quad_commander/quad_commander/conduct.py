@@ -4,7 +4,6 @@ conduct = Conduct(parameters, mission, state)          # at the first state
 said = conduct.step(observed, [(request, sender), ...])         # at each of its steps
 """
 
-from collections import deque
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ from quad_commander.missions import Item, Kind, MissionMemory
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import reason_text, refusal_text
 from quad_commander.observation import position_error, tilt
+from quad_commander.request_queue import Asked, RequestQueue
 from quad_core import guard
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.geometry import norm
@@ -22,13 +22,6 @@ from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, VehicleState
 MISSION_SENDER = "mission"
 _ON_GROUND = (Mode.DISARMED, Mode.ARMING)
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
-
-
-class Asked(NamedTuple):
-    """A request and who makes it."""
-
-    request: Request
-    sender: str
 
 
 class GuardSeen(NamedTuple):
@@ -84,11 +77,17 @@ class Said(NamedTuple):
 class Conduct:
     """What the commander remembers between two steps."""
 
-    def __init__(self, parameters: CommanderParameters, mission: tuple[Item, ...], state: VehicleState) -> None:
-        """Start disarmed; the reference stands at ``state``."""
+    def __init__(
+        self,
+        parameters: CommanderParameters,
+        mission: tuple[Item, ...],
+        state: VehicleState,
+        requests: RequestQueue | None = None,
+    ) -> None:
+        """Start disarmed; the reference stands at ``state``. ``requests``: what was asked for already."""
         self._parameters = parameters
         self._memory, self._mission, self._item = modes.init(), mission, MissionMemory()
-        self._requests: deque[Asked] = deque()
+        self._requests = requests if requests is not None else RequestQueue()
         self._sent = references.standing(state)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._time = self._kept_waiting = self._unbegun = self._in_mode = 0.0
@@ -112,14 +111,25 @@ class Conduct:
 
     def step(self, seen: Observed, asked: Iterable[Asked] = ()) -> Said:
         """Return what is said at one step."""
-        self._requests.extend(asked)
+        for one in asked:
+            self._requests.add(one)
         if seen.refusals is not None:
             self._refusals = seen.refusals
         request = self._next_request(seen)
         before = self._memory
         decision, self._memory = modes.step(
-            self._parameters.modes, before, self._health(seen), request.request, seen.dt
+            self._parameters.modes,
+            before,
+            self._health(seen),
+            Request.NONE if request.overtaken else request.request,
+            seen.dt,
         )
+        if request.overtaken:
+            decision = decision._replace(answer=modes.NOT_DONE)
+        elif decision.answer == modes.DONE and request.sender != MISSION_SENDER:
+            self._requests.grant(request)
+        if decision.changed and decision.reason != modes.ON_REQUEST and decision.mode > before.mode:
+            self._requests.overtake(Mode(decision.mode))
         news = self._note(seen, request, decision, before)
         reference = self._refer(seen, decision, Mode(before.mode))
         self._sent = reference
@@ -172,11 +182,12 @@ class Conduct:
         request, self._item = missions.next_request(
             self._mission, self._item, self._memory.mode, self._memory.reason, seen.dt
         )
-        asked_for = self._memory.reason == modes.NO_REASON  # an operator may hold as long as he likes
+        asked_for = self._memory.reason == modes.ON_REQUEST  # an operator may hold as long as they like
         waits = missions.is_kept_waiting(self._mission, self._item, self._memory.mode) and not request and not asked_for
         self._kept_waiting = self._kept_waiting + seen.dt if waits else 0.0
-        if self._requests:
-            return self._requests.popleft()
+        waiting = self._requests.take(self._memory.mode, seen.dt)
+        if waiting is not None:
+            return waiting
         if self._kept_waiting > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
             return Asked(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
@@ -190,9 +201,11 @@ class Conduct:
     ) -> list[tuple[str, str]]:
         """Take down mode, request and answer; return what is new about them."""
         news, said = [], self._said
-        refusal = (
-            refusal_text(before.mode, asked.request, decision.blocked_by) if decision.answer == modes.NOT_DONE else ""
-        )
+        refusal = ""
+        if decision.answer == modes.NOT_DONE:
+            refusal = refusal_text(before.mode, asked.request, decision.blocked_by)
+        if asked.overtaken:
+            refusal = f"{asked.request.name} was asked for before {asked.overtaken} began"
         again = asked == self._last and refusal == self._answer_text and asked.sender == MISSION_SENDER
         if decision.answer != modes.NOT_ASKED and not again:
             self._last, self._answer_text = asked, refusal

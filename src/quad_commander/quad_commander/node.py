@@ -14,11 +14,12 @@ from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.arming import refusals
-from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed, Said
+from quad_commander.conduct import Conduct, GuardSeen, Observed, Said
 from quad_commander.mode_message import ModePayload
 from quad_commander.mode_table import Mode, Request
 from quad_commander.observation import thrust_over_weight
 from quad_commander.preflight import Preflight, free_space
+from quad_commander.request_queue import MOST_SENDERS, Asked, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
@@ -37,6 +38,7 @@ _CHECKS_EVERY = 0.3  # s
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
 _LONGEST_SENDER = 200  # characters
+_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
 
@@ -51,7 +53,7 @@ class Commander(Responder):
         text = self.settings.mission
         self._mission = missions.parse(text, known) if text else ()
         self._conduct: Conduct | None = None
-        self._asked: deque[Asked] = deque()
+        self._requests = RequestQueue()
         self._end_asked = ""
         self._recorder_lost = False
         self._preflight = Preflight(self.flight, self.settings)
@@ -72,7 +74,7 @@ class Commander(Responder):
             self.subscribe(topic, partial(self._on_life, topic), raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
-        self.subscribe("flight/request", self._on_request)
+        self.subscribe("flight/request", self._on_request, depth=_REQUESTS)
         self.subscribe("flight/guard", self._on_guard)
         self.subscribe("battery_state", self._on_battery)
         self._reference_out = self.publisher("reference")
@@ -106,11 +108,10 @@ class Commander(Responder):
 
     def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Said:
         if self._conduct is None:
-            self._conduct = Conduct(self.settings, self._mission, sample.state)
+            self._conduct = Conduct(self.settings, self._mission, sample.state, self._requests)
         _, actuation = arrivals
         mission = self._mission_in.newest()
         lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
-        asked = [self._asked.popleft() for _ in range(len(self._asked))]
         seen = Observed(
             step=sample.step,
             dt=sample.dt,
@@ -128,7 +129,7 @@ class Commander(Responder):
             recorder_lost=self._recorder_lost,
             end_asked=self._end_asked,
         )
-        said = self._conduct.step(seen, asked)
+        said = self._conduct.step(seen)
         for kind, text in said.news:
             self.event(FlightEvent.INFO, kind, text, sample.stamp_ns, always=True)
         return said
@@ -258,12 +259,17 @@ class Commander(Responder):
                 FlightEvent.WARNING, "bad_request", f"flight/request: found {found}, expected one of its constants"
             )
         else:
-            self._asked.append(Asked(Request(message.request), message.sender))
+            self._ask(Request(message.request), message.sender)
+
+    def _ask(self, request: Request, sender: str) -> None:
+        if not self._requests.add(Asked(request, sender)):
+            text = f"flight/request: {request.name} of {sender}: {MOST_SENDERS} senders wait already; message ignored"
+            self.event(FlightEvent.WARNING, "too_many_requests", text)
 
     def _on_call(self, request: Request, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         refusal = self._conduct.foresee(request) if self._conduct else "the flight has not begun"
         if not refusal:
-            self._asked.append(Asked(request, "service"))
+            self._ask(request, "service")
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"

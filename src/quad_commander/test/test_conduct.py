@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed
+from quad_commander.conduct import Conduct, GuardSeen, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
+from quad_commander.request_queue import Asked
 from quad_core import guard
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.geometry import quaternion_from_euler
@@ -186,9 +187,52 @@ def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():
 
 def test_two_requests_at_once_are_answered_one_step_after_the_other():
     flight = Flight("").go(1.0)
-    flight.go(DT, Asked(Request.ARM, "pilot"), Asked(Request.DISARM, "pilot"))
+    flight.go(DT, Asked(Request.ARM, "pilot"), Asked(Request.DISARM, "observer"))
     assert flight.conduct.mode == Mode.ARMING
     assert flight.go(DT).conduct.mode == Mode.DISARMED
+
+
+@pytest.mark.parametrize(("request_", "mode"), [(Request.KILL, Mode.KILL), (Request.LAND, Mode.LAND)])
+@pytest.mark.parametrize("senders", [1, 40])
+def test_a_flood_of_requests_does_not_delay_a_more_severe_one(request_, mode, senders):
+    """Ten requests per step: 1 kHz."""
+    flood = [Asked(Request.HOLD, f"flood {number % senders}") for number in range(10)]
+    flight = Flight("takeoff,hold:600,land").go(8.0)
+    for _ in range(300):
+        flight.go(DT, *flood)
+    assert flight.go(DT, *flood, Asked(request_, "operator"), *flood).conduct.mode == mode
+
+
+def test_a_flood_of_one_sender_does_not_take_a_landing_back():
+    flood = [Asked(Request.HOLD, "flood")] * 10
+    flight = Flight("takeoff,hold:600,land").go(8.0).go(DT, *flood)
+    flight.go(DT, *flood, Asked(Request.LAND, "operator"))
+    for _ in range(100):
+        assert flight.go(DT, *flood).conduct.mode == Mode.LAND
+    flight.go(0.6)
+    assert flight.go(DT, Asked(Request.HOLD, "flood")).conduct.mode == Mode.HOLD, "after a pause it is a new request"
+
+
+def test_a_request_from_before_a_descent_does_not_take_the_vehicle_back():
+    asked = [Asked(Request.HOLD, f"operator {number}") for number in range(5)]
+    flight = Flight("takeoff,hold:600,land").go(8.0)
+    descends = GuardSeen(guard.DESCEND, guard.WRENCH_LOST)
+    flight.go(DT, *asked, guard=descends)
+    assert flight.conduct.mode == Mode.DESCEND
+    for number in range(1, 5):
+        flight.go(DT, guard=GuardSeen(guard.DESCEND, guard.GOOD))
+        assert flight.conduct.mode == Mode.DESCEND
+        assert flight.said.answer_text == "HOLD was asked for before DESCEND began"
+        assert flight.said.sender == f"operator {number}"
+    flight.go(DT, Asked(Request.HOLD, "operator 1"), guard=GuardSeen(guard.DESCEND, guard.GOOD))
+    assert flight.conduct.mode == Mode.HOLD, "what is asked for during the descent counts"
+
+
+def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
+    flight = Flight("takeoff,case1,land").go(5.0).go(DT, Asked(Request.HOLD, "operator"))
+    flight.go(3.0 * PARAMETERS.wait_limit)
+    assert (flight.conduct.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
+    assert flight.go(DT, Asked(Request.MISSION, "operator")).conduct.mode == Mode.MISSION
 
 
 def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():

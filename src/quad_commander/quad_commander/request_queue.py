@@ -1,0 +1,77 @@
+"""Requests that wait for the commander's next step: bounded, the most severe first.
+
+queue = RequestQueue()
+queue.add(Asked(Request.HOLD, "operator"))      # whenever a message or a service call comes
+asked = queue.take(mode, dt)                    # at each step: one request, or None
+queue.grant(asked)                              # if it was done
+"""
+
+from typing import NamedTuple
+
+from quad_commander.mode_table import ANSWERS, Mode, Request
+
+MOST_SENDERS = 16
+REPEATS_WITHIN = 0.5
+"""Seconds within which a sender that asks again for what it was granted only repeats itself."""
+
+_RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
+
+
+class Asked(NamedTuple):
+    """A request and who makes it; ``overtaken``: the more severe mode that a fault began meanwhile, if any."""
+
+    request: Request
+    sender: str
+    overtaken: str = ""
+
+
+class RequestQueue:
+    """The newest request of each sender; a milder one does not replace a more severe one of the same step.
+
+    Requests of equal rank are taken in the order of arrival. A granted request that its sender keeps repeating never
+    leads back to a less severe mode, so that a stream of HOLD does not undo a LAND.
+    """
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self._waiting: dict[str, Asked] = {}
+        self._granted: dict[tuple[str, Request], float] = {}  # s since it was asked for last
+
+    def add(self, asked: Asked) -> bool:
+        """Take in a request; returns whether there was room for it."""
+        key = (asked.sender, asked.request)
+        if key in self._granted:
+            self._granted[key] = 0.0
+        before = self._waiting.get(asked.sender)
+        if before is not None and _rank(before) > _rank(asked):
+            return True
+        if before is None and len(self._waiting) >= MOST_SENDERS:
+            mildest = min(self._waiting.values(), key=_rank)
+            if _rank(mildest) >= _rank(asked):
+                return False
+            del self._waiting[mildest.sender]
+        self._waiting.pop(asked.sender, None)  # it comes after the others of its rank
+        self._waiting[asked.sender] = asked
+        return True
+
+    def take(self, mode: int, dt: float) -> Asked | None:
+        """Return the most severe request and forget it; ``dt`` s have passed since the last call."""
+        self._granted = {key: age + dt for key, age in self._granted.items() if age + dt <= REPEATS_WITHIN}
+        while self._waiting:
+            asked = self._waiting.pop(max(self._waiting.values(), key=_rank).sender)
+            repeated = (asked.sender, asked.request) in self._granted
+            if not (repeated and ANSWERS[mode][asked.request] < mode):
+                return asked
+        return None
+
+    def grant(self, asked: Asked) -> None:
+        """Remember that a request was done."""
+        self._granted[asked.sender, asked.request] = 0.0
+
+    def overtake(self, mode: Mode) -> None:
+        """Mark what still waits: a fault has begun ``mode`` since it was asked for."""
+        self._waiting = {sender: asked._replace(overtaken=mode.name) for sender, asked in self._waiting.items()}
+
+
+def _rank(asked: Asked) -> int:
+    return _RANKS.get(asked.request, 0)

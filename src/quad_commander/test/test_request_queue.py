@@ -1,0 +1,76 @@
+"""Requests that wait for a step: order, bound, repetitions."""
+
+import pytest
+
+from quad_commander.mode_table import Mode, Request
+from quad_commander.request_queue import MOST_SENDERS, REPEATS_WITHIN, Asked, RequestQueue
+
+DT = 0.01
+
+
+def queue_of(*asked):
+    queue = RequestQueue()
+    for one in asked:
+        queue.add(one)
+    return queue
+
+
+def all_of(queue, mode=Mode.HOLD):
+    found = []
+    while (asked := queue.take(mode, DT)) is not None:
+        found.append(asked)
+    return found
+
+
+def test_the_most_severe_comes_first_and_equals_in_order_of_arrival():
+    order = [Request.MISSION, Request.HOLD, Request.DISARM, Request.LAND, Request.KILL, Request.DESCEND]
+    asked = [Asked(request, f"sender {number}") for number, request in enumerate(order)]
+    taken = [one.request.name for one in all_of(queue_of(*asked))]
+    assert taken == ["KILL", "DESCEND", "LAND", "HOLD", "MISSION", "DISARM"]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "stays"),
+    [
+        (Request.HOLD, Request.LAND, Request.LAND),
+        (Request.LAND, Request.HOLD, Request.LAND),
+        (Request.KILL, Request.HOLD, Request.KILL),
+        (Request.LAND, Request.DISARM, Request.LAND),
+        (Request.ARM, Request.TAKEOFF, Request.TAKEOFF),
+    ],
+)
+def test_of_one_sender_the_newest_waits_and_a_milder_one_hides_none(first, second, stays):
+    assert all_of(queue_of(Asked(first, "a"), Asked(second, "a"))) == [Asked(stays, "a")]
+
+
+def test_the_number_of_senders_is_bounded_and_a_severe_request_always_finds_room():
+    queue = RequestQueue()
+    for number in range(MOST_SENDERS):
+        assert queue.add(Asked(Request.HOLD, f"sender {number}"))
+    assert not queue.add(Asked(Request.HOLD, "one more"))
+    assert queue.add(Asked(Request.LAND, "operator"))
+    taken = all_of(queue)
+    assert taken[0] == Asked(Request.LAND, "operator")
+    assert len(taken) == MOST_SENDERS
+
+
+def test_a_refused_stream_does_not_keep_others_waiting():
+    queue = RequestQueue()
+    queue.add(Asked(Request.DISARM, "stream"))
+    queue.add(Asked(Request.MISSION, "operator"))
+    queue.add(Asked(Request.DISARM, "stream"))
+    assert queue.take(Mode.HOLD, DT) == Asked(Request.MISSION, "operator")
+
+
+def test_what_was_granted_is_not_granted_again_by_repeating_it():
+    hold, queue = Asked(Request.HOLD, "stream"), RequestQueue()
+    queue.grant(hold)
+    for _ in range(200):
+        queue.add(hold)
+        assert queue.take(Mode.LAND, DT) is None
+    queue.add(hold)
+    assert queue.take(Mode.MISSION, DT) == hold, "it leads to a more severe mode"
+    for _ in range(round(REPEATS_WITHIN / DT) + 1):
+        assert queue.take(Mode.LAND, DT) is None
+    queue.add(hold)
+    assert queue.take(Mode.LAND, DT) == hold
