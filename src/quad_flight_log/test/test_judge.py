@@ -13,6 +13,7 @@ from quad_flight_log.analysis.judge import RULES, faults
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.recorder.provenance import STOPPED
 from quad_flight_log.report.verdict import judgement
 
 pytestmark = pytest.mark.unit
@@ -194,6 +195,23 @@ def test_a_failed_flight_that_ends_in_the_air_is_named(tmp_path):
     assert faults(flight_of(tmp_path / "low", low, outcome="failed")) == []
 
 
+@pytest.mark.parametrize("how", ["killed", "stopped"])
+def test_where_a_bag_ends_before_its_flight_no_motor_has_stopped(tmp_path, how):
+    """The recorder was killed, or stopped, at 1 m; the flight went on and landed."""
+    flying = [("/flight/state", message("quad_msgs/msg/FlightState", stamp=stamp(0), state=1, run_id="test"))]
+    notes = {} if how == "killed" else {"outcome": "failed", "reason": STOPPED}
+    flight = open_flight(
+        write_bag(tmp_path / "bag", flying + hover(), close=how == "stopped", notes={"mode": "realtime", **notes})
+    )
+    assert flight.truncated == (how == "killed")
+    (found,) = faults(flight)
+    assert found == "the bag ends at 1.00 s, before the flight: what came after is not recorded"
+    assert "motors" not in judgement(flight, measured(flight), {}).text
+    over = [("/flight/state", message("quad_msgs/msg/FlightState", stamp=stamp(499), state=2, run_id="test"))]
+    notes = {"mode": "realtime", "outcome": "failed", "reason": STOPPED}
+    assert faults(open_flight(write_bag(tmp_path / "over", flying + hover() + over, notes=notes))) == []
+
+
 def test_where_a_commander_flew_the_end_is_on_the_ground(tmp_path):
     modes = [("/flight/mode", message("quad_msgs/msg/FlightMode", stamp=stamp(k), mode=3)) for k in range(STEPS)]
     (found,) = faults(flight_of(tmp_path, [*hover(), *modes]))
@@ -277,4 +295,4 @@ def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
 
 
 def test_every_rule_has_its_demand():
-    assert len({rule.demand for rule in RULES}) == len(RULES) == 8
+    assert len({rule.demand for rule in RULES}) == len(RULES) == 9

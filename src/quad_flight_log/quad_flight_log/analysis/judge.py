@@ -23,6 +23,7 @@ from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.cdr import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.recorder.provenance import STOPPED
 
 IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode", "flight/takeover")
 """Topics whose messages name the run of their sender."""
@@ -31,6 +32,7 @@ SILENCE = 0.5  # s without the flown path in real time: as long as the guard bea
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
+_OVER = (2, 3)  # flight/state: ended, failed
 
 
 class Flown(NamedTuple):
@@ -44,6 +46,11 @@ class Flown(NamedTuple):
     def failed(self) -> bool:
         """Whether the recorder noted another end than the planned one."""
         return self.flight.metadata.get("outcome", "ended") != "ended"
+
+    @property
+    def ends_early(self) -> bool:
+        """Whether the bag ends before the flight: it is cut, or its recorder was stopped."""
+        return self.flight.truncated or self.flight.metadata.get("reason") == STOPPED
 
 
 class Rule(NamedTuple):
@@ -154,9 +161,20 @@ def stopped_motors(flown: Flown) -> str:
         if still.time > STOPPED_TIME:
             return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
     has_to_be_down = "flight/mode" in flown.tables or (flown.failed and not autopilot_lands(flight))
-    if height[-1] > limit and has_to_be_down:
+    if height[-1] > limit and has_to_be_down and not flown.ends_early:
         return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
     return ""
+
+
+def recorded_end(flown: Flown) -> str:
+    """Say that the bag ends before the flight, and where: how the flight ended is not known from it."""
+    if not flown.ends_early or not flown.flight.has("flight/state") or "truth" not in flown.tables:
+        return ""
+    states = flown.flight.array("flight/state")
+    if len(states) == 0 or "state" not in (states.dtype.names or ()) or states["state"][-1] in _OVER:
+        return ""
+    at = int(flown.tables["truth"]["stamp_ns"].max()) * 1e-9
+    return f"the bag ends at {at:.2f} s, before the flight: what came after is not recorded"
 
 
 def infeasible_reference(flown: Flown) -> str:
@@ -190,6 +208,7 @@ RULES = (
     Rule("every number of the flown path is one of a flight", numbers),
     Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
     Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
+    Rule("the bag reaches to the end of the flight", recorded_end),
     Rule("a position law at a limit, 1 m or more from its reference, comes nearer within 2 s", infeasible_reference),
     Rule("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
 )

@@ -18,7 +18,7 @@ from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, 
 from quad_flight_log.recorder.flight_clock import FlightClock
 from quad_flight_log.recorder.gap_counter import GapCounter
 from quad_flight_log.recorder.opening import opened
-from quad_flight_log.recorder.provenance import end_metadata, flight_metadata
+from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_flight_log.recorder.successors import Successors
@@ -283,7 +283,7 @@ class Recorder(FlightNode):
 
     def close(self) -> None:
         """Finish the bag of a recorder that was stopped early."""
-        self._closed(False, "recorder stopped before the end of the flight", {}, 0.0)
+        self._closed(False, STOPPED, {}, 0.0)
 
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""

@@ -9,6 +9,7 @@ from pathlib import Path
 COMMAND = "QUAD_COMMAND"  # environment variable that holds the command which started the flight
 LIMITS = "QUAD_LIMITS"  # environment variable with what the flight is held to: METRIC=VALUE, comma, ...
 LIMIT = "limit."  # before the name of a metric in the bag's notes
+STOPPED = "recorder stopped before the end of the flight"  # reason in the notes of a bag that ends before its flight
 
 
 def git_commit(directory: Path | None = None) -> str:

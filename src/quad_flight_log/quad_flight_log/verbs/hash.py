@@ -1,4 +1,4 @@
-"""Print the payload hash of each flight; 1 if several were given and they differ."""
+"""Print the payload hash of each flight; 1 if several were given and they differ, or if a bag is cut."""
 
 import argparse
 
@@ -18,12 +18,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print one line per flight."""
-    hashes = set()
+    hashes, whole = set(), True
     for flight in opened(options):
         value = payload_hash(flight)
         hashes.add(value)
-        print(f"{value}  {flight.path}")
+        whole &= not flight.truncated
+        cut = f"  (of the readable part of a cut bag: {flight.damage})" if flight.truncated else ""
+        print(f"{value}  {flight.path}{cut}")
         if options.topics:
             for topic, digest in topic_hashes(flight).items():
                 print(f"  {digest}  {topic}")
-    return 0 if len(hashes) == 1 else 1
+    return 0 if whole and len(hashes) == 1 else 1
