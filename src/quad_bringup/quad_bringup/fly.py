@@ -276,6 +276,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         scenario=options.scenario,
         mission=options.mission,
         trajectory=options.trajectory,
+        namespace=options.namespace,
     )
     place = str(directory.resolve())
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
+from quad_core.parameter_files import StrictLoader
 from quad_core.parameters import ParameterError, Real, Value
 from quad_flight.flight import Flight, flight_from_resolved
 from quad_flight.set_up import Request, resolve_flight
@@ -49,10 +50,10 @@ class Definition(NamedTuple):
 def read_definition(path: Path) -> Definition:
     """Read a campaign file; raises ParameterError naming file and key, what was found and what was expected."""
     try:
-        content = yaml.safe_load(path.read_text("utf-8"))
+        content = yaml.load(path.read_text("utf-8"), StrictLoader)
     except OSError as error:
         raise ParameterError(f"{path}: {error.strerror}") from error
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ParameterError) as error:
         raise ParameterError(f"{path}: {' '.join(str(error).split())}") from error
     _only(path, "", content, _KEYS)
     flight = content.get("flight", {})

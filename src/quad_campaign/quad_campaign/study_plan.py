@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from quad_core.parameter_files import read_parameter_file
+from quad_core.parameter_files import StrictLoader, read_parameter_file
 from quad_core.parameters import ParameterError, Real, Value
 from quad_core.resolution import resolve
 from quad_flight import configuration
@@ -119,8 +119,8 @@ def read_plan(path: Path) -> StudyPlan:
     the training, a knob of a parameter that does not exist or with bounds outside of the parameter's.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        content = yaml.load(path.read_text(encoding="utf-8"), StrictLoader)
+    except (OSError, yaml.YAMLError, UnicodeDecodeError, ParameterError) as error:
         raise ParameterError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
     try:
         plan = _plan(path, content)

@@ -1,12 +1,13 @@
-"""ROS 2 parameter files read strictly: duplicates, foreign nodes and broken YAML are errors with a place.
+"""ROS 2 parameter files, read as rcl reads them but strictly: duplicates and unknown nodes are errors with a place.
 
-rcl itself accepts unknown node names, unknown keys and duplicate keys without a word.
+rcl itself accepts unknown node names, unknown keys and duplicate keys without a word. Its plain scalars are those of
+``_PLAIN``: ``6e-1`` is a number, ``y`` is true, ``017`` is 15, ``~`` is text; PyYAML alone reads all four otherwise.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -19,23 +20,55 @@ DEEPEST = 40  # levels of YAML
 SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _SafeDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _NO_SUCH = re.compile("unknown parameter|no such parameter")
+_TRUE = ("y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON")
+_FALSE = ("n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
+_PLAIN = {
+    "bool": "|".join((*_TRUE, *_FALSE)),
+    "int": "[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)",
+    "float": r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.?(inf|Inf|INF)|\.?(nan|NaN|NAN)",
+    "null": "",
+}
+"""{type: the plain scalars of it}, in the order in which rcl tries them; every other scalar is text."""
 
 
-class _StrictLoader(SafeLoader):  # type: ignore[misc]  # of libyaml, untyped
-    """SafeLoader that refuses duplicate keys."""
+class StrictLoader(SafeLoader):  # type: ignore[misc]  # of libyaml, untyped
+    """SafeLoader that reads plain scalars as rcl does and refuses duplicate keys."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
 
 
-def _mapping(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+for _tag, _pattern in _PLAIN.items():
+    StrictLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"^(?:{_pattern})$"), None)
+
+
+def _number(_: StrictLoader, node: yaml.ScalarNode) -> int:
+    text = node.value.lower()
+    base = 16 if "0x" in text else 8 if text.lstrip("+-").startswith("0") else 10
+    return int(text, base)
+
+
+def _real(_: StrictLoader, node: yaml.ScalarNode) -> float:
+    text = node.value.lower()
+    return float(text.replace(".", "") if text.endswith(("inf", "nan")) else text)
+
+
+StrictLoader.add_constructor("tag:yaml.org,2002:bool", lambda _, node: node.value in _TRUE)
+StrictLoader.add_constructor("tag:yaml.org,2002:int", _number)
+StrictLoader.add_constructor("tag:yaml.org,2002:float", _real)
+
+
+def _mapping(loader: StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
     seen: dict[Any, Any] = {}
     for key_node, value_node in node.value:
-        key = loader.construct_object(key_node)
+        # a name, also where it looks like a number or the bool y
+        key = key_node.value if isinstance(key_node, yaml.ScalarNode) else loader.construct_object(key_node, deep=True)
         if key in seen:
             raise ParameterError(f"line {key_node.start_mark.line + 1}: key {key!r} is given twice")
         seen[key] = loader.construct_object(value_node, deep=True)
     return seen
 
 
-_StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
 
 
 def dump_yaml(content: Any, *, sort_keys: bool = False) -> str:
@@ -77,25 +110,54 @@ def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
 def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
     """Return the content of a parameter file as ``read_parameter_file`` does; ``where`` names it in errors."""
     try:
-        content = load_yaml(text, _StrictLoader)
+        content = load_yaml(text, StrictLoader)
     except ValueError as error:
         raise ParameterError(f"{where}: {error}") from error
     if content is None:
         return {}
     if not isinstance(content, dict):
         raise ParameterError(f"{where}: found {type(content).__name__}, expected node names with ros__parameters")
-    return {str(pattern): _section(where, str(pattern), body) for pattern, body in content.items()}
+    found: dict[str, dict[str, Value]] = {}
+    for pattern, body in _sections(content, ""):
+        if pattern in found:
+            raise ParameterError(f"{where}: {pattern} is given twice")
+        found[pattern] = _section(where, pattern, body)
+    return found
 
 
 def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace: str = "/") -> dict[str, Value]:
     """Return the values that ``files`` hold for the node ``role`` in ``namespace``; later files win."""
-    qualified = f"{namespace.rstrip('/')}/{role}"
     merged: dict[str, Value] = {}
     for content in files:
         for pattern in sorted(content, key=lambda name: "*" not in name):
-            if pattern in ("/**", "/*", f"/**/{role}", role, qualified, qualified.lstrip("/")):
+            if reaches(pattern, role, namespace):
                 merged.update(content[pattern])
     return merged
+
+
+def reaches(pattern: str, role: str, namespace: str = "/") -> bool:
+    """Return whether the section ``pattern`` of a file is for the node ``role`` in ``namespace``, as rclpy has it.
+
+    ``/*`` stands for one name, ``/**`` for any number of them; a pattern without a leading slash gets one.
+    """
+    parts = [part for part in pattern.split("/") if part]
+    each = {"*": r"/\w+", "**": r"(?:/\w+)*"}
+    expression = "".join(each.get(part, "/" + re.escape(part)) for part in parts)
+    return re.fullmatch(expression, f"/{namespace.strip('/')}/{role}".replace("//", "/")) is not None
+
+
+def check_reached(path: Path, roles: Collection[str], namespace: str = "/") -> None:
+    """Raise ParameterError for a section of the parameter file ``path`` that reaches none of the nodes ``roles``."""
+    for pattern in read_parameter_file(path):
+        if any(reaches(pattern, role, namespace) for role in roles):
+            continue
+        role = pattern.rsplit("/", 1)[-1]
+        where = f"/{namespace.strip('/')}/".replace("//", "/")
+        if role in roles:
+            why = f"the nodes of this flight are in {where}: expected {where}{role} or /**/{role}"
+        else:
+            why = f"expected one of its nodes: {', '.join(roles)}"
+        raise ParameterError(f"{path}: section {pattern} reaches no node of this flight; {why}")
 
 
 def place_of(problem: str, files: Sequence[Path], role: str = "") -> str:
@@ -111,6 +173,20 @@ def place_of(problem: str, files: Sequence[Path], role: str = "") -> str:
             if ours and name in values and (repr(values[name]) in complaint or _NO_SUCH.search(complaint)):
                 return f"{path}: "
     return ""
+
+
+def _sections(content: Mapping[Any, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Yield each node pattern and what stands under it; rcl accepts namespaces as keys around it."""
+    for name, body in content.items():
+        pattern = f"{prefix}{name}"
+        if isinstance(body, dict) and body and "ros__parameters" not in body and _is_nested(body):
+            yield from _sections(body, f"{pattern.rstrip('/')}/")
+        else:
+            yield pattern, body
+
+
+def _is_nested(body: Any) -> bool:
+    return isinstance(body, dict) and any(name == "ros__parameters" or _is_nested(one) for name, one in body.items())
 
 
 def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
@@ -132,6 +208,8 @@ def _dotted(path: str, pattern: str, values: Any, prefix: str) -> dict[str, Valu
             if isinstance(value, Mapping)
             else {prefix + str(name): value}
         )
+        if value is None:
+            raise ParameterError(f"{path}: {pattern}: {prefix}{name}: found no value, expected one")
         double = next((key for key in inner if key in flat), None)
         if double:
             raise ParameterError(f"{path}: {pattern}: {double} is given twice")

@@ -6,8 +6,9 @@ such NamedTuple. From it come the ROS declaration, the check of every YAML file,
 it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasses).
 """
 
+import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -138,6 +139,12 @@ def checked(field: Field, value: Any) -> Value:
     return found
 
 
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Return `` (did you mean X?)`` with the one of ``known`` that is most like ``name``, empty if none is."""
+    like = difflib.get_close_matches(name, known, 1, 0.5)
+    return f" (did you mean {like[0]}?)" if like else ""
+
+
 def build(default: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
     """Return the parameter set ``default`` (a class or an instance) with ``values`` ({dotted name: value}) put in.
 
@@ -147,7 +154,8 @@ def build(default: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
     known = {field.name: field for field in fields(default)}
     unknown = [name for name in values if name not in known]
     if unknown:
-        raise ParameterError(f"{prefix}{unknown[0]}: unknown parameter; known here: {', '.join(sorted(known))}")
+        meant = nearest(unknown[0], list(known))
+        raise ParameterError(f"{prefix}{unknown[0]}: unknown parameter{meant}; known here: {', '.join(sorted(known))}")
     merged = {
         name: checked(field._replace(name=prefix + name), values.get(name, field.default))
         for name, field in known.items()

@@ -3,15 +3,15 @@
 Shared by the ROS nodes, the loop without ROS and the check of YAML files, so that all read a file alike.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR, STAGE
+from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
 from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.flight_parameters import FlightParameters
-from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten
+from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
 from quad_core.vehicle import Vehicle, check_inertia
 
@@ -80,7 +80,9 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
     if left:
         stray = sorted(left)[0]
         known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])
-        raise ParameterError(f"{stray}: the {role} node has no such parameter; it has {known}")
+        every = Resolved(role, flight, vehicle, node, loaded).all_fields()
+        meant = nearest(stray, [field.name for field in every])
+        raise ParameterError(f"{stray}: the {role} node has no such parameter{meant}; it has {known}")
     return Resolved(role, flight, vehicle, node, loaded)
 
 
@@ -118,10 +120,10 @@ def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
 SHARED = ("flight", "vehicle")
 
 
-def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
+def parse_settings(settings: Sequence[str], roles: Collection[str] = ALL_ROLES) -> dict[str, dict[str, str]]:
     """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
 
-    Raises ParameterError for another form or an unknown node.
+    Raises ParameterError for another form, an unknown node, or one that is not among the flight's ``roles``.
     """
     found: dict[str, dict[str, str]] = {}
     for setting in settings:
@@ -131,11 +133,19 @@ def parse_settings(settings: Sequence[str]) -> dict[str, dict[str, str]]:
             raise ParameterError(f"--set {setting}: expected NODE.PARAM=VALUE")
         if node in SHARED:
             node, parameter = "/**", name
-        elif node not in ALL_ROLES:
-            known = ", ".join((*ALL_ROLES, *SHARED))
-            raise ParameterError(f"--set {setting}: no node {node!r}; expected one of {known}")
+        elif node not in roles:
+            known = ", ".join((*roles, *SHARED))
+            raise ParameterError(f"--set {setting}: {_why_no_node(node)}; expected one of {known}")
         found.setdefault(node, {})[parameter] = value
     return found
+
+
+def _why_no_node(node: str) -> str:
+    if node not in ALL_ROLES:
+        return f"no node {node!r}{nearest(node, (*ALL_ROLES, *SHARED))}"
+    how = {RELAY: "with --relay", COMMANDER: "with --mission"}.get(node)
+    how = how or ("with --shadow" if node.startswith(SHADOW) else "its parameters are in the file of --vehicle-owner")
+    return f"{node} has no part in this flight ({how})"
 
 
 def with_law(values: Mapping[str, Value], law: str) -> dict[str, Value]:

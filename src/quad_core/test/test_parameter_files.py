@@ -1,11 +1,12 @@
 """Parameter files are read strictly: each error names file and place."""
 
+import math
 from pathlib import Path
 
 import pytest
 import yaml
 
-from quad_core.parameter_files import dump_yaml, overrides_for, read_parameter_file
+from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, reaches, read_parameter_file
 from quad_core.parameters import ParameterError
 
 
@@ -65,7 +66,7 @@ def test_an_empty_file_says_nothing(tmp_path):
 
 
 def test_named_sections_win_over_wildcards_and_later_files_over_earlier():
-    first = {"/**": {"flight.seed": 1, "vehicle.mass": 0.5}, "recorder": {"flight.seed": 2}}
+    first = {"/**": {"flight.seed": 1, "vehicle.mass": 0.5}, "/**/recorder": {"flight.seed": 2}}
     second = {"/one/recorder": {"vehicle.mass": 0.7}, "/two/recorder": {"vehicle.mass": 0.9}}
     assert overrides_for([first, second], "recorder", "/one") == {"flight.seed": 2, "vehicle.mass": 0.7}
     assert overrides_for([first, second], "simulator", "/one") == {"flight.seed": 1, "vehicle.mass": 0.5}
@@ -77,3 +78,69 @@ def test_what_is_written_is_what_pyyaml_writes_and_reads():
     }
     assert dump_yaml(content) == yaml.safe_dump(content, sort_keys=False)
     assert yaml.safe_load(dump_yaml(content)) == content
+
+
+PLAIN = """/**:
+  ros__parameters: {p0: 6e-1, p1: 017, p2: 0x1F, p3: '1', p4: 1e5, p5: yes, p6: 1_000, p7: .inf, p8: on, p9: 5.,
+    q0: .5, q1: +3, q2: n, q3: -inf, q4: -6E+2, q5: 1d, q6: y, q7: 08, q8: ~, q9: null, y: 2026-11-25}
+"""
+
+
+def test_plain_scalars_are_what_rclpy_makes_of_them(tmp_path):
+    """The right side was printed by a node of rclpy 7.1.6 with this file."""
+    numbers = {"p0": 0.6, "p1": 15, "p2": 31, "p4": 1e5, "p7": math.inf, "p9": 5.0, "q0": 0.5, "q1": 3}
+    more = {"q3": -math.inf, "q4": -600.0, "q7": 8.0, "p5": True, "p8": True, "q2": False, "q6": True}
+    texts = {"p3": "1", "p6": "1_000", "q5": "1d", "q8": "~", "q9": "null", "y": "2026-11-25"}
+    expected = {**numbers, **more, **texts}
+    (found,) = read_parameter_file(written(tmp_path, PLAIN)).values()
+    assert {name: (type(value), value) for name, value in found.items()} == {
+        name: (type(value), value) for name, value in expected.items()
+    }
+
+
+def test_a_number_that_is_none_and_a_key_without_a_value(tmp_path):
+    (found,) = read_parameter_file(written(tmp_path, "/**: {ros__parameters: {a: .nan}}")).values()
+    assert math.isnan(found["a"])
+    with pytest.raises(ParameterError, match=r"vehicle\.mass: found no value"):
+        read_parameter_file(written(tmp_path, "/**:\n  ros__parameters:\n    vehicle:\n      mass:\n"))
+
+
+def test_namespaces_may_be_keys_of_their_own(tmp_path):
+    nested = "/uav1:\n  simulator:\n    ros__parameters: {vehicle: {mass: 0.6}}\n  recorder: {ros__parameters: {}}\n"
+    path = written(tmp_path, nested)
+    assert read_parameter_file(path) == {"/uav1/simulator": {"vehicle.mass": 0.6}, "/uav1/recorder": {}}
+
+
+@pytest.mark.parametrize(
+    ("pattern", "namespace", "expected"),
+    [
+        ("simulator", "/", True),
+        ("simulator", "/uav1", False),
+        ("/**/simulator", "/", True),
+        ("/**/simulator", "/a/uav1", True),
+        ("/*/simulator", "/", False),
+        ("/*/simulator", "/uav1", True),
+        ("/uav1/**", "/uav1", True),
+        ("/uav1/**", "/uav2", False),
+        ("/*", "/", True),
+        ("/*", "/uav1", False),
+        ("/**", "/uav1", True),
+        ("/uav1/simulator", "uav1", True),
+        ("uav1/simulator", "/uav1", True),
+        ("/**/recorder", "/", False),
+    ],
+)
+def test_patterns_reach_the_nodes_that_rclpy_gives_them_to(pattern, namespace, expected):
+    """As a node of rclpy 7.1.6 named ``simulator`` had them."""
+    assert reaches(pattern, "simulator", namespace) == expected
+
+
+def test_a_section_that_reaches_no_node_is_named(tmp_path):
+    path = written(tmp_path, "/uav1/simulator: {ros__parameters: {a: 1}}")
+    check_reached(path, ["simulator", "recorder"], "/uav1")
+    with pytest.raises(
+        ParameterError, match=r"flight\.yaml: section /uav1/simulator reaches .* expected /simulator or"
+    ):
+        check_reached(path, ["simulator", "recorder"])
+    with pytest.raises(ParameterError, match="reaches no node of this flight; expected one of its nodes: recorder"):
+        check_reached(written(tmp_path, "commander: {ros__parameters: {a: 1}}"), ["recorder"])

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR
-from quad_core.parameter_files import dump_yaml, overrides_for, place_of, read_parameter_file
+from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
@@ -35,6 +35,7 @@ class Request(NamedTuple):
     scenario: str | None = None
     mission: str | None = None
     trajectory: str | None = None
+    namespace: str = "/"
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -48,20 +49,23 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     trajectory = request.case
     if request.case in configuration.names(configuration.SCENARIOS):
         files.append(configuration.find(configuration.SCENARIOS, request.case))
-        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", request.case))
+        trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", request.case))
     elif request.case not in plugins.names(plugins.TRAJECTORY):
         known = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
         raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
     if request.scenario is not None:
         files.append(configuration.find(configuration.SCENARIOS, request.scenario))
-        trajectory = str(_read([files[-1]], "trajectory").get("trajectory", trajectory))
+        trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", trajectory))
     asked = _asked(request, request.trajectory or trajectory)
-    settings = parse_settings(request.settings)
     shadows = shadow_laws(request.shadows)
+    roles = (*ROLES, *_guests(request), *shadows)
+    settings = parse_settings(request.settings, roles)
+    for path in files:
+        check_reached(path, roles, request.namespace)
     resolved = {}
-    for role in (*ROLES, *_guests(request), *shadows):
+    for role in roles:
         like = role.removeprefix(SHADOW)
-        base = {**_read(files, like), **asked.get("/**", {}), **asked.get(like, {})}
+        base = {**_read(files, like, request.namespace), **asked.get("/**", {}), **asked.get(like, {})}
         try:
             if role in shadows:
                 base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
@@ -147,8 +151,8 @@ def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "", owners
     return dump_yaml(content)
 
 
-def _read(files: Sequence[Path], role: str) -> dict[str, Value]:
-    return overrides_for([read_parameter_file(path) for path in files], role)
+def _read(files: Sequence[Path], role: str, namespace: str) -> dict[str, Value]:
+    return overrides_for([read_parameter_file(path) for path in files], role, namespace)
 
 
 def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
