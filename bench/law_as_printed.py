@@ -1,4 +1,4 @@
-"""The laws as printed, flown from the reference and from the paper's initial condition; tables of docs/as_printed.md.
+"""The laws as printed, flown from the reference and from the paper's initial condition: docs/results/as_printed.md.
 
   flights   how both cases go: start, plant, thrust of the vehicle
   seconds   what happens in the first seconds from the origin, Case 1, seed 1

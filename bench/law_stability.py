@@ -1,4 +1,4 @@
-"""Where the paper's stability claims hold and what its parts contribute, measured; the tables of docs/stability.md.
+"""Where the paper's stability claims hold and what its parts contribute: docs/explanation/stability.md.
 
   rates       share of the time from t = 0 in which the Lyapunov functions of both laws rise, and why
   integral    poles of the position loop for several k, and what k does in flight

@@ -1,4 +1,4 @@
-"""The table of faults: every row is there, every test that it names exists, and docs/faults.md shows it."""
+"""The table of faults: every row is there, every test that it names exists, and docs/reference/faults.md shows it."""
 
 import sys
 
@@ -30,5 +30,5 @@ def test_a_claim_without_its_test_is_found():
 
 
 def test_the_page_shows_every_row():
-    text = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "faults.md").read_text(encoding="utf-8")
     assert all(f"| {row['fault']} | {row['happens']} |" in text for row in fault_pages.fault_rows())

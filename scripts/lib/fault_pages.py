@@ -1,4 +1,4 @@
-"""docs/faults.md: what happens when something fails, from the table test/fault_rows.yaml."""
+"""docs/reference/faults.md: what happens when something fails, from the table test/fault_rows.yaml."""
 
 import re
 from collections import Counter
@@ -12,9 +12,9 @@ ROWS = ROOT / "test" / "fault_rows.yaml"
 STATES = ("tested", "reasoned", "open")
 HEAD = """# What can fail, and what happens then
 
-Every row is a fault that flights of this kind are known to meet. *tested*: the named tests fail if it happens
-otherwise; *reasoned*: no test of the whole, the reason stands there; **open**: not handled as it should be, or not
-shown. What to do beside the vehicle: [safety](safety.md).
+Every row is a fault that is known from flights of this kind. *tested*: the named tests fail if it ends otherwise;
+*reasoned*: no test of the whole, but a reason; **open**: not handled as it should be, or not shown. What an operator
+does: [safety](../explanation/safety.md).
 """
 
 
@@ -56,7 +56,7 @@ def exists(name: str) -> bool:
 
 
 def faults_page() -> str:
-    """Return docs/faults.md without the line that says it is generated."""
+    """Return docs/reference/faults.md without the line that says it is generated."""
     rows = fault_rows()
     count = Counter(row["state"] for row in rows)
     summary = f"{len(rows)} rows: {count['tested']} tested, {count['reasoned']} reasoned, {count['open']} open.\n"
@@ -73,4 +73,4 @@ def _short(name: str) -> str:
     if room != name:
         return f"`scripts/accept {room}`"
     file, _, function = name.partition("::")
-    return f"[{function.replace('_', ' ')}](../{file})"
+    return f"[{function.replace('_', ' ')}](../../{file})"

@@ -6,8 +6,10 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+import diagrams
 import documentation_site
 import fault_pages
+import table_pages
 
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
@@ -19,6 +21,7 @@ from quad_node.topics import TOPICS, Topic
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
+REFERENCE = DOCS / "reference"
 MESSAGES = ROOT / "src" / "quad_msgs" / "msg"
 GENERATED = "<!-- Written by scripts/docs from the code: change it there. -->"
 
@@ -28,21 +31,23 @@ STANDARD_TYPES = {
         "collective thrust along body z in N (x and y are 0); `wrench.torque`: torque about the body axes in N m."
     ),
     "nav_msgs/Odometry": (
-        "The true state for tools, once in `odom_period_steps`: pose in the world, twist in the body frame; "
-        "covariances 0."
+        "The sensed state (as `state`) for tools, once in `odom_period_steps`: pose in the world, twist in the body "
+        "frame; covariances 0."
     ),
     "sensor_msgs/BatteryState": (
-        "`percentage`: share of full, 0 to 1, NaN where it is unknown. Best effort, so that any driver is heard. The "
-        "commander lands below `modes.battery_low` and does not arm below `arming.battery`; what says nothing is full."
+        "`percentage`: share of full, 0 to 1, NaN where it is unknown. Best effort, so that any driver matches; no "
+        "node of this stack publishes it. The commander lands below `modes.battery_low` and does not arm below "
+        "`arming.battery`; without a message the battery counts as full."
     ),
-    "rosgraph_msgs/Clock": "Flight time for visitors, once in `clock_period_steps`; no control decision depends on it.",
+    "rosgraph_msgs/Clock": "Flight time for tools, once in `clock_period_steps`; no control decision depends on it.",
 }
 TOPICS_HEAD = """# Topics
 
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
-to world), Z-Y-X Euler angles. All topics but `battery_state` are reliable; *latched* ones (transient local) reach late
-joiners too. A *step* topic has exactly one message per step of its publisher: they make the payload hash of a flight.
-Besides, every node sends `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+to world), Z-Y-X Euler angles. All topics but `battery_state` are reliable; *latched* ones (transient local) reach nodes
+that join later. A *step* topic has exactly one message per step of its publisher. The payload hash covers the step
+topics but `flight/mode`, which names the run. Every node also publishes `diagnostics`
+(diagnostic_msgs/DiagnosticArray) at 1 Hz.
 """
 PARAMETERS_HEAD = """# Parameters
 
@@ -58,13 +63,13 @@ SUMMARIES = {
     "position_controller": "Answers `state` and `reference` with `attitude_setpoint`.",
     "attitude_controller": "Answers `state` and `attitude_setpoint` with `wrench_setpoint`.",
     "recorder": "Writes every topic into one bag and paces the lockstep.",
-    "commander": "Modes, missions: takes `mission/reference`, gives `reference` and `flight/mode`; optional.",
+    "commander": "Modes and missions: takes `mission/reference`, publishes `reference` and `flight/mode`; optional.",
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
-    "crazyflie_bridge": "Owns a Crazyflie, over cflib: [crazyflie.md](../crazyflie.md); optional.",
-    "hil_plant": "Our plant under PX4's simulator interface, in lockstep: [mavlink.md](../mavlink.md); optional.",
-    "joined_plant": "Our plant under PX4 that our laws fly by torque: [px4.md](../px4.md); optional.",
-    "mavlink_bridge": "Owns a vehicle of PX4 or ArduPilot, over MAVLink: [mavlink.md](../mavlink.md); optional.",
-    "px4_bridge": "Owns a vehicle that PX4 flies, in the role of the simulator: [px4.md](../px4.md); optional.",
+    "crazyflie_bridge": "A Crazyflie as the vehicle: [how to](../../how_to/crazyflie.md); optional.",
+    "hil_plant": "Our plant under PX4's simulator interface: [how to](../../how_to/mavlink.md); optional.",
+    "joined_plant": "Our plant under PX4, flown by our laws: [how to](../../how_to/px4.md); optional.",
+    "mavlink_bridge": "A vehicle with PX4 or ArduPilot, over MAVLink: [how to](../../how_to/mavlink.md); optional.",
+    "px4_bridge": "A vehicle with PX4, over uXRCE-DDS: [how to](../../how_to/px4.md); optional.",
 }
 
 
@@ -80,7 +85,7 @@ def table(head: list[str], rows: Iterable[list[str]]) -> str:
 
 
 def topics_page() -> str:
-    """Return docs/topics.md."""
+    """Return docs/reference/topics.md."""
     rows = []
     for topic in TOPICS.values():
         kind = ", ".join(word for word, holds in (("step", topic.step), ("latched", topic.latched)) if holds)
@@ -113,7 +118,7 @@ def message_section(name: str) -> str:
 
 
 def parameter_pages() -> dict[str, str]:
-    """Return {file name: text} of docs/parameters."""
+    """Return {file name: text} of docs/reference/parameters."""
     pages = {}
     for role, kind in {**ROLES, **GUESTS, **OWNERS}.items():
         parts = [
@@ -185,19 +190,24 @@ def main() -> int:
     if options.site:
         return documentation_site.build()
     check = options.check
-    pages = {DOCS / "topics.md": topics_page(), DOCS / "faults.md": GENERATED + "\n" + fault_pages.faults_page()}
+    pages = {
+        REFERENCE / "topics.md": topics_page(),
+        REFERENCE / "faults.md": GENERATED + "\n" + fault_pages.faults_page(),
+    }
+    pages |= {REFERENCE / name: page([text]) for name, text in table_pages.pages().items()}
+    pages |= {DOCS / "images" / name: text for name, text in diagrams.pictures().items()}
     pages |= {DOCS / "layouts" / name: text for name, text in layout_files().items()}
-    pages |= {DOCS / "parameters" / name: text for name, text in parameter_pages().items()}
+    pages |= {REFERENCE / "parameters" / name: text for name, text in parameter_pages().items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
-    stale += [path for path in (DOCS / "parameters").glob("*.md") if path not in pages]
+    stale += [path for path in (REFERENCE / "parameters").glob("*.md") if path not in pages]
     lacking = documentation_site.missing() if check else []
     for line in lacking:
         print(line)
     for path in stale:
         print(f"{path.relative_to(ROOT)}: {'not up to date: run scripts/docs' if check else 'written'}")
     if not check:
-        for folder in ("parameters", "layouts"):
-            (DOCS / folder).mkdir(exist_ok=True)
+        for folder in (REFERENCE / "parameters", DOCS / "layouts", DOCS / "images"):
+            folder.mkdir(exist_ok=True)
         for path in stale:
             if path in pages:
                 path.write_text(pages[path], encoding="utf-8")

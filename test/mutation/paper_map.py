@@ -1,4 +1,4 @@
-"""Read docs/paper_map.md: which function and which test stand beside each equation, table and figure."""
+"""Read docs/reference/paper_map.md: which function and which test stand beside each equation, table and figure."""
 
 import ast
 import re
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "paper_map.md"
+PAGE = ROOT / "docs" / "reference" / "paper_map.md"
 LINK = re.compile(r"\[`([\w.]+)`\]\(([^)#]+)\)")
 FIGURE = re.compile(r"^Figure (\d+)$")
 

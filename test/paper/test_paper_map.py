@@ -1,4 +1,4 @@
-"""docs/paper_map.md: nothing missing, every name exists, and for every function a mistake is declared to be noticed."""
+"""docs/reference/paper_map.md: nothing missing, every name exists, a mistake is declared for every function."""
 
 import importlib
 

@@ -14,7 +14,7 @@ The paper's attitude law, per axis and written for roll (pitch and yaw are the s
 Added: a command filter that gives x_1d' and x_1d'' (``command``), torque limits (``torque``), bounds on I and Q_hat,
 the exact mapping to torque in the place of Eq. 14. I and Q_hat move by forward Euler after the values *before* the step
 were used throughout. ``sliding_control`` is the law of one axis, ``torque`` the mapping to torque. Why parameters leave
-Table 2: docs/decisions/0002-additions-to-the-paper.md.
+Table 2: docs/explanation/additions.md.
 """
 
 from typing import Annotated, NamedTuple

@@ -44,7 +44,7 @@ _EXAMPLES = """examples:
   scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 
 NODE is simulator, trajectory, position_controller, attitude_controller or recorder; flight and vehicle go to all nodes.
-All parameters: docs/parameters. Exit codes: 0 ended on time and within the limits, 1 not, 2 bad usage or set-up."""
+Parameters: docs/reference/parameters. Exit codes: 0 ended on time and within the limits, 1 not, 2 usage or set-up."""
 
 
 class _Parser(argparse.ArgumentParser):

@@ -19,7 +19,7 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     if not options.vehicle_owner:
         return {}
     name, _, file = options.vehicle_owner.partition("=")
-    page = f"docs/{PAGES.get(name, name)}.md"
+    page = f"docs/how_to/{PAGES.get(name, name)}.md"
     expected = f"--vehicle-owner: found {options.vehicle_owner!r}, expected"
     if name not in BRIDGES:
         raise ParameterError(f"{expected} one of {', '.join(BRIDGES)}, and =FILE with its parameters")

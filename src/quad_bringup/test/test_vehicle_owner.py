@@ -40,8 +40,8 @@ def test_what_is_missing_is_named(tmp_path):
     file.write_text("", "utf-8")
     for given, words in (
         ({"given": "mavros"}, "px4, joined, mavlink, crazyflie"),
-        ({"given": "joined"}, "docs/px4.md"),
-        ({"given": "mavlink"}, "docs/mavlink.md"),
+        ({"given": "joined"}, "docs/how_to/px4.md"),
+        ({"given": "mavlink"}, "docs/how_to/mavlink.md"),
         ({"given": f"px4={tmp_path / 'none.yaml'}"}, "found no file"),
         ({"given": f"px4={file}", "realtime": False}, "expected --realtime"),
         ({"given": f"px4={file}", "own": ["simulator=true"]}, "--own simulator"),

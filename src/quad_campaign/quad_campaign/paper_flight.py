@@ -1,6 +1,7 @@
 """Flights of the paper's section 4, described in a few words: case, preset, start and what differs from it.
 
-The studies of the laws (docs/decisions/0002, docs/stability.md, docs/as_printed.md) and their acceptance runs share it.
+The studies of the laws (docs/explanation/additions.md, docs/explanation/stability.md, docs/results/as_printed.md) and
+their acceptance runs share it.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,6 +1,6 @@
 """How much the values decide that the paper does not give: each scaled by 1/4 to 4, both cases, compiled loop.
 
-What Table 2 lost or section 4 leaves open had to be assumed (docs/paper_map.md). Here each such value is moved alone,
+What Table 2 lost or section 4 leaves open had to be assumed (docs/reference/paper_map.md). Each is moved alone here,
 all others as in the preset; the flights are those of ``quad_flight.flight``.
 """
 
@@ -26,7 +26,7 @@ PRESETS = ("minimal", "tuned")
 _ATTITUDE = ("roll", "pitch", "yaw")
 
 _EXAMPLES = """examples:
-  python -m quad_campaign.sensitivity --out docs/images            the study of docs/sensitivity.md
+  python -m quad_campaign.sensitivity --out docs/images            the study of docs/results/sensitivity.md
   python -m quad_campaign.sensitivity --out /tmp/s --preset minimal --case case2 --seeds 1
 
 writes sensitivity.csv (one row per flight) and sensitivity-PRESET.png. Exit codes: 0 flown, 2 bad usage."""

@@ -1,7 +1,7 @@
 """The mode table: which mode follows when a condition is raised or a request is made. Everything else is made from it.
 
-``TABLE[mode][condition]`` and ``ANSWERS[mode][request]`` are modes. ``docs/safety.md`` shows both (``mode_pages``), the
-tests walk them, and ``modes.step`` obeys them. The rows below are the source; the rest of the module spells them out.
+``TABLE[mode][condition]`` and ``ANSWERS[mode][request]`` are modes. ``docs/reference/modes.md`` shows both, the tests
+walk them, and ``modes.step`` follows them. The rows below are the source.
 """
 
 from enum import IntEnum

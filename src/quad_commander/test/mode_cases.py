@@ -1,4 +1,4 @@
-"""The mode table as a person wrote it from docs/safety.md, and how each condition comes about."""
+"""The mode table as a person wrote it from docs/explanation/safety.md, and how each condition comes about."""
 
 import math
 

@@ -2,9 +2,6 @@
 
 import ast
 import inspect
-import re
-
-import pytest
 
 from quad_commander import conduct, mode_pages, modes
 from quad_commander.mode_table import FAULTS, Mode
@@ -23,20 +20,6 @@ def test_each_fault_has_its_line_and_each_cell_is_a_mode():
     assert len(lines) == 2 + len(FAULTS)
     cells = {cell.strip() for line in lines[2:] for cell in line.split("|")[2:-1]}
     assert cells <= {"", *(mode.name for mode in Mode)}
-
-
-def test_the_picture_names_every_mode_and_no_way_out_of_kill():
-    arrows = re.findall(r"(\w+) --> (\w+):", mode_pages.diagram())
-    assert {then for _, then in arrows} == {mode.name for mode in Mode}
-    assert not [then for here, then in arrows if here == "KILL"]
-
-
-def test_a_file_without_markers_is_refused(tmp_path):
-    file = tmp_path / "page.md"
-    file.write_text("nothing", encoding="utf-8")
-    assert mode_pages.main([str(file)]) == 2
-    with pytest.raises(ValueError, match="expected both"):
-        mode_pages.renewed("nothing")
 
 
 def test_the_page_says_what_nobody_tells_the_commander():

@@ -1,4 +1,4 @@
-"""The parameters of the commander's node; every default of a time or limit is a row of ``docs/safety.md``."""
+"""The parameters of the commander's node; the conditions: ``docs/reference/modes.md``."""
 
 from typing import Annotated, NamedTuple
 
@@ -74,7 +74,7 @@ class ModeParameters(NamedTuple):
 
 
 class ArmingLimits(NamedTuple):
-    """What must hold before a flight; defaults are those of ``docs/safety.md``."""
+    """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
     rate_tolerance: Annotated[
         float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0, "safety.md", live=False)

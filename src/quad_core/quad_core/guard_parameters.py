@@ -1,4 +1,4 @@
-"""Limits and times of the guard: every default is a row of ``docs/safety.md``.
+"""Limits and times of the guard: every default is a row of ``docs/explanation/safety.md``.
 
 All are fixed before a flight (``live=False``): nobody widens a limit while it protects something.
 """

@@ -1,4 +1,4 @@
-"""What a wrench and a state must be: each rule of docs/safety.md by itself."""
+"""What a wrench and a state must be: each rule of docs/explanation/safety.md by itself."""
 
 import math
 

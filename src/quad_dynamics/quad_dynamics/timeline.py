@@ -40,7 +40,9 @@ EDGE = 1e-9
 class Parameters(NamedTuple):
     """The events of a flight."""
 
-    events: Annotated[str, Text("events, one a line: KIND start=S end=S NAME=VALUE ...; see docs/scenarios.md")] = ""
+    events: Annotated[
+        str, Text("events, one a line: KIND start=S end=S NAME=VALUE ...; see docs/reference/scenarios.md")
+    ] = ""
 
 
 def check(parameters: Parameters) -> None:

@@ -75,7 +75,7 @@ def test_reading_needs_neither_ros_nor_extras(flown_bag):
 
 
 def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monkeypatch):
-    page = (Path(__file__).parents[3] / "docs" / "flight_log.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "how_to" / "flight_log.md").read_text(encoding="utf-8")
     example, of_others = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     (tmp_path / "flights").mkdir()
     (tmp_path / "flights" / "case1-1-1").symlink_to(flown_bag)

@@ -31,7 +31,7 @@ _NEVER = 2**62
 
 WARM = 2.0
 """s of answers without a gap after which a memory that began in flight may fly: four times what the filters of our laws
-need to settle, 0.5 s. What integrates does not settle by computing along, however long (docs/safety.md)."""
+need to settle, 0.5 s. What integrates does not settle by computing along, however long (docs/explanation/safety.md)."""
 
 _ASKED_AGAIN = 2
 """In lockstep: times that the plant repeats a state before who stands by answers in the other's place."""

@@ -1,7 +1,7 @@
 """Real time without a commander: whether the setpoints between the controllers still come.
 
 The guard sees wrenches alone, and an attitude controller that has lost its setpoint goes on sending them: the vehicle
-stays level and drifts. Where a commander flies it decides (docs/safety.md); else the vehicle's owner gives up.
+stays level and drifts. With a commander it decides (docs/explanation/safety.md); else the vehicle's owner gives up.
 """
 
 import time

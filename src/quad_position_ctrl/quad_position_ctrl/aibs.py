@@ -14,7 +14,7 @@ Along x, world frame (y and z are the same law; hats are estimates, d_hat that o
 Added: bounds on the virtual velocity (``speed_limit``), on acceleration, thrust and tilt (``setpoint``), on Gamma and
 xi_hat, a leak of xi_hat. Integral and gain move by forward Euler after the values *before* the step were used
 throughout. ``backstepping`` is the law of one axis, ``setpoint`` what all laws share.
-Why parameters leave Table 2: docs/decisions/0002-additions-to-the-paper.md.
+Why parameters leave Table 2: docs/explanation/additions.md.
 """
 
 from typing import Annotated, NamedTuple
@@ -281,7 +281,7 @@ _PRINTED: dict[str, Value] = {
     "limits.vertical_priority": False,
 }
 _SMALLEST_SET = ("drag_sign", "anti_windup", "speed.", "limits.tilt")
-"""What of the additions is enough to fly the paper's cases from its initial condition (docs/as_printed.md)."""
+"""What of the additions is enough to fly the paper's cases from its initial condition (docs/results/as_printed.md)."""
 
 PRESETS: dict[str, dict[str, Value]] = {
     "tuned": {},

@@ -1,4 +1,4 @@
-"""The bound of docs/stability.md with leak, dead zone, projection and freezing: one axis, apart from our plants."""
+"""The bound of docs/explanation/stability.md with leak, dead zone, projection and freezing; one axis."""
 
 import math
 import random

@@ -26,7 +26,7 @@ from quad_node.interface import interface_hash
 from quad_node.main import run
 
 ROLES = f"{SIMULATOR},{COMMANDING}"
-HELP = f"""Checks a plant or hardware bridge against docs/swap_the_plant.md, as the only other node of its flight.
+HELP = f"""Check a plant or bridge against docs/how_to/swap_the_plant.md, as the only other node of its flight.
 
 usage: ros2 run quad_dynamics check_plant [--ros-args -p flight.mode:=realtime -p vehicle.mass:=0.56 ...]
 

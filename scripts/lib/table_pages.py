@@ -1,0 +1,298 @@
+"""Reference pages that are tables of the code: command line, metrics, modes, laws, services and events."""
+
+import argparse
+import ast
+import contextlib
+import importlib
+import io
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from quad_commander import mode_pages
+from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.mode_texts import words
+from quad_commander.node import SERVICES
+from quad_core import guard, plugins
+from quad_flight import configuration
+from quad_flight_log.analysis.metrics import METRICS
+
+ROOT = Path(__file__).resolve().parents[2]
+GROUPS = (
+    plugins.POSITION_LAW,
+    plugins.ATTITUDE_LAW,
+    plugins.TRAJECTORY,
+    plugins.PLANT,
+    plugins.DISTURBANCE,
+    plugins.SENSING,
+)
+
+COMMANDS = {
+    "scripts/fly": "quad_bringup.fly",
+    "scripts/log": "quad_flight_log.cli",
+    "scripts/campaign": "quad_campaign.campaign_cli",
+    "scripts/study": "quad_campaign.study",
+    "scripts/tune": "quad_campaign.tune",
+    "ros2 run quad_commander command": "quad_commander.command",
+}
+COMMAND_HEAD = """# Command line
+
+Every command explains itself with `--help`; `scripts/log VERB --help` has examples for each verb. Without a sourced
+ROS 2 `ros2 run PACKAGE NAME` is `install/PACKAGE/lib/PACKAGE/NAME`, in a shell that has sourced `scripts/env.sh`.
+
+## Exit codes
+
+| code | meaning |
+| --- | --- |
+| 0 | good: the flight ended as planned and within its limits, or the command did what was asked |
+| 1 | the flight, the check or the bag is not good; the last lines say why |
+| 2 | wrong usage or set-up, nothing was flown; the message names file, key or topic, what was found and expected |
+
+A node exits with the code of its flight. `command` exits with 0: done, 1: refused, 2: no answer.
+"""
+FORMULAS = {
+    "duration": ("end of the flight - t0", "whole"),
+    "position_rmse": ("sqrt(mean of abs(p - p_d)^2)", "after the approach"),
+    "position_max": ("max of abs(p - p_d)", "after the approach"),
+    "position_final": ("abs(p - p_d) at the last reference", "one instant"),
+    "position_iae": ("integral of abs(p - p_d) dt", "after the approach"),
+    "position_itae": ("integral of t abs(p - p_d) dt", "after the approach"),
+    "settling_time": ("least T with abs(p - p_d) < band for all t >= T", "after the approach"),
+    "corner_overshoot": ("max of (p - corner) along the arrival", "after each corner"),
+    "yaw_overshoot": ("max of yaw beyond its new value", "after each step of yaw"),
+    "attitude_rmse": ("sqrt(mean of abs(phi, theta, psi - setpoint)^2)", "after the approach"),
+    "thrust_effort": ("sum of F_T^2 times hold time", "after the approach"),
+    "torque_effort": ("sum of abs(tau)^2 times hold time", "after the approach"),
+    "torque_total_variation": ("sum of abs(tau[k] - tau[k-1]) over the axes", "after the approach"),
+    "torque_high_frequency": ("torque_effort of the part above the frequency", "after the approach"),
+    "chattering_index": ("torque_high_frequency / torque_effort, mean removed", "after the approach"),
+    "saturation_time": ("time with a flag of `actuation` set", "after the approach"),
+    "surface_reaching_time": ("first time with abs(s) below the bound", "after the approach"),
+    "adaptive_bound_shortfall": ("share of steps with abs(D_A) > bound of Eq. 60", "after the approach"),
+    "disturbance_estimate_rmse": ("sqrt(mean of abs(d_hat - D_P)^2)", "after the approach"),
+    "missing_steps": ("steps expected - messages found, worst topic", "whole"),
+}
+METRICS_HEAD = """# Metrics
+
+Computed from a bag by `scripts/log metrics`, `report`, `check` and at the end of `scripts/fly`. `p` is `truth`, or
+`state` where the bag has no truth. `p_d` is `reference`, compared at the steps for which it was computed. Time starts
+at the end of the approach (`trajectory_time` 0). With a mission, only MISSION counts. Each command is held until the
+next one. `n/a`: the data is missing, or the event never happened.
+"""
+MODES_HEAD = """# Modes, conditions and guard reasons
+
+What they are for: [safety](../explanation/safety.md). Numbers are those of the messages `FlightMode` and `GuardStatus`.
+"""
+CONDITIONS_HEAD = """## Conditions
+
+`FlightMode.raised`: bit k is set while condition k holds. `FlightMode.reason` is the number of the condition that led
+to the mode.
+"""
+LAWS_HEAD = """# Laws, presets, vehicles
+
+Any position law flies with any attitude law, plant and vehicle. Gains are in acceleration, so `tuned` carries over to
+other masses; delay, noise and lag need gains of their own.
+"""
+SERVICES_HEAD = """# Services and events
+
+## Services
+
+All are `std_srvs/Trigger`; the answer says done, or why not. Names are relative. `descend` has no service: ask with
+`command descend`, or on `flight/request`. Every node also has the parameter services of ROS 2.
+"""
+EVENTS_HEAD = """## Events
+
+Topic `flight/events` (`FlightEvent`): severity, kind and one line of text. In the text, a part in braces is filled in.
+Events of a scenario and changes of mode have the kind of that event or mode.
+"""
+
+
+def rows(head: list[str], lines: Iterable[list[str]]) -> str:
+    """Return a Markdown table."""
+    shown = [head, ["---"] * len(head), *lines]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in shown) + "\n"
+
+
+def metrics_page() -> str:
+    """Return docs/reference/metrics.md; raises KeyError for a metric without a formula."""
+    lines = [
+        [f"`{name}`", metric.unit or "1", metric.meaning, f"`{FORMULAS[name][0]}`", FORMULAS[name][1]]
+        for name, metric in METRICS.items()
+    ]
+    return METRICS_HEAD + "\n" + rows(["metric", "unit", "meaning", "formula", "window"], lines)
+
+
+def modes_page() -> str:
+    """Return docs/reference/modes.md: numbers, what each means, and the tables of the modes."""
+    requests = [[str(request.value), words(request.name)] for request in Request]
+    reasons = [[str(number), text] for number, text in enumerate(guard.REASONS)]
+    modes = ", ".join(f"{number} {name}" for number, name in enumerate(guard.MODES))
+    about_guard = f"`mode`: {modes}. `reason` says why the mode was entered, `condition` what holds now."
+    parts = [
+        MODES_HEAD,
+        "## Modes (`FlightMode.mode`)\n",
+        rows(["number", "mode"], [[str(mode.value), mode.name] for mode in Mode]),
+        CONDITIONS_HEAD,
+        rows(["number", "condition"], [[str(one.value), words(one.name)] for one in Condition]),
+        "## Requests (`FlightRequest.request`)\n",
+        rows(["number", "request"], requests),
+        f"## Guard (`GuardStatus`)\n\n{about_guard}\n",
+        rows(["number", "reason"], reasons),
+        mode_pages.page() + "\n",
+    ]
+    return "\n".join(parts)
+
+
+def laws_page() -> str:
+    """Return docs/reference/laws.md: plug-ins, presets and vehicles that ship."""
+    parts = [LAWS_HEAD]
+    for group in GROUPS:
+        found = [(name, plugins.load(group, name)) for name in plugins.names(group)]
+        lines = [
+            [f"`{name}`", first_line(module), ", ".join(f"`{key}`" for key in getattr(module, "PRESETS", {})) or ""]
+            for name, module in found
+            if module.__name__.startswith("quad_")
+        ]
+        parts += [f"## {group}\n", rows(["name", "what it is", "presets of its module"], lines)]
+    for title, kind in (
+        ("Presets (`--preset`)", configuration.CONTROLLERS),
+        ("Vehicles (`--vehicle`)", configuration.VEHICLES),
+        ("Scenarios (`CASE`, `--scenario`)", configuration.SCENARIOS),
+    ):
+        parts += [
+            f"## {title}\n",
+            rows(["name", "what its file says"], ([f"`{n}`", about(kind, n)] for n in configuration.names(kind))),
+        ]
+    return "\n".join(parts)
+
+
+def first_line(module: Any) -> str:
+    """Return the first line of a module's docstring."""
+    return (module.__doc__ or "").strip().splitlines()[0]
+
+
+def about(kind: str, name: str) -> str:
+    """Return the comment with which a shipped parameter file begins."""
+    (path,) = ROOT.glob(f"src/quad_flight/quad_flight/config/{Path(kind).name}/{name}.yaml")
+    lines = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# "))
+    return " ".join(lines)
+
+
+def services_page() -> str:
+    """Return docs/reference/services_and_events.md."""
+    asks = "asks for {}; refused where the mode does not allow it"
+    calls = [[f"`{one.name.lower()}`", "commander", asks.format(one.name)] for one in SERVICES]
+    calls.append(["`CONTROLLER/take_over`", "a controller with a standby", "that controller flies from now on"])
+    services = rows(["service", "node", "what it does"], calls)
+    events = rows(["kind", "severity", "package", "text"], event_rows())
+    return "\n".join([SERVICES_HEAD, services, EVENTS_HEAD, events])
+
+
+def event_rows() -> list[list[str]]:
+    """Return one row per call of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources."""
+    found = set()
+    for path in sorted(ROOT.glob("src/*/quad_*/**/*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for call in ast.walk(tree):
+            if (
+                isinstance(call, ast.Call)
+                and isinstance(call.func, ast.Attribute)
+                and call.func.attr == "event"
+                and len(call.args) >= 3
+                and isinstance(call.args[0], ast.Attribute)
+                and isinstance(call.args[1], ast.Constant)
+            ):
+                text = call.args[2]
+                shown = template(text) if isinstance(text, ast.JoinedStr | ast.Constant) else ""
+                found.add(
+                    (str(call.args[1].value), call.args[0].attr.lower(), path.relative_to(ROOT / "src").parts[0], shown)
+                )
+    return [[f"`{kind}`", *rest] for kind, *rest in sorted(found)]
+
+
+def template(text: ast.JoinedStr | ast.Constant) -> str:
+    """Return an f-string with the names of what it fills in."""
+    if isinstance(text, ast.Constant):
+        return str(text.value)
+    parts = [
+        str(part.value)
+        if isinstance(part, ast.Constant)
+        else "{" + re.split(r"\W+", ast.unparse(part.value).removeprefix("self."))[-1] + "}"
+        for part in text.values
+        if isinstance(part, ast.Constant | ast.FormattedValue)
+    ]
+    return "".join(parts)
+
+
+class _CapturedError(Exception):
+    """Carries the parser of a command."""
+
+
+def parser_of(module: str) -> argparse.ArgumentParser:
+    """Return the parser that a command makes before it reads its arguments."""
+
+    def capture(self: argparse.ArgumentParser, *_: Any, **__: Any) -> None:
+        raise _CapturedError(self)
+
+    original = argparse.ArgumentParser.parse_args
+    argparse.ArgumentParser.parse_args = capture  # type: ignore[assignment,method-assign]
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            importlib.import_module(module).main([])
+    except _CapturedError as captured:
+        return captured.args[0]  # type: ignore[no-any-return]
+    finally:
+        argparse.ArgumentParser.parse_args = original  # type: ignore[method-assign]
+    raise AssertionError(f"{module}: main() read no arguments")
+
+
+def command_page() -> str:
+    """Return docs/reference/command_line.md."""
+    parts = [COMMAND_HEAD]
+    for command, module in COMMANDS.items():
+        parts += command_section(command, parser_of(module), 2)
+    return "\n".join(parts)
+
+
+def command_section(command: str, parser: argparse.ArgumentParser, level: int) -> list[str]:
+    """Return the section of one command or verb."""
+    parts = [f"{'#' * level} {command}\n", " ".join((parser.description or "").split()) + "\n"]
+    lines, verbs = [], []
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            verbs = list(action.choices.items())
+        elif not isinstance(action, argparse._HelpAction):
+            lines.append(argument_row(action))
+    if lines:
+        parts.append(rows(["argument", "value", "meaning", "default"], lines))
+    if parser.epilog:
+        parts.append("```\n" + parser.epilog.strip("\n") + "\n```\n")
+    for verb, inner in verbs:
+        parts += command_section(f"{command} {verb}", inner, level + 1)
+    return parts
+
+
+def argument_row(action: argparse.Action) -> list[str]:
+    """Return name, value, meaning and default of one argument."""
+    value = action.metavar if isinstance(action.metavar, str) else ""
+    if not value and action.choices:
+        value = ", ".join(str(choice) for choice in action.choices)
+    name = ", ".join(action.option_strings) or value or action.dest
+    shown = "" if action.default in (None, False, argparse.SUPPRESS, [], "") else str(action.default)
+    return [f"`{name}`", value if action.option_strings else "", (action.help or "").replace("%%", "%"), shown]
+
+
+def pages() -> dict[str, str]:
+    """Return {file name in docs/reference: text} of all pages of this module."""
+    return {
+        "command_line.md": command_page(),
+        "metrics.md": metrics_page(),
+        "modes.md": modes_page(),
+        "laws.md": laws_page(),
+        "services_and_events.md": services_page(),
+    }
