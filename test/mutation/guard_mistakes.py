@@ -4,15 +4,24 @@ GUARD = {
     "quad_core.guard_checks.command_refusal": [
         ("finite", "wrench.thrust + torque.x + torque.y + torque.z", "wrench.thrust + torque.x + torque.y"),
         ("newer", "command.step <= last_step", "command.step < last_step"),
-        ("ahead", "lead > limits.ahead", "lead < -limits.ahead"),
-        ("old", "-lead > limits.too_old", "-lead > 10.0 * limits.too_old"),
+        ("ahead", "command.step > newest", "command.step > newest + 1"),
+        ("old", "period / 1e9 > limits.too_old", "period / 1e9 > 10.0 * limits.too_old"),
         ("stamp", "command.stamp != command.step * period", "command.stamp < command.step * period"),
     ],
     "quad_core.guard_checks.largest_torque": [
         ("8", "2.0 * DIAGONAL * tilting", "DIAGONAL * tilting"),
         ("8", "2.0 * rotor", "rotor"),
     ],
-    "quad_core.guard_checks.is_frozen": [("frozen", "state != last", "state == last")],
+    "quad_core.guard_checks.must_differ": [
+        ("frozen", "norm(last.omega_b) >= least", "norm(last.omega_b) < least"),
+        ("frozen", "flown.thrust - held.thrust", "flown.thrust"),
+        ("frozen", "if not still:", "if still:"),
+    ],
+    "quad_core.guard_checks.is_on_ground": [
+        ("ground", "height <= rule.stop_height", "height >= rule.stop_height"),
+        ("ground", "thrust < rule.thrust", "thrust > rule.thrust"),
+    ],
+    "quad_core.guard.answered_until": [("late", "return now", "return command_step")],
     "quad_core.guard_checks.position_change": [("jump", "gap * last.v_w.x", "gap * last.v_w.y")],
     "quad_core.guard_checks.is_surely_within": [("jump", "20.0 *", "2.0 *")],
     "quad_core.guard_checks.half_cosine": [("jump", "abs(", "(")],

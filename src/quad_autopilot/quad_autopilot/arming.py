@@ -58,8 +58,9 @@ class Setpoint(IntEnum):
 class Inputs(NamedTuple):
     """What is known now. Times and ages in s; an age is infinite before the first message.
 
-    ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``refusal``: why the flight must not begin,
-    empty if it may. ``stop``: why it must end now, empty if it need not. ``ended``: it has flown to its planned end.
+    ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
+    has waited for a command. ``refusal``: why the flight must not begin, empty if it may. ``stop``: why it must end
+    now, empty if it need not. ``ended``: it has flown to its planned end.
     """
 
     now: float
@@ -213,10 +214,8 @@ def _flying(
     if inputs.state_age > parameters.state_timeout:
         return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
     if inputs.command_age > _patience(parameters, memory, inputs):
-        silence = f"controllers: no command for {1e3 * min(inputs.command_age, inputs.now - memory.since):.0f} ms"
-        if inputs.state_age > 0.5 * parameters.command_timeout:  # they had nothing to answer
-            silence += f", {profile.state}: nothing for {1e3 * inputs.state_age:.0f} ms"
-        return _land(profile, memory, silence)
+        silent = min(inputs.command_age, inputs.now - memory.since)
+        return _land(profile, memory, f"controllers: no command for {1e3 * silent:.0f} ms")
     return memory._replace(phase=Phase.LAND, reason="", failed=False) if inputs.ended else memory
 
 

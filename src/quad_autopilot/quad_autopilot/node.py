@@ -29,6 +29,8 @@ _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 """Jumps that are flown through. PX4 turns its heading by up to 16 degrees when it first trusts the compass in the air;
 the guard refuses samples from 20 degrees on."""
+_STOOD_STILL = 0.03
+"""Seconds beyond a beat from which on this process, or its host, is to blame for what came late."""
 _LAST_WORDS = 3
 _ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND)
 
@@ -50,13 +52,14 @@ class AutopilotNode(VehicleNode):
             raise ParameterError("flight.mode: found lockstep, expected realtime: nobody can halt an autopilot's clock")
         if self.commanded:
             raise ParameterError(f"flight.roles: found commander, expected none: {profile.name} itself arms and lands")
-        self.sequence = arming.Memory()
+        self.sequence, self.estimator = arming.Memory(), profile.name
         self.autopilot: Autopilot | None = None
         self.ack: Ack | None = None
         self.state: VehicleState | None = None
         self.stop = ""
         self.origin = -1
-        self.heard, self.commanded_at = -math.inf, -math.inf
+        self.heard = -math.inf
+        self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
         self.sample: odometry.Sample | None = None
         self._ended = self._is_landing = False
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
@@ -171,6 +174,7 @@ class AutopilotNode(VehicleNode):
         self.on_state_published()
         self._ended = bool(self.end_step) and step >= self.end_step
         self.asked_at = time.monotonic()
+        self._unanswered_at = min(self._unanswered_at, self.clock())
         publisher, pack = self._state_out
         publisher.publish(pack(state, step, step + 1, self.elapsed_ns))
 
@@ -206,7 +210,7 @@ class AutopilotNode(VehicleNode):
         if not stamped.finite:
             self.reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
             return
-        self.commanded_at = self.clock()
+        self.on_command()
         if self.sequence.phase == Phase.FLY and self.is_obeyed() and self.state is not None:
             self.send_attitude(stamped.value, self.state)
             self.note_sent()
@@ -224,6 +228,7 @@ class AutopilotNode(VehicleNode):
         if self.phase in (FlightState.ENDED, FlightState.FAILED) or self.handshake.missing():
             return
         now = self.clock()
+        self._note_pause(now)
         self.before_beat()
         output, self.sequence = arming.step(
             self.profile,
@@ -234,7 +239,7 @@ class AutopilotNode(VehicleNode):
                 1e-6 * self.stamps().now,
                 self.autopilot,
                 self.ack,
-                now - self.commanded_at,
+                self._command_age(now),
                 now - self.heard,
                 self._refusal() if self.sequence.phase == Phase.STREAM else "",
                 self.stop,
@@ -253,6 +258,22 @@ class AutopilotNode(VehicleNode):
             if report := self._hover_report():
                 self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
             super().end(FlightState.FAILED if output.failed else FlightState.ENDED, output.reason)
+
+    def _note_pause(self, now: float) -> None:
+        """Hold a pause of this process against nobody: the states that came meanwhile are still to be read."""
+        paused, self._beat_at = now - self._beat_at - BEAT, now
+        self.stood_still = f"{self.role} stood still for {paused:.2f} s" if paused > _STOOD_STILL else ""
+        if self.stood_still:
+            self.heard = min(self.heard + paused, now)
+            self._unanswered_at += min(paused, max(now - self._unanswered_at, 0.0))
+
+    def on_command(self) -> None:
+        """Note that a command has come: no state waits for one any more."""
+        self.commanded_at, self._unanswered_at = self.clock(), math.inf
+
+    def _command_age(self, now: float) -> float:
+        """Return for how long in s a state has waited for a command; infinite before the first command."""
+        return max(now - self._unanswered_at, 0.0) if math.isfinite(self.commanded_at) else math.inf
 
     def _hover_report(self) -> str:
         return thrust.hover_report(self.vehicle, self.max_rotor_thrust, self._hover_thrusts, self._hover_count)

@@ -173,7 +173,12 @@ PROGRESS = (
     (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up} of spool-up"),
     (Mode.TAKEOFF, Condition.AT_HEIGHT, Mode.HOLD, "at the height of take-off"),
     (Mode.MISSION, Condition.PLAN_ENDED, Mode.HOLD, "the trajectory has ended"),
-    (Mode.LAND, Condition.CONTACT, Mode.DISARMED, "slower than {contact_speed} for {contact_time} at low thrust"),
+    (
+        Mode.LAND,
+        Condition.CONTACT,
+        Mode.DISARMED,
+        "slower than {contact_speed} for {contact_time} at low thrust, at most {contact_height} high",
+    ),
     (Mode.DESCEND, Condition.CONTACT, Mode.DISARMED, "the same, or the guard has landed"),
 )
 """What is achieved: the only way on without a request."""

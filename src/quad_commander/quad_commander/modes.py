@@ -21,6 +21,7 @@ from quad_core.guard import GOOD as GUARD_GOOD
 from quad_core.guard import KILL as GUARD_KILL
 from quad_core.guard import PASS as GUARD_PASS
 from quad_core.guard import REQUESTED as GUARD_REQUESTED
+from quad_core.guard import WRENCH_LOST as GUARD_WRENCH_LOST
 
 DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL = (mode.value for mode in Mode)
 # fmt: off
@@ -80,7 +81,7 @@ class Health(NamedTuple):
 
 
 class Timers(NamedTuple):
-    """For how long in s: large tilt, extreme tilt, at rest with low thrust, this mode; time left for the guard."""
+    """For how long in s: large tilt, extreme tilt, at rest on the ground, this mode; time left for the guard."""
 
     tilt: float = 0.0
     extreme_tilt: float = 0.0
@@ -160,7 +161,13 @@ def step(
 def watch(parameters: ModeParameters, memory: Memory, health: Health, dt: float) -> Timers:
     """Return the timers after a step of ``dt`` s."""
     timers = memory.timers
-    rests = health.speed < parameters.contact_speed and health.thrust < parameters.contact_thrust
+    rests = (
+        health.speed < parameters.contact_speed
+        and health.thrust < parameters.contact_thrust
+        and health.height <= parameters.contact_height
+        and health.state_age <= parameters.state_lost
+        and sees_state(health.guard_condition)
+    )
     release = timers.release - dt
     return Timers(
         timers.tilt + dt if health.tilt > parameters.tilt else 0.0,
@@ -169,6 +176,11 @@ def watch(parameters: ModeParameters, memory: Memory, health: Health, dt: float)
         timers.mode + dt,
         release if release > 0.0 else 0.0,
     )
+
+
+def sees_state(guard_condition: int) -> bool:
+    """Return whether the guard sees the vehicle whatever else is wrong: without a state nothing says that it stands."""
+    return guard_condition <= GUARD_WRENCH_LOST or guard_condition == GUARD_REQUESTED
 
 
 def conditions(parameters: ModeParameters, memory: Memory, health: Health, timers: Timers) -> int:

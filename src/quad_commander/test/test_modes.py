@@ -65,12 +65,23 @@ def test_tilt_needs_its_time(seen, needed, mode):
     assert fly(in_mode(Mode.MISSION), needed + 0.02, **seen)[0].mode == mode
 
 
-def test_contact_needs_rest_low_thrust_and_half_a_second():
-    for seen in ({"speed": 0.2, "thrust": 0.5}, {"speed": 0.0, "thrust": 0.9}):
-        assert fly(in_mode(Mode.LAND), 3.0, **seen)[0].mode == Mode.LAND
-    assert fly(in_mode(Mode.LAND), 0.48, speed=0.05, thrust=0.5)[0].mode == Mode.LAND
-    assert fly(in_mode(Mode.LAND), 0.52, speed=0.05, thrust=0.5)[0].mode == Mode.DISARMED
+STANDING = {"speed": 0.05, "thrust": 0.5, "height": 0.1}
+
+
+def test_contact_needs_rest_low_thrust_low_height_and_half_a_second():
+    for seen in ({"speed": 0.2}, {"thrust": 0.9}, {"height": 0.31}):
+        assert fly(in_mode(Mode.LAND), 3.0, **{**STANDING, **seen})[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.48, **STANDING)[0].mode == Mode.LAND
+    assert fly(in_mode(Mode.LAND), 0.52, **STANDING)[0].mode == Mode.DISARMED
+    assert fly(in_mode(Mode.DESCEND), 0.52, **STANDING)[0].mode == Mode.DISARMED
     assert fly(in_mode(Mode.DESCEND), 0.02, guard_stopped=True)[0].mode == Mode.DISARMED
+
+
+@pytest.mark.parametrize("condition", [guard.STATE_LOST, guard.STATE_REFUSED, guard.TILT])
+@pytest.mark.parametrize("mode", [Mode.LAND, Mode.DESCEND])
+def test_a_state_that_the_guard_does_not_accept_is_no_contact(mode, condition):
+    decision, _ = fly(in_mode(mode), 3.0, **STANDING, guard_mode=guard.DESCEND, guard_condition=condition)
+    assert decision.mode == Mode.DESCEND
 
 
 def test_a_lost_mission_is_held_for_and_then_landed():
@@ -184,7 +195,7 @@ def test_compiled_it_decides_the_same():
 
 
 def test_a_new_battery_ends_what_the_old_one_raised():
-    _, memory = fly(in_mode(Mode.LAND), 0.6, battery=0.1, speed=0.0, thrust=0.1)
+    _, memory = fly(in_mode(Mode.LAND), 0.6, battery=0.1, speed=0.0, thrust=0.1, height=0.1)
     assert memory.mode == Mode.DISARMED
     decision, _ = fly(memory, DT, Request.ARM, battery=0.1)
     assert (decision.mode, decision.blocked_by) == (Mode.DISARMED, Condition.BATTERY_LOW)

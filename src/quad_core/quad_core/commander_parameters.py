@@ -68,6 +68,9 @@ class ModeParameters(NamedTuple):
     contact_thrust: Annotated[
         float, Real("", "thrust over weight below which the ground bears the vehicle", 0.05, 1.0, "", live=False)
     ] = 0.7
+    contact_height: Annotated[
+        float, Real("m", "no contact higher above the ground than this", 0.0, 10.0, "safety.md", live=False)
+    ] = 0.3
     release_time: Annotated[
         float, Real("s", "time that the guard has to give back after a request", 0.01, 10.0, "addition", live=False)
     ] = 0.5

@@ -82,7 +82,10 @@ class Timers(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the guard remembers; steps are -1 before the first time. ``flown`` is the last wrench for the rotors."""
+    """What the guard remembers; steps are -1 before the first time. ``flown`` is the last wrench for the rotors.
+
+    ``answered_step`` is the last step up to which the newest good wrench answered the newest good state.
+    """
 
     mode: int
     reason: int
@@ -90,6 +93,7 @@ class Memory(NamedTuple):
     first_step: int
     wrench: Wrench
     command_step: int
+    answered_step: int
     refused_commands: int
     belief: Belief
     refusals: Refusals
@@ -100,6 +104,9 @@ class Memory(NamedTuple):
 
 class Report(NamedTuple):
     """What the guard did in a step: mode, why, since which step; ages in s; what was refused and how often so far.
+
+    ``command_age`` counts from when the last good wrench answered the newest good state: while it does that it is not
+    late, however old it is, for then the state alone is late.
 
     ``command_refusal`` and ``state_refusal`` number the words of ``guard_checks``, 0 if nothing was refused.
     ``condition`` is what is wrong now (``REASONS``), whatever the latched mode. ``warning``: a wrench or state is late.
@@ -132,6 +139,7 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
         first_step=-1,
         wrench=none,
         command_step=-1,
+        answered_step=-1,
         refused_commands=0,
         belief=no_belief(),
         refusals=Refusals(0, 0, 0, False),
@@ -152,14 +160,16 @@ def step(
     first = memory.first_step if memory.first_step >= 0 else now
     wrench, command_step, refused_command = memory.wrench, memory.command_step, ACCEPTED
     if inputs.command.arrived:
-        refused_command = command_refusal(parameters.command, vehicle, inputs.command, command_step, now, period)
+        newest = inputs.sample.step if inputs.sample.step < now else now
+        refused_command = command_refusal(parameters.command, vehicle, inputs.command, command_step, newest, period)
         if refused_command == ACCEPTED:
             wrench, command_step = inputs.command.wrench, inputs.command.step
     refused_commands = memory.refused_commands + (1 if refused_command != ACCEPTED else 0)
     belief, refusals, refused_state = observe(
-        parameters.state, vehicle, memory.belief, memory.refusals, inputs.sample, memory.flown, now, period, dt
+        parameters, vehicle, memory.belief, memory.refusals, inputs.sample, memory.flown, now, period, dt
     )
-    command_age = age(now, command_step, first, period)
+    answered = answered_until(memory.answered_step, command_step, belief.step, now)
+    command_age = age(now, answered, first, period)
     state_age = age(now, belief.step, first, period)
     rate_age = age(now, belief.rate_step, first, period)
     timers = watch(parameters, memory.timers, belief, command_age, state_age, dt)
@@ -178,7 +188,19 @@ def step(
     mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
     flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, rate_age, dt)
     after = Memory(
-        mode, reason, since, first, wrench, command_step, refused_commands, belief, refusals, timers, flown, descent
+        mode=mode,
+        reason=reason,
+        since=since,
+        first_step=first,
+        wrench=wrench,
+        command_step=command_step,
+        answered_step=answered,
+        refused_commands=refused_commands,
+        belief=belief,
+        refusals=refusals,
+        timers=timers,
+        flown=flown,
+        descent=descent,
     )
     warning = command_age > parameters.command.warn_age or state_age > parameters.state.warn_age
     report = Report(
@@ -232,6 +254,16 @@ def fly(
 def age(now: int, since: int, first: int, period: int) -> float:
     """Return the age in s at step ``now`` of what is of step ``since``; of what never came: since ``first``."""
     return 0.0 if since == now else (now - (since if since >= 0 else first)) * period / 1e9
+
+
+def answered_until(before: int, command_step: int, state_step: int, now: int) -> int:
+    """Return the last step, up to ``now``, at which the newest wrench was no older than the newest state.
+
+    ``before`` is what the step before knew; the wrench answers the state of ``command_step``.
+    """
+    if state_step <= command_step:
+        return now
+    return before if before > command_step else command_step
 
 
 def watch(

@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import is_flyable
-from quad_core.geometry import norm
-from quad_core.guard_parameters import CommandLimits, StateLimits
+from quad_core.geometry import norm, subtract
+from quad_core.guard_parameters import CommandLimits, ContactRule, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 
@@ -32,7 +32,7 @@ COMMAND_REFUSALS = (
     "a number that is not finite",
     "not from the controller of this flight",
     "not newer than the last",
-    "a stamp ahead of the vehicle's time",
+    "an answer to a state that is not published yet",
     "too old when it arrived",
     "a stamp that is not step times period",
     "thrust beyond the vehicle's limits",
@@ -87,11 +87,12 @@ def largest_torque(vehicle: Vehicle) -> Vec3:
 
 
 def command_refusal(
-    limits: CommandLimits, vehicle: Vehicle, command: WrenchCommand, last_step: int, now: int, period: int
+    limits: CommandLimits, vehicle: Vehicle, command: WrenchCommand, last_step: int, newest: int, period: int
 ) -> int:
-    """Return why ``command`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
+    """Return why ``command`` is refused, or ACCEPTED; ``period`` in ns.
 
-    ``last_step`` is the step of the last accepted command.
+    ``last_step`` is the step of the last accepted command, ``newest`` that of the newest state that was published:
+    a command answers a state, so none is ahead of it, and an answer to the newest one is not late.
     """
     wrench, torque = command.wrench, command.wrench.torque_b
     if not command.accepted:
@@ -100,10 +101,9 @@ def command_refusal(
         return NOT_FINITE
     if command.step <= last_step:
         return NOT_NEWER
-    lead = (command.step - now) * period / 1e9
-    if lead > limits.ahead:
+    if command.step > newest:
         return AHEAD
-    if -lead > limits.too_old:
+    if (newest - command.step) * period / 1e9 > limits.too_old:
         return TOO_OLD
     if command.stamp != command.step * period:
         return STAMP
@@ -117,12 +117,18 @@ def command_refusal(
 
 
 def sample_refusal(
-    limits: StateLimits, sample: StateSample, last: VehicleState, last_step: int, now: int, period: int
+    limits: StateLimits,
+    sample: StateSample,
+    last: VehicleState,
+    last_step: int,
+    now: int,
+    period: int,
+    frozen: bool,
 ) -> int:
     """Return why ``sample`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
 
-    ``last`` is the sample believed at ``last_step``; before the first one ``last_step`` is negative, and nothing can
-    have jumped.
+    ``last`` is the sample accepted at ``last_step``; before the first one ``last_step`` is negative, and nothing can
+    have jumped. ``frozen``: it repeats ``last`` although it ``must_differ``.
     """
     state = sample.state
     if not sample.accepted:
@@ -137,7 +143,7 @@ def sample_refusal(
         return STAMP
     if last_step < 0:
         return ACCEPTED
-    if is_frozen(limits, state, last):
+    if frozen:
         return FROZEN
     gap = (sample.step - last_step) * period / 1e9
     if position_change(last, state, gap) > limits.position_jump:
@@ -149,13 +155,46 @@ def sample_refusal(
     return ACCEPTED
 
 
-def is_frozen(limits: StateLimits, state: VehicleState, last: VehicleState) -> bool:
-    """Return whether ``state`` repeats ``last`` to the last bit although it says that the vehicle moves."""
-    if state.p_w.x != last.p_w.x or state.p_w.y != last.p_w.y or state.p_w.z != last.p_w.z:
+def must_differ(
+    limits: StateLimits,
+    rule: ContactRule,
+    vehicle: Vehicle,
+    last: VehicleState,
+    height: float,
+    still: bool,
+    held: Wrench,
+    flown: Wrench,
+    dt: float,
+) -> bool:
+    """Return whether a sample ``dt`` s after ``last`` must differ from it; ``height`` in m above the ground.
+
+    A vehicle that moves or turns changes its state, and so does one that was ``still`` under the wrench ``held`` and
+    is ``flown`` with another one. In calm air a simulated hover comes to rest to the last bit, and its wrench with it:
+    such a state may repeat itself. So may that of a vehicle on the ground.
+    """
+    if is_on_ground(rule, vehicle, last, height, flown.thrust):
         return False
-    if state != last:
+    least = limits.frozen_motion
+    if norm(last.v_w) >= least or norm(last.omega_b) >= least:
+        return True
+    if not still:
         return False
-    return norm(state.v_w) >= limits.frozen_motion or norm(state.omega_b) >= limits.frozen_motion
+    torque = subtract(flown.torque_b, held.torque_b)
+    return (
+        dt * abs(flown.thrust - held.thrust) >= least * vehicle.mass
+        or dt * abs(torque.x) >= least * vehicle.inertia_xx
+        or dt * abs(torque.y) >= least * vehicle.inertia_yy
+        or dt * abs(torque.z) >= least * vehicle.inertia_zz
+    )
+
+
+def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: VehicleState, height: float, thrust: float) -> bool:
+    """Return whether ``state`` is at rest, ``height`` m above the ground, and ``thrust`` in N too low to fly."""
+    return (
+        height <= rule.stop_height
+        and norm(state.v_w) < rule.speed
+        and thrust < rule.thrust * vehicle.mass * vehicle.gravity
+    )
 
 
 def position_change(last: VehicleState, state: VehicleState, gap: float) -> float:

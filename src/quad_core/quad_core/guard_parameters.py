@@ -33,17 +33,17 @@ class CommandLimits(NamedTuple):
             live=False,
         ),
     ] = 100.0
-    ahead: Annotated[
-        float, Real("s", "refused: a stamp so far ahead of the vehicle's own time", 0.0, 1.0, "addition", live=False)
-    ] = 0.02
     too_old: Annotated[
-        float, Real("s", "refused: a stamp so far behind when it arrives", 0.001, 10.0, "addition", live=False)
+        float,
+        Real("s", "refused: it answers a state so far behind the newest one", 0.001, 10.0, "addition", live=False),
     ] = 0.1
     warn_age: Annotated[
-        float, Real("s", "warning: the last good wrench is older", 0.001, 10.0, "addition", live=False)
+        float,
+        Real("s", "warning: the last good wrench has not answered a state for longer", 0.001, 10.0, live=False),
     ] = 0.02
     lost_age: Annotated[
-        float, Real("s", "backup law: the last good wrench is older", 0.001, 10.0, "addition", live=False)
+        float,
+        Real("s", "backup law: the last good wrench has not answered a state for longer", 0.001, 10.0, live=False),
     ] = 0.05
 
 
@@ -73,13 +73,13 @@ class StateLimits(NamedTuple):
         float,
         Real(
             "m/s, rad/s",
-            "a sample equal to the last is frozen if it says that the vehicle moves faster; 0 (noisy sensors): always",
+            "a sample equal to the last is frozen if the vehicle moves, or its wrench moves it, by more; 0: always",
             0.0,
             10.0,
             "addition",
             live=False,
         ),
-    ] = 0.01
+    ] = 1e-9
     warn_age: Annotated[
         float, Real("s", "warning: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
     ] = 0.05
@@ -197,11 +197,12 @@ class BackupLaw(NamedTuple):
 
 
 class ContactRule(NamedTuple):
-    """When the backup law has landed and may stop the motors."""
+    """When the vehicle stands on the ground, and when the backup law may stop the motors."""
 
-    speed: Annotated[
-        float, Real("m/s", "slower than this on all axes: at rest", 0.001, 1.0, "addition", live=False)
-    ] = 0.1
+    speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "addition", live=False)] = 0.1
+    thrust: Annotated[
+        float, Real("", "thrust over weight below which the ground carries the vehicle", 0.05, 1.0, "", live=False)
+    ] = 0.7
     time: Annotated[
         float, Real("s", "at rest for so long while descending: contact", 0.05, 10.0, "addition", live=False)
     ] = 0.5

@@ -4,8 +4,16 @@ from typing import NamedTuple
 
 from quad_core.backup import predict
 from quad_core.cycle import BODY_RATE_BOUND
-from quad_core.guard_checks import ACCEPTED, ATTITUDE_JUMP, FOREIGN, POSITION_JUMP, StateSample, sample_refusal
-from quad_core.guard_parameters import StateLimits
+from quad_core.guard_checks import (
+    ACCEPTED,
+    ATTITUDE_JUMP,
+    FOREIGN,
+    POSITION_JUMP,
+    StateSample,
+    must_differ,
+    sample_refusal,
+)
+from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -20,7 +28,8 @@ class Belief(NamedTuple):
     """The state as the guard knows it, and the last believed sample. Steps are -1 before the first one.
 
     ``step`` is that of the last believed sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
-    body rate in rad/s of the estimator's newest reading, believed or not.
+    body rate in rad/s of the estimator's newest reading, believed or not. ``still``: the last believed sample repeated
+    the one before, first under the wrench ``held``.
     """
 
     state: VehicleState
@@ -28,6 +37,8 @@ class Belief(NamedTuple):
     step: int
     rate_step: int
     reading: Vec3
+    still: bool
+    held: Wrench
 
 
 class Refusals(NamedTuple):
@@ -43,11 +54,11 @@ def no_belief() -> Belief:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
     rest = VehicleState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Belief(rest, rest, -1, -1, zero)
+    return Belief(rest, rest, -1, -1, zero, False, Wrench(0.0, zero))
 
 
 def observe(
-    limits: StateLimits,
+    parameters: GuardParameters,
     vehicle: Vehicle,
     belief: Belief,
     refusals: Refusals,
@@ -63,16 +74,29 @@ def observe(
     flies better on its new attitude and velocity than on a prediction. Of other samples the body rate is used, unless
     it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
     """
+    limits = parameters.state
     refusals = expired(limits, refusals, now, period)
     refusal, gyro, state, reading = ACCEPTED, False, belief.state, belief.reading
     if sample.arrived:
-        refusal = sample_refusal(limits, sample, belief.sample, belief.step, now, period)
+        repeats = belief.step >= 0 and sample.state == belief.sample
+        frozen = repeats and must_differ(
+            limits,
+            parameters.contact,
+            vehicle,
+            belief.sample,
+            belief.sample.p_w.z - parameters.ground_height,
+            belief.still,
+            belief.held,
+            flown,
+            dt,
+        )
+        refusal = sample_refusal(limits, sample, belief.sample, belief.step, now, period, frozen)
         if refusal == ACCEPTED:
-            return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b), refusals, refusal
+            return accepted(sample, repeats, belief.held if belief.still else flown), refusals, refusal
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(limits, refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b), reset, refusal
+            return accepted(sample, False, flown), reset, refusal
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
         gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
@@ -84,7 +108,16 @@ def observe(
         return belief, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
     rate_step = now if gyro else belief.rate_step
-    return Belief(predicted, belief.sample, belief.step, rate_step, reading), refusals, refusal
+    return (
+        Belief(predicted, belief.sample, belief.step, rate_step, reading, belief.still, belief.held),
+        refusals,
+        refusal,
+    )
+
+
+def accepted(sample: StateSample, still: bool, held: Wrench) -> Belief:
+    """Return what is known from a sample that is believed; ``still`` and ``held`` as in ``Belief``."""
+    return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, still, held)
 
 
 def is_bounded(omega: Vec3) -> bool:

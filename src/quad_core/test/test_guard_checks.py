@@ -7,7 +7,9 @@ from guard_cases import DT, HOVER, PERIOD, VEHICLE, Owner, flying
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quad_core import guard
 from quad_core import guard_checks as checks
+from quad_core.guard_checks import WrenchCommand
 from quad_core.guard_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
@@ -17,13 +19,13 @@ BAD = (math.nan, math.inf, -math.inf)
 
 def refusal(wrench=HOVER, step=100, stamp=None, accepted=True, now=100, last=99):
     command = checks.WrenchCommand(wrench, step, step * PERIOD if stamp is None else stamp, True, accepted)
-    return checks.command_refusal(CommandLimits(), VEHICLE, command, last, now, PERIOD)
+    return checks.command_refusal(CommandLimits(), VEHICLE, command, last, now, PERIOD)  # now: the newest state's step
 
 
 def state_refusal(state, step=101, stamp=None, accepted=True, last=None, last_step=100, now=101):
     sample = checks.StateSample(state, step, step * PERIOD if stamp is None else stamp, True, accepted)
     last = flying() if last is None else last
-    return checks.sample_refusal(StateLimits(), sample, last, last_step, now, PERIOD)
+    return checks.sample_refusal(StateLimits(), sample, last, last_step, now, PERIOD, False)
 
 
 def test_a_good_command_is_accepted():
@@ -47,9 +49,18 @@ def test_a_command_must_be_newer_than_the_last(step):
     assert refusal(step=step, last=99) == checks.NOT_NEWER
 
 
-@pytest.mark.parametrize(("ahead", "expected"), [(10, checks.ACCEPTED), (11, checks.AHEAD), (2**62, checks.AHEAD)])
-def test_a_command_may_be_20_ms_ahead(ahead, expected):
+@pytest.mark.parametrize(("ahead", "expected"), [(0, checks.ACCEPTED), (1, checks.AHEAD), (2**62, checks.AHEAD)])
+def test_a_command_answers_no_state_that_is_not_published_yet(ahead, expected):
     assert refusal(step=100 + ahead) == expected
+
+
+def test_a_sample_ahead_of_the_vehicle_s_time_permits_no_command_ahead_of_it():
+    owner = Owner()
+    owner.run(0.1)
+    ahead = owner.step + 9
+    sample = owner.good_sample()._replace(step=ahead, stamp=ahead * PERIOD)
+    report = owner.once(WrenchCommand(HOVER, ahead, ahead * PERIOD, True, True), sample)
+    assert report.command_refusal == checks.AHEAD
 
 
 @pytest.mark.parametrize(("age", "expected"), [(30, 0), (50, 0), (51, checks.TOO_OLD), (75, checks.TOO_OLD)])
@@ -145,17 +156,72 @@ def test_a_vehicle_that_turns_may_turn_farther_in_a_gap():
     assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200) == checks.ATTITUDE_JUMP
 
 
-def test_a_sample_that_moves_but_repeats_itself_is_frozen():
-    assert state_refusal(flying()) == checks.FROZEN
-    assert state_refusal(flying(x=1e-12)) == checks.ACCEPTED
+def resting(height, speed=0.0, rate=0.0):
+    return VehicleState(Vec3(0.0, 0.0, height), Vec3(0.0, 0.0, speed), Quat(0.0, 0.0, 0.0, 1.0), Vec3(rate, 0.0, 0.0))
 
 
-def test_a_vehicle_at_rest_may_repeat_itself_without_noise_only():
-    rest = VehicleState(Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
-    assert state_refusal(rest, last=rest) == checks.ACCEPTED
-    sample = checks.StateSample(rest, 101, 101 * PERIOD, True, True)
-    noisy = StateLimits(frozen_motion=0.0)
-    assert checks.sample_refusal(noisy, sample, rest, 100, 101, PERIOD) == checks.FROZEN
+def repeated(seen, wrench=lambda _: HOVER, seconds=0.3, **changes):
+    """Return the guard's owner after the state ``seen`` was repeated for some time under ``wrench(k)``."""
+    owner = Owner(**changes)
+    owner.run(seconds, lambda it: it.good_command(wrench(it.step)), lambda it: it.sample(seen))
+    return owner
+
+
+@pytest.mark.parametrize(("speed", "rate"), [(2e-9, 0.0), (1e-3, 0.0), (0.0, 2e-9), (0.0, 1e-3), (-3.0, 0.0)])
+def test_a_state_that_repeats_itself_although_the_vehicle_moves_is_frozen(speed, rate):
+    owner = repeated(resting(2.0, speed, rate))
+    assert owner.events == [(51, guard.DESCEND, guard.STATE_LOST)]  # the last good one is that of step 0
+    assert owner.report.state_refusal == checks.FROZEN
+
+
+def test_a_hover_that_has_come_to_rest_to_the_last_bit_may_repeat_itself():
+    assert repeated(resting(2.0)).events == []
+    assert repeated(resting(2.0), lambda k: HOVER._replace(thrust=HOVER.thrust + 1e-12 * k)).events == []
+
+
+@pytest.mark.parametrize(
+    "change", [Wrench(1e-6, Vec3()), Wrench(-0.1, Vec3()), Wrench(0.0, Vec3(1e-6, 0.0, 0.0)), Wrench(0.0, Vec3(z=1e-5))]
+)
+def test_a_state_at_rest_that_does_not_follow_a_changed_wrench_is_frozen(change):
+    def wrench(k):
+        torque = Vec3(*(a + b for a, b in zip(HOVER.torque_b, change.torque_b, strict=True)))
+        return HOVER if k < 100 else Wrench(HOVER.thrust + change.thrust, torque)
+
+    # the wrench of step 100 is flown until 101
+    owner = repeated(resting(2.0), wrench, 0.4)
+    assert owner.events == [(100 + 51, guard.DESCEND, guard.STATE_LOST)]
+
+
+def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():
+    idle = Wrench(0.5 * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
+
+    def rising(k):
+        return Wrench(min(0.001 * k, 0.69) * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
+
+    assert repeated(resting(0.1, 0.01, 0.01), lambda _: idle).events == []
+    assert repeated(resting(0.1), rising, 1.5).events == []
+    # on the ground it neither moves fast nor has it thrust to fly
+    assert repeated(resting(0.1, 0.2), lambda _: idle).events
+    assert repeated(resting(0.1, 0.01), lambda _: HOVER).events
+    assert repeated(resting(0.1, 0.01), lambda _: idle, ground_height=-1.0).events
+
+
+def test_with_noisy_sensors_any_repetition_is_frozen():
+    assert repeated(resting(2.0), state=StateLimits(frozen_motion=0.0)).events
+
+
+@pytest.mark.parametrize("steps", [2, 10, 40])
+def test_a_sensor_slower_than_the_plant_may_repeat_itself(steps):
+    owner = Owner()
+    held = []
+
+    def slow(it):
+        if it.step % steps == 0:
+            held[:] = [it.good_sample().state]
+        return it.sample(held[0])
+
+    owner.run(1.0, sample=slow)
+    assert owner.events == []
 
 
 def test_each_refusal_has_its_words():

@@ -55,6 +55,26 @@ def test_a_silent_controller_is_warned_of_after_20_ms_and_replaced_after_50(peri
     assert owner.events == [(last + math.floor(50 * per_ms) + 1, guard.DESCEND, guard.WRENCH_LOST)]
 
 
+def test_a_wrench_that_answers_the_newest_state_is_not_late_however_old():
+    owner = Owner()
+    owner.run(1.0)
+    last = owner.step - 1
+    while owner.report.mode == guard.PASS:
+        owner.once(command=silent(owner), sample=no_state(owner))
+        assert owner.report.command_age == 0.0
+    assert owner.events == [(last + 51, guard.DESCEND, guard.STATE_LOST)]
+
+
+def test_a_wrench_is_late_from_the_first_state_on_that_it_does_not_answer():
+    owner = Owner()
+    owner.run(1.0)
+    for _ in range(40):  # 80 ms without a state, then states again, and no answer
+        owner.once(command=silent(owner), sample=no_state(owner))
+    first = owner.step
+    owner.run(0.2, command=silent)
+    assert owner.events == [(first - 1 + 26, guard.DESCEND, guard.WRENCH_LOST)]
+
+
 def test_refused_commands_do_not_feed_the_watchdog():
     owner = Owner()
     owner.run(0.5)

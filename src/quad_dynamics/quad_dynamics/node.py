@@ -13,12 +13,13 @@ from quad_core.guard_ending import is_down
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import PlantOutput
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_msgs.msg import FlightState
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode
 
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
 _STOOD_STILL = 0.03  # s behind the clock from which on this node, not the controller, is to blame for old wrenches
+_STANDS = "at rest, but too high above the ground for its motors to stop"
 _UNGUARDED_PATIENCE = 1.0  # s without a command after which a flight in real time fails if its guard is off
 
 
@@ -31,7 +32,7 @@ class Simulator(VehicleNode):
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved)
         self._output = PlantOutput(self, self.model)
-        self._received_step = -1
+        self._received_step = self._published_step = -1
         self._repeats = 0
         self._timer: Any = None
         self._clock_start = 0.0
@@ -57,16 +58,15 @@ class Simulator(VehicleNode):
             if self.command is not None:
                 self._start_clock()
             return
-        recorded = self.unrecorded or self.current_step <= self.recorded_step + self.settings.window
-        if self._is_answered() and (recorded or RECORDER not in self.roles):
-            self._integrate()
-
-    def _is_answered(self) -> bool:
-        """Return whether all that this step of a lockstep flight needs is there, the recorder's leave aside."""
         if not (self.link.holds(self.current_step) if self.link else self.end_step):
-            return False
-        due = self.current_step % self.handshake.period(COMMANDING) == 0
-        return not due or (self.command is not None and self.command.step == self.current_step)
+            return
+        if self.current_step % self.handshake.period(COMMANDING) == 0 and (
+            self.command is None or self.command.step != self.current_step
+        ):
+            return
+        if RECORDER in self.roles and self.current_step > self.recorded_step + self.settings.window:
+            return
+        self._integrate()
 
     def on_given_up(self) -> None:
         """Go on at the pace of the steady clock, without commands: nobody can be waited for."""
@@ -103,7 +103,8 @@ class Simulator(VehicleNode):
 
     def _integrate(self, publish: bool = True) -> None:
         step, period = self.current_step, self.flight.plant_period
-        sample = StateSample(self.model.state, step, step * period, True, True)
+        # a step that was caught up with is not published: no controller could answer it
+        sample = StateSample(self.model.state, step, step * period, self._published_step == step, True)
         truth = self.model.advance(step, self.guarded(self._received(), sample))
         ending = self._ending(truth)
         if ending is not None:
@@ -137,7 +138,8 @@ class Simulator(VehicleNode):
                 reason = f"{reason}; {self.suspect}"
             return FlightState.FAILED if reason else FlightState.ENDED, reason
         if self.link is not None and not self.gives_up:
-            return None
+            stands = memory.descent.rest_time > self.settings.descent_timeout
+            return (FlightState.FAILED, f"{self.failure}; {_STANDS}") if stands else None
         if not self.guard.taken_over:
             return (FlightState.ENDED, "") if self.end_step and after >= self.end_step else None
         if is_down(self.guard.parameters, memory, truth, self.model.has_ground):
@@ -151,7 +153,7 @@ class Simulator(VehicleNode):
     def _publish_step(self) -> None:
         if self.current_step > 0:
             self._output.publish_actuation()
-        self.asked_at = time.monotonic()
+        self.asked_at, self._published_step = time.monotonic(), self.current_step
         self._output.publish(self.current_step, self.elapsed_ns)
 
     def watch(self) -> None:
@@ -162,11 +164,6 @@ class Simulator(VehicleNode):
         if self._repeats <= self.settings.repeat_limit:
             self.counters["repeats"] += 1
             self._publish_step()
-        elif self.commanded and self.lockstep and self._is_answered():
-            self.unrecorded = True
-            text = f"{self.blame()}; what is flown from now on is not recorded"
-            self.event(FlightEvent.WARNING, "recorder_lost", text, self.elapsed_ns)
-            self.progress()
         else:
             self.give_up(self.blame())
 

@@ -85,3 +85,22 @@ def test_a_frozen_state_is_a_descent_on_a_prediction(tmp_path):
     result = flown("case2", duration=5.0, scenario=events(tmp_path, "freeze start=3 end=3.2"))
     assert result.guard.endswith("no good state")
     assert np.linalg.norm(result.topics["truth"][-1]["v_w"]) < 1.5
+
+
+@pytest.mark.parametrize("disturbance", ["none", "held_gaussian"])
+def test_a_state_that_freezes_while_the_vehicle_hardly_moves_is_seen_in_150_ms(tmp_path, disturbance):
+    weather = "held_gaussian acceleration_sd=0.5 acceleration_clip=1.5 hold=2\n" if disturbance != "none" else ""
+    result = flown("hover", duration=5.0, scenario=events(tmp_path, f"{weather}freeze start=4.5 end=5.5"))
+    frozen = result.topics["truth"][2250]
+    assert np.linalg.norm(frozen["omega_b"]) < 0.1
+    assert result.guard.endswith("no good state")
+    since = int(result.guard.split("step ")[1].split(":")[0])
+    assert 2250 + 50 <= since <= 2250 + 75
+
+
+def test_a_hover_that_comes_to_rest_to_the_last_bit_is_no_frozen_one():
+    result = flown("hover", "simulator.disturbance=none", duration=13.0)
+    state = result.topics["state"]
+    repeats = state["p_w"][1:] == state["p_w"][:-1]
+    assert repeats.all(axis=1).sum() > 500  # 1 s of the flight
+    assert (result.outcome, result.guard) == ("ended", "")

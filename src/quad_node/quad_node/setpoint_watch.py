@@ -34,8 +34,12 @@ class SetpointWatch:
         """Miss nobody: for an owner whose time waits for its controllers, however slow."""
         self._stages = []
 
-    def silent(self) -> str:
-        """Return which controller is silent and since when, empty if none is; a setpoint is missed once it has come."""
+    def silent(self, asked_at: float) -> str:
+        """Return which controller is silent and since when, empty if none is.
+
+        ``asked_at``: steady s at which the newest state was published: without a state there is nothing to answer. A
+        setpoint is missed once it has come.
+        """
         now = time.monotonic()
         slept, self._looked = now - self._looked, now
         if slept > _STOOD_STILL:  # this process slept: what it missed is still to be read
@@ -43,7 +47,7 @@ class SetpointWatch:
         for stage in self._stages:
             period = seconds(self._period_of(stage.role), self._node.flight.plant_period)
             limit = max(self._node.flight.setpoint_timeout, _PERIODS * period)
-            if now - self._heard.get(stage.gives, now) > limit:
+            if asked_at - self._heard.get(stage.gives, now) > limit:
                 return f"{stage.role} does not answer: {stage.gives} older than {limit:g} s"
         return ""
 

@@ -74,7 +74,8 @@ class VehicleGuard:
         if memory.mode == PASS:
             return ""
         reason = REASONS[memory.reason]
-        if memory.reason == WRENCH_LOST and self.last_refusal:
+        topic = {WRENCH_LOST: f"{COMMAND}:", STATE_LOST: "state:"}.get(memory.reason)
+        if topic and self.last_refusal.startswith(topic):
             reason += f", the last one was refused: {self.last_refusal}"
         return f"guard in {MODES[memory.mode]} since step {memory.since}: {reason}"
 
@@ -139,16 +140,16 @@ class VehicleGuard:
         self._status_out.publish(message)
 
 
-def culprit(reason: int, quiet: float, stood_still: str, missing: str) -> str:
+def culprit(reason: int, quiet: float, stood_still: str, missing: str, estimator: str) -> str:
     """Return who or what made the guard take over for ``reason``, empty if it was the flight itself.
 
     ``quiet``: s since a wrench of any quality arrived. ``stood_still``: why the vehicle's owner could not hear one,
-    empty if it could. ``missing`` names who does not answer.
+    empty if it could. ``missing`` names who does not answer, ``estimator`` where the states come from.
     """
     if reason == WRENCH_LOST:
         arrives = f"{COMMAND} arrives, but no good one reaches the rotors" if quiet <= _HEARD else ""
         return stood_still or arrives or missing
-    return "state: the estimator is silent" if reason == STATE_LOST else ""
+    return (stood_still or f"state: nothing good from {estimator}") if reason == STATE_LOST else ""
 
 
 def severest(asked: int, gives_up: bool) -> int:

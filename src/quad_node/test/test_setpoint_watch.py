@@ -39,12 +39,12 @@ def clock(monkeypatch):
     return found
 
 
-def after(watch, clock, seconds):
-    """Return what the watch says after some time in which its owner looked every 50 ms."""
-    said = ""
+def after(watch, clock, seconds, has_states=True):
+    """Return what the watch says after some time in which its owner published states and looked every 50 ms."""
+    said, asked_at = "", clock.now
     for _ in range(round(seconds / 0.05)):
         clock.now += 0.05
-        said = said or watch.silent()
+        said = said or watch.silent(clock.now if has_states else asked_at)
     return said
 
 
@@ -55,6 +55,15 @@ def test_a_silent_position_controller_is_named_after_its_time(clock):
     owner.said()
     assert after(watch, clock, 0.3) == ""
     assert after(watch, clock, 0.1) == "position_controller does not answer: attitude_setpoint older than 0.3 s"
+
+
+def test_a_controller_that_gets_no_states_has_nothing_to_answer(clock):
+    owner = Owner()
+    watch = SetpointWatch(owner, lambda role: 5)
+    assert after(watch, clock, 0.1) == ""
+    owner.said()
+    assert after(watch, clock, 60.0, has_states=False) == ""
+    assert after(watch, clock, 0.5)
 
 
 def test_setpoints_of_another_run_are_none(clock):
@@ -81,7 +90,7 @@ def test_an_owner_that_slept_holds_it_against_nobody(clock):
     owner.said()
     assert after(watch, clock, 0.1) == ""
     clock.now += 5.0
-    assert watch.silent() == ""
+    assert watch.silent(clock.now) == ""
     owner.said()
     assert after(watch, clock, 0.3) == ""
 
@@ -92,7 +101,7 @@ def test_an_owner_that_slept_holds_it_against_nobody(clock):
 def test_where_another_decides_or_nobody_sends_it_nothing_is_watched(owner):
     watch = SetpointWatch(owner, lambda role: 5)
     assert not owner.callbacks
-    assert watch.silent() == ""
+    assert watch.silent(1e9) == ""
 
 
 def test_an_owner_whose_time_waits_for_its_controllers_misses_nobody(clock):

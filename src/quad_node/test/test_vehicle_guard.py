@@ -38,7 +38,8 @@ class Node(SimpleNamespace):
 
 def step(ours, k, wrench=HOVER, arrived=True, request=guard.NO_REQUEST):
     command = WrenchCommand(wrench, k, k * PERIOD, arrived, True)
-    return ours.step(k, command, StateSample(STATE, k, k * PERIOD, True, True), request)
+    state = STATE._replace(p_w=Vec3(1e-6 * k, 0.0, 2.0))
+    return ours.step(k, command, StateSample(state, k, k * PERIOD, True, True), request)
 
 
 def kinds(node):
@@ -137,9 +138,10 @@ def test_giving_up_asks_for_a_descent_at_least(asked, gives_up, expected):
         (guard.WRENCH_LOST, 0.05, "", "attitude_controller does not answer"),
         (guard.WRENCH_LOST, 0.01, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
         (guard.WRENCH_LOST, 0.05, "simulator stood still for 1.00 s", "simulator stood still for 1.00 s"),
-        (guard.STATE_LOST, 0.05, "", "state: the estimator is silent"),
+        (guard.STATE_LOST, 0.05, "", "state: nothing good from PX4"),
+        (guard.STATE_LOST, 0.05, "simulator stood still for 1.00 s", "simulator stood still for 1.00 s"),
         (guard.TILT, 0.05, "", ""),
     ],
 )
 def test_who_is_to_blame_for_a_takeover(reason, quiet, stood_still, expected):
-    assert culprit(reason, quiet, stood_still, "attitude_controller does not answer") == expected
+    assert culprit(reason, quiet, stood_still, "attitude_controller does not answer", "PX4") == expected

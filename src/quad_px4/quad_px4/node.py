@@ -100,7 +100,8 @@ class Px4Bridge(AutopilotNode):
     def progress(self) -> None:
         """Pass on a wrench that has just come."""
         if self.command is not None and self.command is not self.passed_on and not self.setpoints.by_attitude:
-            self.passed_on, self.commanded_at, self._is_command_new = self.command, self.clock(), True
+            self.passed_on, self._is_command_new = self.command, True
+            self.on_command()
             if self.sequence.phase == Phase.FLY and self.is_obeyed():
                 self._step_guard()
                 wrench = self._flown if self.guard.taken_over else self.command.wrench
