@@ -39,7 +39,7 @@ class Relay(Node):
         self.answered, self.count, self.step, self.began = -1, 0, 0, 0.0
         for name, topic in topics.TOPICS.items():
             if role in topic.publishers and (topic.step or name == "flight/recorded"):
-                publisher = self.create_publisher(topic.type, name, topic.qos(topics.STEP_HISTORY))
+                publisher = self.create_publisher(topic.type, name, topic.qos(topic.history(lockstep=True)))
                 message = topic.type()
                 self.out[name] = (publisher, message, getattr(message, "header", message))
             if role in topic.subscribers and (topic.step or name == "flight/recorded"):

@@ -49,9 +49,9 @@ def patched(tree):
     shutil.copytree(EXAMPLE / "quad_torque_filter", tree / "src" / "quad_torque_filter")
     shutil.copy2(EXAMPLE / "TorqueFilterInternals.msg", tree / "src" / "quad_msgs" / "msg")
     subprocess.run(["git", "apply", str(EXAMPLE / "stage.patch")], cwd=tree, check=True, timeout=60)
-    metadata = tree / "site" / "quad_torque_filter-0.1.0.dist-info"
+    metadata = tree / "site" / "quad_torque_filter-0.2.0.dist-info"
     metadata.mkdir(parents=True)
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: quad_torque_filter\nVersion: 0.1.0\n", "utf-8")
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: quad_torque_filter\nVersion: 0.2.0\n", "utf-8")
     points = "[quad.torque_filter]\nlow_pass = quad_torque_filter.low_pass\n"
     (metadata / "entry_points.txt").write_text(points, "utf-8")
     paths = [*map(str, (tree / "src").iterdir()), str(tree / "site"), os.environ.get("PYTHONPATH", "")]

@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_attitude_ctrl",
-    version="0.1.0",
+    version="0.2.0",
     description="Attitude laws of the quadrotor stack (adaptive integral terminal sliding mode) and their node.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_attitude_ctrl", "quad_attitude_ctrl.*"]),

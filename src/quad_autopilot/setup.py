@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_autopilot",
-    version="0.1.0",
+    version="0.2.0",
     description="What the bridges to autopilots share.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_autopilot", "quad_autopilot.*"]),

@@ -10,7 +10,7 @@ def share(*patterns: str) -> list[tuple[str, list[str]]]:
 
 setup(
     name="quad_bringup",
-    version="0.1.0",
+    version="0.2.0",
     description="Launch files, configuration and the flight command of the quadrotor stack.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_bringup", "quad_bringup.*"]),

@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_campaign",
-    version="0.1.0",
+    version="0.2.0",
     description="Many flights of the quadrotor stack without ROS: campaigns, statistics, tuning and studies.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_campaign", "quad_campaign.*"]),

@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_commander",
-    version="0.1.0",
+    version="0.2.0",
     description="Modes, missions and arming of the quadrotor stack, and the references of take-off, hold and landing.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_commander", "quad_commander.*"]),

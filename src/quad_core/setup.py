@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_core",
-    version="0.1.0",
+    version="0.2.0",
     description="ROS-free ground of the quadrotor stack: types, parameters, rotations, plug-ins, compilation.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_core", "quad_core.*"]),

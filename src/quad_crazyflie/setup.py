@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_crazyflie",
-    version="0.1.0",
+    version="0.2.0",
     description="Bridge between a flight and a Crazyflie over cflib.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_crazyflie", "quad_crazyflie.*"]),

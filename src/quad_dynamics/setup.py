@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_dynamics",
-    version="0.1.0",
+    version="0.2.0",
     description="Plants and disturbances of the quadrotor stack and the simulator node.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_dynamics", "quad_dynamics.*"]),

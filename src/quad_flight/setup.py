@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_flight",
-    version="0.1.0",
+    version="0.2.0",
     description="A flight of the quadrotor stack without ROS: set-up, loop, score, sweeps; plain or compiled.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_flight", "quad_flight.*"]),

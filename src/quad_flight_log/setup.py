@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_flight_log",
-    version="0.1.0",
+    version="0.2.0",
     description="Recorder node, bag reader and flight metrics of the quadrotor stack.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_flight_log", "quad_flight_log.*"]),

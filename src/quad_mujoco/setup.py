@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_mujoco",
-    version="0.1.0",
+    version="0.2.0",
     description="The quadrotor integrated by MuJoCo behind the topics of the simulator node.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_mujoco", "quad_mujoco.*"]),

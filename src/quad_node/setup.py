@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_node",
-    version="0.1.0",
+    version="0.2.0",
     description="The rclpy shell shared by all nodes of the quadrotor stack.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_node", "quad_node.*"]),

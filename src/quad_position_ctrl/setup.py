@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_position_ctrl",
-    version="0.1.0",
+    version="0.2.0",
     description="Position laws of the quadrotor stack (adaptive integral backstepping) and their node.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_position_ctrl", "quad_position_ctrl.*"]),

@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_px4",
-    version="0.1.0",
+    version="0.2.0",
     description="Bridge between a flight and PX4 over uXRCE-DDS.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_px4", "quad_px4.*"]),

@@ -2,7 +2,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="quad_trajectory",
-    version="0.1.0",
+    version="0.2.0",
     description="Reference trajectories of the quadrotor stack and the node that publishes them.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_trajectory", "quad_trajectory.*"]),

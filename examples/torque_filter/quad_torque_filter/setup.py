@@ -2,7 +2,7 @@ from setuptools import setup
 
 setup(
     name="quad_torque_filter",
-    version="0.1.0",
+    version="0.2.0",
     description="A low-pass of the torque between attitude law and plant: an example of a new stage.",
     license="Apache-2.0",
     packages=["quad_torque_filter"],

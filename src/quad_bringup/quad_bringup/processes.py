@@ -43,6 +43,7 @@ class Processes:
         self._logs, self._environment = logs, dict(environment)
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.codes: dict[str, int] = {}
+        self._asked = False  # the owner of the vehicle: a second signal would stop the motors
 
     def start(self, role: str, command: Sequence[str | Path]) -> None:
         """Start the process of ``role``; raises OSError if it cannot be started."""
@@ -107,6 +108,7 @@ class Processes:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
         owner = self._owner()
         if owner is not None:
+            self._asked = True
             owner.send_signal(signal.SIGINT)
 
     def _owner(self) -> "subprocess.Popen[bytes] | None":
@@ -121,7 +123,8 @@ class Processes:
         """
         owner = self._owner()
         if owner is not None and landing:
-            owner.send_signal(signal.SIGINT)
+            if not self._asked:
+                self.interrupt_owner()
             with suppress(subprocess.TimeoutExpired):
                 owner.wait(landing)
         self._ask(SIMULATOR, signal.SIGINT, _SIMULATOR_FIRST)

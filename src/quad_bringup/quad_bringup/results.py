@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quad_flight_log.analysis.frames import measured
-from quad_flight_log.analysis.judge import faults
+from quad_flight_log.analysis.judge import ends_early, faults
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import Flight, open_flight
@@ -19,7 +19,8 @@ ENDED = 2
 class Report(NamedTuple):
     """A flight as its bag shows it.
 
-    ``state`` is its last phase; ``problems``: why it failed; ``note``: what is to be known of its metrics.
+    ``state`` is its last phase; ``problems``: why it failed; ``note``: what is to be known of its metrics;
+    ``ends_early``: the bag ends before the flight.
     """
 
     state: str
@@ -29,6 +30,7 @@ class Report(NamedTuple):
     limits: Mapping[str, float]
     problems: list[str]
     note: str = ""
+    ends_early: bool = False
 
 
 def report(directory: Path, limits: Mapping[str, float], namespace: str = "") -> Report:
@@ -40,7 +42,7 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
     problems = []
-    if state != STATES[ENDED]:
+    if state != STATES[ENDED] and not (safety and ends_early(flight)):
         problems.append(reason or f"the flight did not end: flight/state is {state}")
     problems += safety
     if flight.truncated:
@@ -51,7 +53,7 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
             unit = METRICS[verdict.metric].unit
             problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
     factor = flight_time / wall_time if wall_time > 0.0 else 0.0
-    return Report(state, flight_time, factor, metrics, limits, problems, note)
+    return Report(state, flight_time, factor, metrics, limits, problems, note, ends_early(flight))
 
 
 def text(name: str, seed: int, found: Report) -> str:

@@ -19,7 +19,7 @@ from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
 from quad_flight_log.recorder.provenance import LIMITS
 from quad_node.command_link import STARTER
-from quad_node.watch import FlightWatch
+from quad_node.watch import FlightWatch, Sighting
 
 GOOD = 0
 FAILED = 1
@@ -84,7 +84,7 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> i
         complain(f"{flight.name}: {cause} before anything was recorded")
         return FAILED
     lost = processes.move_logs(flight.directory / "logs") if flight.directory.is_dir() else ""
-    code = _judge(flight, processes, outcome)
+    code = _judge(flight, processes, outcome, watch.newest)
     if lost:
         complain(f"{flight.name}: what the nodes printed could not all be saved in {flight.directory / 'logs'}: {lost}")
     return code
@@ -128,8 +128,8 @@ def started(command: Sequence[str | Path], arguments: Sequence[str]) -> list[str
     return [*command[:own], *arguments, *command[own:]]
 
 
-def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
-    """Print the table and what went wrong; returns the exit code."""
+def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighting | None) -> int:
+    """Print the table and what went wrong; returns the exit code. ``seen``: the last news of the flight itself."""
     for role, code in processes.codes.items():
         if code == BAD_SETUP:
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
@@ -145,6 +145,8 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome) -> int:
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
     problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
+    if found.ends_early and seen is not None and seen.over:
+        complain(f"{flight.name}: the flight itself went on to {seen.flight_time:.2f} s: {seen.reason or seen.phase}")
     for role in outcome.late:
         complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
     for role in set(ends) & set(_spared(flight)):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
 from quad_bringup.terminal import complain
-from quad_core.cascade import COMMANDER, SHADOWS, SIMULATOR
+from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
 from quad_core.signals import ONE_REQUEST, ending, repeats
@@ -22,6 +22,7 @@ _LEFT_EARLY = 10.0  # s in which a flight must begin once a node of it has left
 _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 300.0  # s for the longest way down
+_SECOND = "a second signal (Ctrl-C) stops the motors where it is"
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
 
 
@@ -67,20 +68,25 @@ class Outcome(NamedTuple):
 
 
 class Interrupts:
-    """Which signals asked for the end: each one asks harder. ``name`` is that of the first, empty if none came."""
+    """Signals that ask for the end, the first and those that ask harder. ``name``: that of the first, or empty."""
 
     def __init__(self) -> None:
         """Begin without one."""
         self.names: list[str] = []
-        self._first = 0.0
+        self._since = 0.0
 
     def note(self, number: int) -> None:
         """Note a signal, unless it only repeats the first."""
         if not self.names:
-            self._first = time.monotonic()
-        elif repeats(number, self._first, _ONE_REQUEST):
+            self._since = time.monotonic()
+        elif repeats(number, self._since, _ONE_REQUEST):
             return
         self.names.append(signal.Signals(number).name)
+
+    def answered(self) -> None:
+        """Note that the terminal has said what a second signal does: one that came before was not meant so."""
+        self._since = time.monotonic()
+        del self.names[1:]
 
     @property
     def name(self) -> str:
@@ -136,73 +142,128 @@ def supervise(
     """Return when all processes have left, stopping those that do not.
 
     Where a vehicle can be brought down its owner is first asked to, even if no news says that it flies: news may be
-    late. A second signal stops it at once. A commander first hears the cause, so that the record names who died.
+    late. The first signal of an operator is never more than that request; a second one stops the motors at once.
+    A commander first receives the cause, so that the record names the node that failed.
     A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
     ``spared``: roles without which the flight goes on.
     """
-    cause = early = untold = ""
-    late: tuple[str, ...] = ()
-    deadline = time.monotonic() + patience.start
-    known: Sighting | None = None
-    heeded, landing = 0, False
+    supervision = _Supervision(processes, watch, patience, interrupted, spared)
     while processes.running():
-        state = watch.poll(_POLL)
-        now = time.monotonic()
-        if state is not known:
-            if not (early and _waits(state)):
-                left = _more(state, known, patience, cause, landing)
-                deadline = deadline if left is None else now + left
-            known = state
-        show(state)
-        if untold and state is not None and _waits(state):  # without news the flight may even be over
-            complain(f"{untold}: its node has {_LEFT_EARLY:g} s to appear")
-            untold = ""
-        ended = processes.reap()
+        supervision.look()
+        show(supervision.state)
+    return Outcome(supervision.cause, supervision.late)
+
+
+class _Supervision:
+    """What is known of a flight, why it shall end, and until when it may go on."""
+
+    def __init__(
+        self,
+        processes: Processes,
+        watch: FlightWatch,
+        patience: Patience,
+        interrupted: Interrupts,
+        spared: Collection[str],
+    ) -> None:
+        self._processes, self._watch, self._patience = processes, watch, patience
+        self._interrupted, self._spared = interrupted, spared
+        self.state: Sighting | None = None
+        self.cause = self._early = self._untold = ""
+        self.late: tuple[str, ...] = ()
+        self._deadline = time.monotonic() + patience.start
+        self._heeded = 0
+        self._lands = False
+
+    def look(self) -> None:
+        """Take in news, signals and exits for a moment, and act on them."""
+        before, self.state = self.state, self._watch.poll(_POLL)
+        if self.state is not before:
+            self._on_news(before)
+        if self._untold and self.state is not None and _waits(self.state):  # without news the flight may even be over
+            complain(f"{self._untold}: its node has {_LEFT_EARLY:g} s to appear")
+            self._untold = ""
+        ended = self._processes.reap()
         if any(ended.values()):
             # The end of the flight may have been published, but not received here yet.
-            state = watch.poll(_LAST_NEWS)
+            self.state = self._watch.poll(_LAST_NEWS)
         # first: a terminal's Ctrl-C goes to all processes, and who ends by it is not why the flight ends
-        if len(interrupted.names) > heeded:
-            heeded, deadline = len(interrupted.names), now
-            cause = cause or f"interrupted by {interrupted.name}"
+        if len(self._interrupted.names) > self._heeded:
+            self._on_signal()
         for role, code in ended.items():
-            if not cause and role not in spared and not _may_leave(state, code):
-                cause = f"{role} {describe_exit(code)}"
-                deadline = now + (patience.answer if _others_will_notice(role, state) else 0.0)
-            elif not (cause or early) and role not in spared and _waits(state):
-                early = untold = f"{role} {describe_exit(code)} before the flight began"
-                deadline = min(deadline, now + _LEFT_EARLY)
-        if now >= deadline:
-            if patience.landing and not landing and (state is None or not state.over) and processes.has_owner():
-                landing, cause = True, cause or _silent(state, early)
-                if patience.commanded and _flies(state) and not interrupted.names:
-                    watch.ask_to_end(cause)
-                processes.interrupt_owner()
-                deadline = now + (patience.landing if _flies(state) else patience.answer)
-                continue
-            hung = not cause and state is not None and state.phase == ENDED
-            late, cause = (tuple(processes.pids()), "") if hung else ((), cause or _silent(state, early))
-            processes.stop()
-    return Outcome(cause, late)
+            self._on_exit(role, code)
+        if time.monotonic() >= self._deadline:
+            self._end()
+
+    def _on_news(self, before: Sighting | None) -> None:
+        state, patience, now = self.state, self._patience, time.monotonic()
+        if state is None or (self._early and _waits(state)):
+            return
+        if state.phase != FLYING and before is not None and state.phase == before.phase:
+            return
+        if not self.cause:
+            self._deadline = now + _limit(state, patience)
+        elif state.over or not patience.landing:
+            self._deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
+        elif self._lands and _flies(state) and not _flies(before):
+            self._deadline = now + patience.landing
+
+    def _on_signal(self) -> None:
+        """The first signal lands what can be landed, or leaves a landing alone; the second one stops."""
+        first, name = not self._heeded, self._interrupted.names[self._heeded]
+        self.cause = self.cause or f"interrupted by {name}"
+        if first and self._can_land():
+            complain(f"{name}: the vehicle {'is landing already' if self._lands else 'lands'}; {_SECOND}")
+            self._interrupted.answered()
+            self._heeded = 1
+            if not self._lands:
+                self._land()
+        else:
+            self._heeded = len(self._interrupted.names)
+            self._deadline, self._lands = time.monotonic(), True
+
+    def _on_exit(self, role: str, code: int) -> None:
+        if self.cause or role in self._spared:
+            return
+        ending = f"{role} {describe_exit(code)}"
+        if role == RECORDER and self._patience.commanded and _flies(self.state) and code != 0:
+            complain(f"{ending}: the flight goes on, and what is flown from now on is not recorded")
+        elif not _may_leave(self.state, code):
+            self.cause = ending
+            self._deadline = time.monotonic()
+            self._deadline += self._patience.answer if _others_will_notice(role, self.state) else 0.0
+        elif not self._early and _waits(self.state):
+            self._early = self._untold = f"{ending} before the flight began"
+            self._deadline = min(self._deadline, time.monotonic() + _LEFT_EARLY)
+
+    def _end(self) -> None:
+        """Land what can be landed and was not asked to yet; stop everything else."""
+        if not self._lands and self._can_land():
+            self.cause = self.cause or _silent(self.state, self._early)
+            complain(f"{self.cause}: the vehicle lands")
+            self._land()
+            return
+        hung = not self.cause and self.state is not None and self.state.phase == ENDED
+        if hung:
+            self.late = tuple(self._processes.pids())
+        else:
+            self.cause = self.cause or _silent(self.state, self._early)
+        self._processes.stop()
+
+    def _can_land(self) -> bool:
+        over = self.state is not None and self.state.over
+        return bool(self._patience.landing) and not over and self._processes.has_owner()
+
+    def _land(self) -> None:
+        self._lands = True
+        flies = _flies(self.state)
+        if self._patience.commanded and flies and not self._interrupted.names:
+            self._watch.ask_to_end(self.cause)
+        self._processes.interrupt_owner()
+        self._deadline = time.monotonic() + (self._patience.landing if flies else self._patience.answer)
 
 
 def _flies(state: Sighting | None) -> bool:
     return state is not None and state.phase == FLYING
-
-
-def _more(
-    state: Sighting | None, known: Sighting | None, patience: Patience, cause: str, landing: bool
-) -> float | None:
-    """Return how many s the flight has from now on after news of it, None if the news changes nothing."""
-    if state is None:
-        return None
-    moves = state.phase == FLYING or known is None or state.phase != known.phase
-    if moves and not cause:
-        return _limit(state, patience)
-    if moves and (state.over or not patience.landing):
-        # after a cause the guard may still be bringing the vehicle down
-        return patience.answer if state.phase == FLYING else _limit(state, patience)
-    return patience.landing if landing and _flies(state) and not _flies(known) else None
 
 
 def _waits(state: Sighting | None) -> bool:
@@ -212,7 +273,7 @@ def _waits(state: Sighting | None) -> bool:
 def _limit(state: Sighting, patience: Patience) -> float:
     if state.phase == WAITING:
         return patience.start
-    return _WIND_UP if state.over else patience.silence
+    return max(_WIND_UP, patience.silence) if state.over else patience.silence
 
 
 def _may_leave(state: Sighting | None, code: int) -> bool:

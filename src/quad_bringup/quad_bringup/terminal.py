@@ -25,4 +25,5 @@ def say(line: str) -> None:
 
 def complain(line: str) -> None:
     """Say in one line what is not as it should be."""
-    write(f"fly: {printable(' '.join(line.splitlines()))}\n", sys.stderr)
+    clear = "\r\033[K" if sys.stderr.isatty() else ""  # the line that shows how far a flight is
+    write(f"{clear}fly: {printable(' '.join(line.splitlines()))}\n", sys.stderr)

@@ -216,6 +216,93 @@ def test_an_interrupt_in_real_time_is_a_landing(monkeypatch):
     assert (flight.stopped, flight.asked_at, flight.asked_for) == (0, [pytest.approx(0.1)], [])
 
 
+class Asking(Interrupts):
+    """An operator: the signals that a script gives, {s: name}, on the flight's clock."""
+
+    def __init__(self, flight, signals):
+        super().__init__()
+        poll = flight.poll
+
+        def poll_and_signal(patience):
+            found = poll(patience)
+            for at in [at for at in signals if at <= flight.now]:
+                self.note(getattr(signal, signals.pop(at)))
+            return found
+
+        flight.poll = poll_and_signal
+
+
+@pytest.mark.parametrize("commanded", [False, True])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_one_signal_while_a_landing_is_under_way_changes_nothing(name, commanded, monkeypatch, capsys):
+    """It stopped the motors in the air where fly had begun the landing because a node had died."""
+    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
+    script += [(n, state(FLYING, n), {}) for n in range(3, 9)]
+    script.append((9, state(FAILED, 9, "simulator stopped by SIGINT"), {"simulator": 1, "recorder": 1}))
+    flight = Flight(script, monkeypatch)
+    asked = Asking(flight, {7.0: name})
+    patience = LANDS._replace(commanded=commanded)
+    assert flight.supervise(asked, patience) == Outcome("trajectory was killed by SIGKILL")
+    assert (flight.stopped, len(flight.asked_at)) == (0, 1)
+    assert flight.asked_at[0] < 7.0
+    said = capsys.readouterr().err.splitlines()
+    assert said == [
+        "fly: trajectory was killed by SIGKILL: the vehicle lands",
+        f"fly: {name}: the vehicle is landing already; a second signal (Ctrl-C) stops the motors where it is",
+    ]
+
+
+def landing_flight(monkeypatch):
+    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
+    return Flight([*script, *((n, state(FLYING, n), {}) for n in range(3, 30))], monkeypatch)
+
+
+def test_a_second_signal_stops_a_landing_that_fly_has_begun(monkeypatch, capsys):
+    flight = landing_flight(monkeypatch)
+    asked = Asking(flight, {7.0: "SIGTERM", 8.5: "SIGINT"})
+    assert flight.supervise(asked, LANDS._replace(landing=60.0)) == Outcome("trajectory was killed by SIGKILL")
+    assert (flight.stopped, flight.now) == (1, pytest.approx(8.5, abs=0.2))
+    assert "a second signal (Ctrl-C) stops the motors where it is" in capsys.readouterr().err
+
+
+def test_a_terminal_that_goes_lands_however_often_it_hangs_up(monkeypatch, hang_ups_are_heeded):
+    flight = landing_flight(monkeypatch)
+    asked = Asking(flight, {float(n): "SIGHUP" for n in range(3, 25)})
+    flight.supervise(asked, LANDS._replace(landing=60.0))
+    assert flight.now > 30.0
+
+
+def test_a_second_signal_counts_only_after_the_terminal_has_said_what_it_does(monkeypatch):
+    """Fly may be busy for a second or two before it says so."""
+    flight = Flight([(n, state(FLYING, n), {}) for n in range(1, 30)], monkeypatch)
+    poll = flight.poll
+
+    def slow(patience):
+        found = poll(5.0 if 3.0 < flight.now < 8.0 else patience)
+        if flight.now > 8.0 and not asked.names:
+            asked.names += ["SIGINT", "SIGINT", "SIGTERM"]
+        return found
+
+    flight.poll, asked = slow, Interrupts()
+    flight.supervise(asked, LANDS._replace(landing=15.0))
+    assert (len(flight.asked_at), flight.stopped) == (1, 1)
+    assert flight.now > 20.0
+
+
+def test_a_recorder_that_dies_ends_no_flight_of_a_commander(monkeypatch, capsys):
+    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"recorder": -9})]
+    script += [(n, state(FLYING, n), {}) for n in range(3, 9)]
+    script.append((9, state(ENDED, 9), {"simulator": 0, "trajectory": 0}))
+    flight = Flight(script, monkeypatch)
+    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("")
+    assert (flight.stopped, flight.asked_at) == (0, [])
+    said = "fly: recorder was killed by SIGKILL: the flight goes on, and what is flown from now on is not recorded\n"
+    assert capsys.readouterr().err == said
+    bare = Flight([*script[:-1], (9, state(FAILED, 9), dict.fromkeys(ALL_LEFT, 1))], monkeypatch)
+    assert bare.supervise(patience=LANDS) == Outcome("recorder was killed by SIGKILL")
+    assert len(bare.asked_at) == 1
+
+
 def test_a_landing_has_a_bound(monkeypatch):
     asked = Interrupts()
     asked.names.append("SIGINT")

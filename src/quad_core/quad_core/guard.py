@@ -187,21 +187,12 @@ def step(
     )
     mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
     flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, rate_age, dt)
+    # fmt: off
     after = Memory(
-        mode=mode,
-        reason=reason,
-        since=since,
-        first_step=first,
-        wrench=wrench,
-        command_step=command_step,
-        answered_step=answered,
-        refused_commands=refused_commands,
-        belief=belief,
-        refusals=refusals,
-        timers=timers,
-        flown=flown,
-        descent=descent,
+        mode, reason, since, first, wrench, command_step, answered, refused_commands,
+        belief, refusals, timers, flown, descent,
     )
+    # fmt: on
     warning = command_age > parameters.command.warn_age or state_age > parameters.state.warn_age
     report = Report(
         mode,

@@ -13,7 +13,7 @@ from quad_core.guard_ending import is_down
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import PlantOutput
-from quad_msgs.msg import FlightState
+from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode
 
@@ -58,15 +58,16 @@ class Simulator(VehicleNode):
             if self.command is not None:
                 self._start_clock()
             return
+        recorded = self.unrecorded or self.current_step <= self.recorded_step + self.settings.window
+        if self._is_answered() and (recorded or RECORDER not in self.roles):
+            self._integrate()
+
+    def _is_answered(self) -> bool:
+        """Return whether all that this step of a lockstep flight needs is there, the recorder's leave aside."""
         if not (self.link.holds(self.current_step) if self.link else self.end_step):
-            return
-        if self.current_step % self.handshake.period(COMMANDING) == 0 and (
-            self.command is None or self.command.step != self.current_step
-        ):
-            return
-        if RECORDER in self.roles and self.current_step > self.recorded_step + self.settings.window:
-            return
-        self._integrate()
+            return False
+        due = self.current_step % self.handshake.period(COMMANDING) == 0
+        return not due or (self.command is not None and self.command.step == self.current_step)
 
     def on_given_up(self) -> None:
         """Go on at the pace of the steady clock, without commands: nobody can be waited for."""
@@ -164,6 +165,11 @@ class Simulator(VehicleNode):
         if self._repeats <= self.settings.repeat_limit:
             self.counters["repeats"] += 1
             self._publish_step()
+        elif self.commanded and self.lockstep and self._is_answered():
+            self.unrecorded = True
+            text = f"{self.blame()}; what is flown from now on is not recorded"
+            self.event(FlightEvent.WARNING, "recorder_lost", text, self.elapsed_ns)
+            self.progress()
         else:
             self.give_up(self.blame())
 

@@ -31,6 +31,7 @@ class VehicleNode(FlightNode):
 
     ``guard_request`` is what the guard is asked for (``quad_core.guard``) at every step until it is changed. While
     ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
+    ``unrecorded``: the recorder was given up.
     ``suspect``: who made the guard take over last. ``stood_still``: in words, for how long this process has been late.
     """
 
@@ -46,8 +47,8 @@ class VehicleNode(FlightNode):
         self.armed, self.guard_request = True, NO_REQUEST
         self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
         self.cause = self.suspect = self.stood_still = ""
+        self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
-        self.gives_up = False
         self._interrupted_by = self._reason = ""
         self._accepted_step = self._heard_step = -1
         self._leave_by, self._ticks_since_state = 0.0, 0
@@ -101,8 +102,9 @@ class VehicleNode(FlightNode):
             self.event(FlightEvent.ERROR, "flight_failed", reason, self.elapsed_ns)
         self.publish_flight_state()
         self.publish_diagnostics()
-        patience = self.flight.silence_timeout if RECORDER in self.roles else _UNRECORDED_PATIENCE
-        self._leave_by = time.monotonic() + patience
+        self._leave_by = time.monotonic() + (
+            self.flight.silence_timeout if self._is_recorded() else _UNRECORDED_PATIENCE
+        )
         self._leave_when_recorded()
 
     def guarded(self, command: WrenchCommand, sample: StateSample, step: int | None = None) -> Wrench:
@@ -203,11 +205,14 @@ class VehicleNode(FlightNode):
             elif (silent := self.setpoint_watch.silent(self.asked_at)) and self.guard.parameters.enabled:
                 self.give_up(silent)
             self.watch()
-        elif now > self._leave_by:
+        elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):
             late = "recorder did not finish in time" if RECORDER in self.roles else "flight ended"
             self.finish(self.exit_code, self._reason or late)
         if self._ticks_since_state >= _STATE_EVERY:
             self.publish_flight_state()
+
+    def _is_recorded(self) -> bool:
+        return RECORDER in self.roles and not self.unrecorded and self.count_publishers("flight/recorded") > 0
 
     def on_interrupt(self, name: str) -> None:
         """Tell the others that the flight is over."""

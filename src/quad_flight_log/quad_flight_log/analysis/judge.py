@@ -47,11 +47,6 @@ class Flown(NamedTuple):
         """Whether the recorder noted another end than the planned one."""
         return self.flight.metadata.get("outcome", "ended") != "ended"
 
-    @property
-    def ends_early(self) -> bool:
-        """Whether the bag ends before the flight: it is cut, or its recorder was stopped."""
-        return self.flight.truncated or self.flight.metadata.get("reason") == STOPPED
-
 
 class Rule(NamedTuple):
     """What is demanded, and the fault that ``found`` names, empty if there is none.
@@ -72,6 +67,11 @@ def faults(flight: Flight) -> list[str]:
     flown = Flown(flight, flight_tables(flight), _guard_of(flight))
     asked = [rule for rule in RULES if rule.of_failed or not flown.failed]
     return [fault for rule in asked if (fault := rule.found(flown))]
+
+
+def ends_early(flight: Flight) -> bool:
+    """Return whether a bag ends before its flight: it is cut, or its recorder was stopped."""
+    return flight.truncated or flight.metadata.get("reason") == STOPPED
 
 
 def run_ids(flown: Flown) -> str:
@@ -161,14 +161,14 @@ def stopped_motors(flown: Flown) -> str:
         if still.time > STOPPED_TIME:
             return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
     has_to_be_down = "flight/mode" in flown.tables or (flown.failed and not autopilot_lands(flight))
-    if height[-1] > limit and has_to_be_down and not flown.ends_early:
+    if height[-1] > limit and has_to_be_down and not ends_early(flown.flight):
         return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
     return ""
 
 
 def recorded_end(flown: Flown) -> str:
     """Say that the bag ends before the flight, and where: how the flight ended is not known from it."""
-    if not flown.ends_early or not flown.flight.has("flight/state") or "truth" not in flown.tables:
+    if not ends_early(flown.flight) or not flown.flight.has("flight/state") or "truth" not in flown.tables:
         return ""
     states = flown.flight.array("flight/state")
     if len(states) == 0 or "state" not in (states.dtype.names or ()) or states["state"][-1] in _OVER:
