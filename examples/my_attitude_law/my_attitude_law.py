@@ -1,4 +1,4 @@
-"""An attitude law of one's own: proportional and derivative on each axis, small angles.
+"""An attitude law of your own: proportional and derivative on each axis, small angles.
 
     tau = -I (k_p (angles - angles_d) + k_d omega_b),    F_T as the position law asks
 

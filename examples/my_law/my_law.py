@@ -1,4 +1,4 @@
-"""A position law of one's own: proportional and derivative, thrust along the acceleration command.
+"""A position law of your own: proportional and derivative, thrust along the acceleration command.
 
     a = -k_p (p - p_d) - k_d (v - v_d) + a_d,    F_T = m (g + a_z),    phi_d = (a_x sin psi - a_y cos psi) / g,
     theta_d = (a_x cos psi + a_y sin psi) / g

@@ -1,4 +1,4 @@
-"""A plant of one's own: a point mass that turns at once, for a first look at a position law.
+"""A plant of your own: a point mass that turns at once, for a first look at a position law.
 
     m p'' = F_T R(phi, theta, psi) e_3 - m g e_3 + D,    I omega' = tau
 

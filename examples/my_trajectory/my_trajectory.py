@@ -1,4 +1,4 @@
-"""A trajectory of one's own: straight up with a smooth start and end.
+"""A trajectory of your own: straight up with a smooth start and end.
 
     z(t) = z_0 + h (10 s^3 - 15 s^4 + 6 s^5),    s = t / T
 

@@ -1,4 +1,4 @@
-"""A trajectory node of one's own, on rclpy and quad_msgs: climbs by half a metre, in both clocks.
+"""A trajectory node of your own, on rclpy and quad_msgs: climbs by half a metre, in both clocks.
 
 Fly it: scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 """
@@ -29,7 +29,7 @@ class Climb(Node):
         self.run_id = self.declare_parameter("flight.run_id", "").value
         self.run = {"run": zlib.crc32(self.run_id.encode())}  # whose messages these are
         self.period = self.declare_parameter("flight.plant_period", 2_000_000).value
-        self.height = self.declare_parameter("height", 0.5).value  # m: a parameter of one's own
+        self.height = self.declare_parameter("height", 0.5).value  # m: a parameter of your own
         self.first, self.due, self.newest, self.over = None, 0, TrajectoryPoint(), Future()
         self.reference_out = self.create_publisher(TrajectoryPoint, "reference", STEPS)
         self.plan_out = self.create_publisher(FlightPlan, "flight/plan", LATCHED)

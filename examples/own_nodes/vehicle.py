@@ -1,4 +1,4 @@
-"""A vehicle of one's own in place of the simulator, on rclpy and quad_msgs: a rigid body in both clocks.
+"""A vehicle of your own in place of the simulator, on rclpy and quad_msgs: a rigid body in both clocks.
 
 Fly it: scripts/fly hover --own simulator="python3 examples/own_nodes/vehicle.py"
 """

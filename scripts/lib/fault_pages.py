@@ -43,10 +43,10 @@ def problems(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def exists(name: str) -> bool:
-    """Return whether a test, FILE::NAME, or a room of the acceptance runs, ``accept NAME``, is there."""
-    room = name.removeprefix("accept ")
-    if room != name:
-        return (ROOT / "test" / "accept" / f"{room}.py").is_file()
+    """Return whether a test, FILE::NAME, or a module of the acceptance runs, ``accept NAME``, is there."""
+    module = name.removeprefix("accept ")
+    if module != name:
+        return (ROOT / "test" / "accept" / f"{module}.py").is_file()
     file, _, function = name.partition("::")
     path = ROOT / file
     return (
@@ -69,8 +69,8 @@ def faults_page() -> str:
 
 
 def _short(name: str) -> str:
-    room = name.removeprefix("accept ")
-    if room != name:
-        return f"`scripts/accept {room}`"
+    module = name.removeprefix("accept ")
+    if module != name:
+        return f"`scripts/accept {module}`"
     file, _, function = name.partition("::")
     return f"[{function.replace('_', ' ')}](../../{file})"

@@ -20,7 +20,7 @@ GROUPS = {
     "vehicles/lock": ("vehicles/packages",),
 }
 APART = {"docs/lock": [], "vehicles/lock": ["--no-deps"]}
-"""Locks of folders of their own, which change the versions of nobody else, with further options of uv."""
+"""Locks of folders of their own, which change no other version, with further options of uv."""
 HEAD = """# Written by scripts/lib/lock.py; to renew: change the other files here and run it again.
 # Linux x86-64, Python 3.10 to 3.13. pip refuses a file whose hash is not here.
 """

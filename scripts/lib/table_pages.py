@@ -38,7 +38,7 @@ COMMANDS = {
 }
 COMMAND_HEAD = """# Command line
 
-Every command explains itself with `--help`; `scripts/log VERB --help` has examples for each verb. Without a sourced
+Every command explains itself with `--help`; `scripts/log COMMAND --help` has examples for each verb. Without a sourced
 ROS 2 `ros2 run PACKAGE NAME` is `install/PACKAGE/lib/PACKAGE/NAME`, in a shell that has sourced `scripts/env.sh`.
 
 ## Exit codes
@@ -260,7 +260,7 @@ def command_page() -> str:
 
 
 def command_section(command: str, parser: argparse.ArgumentParser, level: int) -> list[str]:
-    """Return the section of one command or verb."""
+    """Return the section of one command."""
     parts = [f"{'#' * level} {command}\n", " ".join((parser.description or "").split()) + "\n"]
     lines, verbs = [], []
     for action in parser._actions:

@@ -74,7 +74,10 @@ class CommandSource(IntEnum):
 class CommandFilter(NamedTuple):
     """Command filter of one axis."""
 
-    bandwidth: Annotated[float, Real("rad/s", "three poles here", 0.1, 1e3, "addition")] = 40.0
+    bandwidth: Annotated[
+        float,
+        Real("rad/s", "bandwidth of the command filter (three equal poles); larger: faster", 0.1, 1e3, "addition"),
+    ] = 40.0
     max_rate: Annotated[float, Real("rad/s", "largest rate of its input; 1e6: off", 0.01, 1e6, "addition")] = 1e6
 
 

@@ -6,7 +6,7 @@
 
 Source: Smeur, Chu and de Croon, Adaptive incremental nonlinear dynamic inversion for attitude control of micro air
 vehicles, JGCD 39(3), 2016, without its adaptation of J. The model is left out of the feedback: what acts on the body
-beside the rotors is in w'_f and not in tau_f, and so in the next increment. tau is what the rotors gave (`actuation`),
+but rotors is in w'_f and not in tau_f, and so in the next increment. tau is what the rotors gave (`actuation`),
 so limits wind nothing up and rotor lag is known. w' is the change of the body rates over the last step, the mean over
 the very time that tau stands for; both must be equally old, so late rates need their prediction. e_R and e_Omega are
 those of ``geometric``.

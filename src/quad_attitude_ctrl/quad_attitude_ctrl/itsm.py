@@ -45,10 +45,16 @@ class Switching(IntEnum):
 class Gains(NamedTuple):
     """Gains of one axis."""
 
-    angle_gain: Annotated[float, Real("mixed", "k_1", 0.0, 1e4)] = 100.0
-    rate_gain: Annotated[float, Real("mixed", "k_2", 0.0, 1e4)] = 20.0
-    exponent: Annotated[float, Real("", "a_1; 1: linear surface", 0.1, 1.0)] = 0.7
-    switching_gain: Annotated[float, Real("rad/s^2", "K; above the bound of the disturbance", 0.0, 1e4)] = 3.0
+    angle_gain: Annotated[
+        float, Real("mixed", "weight of the angle error in the surface, k_1; larger: stiffer", 0.0, 1e4)
+    ] = 100.0
+    rate_gain: Annotated[
+        float, Real("mixed", "weight of the rate error in the surface, k_2; larger: more damped", 0.0, 1e4)
+    ] = 20.0
+    exponent: Annotated[float, Real("", "exponent a_1 of the surface; 1: linear", 0.1, 1.0)] = 0.7
+    switching_gain: Annotated[
+        float, Real("rad/s^2", "switching gain K; above the bound of the disturbance", 0.0, 1e4)
+    ] = 3.0
     layer: Annotated[float, Real("rad/s", "width of the layer, unused with sign()", 1e-4, 100.0)] = 0.05
     max_integral: Annotated[float, Real("rad/s", "bound of the integral in s; 1e9: off", 0.0, 1e9, "addition")] = 10.0
 

@@ -108,7 +108,7 @@ def reaching_control(
 def adaptive_rates(
     sliding: float, angle: float, rate: float, gains: Estimates, form: int, dead_zone: float, width: float
 ) -> Estimates:
-    """Return the derivatives of the three estimates (Eq. 54), 0 inside the dead zone |s_1| <= delta (Eq. 55).
+    """Return the derivatives of the three estimates (Eq. 54), 0 inside its dead zone |s_1| <= delta (Eq. 55).
 
     ``gains`` Delta_phi1..3. ``form`` ABS: Delta |s| {1, |x_1|, |x_2|} (assumed printed); SAT: s sat(s) in the place of
     |s|, which makes the cross terms of Eq. 58 cancel.
@@ -129,7 +129,7 @@ def next_estimate(estimate: float, rate: float, leak: float, max_estimate: float
 
 
 def lyapunov(error: float, sliding: float) -> float:
-    """Return l_phi (Eq. 57) without the estimation-error terms, which nobody can know in flight."""
+    """Return l_phi (Eq. 57) without the estimation-error terms, which are unknown in flight."""
     return 0.5 * (error * error + sliding * sliding)
 
 
@@ -164,32 +164,58 @@ def force_difference(acceleration: float, inverse_inertia: float) -> float:
 class AxisGains(NamedTuple):
     """Gains of one axis; named after roll (phi, 1), the same on pitch (theta, 3) and yaw (psi, 5)."""
 
-    angle_gain: Annotated[float, Real("mixed", "delta_phi1", 0.0, 1e4, "Table 2, Eq. 45")] = 28.5
-    rate_gain: Annotated[float, Real("mixed", "delta_phi2", 0.0, 1e4, "Table 2, Eq. 45")] = 6.0
+    angle_gain: Annotated[
+        float,
+        Real(
+            "mixed", "weight of the angle error in the surface, delta_1; larger: stiffer", 0.0, 1e4, "Table 2, Eq. 45"
+        ),
+    ] = 28.5
+    rate_gain: Annotated[
+        float,
+        Real(
+            "mixed",
+            "weight of the rate error in the surface, delta_2; larger: more damped",
+            0.0,
+            1e4,
+            "Table 2, Eq. 45",
+        ),
+    ] = 6.0
     surface_width: Annotated[
         float, Real("mixed", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")
     ] = 0.05
     max_surface_integral: Annotated[
         float, Real("rad/s", "bound of the integral in s: the fastest closing rate; 1e9: off", 0.0, 1e9, "addition")
     ] = 10.0
-    linear_gain: Annotated[float, Real("1/s", "rho_phi1; Table 2 (assumed): 3", 0.0, 1e3, "Eq. 53")] = 20.0
-    power_gain: Annotated[float, Real("mixed", "rho_phi2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 2.5
-    power: Annotated[float, Real("", "sigma_phi", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
+    linear_gain: Annotated[
+        float, Real("1/s", "linear reaching gain rho_1; larger: faster; Table 2 (assumed): 3", 0.0, 1e3, "Eq. 53")
+    ] = 20.0
+    power_gain: Annotated[float, Real("mixed", "power reaching gain rho_2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = (
+        2.5
+    )
+    power: Annotated[float, Real("", "exponent of the power reaching term, sigma", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
     reaching_width: Annotated[
         float, Real("rad/s", "layer of sat(s); 1: printed", 1e-4, 100.0, "addition to Eq. 53")
     ] = 1.0
-    initial_constant: Annotated[float, Real("rad/s^2", "Q_hat_phi1(0)", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    initial_angle: Annotated[float, Real("1/s^2", "Q_hat_phi2(0)", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    initial_rate: Annotated[float, Real("1/s", "Q_hat_phi3(0)", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    adaptation_constant: Annotated[float, Real("1/s^2", "Delta_phi1", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
-    adaptation_angle: Annotated[float, Real("1/s^2", "Delta_phi2", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
-    adaptation_rate: Annotated[float, Real("1/s^2", "Delta_phi3", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
+    initial_constant: Annotated[
+        float, Real("rad/s^2", "estimate Q_hat_1 at the start", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 0.0
+    initial_angle: Annotated[float, Real("1/s^2", "estimate Q_hat_2 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
+    initial_rate: Annotated[float, Real("1/s", "estimate Q_hat_3 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
+    adaptation_constant: Annotated[
+        float, Real("1/s^2", "adaptation rate Delta_1; 0: off", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 1.0
+    adaptation_angle: Annotated[
+        float, Real("1/s^2", "adaptation rate Delta_2; 0: off", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 1.0
+    adaptation_rate: Annotated[float, Real("1/s^2", "adaptation rate Delta_3; 0: off", 0.0, 1e3, "assumed, Eq. 54")] = (
+        1.0
+    )
     dead_zone: Annotated[float, Real("rad/s", "delta: no adaptation while |s| <= delta", 0.0, 100.0, "Eq. 55")] = 0.3
     max_estimate: Annotated[
         float, Real("mixed", "bound of each of the three estimates; 1e9: off", 0.0, 1e9, "addition to Eq. 54")
     ] = 10.0
     estimate_leak: Annotated[
-        float, Real("1/s", "rate at which the estimates return to 0; 0: none", 0.0, 100.0, "addition to Eq. 54")
+        float, Real("1/s", "rate at which the estimates return to 0; 0: off", 0.0, 100.0, "addition to Eq. 54")
     ] = 0.0
     max_torque: Annotated[float, Real("N m", "largest torque about this body axis; 1e6: off", 0.0, 1e6, "addition")] = (
         0.5
@@ -220,7 +246,7 @@ class AxisState(NamedTuple):
 
 
 class AxisControl(NamedTuple):
-    """All that one axis computed in one step; ``dead``: inside the dead zone of Eq. 55.
+    """All that one axis computed in one step; ``dead``: inside a dead zone, Eq. 55.
 
     ``exponent`` eta_phi1; ``integrand``, ``equivalent``, ``reaching`` and ``control`` = b_1 U_phi in rad/s^2;
     ``sliding`` s_1 in rad/s; ``adaptive`` the derivatives of the estimates.

@@ -1,6 +1,6 @@
 """The paper's proof for one axis of ABFNITSM with all its terms: what eqs. 57-59 are for the law as it is.
 
-In flight nobody knows the bounds Q that the proof compares Q_hat with, nor D_A: the law logs
+In flight the bounds Q of the proof and D_A are unknown: the law logs
 ``sliding_control.lyapunov`` and ``sliding_control.lyapunov_rate``. These functions are for tests and studies.
 """
 
@@ -31,7 +31,7 @@ def lyapunov_total_rate(
     """Return l_phi' (Eq. 58) along the law's own motion, in place of Eq. 59.
 
     ``known_rate`` is ``sliding_control.lyapunov_rate``, ``shortfall`` Phi - Phi_hat and ``disturbance`` D_A in
-    rad/s^2, ``form``, ``dead_zone`` and ``width`` those of eqs. 54 and 55: within the dead zone no estimate moves.
+    rad/s^2, ``form``, ``dead_zone`` and ``width`` those of eqs. 54 and 55: within its dead zone no estimate moves.
     """
     total = known_rate + sliding * disturbance
     size = abs(sliding)

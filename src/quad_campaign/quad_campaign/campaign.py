@@ -25,7 +25,7 @@ def fly_part(definition: Definition, numbers: range, compiled: bool) -> list[Row
 def run(
     definition: Definition, parts: Parts, *, scheduler: str = "", compiled: bool = True, progress: bool = True
 ) -> None:
-    """Fly every part that is missing and store each as it comes.
+    """Fly every part that is missing and store each when it is done.
 
     ``scheduler``: address of a Dask scheduler whose workers have this stack installed; empty: threads of this process.
     Raises EngineError as ``fly``, OSError if the scheduler does not answer.

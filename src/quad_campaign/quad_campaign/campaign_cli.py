@@ -63,7 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("file", metavar="FILE", help=f"{', '.join(shipped())}, or the path of a YAML file")
     parser.add_argument("--flights", type=_positive, default=1000, metavar="N", help="how many (default: 1000)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")
-    parser.add_argument("--resume", action="store_true", help="go on with what DIR holds")
+    parser.add_argument("--resume", action="store_true", help="resume the campaign in DIR")
     parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler")
     parser.add_argument("--refly", type=int, metavar="N", help="fly flight N over ROS, with a bag")
     parser.add_argument("--part", type=_positive, default=50, metavar="N", help="flights per part (default: 50)")

@@ -1,4 +1,4 @@
-"""The robustness map: how much delay, loss of effectiveness and mass error each pair of laws bears, as a picture.
+"""The robustness map: how much delay, loss of effectiveness and mass error each pair of laws tolerates, as a picture.
 
 Every square is the largest RMSE of Case 2 over the seeds, first 20 s of the curve, with the measurement late by the
 delay below and the plant off by what stands on the left; grey: a flight left its bounds.
@@ -101,7 +101,7 @@ def draw(found: Sequence[Map], path: Path) -> None:
 
 
 def borne(one: Map, limit: float) -> tuple[float, int]:
-    """Return the longest delay in s borne with no error, and how many squares, at an RMSE of at most ``limit`` m."""
+    """Return the longest tolerated delay (s) and the number of tolerated squares at an RMSE of at most ``limit`` m."""
     good = one.rmse <= limit
     middle = good[len(SHARES) // 2]
     first_bad = len(DELAYS) if middle.all() else int(np.argmin(middle))
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="robustness", description=__doc__, formatter_class=formatter)
     parser.add_argument("--pairs", nargs="+", metavar="POSITION+ATTITUDE", help=f"default: of {', '.join(PAIRS)}")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2], metavar="N")
-    parser.add_argument("--limit", type=float, default=0.25, metavar="M", help="RMSE that counts as borne")
+    parser.add_argument("--limit", type=float, default=0.25, metavar="M", help="largest RMSE that counts as tolerated")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE")
     options = parser.parse_args(arguments)
     found = []

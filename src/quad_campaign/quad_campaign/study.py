@@ -261,7 +261,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
     parser.add_argument("--seeds", type=int, default=50, metavar="N", help="held-out seeds (default: 50)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where all files of the study go")
-    parser.add_argument("--plant", action="append", metavar="NAME", help="only this of the plan's; may be repeated")
+    parser.add_argument(
+        "--plant", action="append", metavar="NAME", help="fly only this plant of the plan; may be repeated"
+    )
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="flights at once (default: 2)")
     options = parser.parse_args(arguments)
     if options.seeds < 1 or options.threads < 1:

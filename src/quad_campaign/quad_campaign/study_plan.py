@@ -131,7 +131,7 @@ def read_plan(path: Path) -> StudyPlan:
 
 
 def gains_file(plan: StudyPlan, controller: str) -> Path:
-    """Return where the tuned gains of a controller stand: a ROS parameter file beside the plan."""
+    """Return where the tuned gains of a controller stand: a ROS parameter file next to the plan."""
     return plan.path.parent / f"{plan.path.stem}_gains" / f"{controller}.yaml"
 
 

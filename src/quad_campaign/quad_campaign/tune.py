@@ -35,7 +35,7 @@ from quad_flight.engine import EngineError
 from quad_flight.flight import Flight, Result, fly
 
 EXAMPLES = """examples:
-  scripts/tune paper                         every controller of the plan, gains beside the plan
+  scripts/tune paper                         every controller of the plan, gains next to the plan
   scripts/tune paper --only pid --trials 20  a quick look at one of them
   scripts/tune mine.yaml --storage tune.log  goes on where it was stopped
   scripts/tune mine.yaml --sampler-seed 2 --out gains/2    again with another seed of the sampler: how much is luck
@@ -206,7 +206,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", action="append", metavar="CONTROLLER", help="may be repeated (default: all)")
     parser.add_argument("--trials", type=int, metavar="N", help="budget of each controller (default: the plan's)")
     parser.add_argument("--sampler-seed", type=int, metavar="N", help="of the search (default: the plan's)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the gains (default: beside the plan)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the gains (default: next to the plan)")
     parser.add_argument("--storage", type=Path, metavar="FILE", help="journal of the trials, to go on from")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="flights at once (default: 2)")
     options = parser.parse_args(arguments)

@@ -56,7 +56,7 @@ JOINED = "joined_plant"
 
 
 class Input(NamedTuple):
-    """One topic that a stage takes beside the state. ``lag`` in plant steps: 1 is the value of the step before."""
+    """One input of a stage other than the state. ``lag`` in plant steps: 1 is the value of the step before."""
 
     topic: str
     lag: int = 0
@@ -184,7 +184,7 @@ OWNERS = {
 
 SHADOW = "shadow_"
 SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}
-"""Second controllers that answer beside the flying ones: recorded, but no vehicle obeys them."""
+"""Second controllers that answer in parallel to the flying ones: recorded, but not used."""
 
 
 def replaceable(roles: Collection[str]) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ class CrazyflieBridgeParameters(NamedTuple):
     max_rotor_thrust: Annotated[
         float,
         Real(
-            "N", "largest thrust of one rotor at thrust 65535; measure it: nobody else knows it", 0.0, 1e4, "T_m", False
+            "N", "largest thrust of one rotor at thrust 65535; must be measured; 0 is refused", 0.0, 1e4, "T_m", False
         ),
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0

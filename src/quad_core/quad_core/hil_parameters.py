@@ -66,14 +66,14 @@ class MagnetometerParameters(NamedTuple):
 
 
 class BarometerParameters(NamedTuple):
-    """White noise and the weather's drift (``barometer.*``)."""
+    """White noise and drift of the air pressure (``barometer.*``)."""
 
     period_steps: Annotated[int, Whole("steps", "plant steps between two readings", 1, 1000, "", False)] = 5
     noise: Annotated[
         float, Real("Pa", "standard deviation of one reading", 0.0, 1000.0, "MS5611-01BA03 data sheet", False)
     ] = 1.2
     drift: Annotated[
-        float, Real("Pa/s", "steady change of the weather's pressure; 0.028: 1 hPa an hour", -10.0, 10.0, "", False)
+        float, Real("Pa/s", "steady change of the air pressure; 0.028: 1 hPa an hour", -10.0, 10.0, "", False)
     ] = 0.028
 
 

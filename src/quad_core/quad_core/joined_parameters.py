@@ -1,4 +1,4 @@
-"""The parameters of our plant under PX4 that our own laws fly: sensors, bridge, and who waits for whom."""
+"""The parameters of our plant under PX4 that our own laws fly: sensors, bridge, and waiting times."""
 
 from typing import Annotated, NamedTuple
 
@@ -46,7 +46,7 @@ class GateParameters(NamedTuple):
 
 
 class JoinedPlantParameters(NamedTuple):
-    """The plant under PX4's simulator interface and the bridge to PX4 in one vehicle owner."""
+    """The plant under PX4's simulator interface and the bridge to PX4 in one vehicle interface."""
 
     mode: Annotated[int, Choice(("wrench", "motors"), "what is sent to PX4: thrust and torque, or motor commands")] = (
         Mode.WRENCH.value

@@ -19,12 +19,12 @@ class MavlinkBridgeParameters(NamedTuple):
     """The bridge over MAVLink: where the autopilot is, what it is sent, and when it is given up."""
 
     mode: Annotated[
-        int, Choice(MavlinkMode, "what SET_ATTITUDE_TARGET carries beside thrust: attitude, or body rates")
+        int, Choice(MavlinkMode, "what SET_ATTITUDE_TARGET carries in addition to thrust: attitude, or body rates")
     ] = MavlinkMode.ATTITUDE.value
     listen: Annotated[str, Text("host:port on which the bridge takes UDP; 0.0.0.0 takes it from other machines")] = (
         "127.0.0.1:14540"
     )
-    connect: Annotated[str, Text("host:port of an autopilot that waits to be spoken to; empty: answer who speaks")] = ""
+    connect: Annotated[str, Text("host:port of an autopilot that waits for a first message; empty: wait for one")] = ""
     target_system: Annotated[int, Whole("", "the autopilot's system number", 1, 255, "MAV_SYS_ID, SYSID_THISMAV")] = 1
     source_system: Annotated[
         int, Whole("", "our system number; ArduPilot's GCS failsafe watches this one", 1, 255, "MAV_GCS_SYSID")
@@ -34,7 +34,7 @@ class MavlinkBridgeParameters(NamedTuple):
     ] = 0.01
     max_rotor_thrust: Annotated[
         float,
-        Real("N", "largest thrust of one of four rotors; measure it: nobody else knows it", 0.0, 1e4, "T_m", False),
+        Real("N", "largest thrust of one of four rotors; must be measured; 0 is refused", 0.0, 1e4, "T_m", False),
     ] = 0.0
     autopilot_curve: Annotated[
         float,

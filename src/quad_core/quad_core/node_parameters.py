@@ -1,4 +1,4 @@
-"""The parameters of each node, beside those of the plug-in that it runs."""
+"""The parameters of each node, without those of the plug-in that it runs."""
 
 from typing import Annotated, NamedTuple
 

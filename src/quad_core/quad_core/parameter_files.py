@@ -192,7 +192,7 @@ def _is_nested(body: Any) -> bool:
 def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
     role = pattern.rsplit("/", 1)[-1]
     if role not in (*ALL_ROLES, "*", "**"):
-        raise ParameterError(f"{path}: node {pattern!r} is none of {', '.join(ALL_ROLES)} or /**")
+        raise ParameterError(f"{path}: node {pattern!r} is not one of {', '.join(ALL_ROLES)} or /**")
     if not isinstance(body, dict) or set(body) != {"ros__parameters"}:
         raise ParameterError(f"{path}: {pattern}: expected one key ros__parameters")
     return _dotted(path, pattern, body["ros__parameters"] or {}, "")

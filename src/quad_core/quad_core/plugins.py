@@ -79,7 +79,7 @@ OTHERS = {
     DISTURBANCE: Group(("Parameters",), (), ("sample",), ("draw",)),
     SENSING: Group(("Parameters", "Memory"), (), ("step",), ("draw", "init")),
 }
-"""The groups beside those of the stages, which ``quad_core.cascade`` names."""
+"""The groups other than those of the stages, which ``quad_core.cascade`` names."""
 
 
 class PluginError(ValueError):

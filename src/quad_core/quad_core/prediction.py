@@ -10,7 +10,7 @@ f and tau are what the rotors gave (`actuation`). The first line is the first Pa
 (1 - e^(-sA))/(sA) = 1/(1 + sA/2): a Smith predictor (O. J. M. Smith, 1957) without a delay line. Each channel has its
 own A: what is known of it, plus the time since its reading last changed, at most ``max_age``.
 
-With ``smoothing`` the predicted position and velocity are not taken as they come: an alpha-beta filter of fading memory
+With ``smoothing`` the predicted position and velocity are not used directly: an alpha-beta filter of fading memory
 (E. Brookner, Tracking and Kalman Filtering Made Easy, 1998) runs on a and on an estimate d of what a leaves out:
 
     v = v_m + (1 - z^2) r,  d = d_m + (1 - z)^2 r / T,  p = p_m + (1 - z) (p_now - p_m),  r = v_now - v_m,  z = e^(-L T)
@@ -34,7 +34,7 @@ class Prediction(NamedTuple):
     """Whether, and over how much time, the state that a law sees is predicted."""
 
     enabled: Annotated[
-        bool, Flag("the law acts on the state predicted over its age; false: on the state as it comes", live=False)
+        bool, Flag("the law acts on the state predicted over its age; false: on the received state", live=False)
     ] = False
     position_age: Annotated[float, Real("s", "age of position and velocity when they come", 0.0, 0.1)] = 0.0
     attitude_age: Annotated[float, Real("s", "age of the attitude when it comes", 0.0, 0.1)] = 0.0

@@ -32,7 +32,7 @@ class AirframeParameters(NamedTuple):
     """What turns N and N m into PX4's normalised setpoints (``airframe.*``); four rotors in X, counted as PX4 does."""
 
     max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of one rotor; measure it: nobody else knows it", 0.0, 1e4, "T_m", False)
+        float, Real("N", "largest thrust of one rotor; must be measured; 0 is refused", 0.0, 1e4, "T_m", False)
     ] = 0.0
     drag_ratio: Annotated[
         float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q", False)

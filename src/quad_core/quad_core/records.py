@@ -32,7 +32,7 @@ class Column(NamedTuple):
 
 
 def field_kinds(kind: type[Any], name: str = "") -> dict[str, type[Any]]:
-    """Return {field: class} of a NamedTuple class; raises TypeError, naming the value ``name``, if it is none."""
+    """Return {field: class} of a NamedTuple class; raises TypeError, naming the value ``name``, for any other class."""
     if not hasattr(kind, "_fields"):
         raise TypeError(f"{name or 'value'}: found {kind}, expected a number or a NamedTuple of numbers")
     hints = get_type_hints(kind, include_extras=True)
@@ -43,7 +43,7 @@ def field_kinds(kind: type[Any], name: str = "") -> dict[str, type[Any]]:
 
 
 def leaves(kind: type[Any], name: str = "") -> list[Leaf]:
-    """Return the numbers of a class in order; raises TypeError for a field that is none."""
+    """Return the numbers of a class in order; raises TypeError for any other field."""
     if kind in NUMBERS:
         return [Leaf(name, kind)]
     found = []

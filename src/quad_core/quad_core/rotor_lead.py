@@ -5,7 +5,7 @@
 
 tau is what the law asks for, u what is sent. Rotors of time constant T_r that get u give y exactly: their lag is
 exchanged for T_f, the shorter the dearer, since noise of the law's torque is sent on (1 - b)/(1 - a), about T_r/T_f
-times as large. Thrust is sent as it comes: the position law's loop is slow beside rotors.
+times as large. Thrust is sent unchanged: the position law's loop is slow compared with the rotors.
 """
 
 import math

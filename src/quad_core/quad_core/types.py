@@ -2,7 +2,7 @@
 
 Each type here has a message of the same name and field names in ``quad_msgs`` (``Wrench`` travels as
 ``geometry_msgs/WrenchStamped``). SI units, radians, ENU world, FLU body, quaternion xyzw (body to
-world), Z-Y-X Euler angles. A comment ``[unit]`` stands beside every number, as in the .msg files.
+world), Z-Y-X Euler angles. A comment ``[unit]`` follows every number, as in the .msg files.
 """
 
 from typing import NamedTuple
@@ -79,7 +79,7 @@ class AttitudeThrust(NamedTuple):
 
     ``angles`` are (phi, theta, psi), phi and theta in the heading the law tilts in. ``q_wb`` has their thrust axis,
     turned about it to psi; autopilots and laws without Euler angles fly it. ``rates`` and ``accelerations`` are
-    derivatives of ``angles`` for attitude laws that are set to feed forward; zero where the position law has none.
+    derivatives of ``angles`` for attitude laws that are set to feed forward; else zero.
     ``thrust`` in N, ``thrust_fraction`` = thrust / maximum thrust, 0..1.
     """
 
@@ -122,7 +122,7 @@ class Actuation(NamedTuple):
 
 
 class Payload(NamedTuple):
-    """What hangs on the vehicle beside its own body, summed about the body origin, so that payloads add.
+    """What hangs on the vehicle's own body, summed about the body origin, so that payloads add.
 
     ``mass`` kg; ``moment_b`` first moment (mass times offset) kg m; ``inertia_b`` moments of inertia about the body
     axes kg m^2; ``products_b`` kg m^2: sums of m y z, m x z, m x y.
@@ -215,7 +215,7 @@ class AttitudeInputs(NamedTuple):
 
 
 class InputSteps(NamedTuple):
-    """Plant step (a count) of each input of a stage beside the state, in the order of its row; -1: none was there."""
+    """Plant step (a count) of each input of a stage other than the state, in the order of its row; -1: missing."""
 
     first: int = -1
     second: int = -1

@@ -70,7 +70,7 @@ class Simulator(VehicleNode):
         return not due or (self.command is not None and self.command.step == self.current_step)
 
     def on_given_up(self) -> None:
-        """Go on at the pace of the steady clock, without commands: nobody can be waited for."""
+        """Go on at the pace of the steady clock, without commands: no node is waited for."""
         if self._timer is None:
             self._start_clock()
 

@@ -55,7 +55,7 @@ class State(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What is constant over a step: the vehicle and what acts on it beside its rotors.
+    """What is constant over a step: the vehicle and what acts on it apart from its rotors.
 
     ``body`` includes mass and moments of inertia of a payload, ``load`` its lever; ``carries``: whether there is one.
     Outer force N (world, with the wind's part of the drag) and torque N m, wind m/s. ``extended``: whether anything

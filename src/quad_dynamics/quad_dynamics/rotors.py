@@ -185,7 +185,7 @@ def pair_sums(thrust: float, yaw_force: float, width_13: float, width_24: float,
     yaw_low = clamp(yaw_force, -2.0 * limit, 0.0)
     yaw_high = clamp(yaw_force, 0.0, 2.0 * limit)
     top_13, top_24 = 4.0 * limit - 2.0 * width_13, 4.0 * limit - 2.0 * width_24
-    # the yaw, between none and the command, that leaves the most room to thrust downward and upward
+    # the yaw, between none and the command, that leaves the most margin for thrust
     yaw_down = clamp(width_13 - width_24, yaw_low, yaw_high)
     yaw_up = clamp(width_24 - width_13, yaw_low, yaw_high)
     lowest = larger(2.0 * width_13 - yaw_down, 2.0 * width_24 + yaw_down)

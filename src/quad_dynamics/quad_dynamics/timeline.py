@@ -1,4 +1,4 @@
-"""Disturbance ``timeline``: weather and trouble by a list of events (``timeline_events``), all drawn before take-off.
+"""Disturbance ``timeline``: wind, payload and failures as events (``timeline_events``), all drawn before take-off.
 
 The table of a flight: row 0 holds the number of events, then a row per event (code, start, end, first row and number of
 rows of what was drawn for it, its values), then what was drawn.

@@ -1,4 +1,4 @@
-"""The true vehicle beside the nominal one, and the lumped uncertainties D_P and D_A (Eqs. 10-12).
+"""The true vehicle, the nominal one, and the lumped uncertainties D_P and D_A (Eqs. 10-12).
 
 Eq. 11 did not survive in the source; it follows from Eq. 10 and Lemma 1. Eq. 10, with the outer force f and torque t
 (f = m d, t = I d of Appendix A) and tau_G = 0, reads::

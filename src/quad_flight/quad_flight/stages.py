@@ -22,9 +22,9 @@ Signals: Any = namedtuple("Signals", [stage.gives for stage in STAGES])  # type:
 """The newest output of each stage; the last one is the command that the vehicle obeys."""
 
 OUTSIDE = ("state", "reference")
-"""What a stage may take beside outputs of earlier stages, of the same plant step."""
+"""What a stage may take in addition to outputs of earlier stages, of the same plant step."""
 BEFORE = ("actuation",)
-"""What a stage may take beside outputs of any stage, of the plant step before."""
+"""What a stage may take in addition to outputs of any stage, of the plant step before."""
 
 _HEAD = '''\
 def answer(setup, memory, signals, internals, state, reference, actuation, k):

@@ -60,7 +60,8 @@ class Parameters(NamedTuple):
     y: AxisGains = AxisGains()
     z: AxisGains = AxisGains()
     drag_sign: Annotated[
-        int, Choice(DragSign, "sign of a_7..a_9: drag slows down, or as printed", "eqs. 5, 17, 30")
+        int,
+        Choice(DragSign, "sign of the drag terms: `corrected` (drag opposes motion) or `printed`", "eqs. 5, 17, 30"),
     ] = DragSign.CORRECTED.value
     thrust_form: Annotated[
         int, Choice(ThrustForm, "F_T as printed, or projected on the actual thrust axis", "Eq. 38")
@@ -75,7 +76,7 @@ class Parameters(NamedTuple):
     limits: LiftLimits = LiftLimits()
     observer: Observer = Observer()
     feed_forward: Annotated[
-        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference need")
     ] = False
 
 

@@ -90,7 +90,7 @@ def adaptive_rate(adaptation_rate: float, velocity_error: float) -> float:
 def adapting_error(velocity_error: float, dead_zone: float) -> float:
     """Return the e_8 that Eq. 37 is given in m/s: its size less ``dead_zone``, 0 within it (an addition).
 
-    Noise of at most ``dead_zone`` on e_8 then never raises xi_hat. Source: the dead zone of Peterson and Narendra,
+    Noise of at most ``dead_zone`` on e_8 then never raises xi_hat. Source: dead zone of Peterson and Narendra,
     IEEE TAC 27(6), 1982, in its continuous form.
     """
     size = abs(velocity_error)
@@ -112,7 +112,7 @@ def next_integral(integral: float, position_error: float, max_integral: float, d
 
 
 def lyapunov(integral_gain: float, position_error: float, velocity_error: float, integral: float) -> float:
-    """Return one axis of L_P (Eq. 35) without the estimation-error term, which nobody can know in flight."""
+    """Return one axis of L_P (Eq. 35) without the estimation-error term, which is unknown in flight."""
     return 0.5 * (
         position_error * position_error + integral_gain * integral * integral + velocity_error * velocity_error
     )
@@ -127,24 +127,59 @@ def lyapunov_rate(position_gain: float, adaptive_gain: float, position_error: fl
 
 
 class AxisGains(NamedTuple):
-    """Gains of one axis; named after the x axis, the same on y (9, 10) and z (11, 12)."""
+    """Gains of one axis. The paper numbers them 7 and 8 on x, 9 and 10 on y, 11 and 12 on z."""
 
-    position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
-    integral_gain: Annotated[float, Real("1/s^2", "k_7", 0.0, 100.0, "Table 2, Eq. 23")] = 0.01
-    max_integral: Annotated[float, Real("m s", "bound of Gamma_7; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = 20.0
-    adaptation_rate: Annotated[float, Real("s/m^2", "alpha_8; 0: fixed gain", 0.0, 1e4, "Table 2, Eq. 37")] = 2.5
+    position_gain: Annotated[
+        float,
+        Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
+    ] = 4.25
+    integral_gain: Annotated[
+        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: off", 0.0, 100.0, "Table 2, Eq. 23")
+    ] = 0.01
+    max_integral: Annotated[
+        float, Real("m s", "bound of the integral Gamma_7 (y: 9, z: 11); 1e9: off", 0.0, 1e9, "addition to Eq. 21")
+    ] = 20.0
+    adaptation_rate: Annotated[
+        float,
+        Real(
+            "s/m^2",
+            "adaptation rate alpha_8 (y: 10, z: 12); larger: faster; 0: fixed gain",
+            0.0,
+            1e4,
+            "Table 2, Eq. 37",
+        ),
+    ] = 2.5
     initial_gain: Annotated[
-        float, Real("1/s", "xi_hat_8(0), which the paper does not give", 0.0, 1e3, "assumed, Eq. 37")
+        float,
+        Real(
+            "1/s",
+            "adaptive gain at the start, xi_hat_8(0) (y: 10, z: 12); larger: stiffer",
+            0.0,
+            1e3,
+            "assumed, Eq. 37",
+        ),
     ] = 7.0
-    max_gain: Annotated[float, Real("1/s", "bound of xi_hat_8; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = 10.0
+    max_gain: Annotated[float, Real("1/s", "bound of the adaptive gain; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = (
+        10.0
+    )
     adaptation_leak: Annotated[
         float,
-        Real("1/s", "rate at which xi_hat_8 returns to xi_hat_8(0); 0: as printed", 0.0, 100.0, "addition to Eq. 37"),
+        Real(
+            "1/s",
+            "rate at which the adaptive gain returns to initial_gain; 0: as printed",
+            0.0,
+            100.0,
+            "addition to Eq. 37",
+        ),
     ] = 0.05
     adaptation_dead_zone: Annotated[
         float,
         Real(
-            "m/s", "size of e_8 up to which xi_hat_8 rests: the noise level; 0: none", 0.0, 100.0, "addition to Eq. 37"
+            "m/s",
+            "velocity error up to which the gain rests: the noise level; 0: off",
+            0.0,
+            100.0,
+            "addition to Eq. 37",
         ),
     ] = 0.0
 

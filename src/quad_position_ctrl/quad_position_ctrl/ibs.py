@@ -27,10 +27,20 @@ __all__ = ["Gains", "Internals", "Memory", "Parameters", "init", "step"]
 class Gains(NamedTuple):
     """Gains of one axis; named after the x axis."""
 
-    position_gain: Annotated[float, Real("1/s", "xi_7", 0.01, 100.0, "Table 2, Eq. 23")] = 4.25
-    velocity_gain: Annotated[float, Real("1/s", "xi_8, fixed", 0.0, 1e3, "Eq. 30")] = 7.0
-    integral_gain: Annotated[float, Real("1/s^2", "k_7", 0.0, 100.0, "Table 2, Eq. 23")] = 0.01
-    max_integral: Annotated[float, Real("m s", "bound of Gamma_7; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = 20.0
+    position_gain: Annotated[
+        float,
+        Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
+    ] = 4.25
+    velocity_gain: Annotated[
+        float,
+        Real("1/s", "velocity error to acceleration, xi_8 (y: 10, z: 12), fixed; larger: stiffer", 0.0, 1e3, "Eq. 30"),
+    ] = 7.0
+    integral_gain: Annotated[
+        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: off", 0.0, 100.0, "Table 2, Eq. 23")
+    ] = 0.01
+    max_integral: Annotated[float, Real("m s", "bound of the integral; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = (
+        20.0
+    )
 
 
 class Parameters(NamedTuple):

@@ -1,6 +1,6 @@
 """The paper's proof for one axis of AIBS with all its terms: what is true of eqs. 31-36 with and without disturbance.
 
-In flight nobody knows the gain xi_8 that the proof compares xi_hat_8 with, nor d: the law logs
+In flight the gain xi_8 of the proof and d are unknown: the law logs
 ``backstepping.lyapunov`` and ``backstepping.lyapunov_rate``. These functions are for tests and studies.
 Exact for an exact state, an attitude that follows at once, and no limit met.
 """

@@ -1,7 +1,7 @@
 """The run-up: from rest onto the curve with its velocity, acceleration and jerk, within limits.
 
 One polynomial where one will do: the velocity of degree 5 that meets v, a and jerk of the curve's first point. A curve
-whose jerk is large beside its acceleration makes that polynomial swing out; then there are two: from rest to a steady
+with much jerk for its acceleration makes that polynomial swing out; then there are two: from rest to a steady
 velocity, and from there onto the curve, in a time that has nothing to do with how long gaining speed takes.
 """
 

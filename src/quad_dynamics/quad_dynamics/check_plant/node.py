@@ -210,7 +210,7 @@ class PlantCheck(FlightNode):
             label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
             label += ", latched" if topic.latched else ""
             if not found:
-                self._report.add(label, "nobody publishes it", optional)
+                self._report.add(label, "no node publishes it", optional)
                 continue
             owners = sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in found})
             wrong = [f"{len(found)} publishers ({', '.join(owners)}), expected one"] if len(found) > 1 else []
