@@ -14,6 +14,8 @@ Examples:
 
 import argparse
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +39,7 @@ class Margin(NamedTuple):
     factor: float
     good: float
     bad: float
-    settings: object
+    settings: Callable[[float], list[str]]
 
 
 MARGINS = (
@@ -95,6 +97,10 @@ RAISED = {
 }
 
 
+def _with(settings: Callable[[float], list[str]], extra: list[str], x: float) -> list[str]:
+    return [*settings(x), *extra]
+
+
 def why(pairs):
     """Print RMSE and share of thrust down to which each pair flies, with the limits as shipped and raised."""
     names = ("shipped", "acceleration raised", "and the estimate")
@@ -105,7 +111,7 @@ def why(pairs):
         raised = [f"position_controller.{setting}" for setting in RAISED[pair.partition("+")[0]]]
         cells = []
         for extra in ([], raised[:1], raised):
-            margin = thrust._replace(settings=lambda x, extra=extra: [*thrust.settings(x), *extra])
+            margin = thrust._replace(settings=partial(_with, thrust.settings, extra))
             cells.append(found(pair, margin, nominal))
         print(f"| {pair} | {' | '.join(cells)} |", flush=True)
 

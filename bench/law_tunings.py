@@ -16,7 +16,7 @@ import argparse
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t, ttest_ind
@@ -92,7 +92,7 @@ def main():
     folder = options.gains or options.plan.parent / f"{options.plan.stem}_gains"
     print("| controller | sampler seed | held-out cost | RMSE | worst | torque variation | lost |")
     print("|---|---|---|---|---|---|---|")
-    found = {}
+    found: dict[str, list[Any]] = {}
     for controller in plan.controllers:
         for gains in sorted(folder.glob(f"*/{controller.name}.yaml")):
             one = flown(plan, gains, options.seeds, options.threads)

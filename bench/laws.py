@@ -17,12 +17,13 @@ from quad_core.types import (
     AttitudeInputs,
     AttitudeThrust,
     PositionInputs,
+    Quat,
     TrajectoryPoint,
     Vec3,
+    VehicleState,
     Wrench,
 )
 from quad_core.vehicle import Vehicle
-from quad_dynamics.sensor import taken
 
 BENCH = "laws"
 _PLAIN, _COMPILED = 5_000, 500_000
@@ -79,7 +80,7 @@ def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
     parameters, vehicle, table = law.Parameters(), Vehicle(), states()
     memory, flat = law.init(parameters, vehicle), flattener(law.Internals)
     output_finite, memory_finite = finite_check(_OUTPUT[group]), finite_check(law.Memory)
-    values = [inputs(taken(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
+    values = [inputs(state_of(table, k), _WANTED[group], Actuation()) for k in range(_STATES)]
     began = time.perf_counter()
     for k in range(_PLAIN):
         output, memory, internals = law.step(parameters, vehicle, memory, values[k % _STATES], dt)
@@ -90,12 +91,23 @@ def _cost_in_a_node(group: str, law: Any, inputs: Any, dt: float) -> float:
 
 
 def states() -> np.ndarray:
-    """Return random states near hover, in the rows of a sensor's delay line."""
+    """Return random states near hover: position, velocity, attitude xyzw and body rates in each row."""
     rng = np.random.default_rng(1)
     table = rng.normal(scale=0.05, size=(_STATES, 13))
     for row in table:
         row[6:10] = quaternion_from_euler(Vec3(*rng.normal(scale=0.1, size=3).tolist()))
     return table
+
+
+def state_of(table: Any, k: int) -> VehicleState:
+    """Return the state in row ``k``."""
+    row = table[k]
+    return VehicleState(
+        Vec3(row[0], row[1], row[2]),
+        Vec3(row[3], row[4], row[5]),
+        Quat(row[6], row[7], row[8], row[9]),
+        Vec3(row[10], row[11], row[12]),
+    )
 
 
 def law_steps(
@@ -104,9 +116,9 @@ def law_steps(
     """Return the sum of a figure over ``count`` answers; ``measure`` binds ``step``, ``Inputs`` and ``figure``."""
     total = 0.0
     for k in range(count):
-        inputs = Inputs(taken(table, k % len(table)), setpoint, actuation)  # noqa: F821
-        answer, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # noqa: F821
-        total += figure(answer)  # noqa: F821
+        inputs = Inputs(state_of(table, k % len(table)), setpoint, actuation)  # type: ignore[name-defined]  # noqa: F821
+        answer, memory, _ = step(parameters, vehicle, memory, inputs, dt)  # type: ignore[name-defined]  # noqa: F821
+        total += figure(answer)  # type: ignore[name-defined]  # noqa: F821
     return total
 
 

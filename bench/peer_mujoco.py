@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 import mujoco
 
-from quad_core.types import Actuation, AttitudeInputs, PositionInputs, Quat, Vec3, VehicleState
+from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, PositionInputs, Quat, Vec3, VehicleState
 from quad_flight.set_up import Request, resolve_flight
 
 MODEL = """<mujoco><option timestep="0.002" gravity="0 0 -9.8" integrator="RK4"/><worldbody>
@@ -26,7 +26,7 @@ def main(steps: int) -> None:
     position, attitude = (resolved[role].plugins["law"] for role in ("position_controller", "attitude_controller"))
     plan = path.module.plan(path.parameters, vehicle, VehicleState())
     memories = [law.module.init(law.parameters, vehicle) for law in (position, attitude)]
-    nothing, setpoint = Actuation(), None
+    nothing, setpoint = Actuation(), AttitudeThrust()
     wall, cpu = time.perf_counter(), time.process_time()
     for k in range(steps):
         p, v = data.qpos, data.qvel

@@ -203,7 +203,8 @@ class Controller:
         """Prepare for ``flight``; the problem's last solution is forgotten."""
         self.problem, self.ahead, self.observed = problem, Ahead(flight), observed
         problem.solution = None
-        self.estimate, self.before, self.drag = Vec3(), None, 0.0
+        self.estimate, self.drag = Vec3(), 0.0
+        self.before: tuple[Vec3, Vec3, float] | None = None
         self.setpoint, self.age = None, 0.0
 
     def position(self, _: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:

@@ -112,7 +112,7 @@ def main():
         "rotors that lag": full(LAGGING),
         "all terms": full(FULL),
     }
-    times = {name: [] for name in kinds}
+    times: dict[str, list[float]] = {name: [] for name in kinds}
     for _ in range(rounds):
         for name, fly in kinds.items():
             began = time.process_time()

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rosbags.rosbag2 import Reader
@@ -62,7 +63,7 @@ def read_ours(directory: Path) -> dict[str, dict[str, np.ndarray]]:
     tables = open_flight(directory).arrays(*TOPICS)
     skipped = ("log_ns", "stamp_ns", "stamp")
     return {
-        topic: {name: table[name] for name in table.dtype.names if name not in skipped}
+        topic: {name: table[name] for name in table.dtype.names or () if name not in skipped}
         for topic, table in tables.items()
     }
 
@@ -75,7 +76,7 @@ def read_rosbags(directory: Path) -> dict[str, dict[str, np.ndarray]]:
     fields = {
         topic: [name for name, _ in store.fielddefs[kind][1] if name != "stamp"] for topic, (kind, _) in TOPICS.items()
     }
-    columns = {topic: {name: [] for name in names} for topic, names in fields.items()}
+    columns: dict[str, dict[str, list[Any]]] = {topic: {name: [] for name in names} for topic, names in fields.items()}
     appends = {topic: [(name, content[name].append) for name in fields[topic]] for topic, content in columns.items()}
     with Reader(directory) as reader:
         for connection, _, raw in reader.messages():

@@ -9,7 +9,9 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from rclpy.node import Node
@@ -57,7 +59,7 @@ class Relay(Node):
             stamped.stamp.sec, stamped.stamp.nanosec = divmod(step * PERIOD, 1_000_000_000)
         publisher.publish(message)
 
-    def hearer(self, name: str) -> object:
+    def hearer(self, name: str) -> Callable[[Any], None]:
         """Return the callback of a topic."""
         if self.role == RECORDER:
             return self.on_raw(name)
@@ -66,7 +68,7 @@ class Relay(Node):
         if name == "flight/recorded":
             return lambda _message: None
 
-        def on_message(message: object) -> None:
+        def on_message(message: Any) -> None:
             self.have[name] = message.step
             self.answer()
 
@@ -91,7 +93,7 @@ class Relay(Node):
             self.send("wrench_setpoint", step)
             self.send("attitude_controller/internals", step)
 
-    def on_raw(self, name: str) -> object:
+    def on_raw(self, name: str) -> Callable[[bytes], None]:
         """Return what keeps or counts the messages of a topic, and acknowledges now and then."""
         kind = topics.TOPICS[name].type
         type_name = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
@@ -106,7 +108,7 @@ class Relay(Node):
 
         return keep
 
-    def on_wrench(self, message: object) -> None:
+    def on_wrench(self, message: Any) -> None:
         """Go on with the next step once the answer to this one has come."""
         stamp = message.header.stamp
         if (stamp.sec * 1_000_000_000 + stamp.nanosec) // PERIOD != self.step:
@@ -157,10 +159,10 @@ def main() -> None:
     everyone = tuple(topics._ALL)
     bag = BagWriter(options.record, metadata={}, parameters="") if options.record else None
     roles = everyone if options.role == "all" else (options.role,)
-    nodes = [Relay(role, options.steps, everyone, bag) for role in roles]
+    relays = [Relay(role, options.steps, everyone, bag) for role in roles]
     settle(0, aside=roles == (RECORDER,))
     try:
-        spin(nodes, nodes[0].done)
+        spin(list[Node](relays), relays[0].done)
     except KeyboardInterrupt:
         pass
     finally:

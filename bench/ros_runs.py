@@ -86,6 +86,7 @@ def relay(steps: int, one_process: bool = False, record: bool = False) -> Run:
         }
         try:
             news = started[roles[0]].stdout
+            assert news is not None
             pids = {role: process.pid for role, process in started.items()}
             json.loads(news.readline())
             before = cpu_time(pids)

@@ -40,7 +40,7 @@ def versions() -> dict[str, str]:
 def as_text(rows: Sequence[Row]) -> str:
     """Return the table for people: median, smallest and largest of the rounds."""
     head = ("bench", "figure", "median", "least", "most", "unit", "target", "note")
-    lines = [head]
+    lines: list[tuple[str, ...]] = [head]
     for row in rows:
         ends = (min(row.values), max(row.values)) if row.values else (float("nan"),) * 2
         numbers = (f"{value:.4g}" for value in (row.median, *ends))

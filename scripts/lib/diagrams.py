@@ -108,9 +108,9 @@ def nodes() -> str:
     for place, words in enumerate((*boxes, ["simulator", "or your vehicle, 500 Hz"])):
         x = 10 + 220 * place
         drawing.box(x, 90, 170, 54, words, "main")
-    for x, words in ((205, "reference"), (425, "setpoint"), (645, "wrench")):
+    for x, signal in ((205, "reference"), (425, "setpoint"), (645, "wrench")):
         drawing.arrow([(x - 24, 117), (x + 24, 117)], "blue")
-        drawing.text(x, 84, words, "mid small")
+        drawing.text(x, 84, signal, "mid small")
     drawing.arrow([(755, 90), (755, 40), (95, 40), (95, 90)], "green")
     for x in (315, 535):
         drawing.arrow([(x, 40), (x, 90)], "green")

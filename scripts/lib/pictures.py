@@ -71,7 +71,7 @@ def draw_paths(runs: list[Run], path: Path) -> None:
             ax = canvas.add_subplot(1, len(runs), place + 1, projection="3d")
             figure = path_figure([run])
             draw_path(ax, figure.panels[0], colours(runs_of([figure])))
-            rmse = run.metrics.position_rmse
+            rmse = run.metrics.position_rmse or 0.0
             ax.set_title(f"{TITLES.get(run.trajectory, run.trajectory)}: RMSE {1000 * rmse:.1f} mm", y=1.02)
         handles, _ = ax.get_legend_handles_labels()
         canvas.legend(handles, ["flown", "reference"], loc="outside lower center", ncols=2, frameon=False)

@@ -14,7 +14,7 @@ import table_pages
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
 from quad_core.flight_parameters import FlightParameters
-from quad_core.parameters import Choice, Field, Flag, Real, Text, Whole, fields
+from quad_core.parameters import Choice, Field, Flag, Real, Whole, fields
 from quad_core.vehicle import Vehicle
 from quad_flight_log.verbs.layouts import layout_files
 from quad_node.topics import TOPICS, Topic
@@ -157,13 +157,14 @@ def field_table(listed: Iterable[Field]) -> str:
 def field_row(field: Field) -> list[str]:
     """Return one line of the table of parameters."""
     spec = field.spec
-    bounds = {
-        Flag: lambda: "true, false",
-        Text: lambda: "text",
-        Choice: lambda: ", ".join(spec.options),
-        Real: lambda: f"{spec.low:g} .. {spec.high:g}",
-        Whole: lambda: f"{spec.low} .. {spec.high}",
-    }[type(spec)]()
+    if isinstance(spec, Real):
+        bounds = f"{spec.low:g} .. {spec.high:g}"
+    elif isinstance(spec, Whole):
+        bounds = f"{spec.low} .. {spec.high}"
+    elif isinstance(spec, Choice):
+        bounds = ", ".join(spec.options)
+    else:
+        bounds = "true, false" if isinstance(spec, Flag) else "text"
     unit = spec.unit if isinstance(spec, Real | Whole) else ""
     live = "live" if spec.live else ""
     return [f"`{field.name}`", f"`{shown(field.default)}`", unit, bounds, spec.meaning, spec.source, live]

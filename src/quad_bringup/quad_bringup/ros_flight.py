@@ -3,13 +3,12 @@
 import os
 import shlex
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from quad_bringup import one_process, results, surroundings
-from quad_bringup.processes import Processes, describe_exit, executable
+from quad_bringup.processes import Processes, describe_exit, executable, log_folder
 from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
 from quad_bringup.terminal import complain, say
@@ -55,16 +54,15 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     for role, command in flight.own.items():
         say(f"{flight.name}: {role}: {shlex.join(command)} (this flight's parameters go before defaults of its own)")
     say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
-    # gone with whatever a full disk did not let move into the bag
-    with tempfile.TemporaryDirectory(prefix="quad-fly-", ignore_cleanup_errors=True) as logs:
-        return _fly(flight, domain, interrupted, Path(logs))
+    with log_folder() as (logs, used):
+        return _fly(flight, domain, interrupted, logs, used)
 
 
-def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path) -> int:
+def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path, used: int) -> int:
     # A process that crashes, or hangs and is aborted, leaves in its log where it was.
     limits = ",".join(f"{metric}={limit!r}" for metric, limit in flight.limits.items())
     own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
-    processes = Processes(logs, {**os.environ, **own})
+    processes = Processes(logs, {**os.environ, **own}, [used])
     progress = Progress(flight.name, sys.stderr)
     patience = Patience.of(flight.nodes[SIMULATOR])
     watch = None

@@ -1,0 +1,83 @@
+"""Every bench once, each as small as it can be asked for: it runs to its end. The figures are not judged."""
+
+import ast
+import subprocess
+import sys
+import time
+
+from figures import Figures, seconds
+from flying import ROOT
+
+BENCH = ROOT / "bench"
+PLANS = "src/quad_campaign/quad_campaign/config"
+ROUNDS = {
+    "ros_loop": ["run.py ros_loop --rounds 1"],
+    "batch": ["run.py batch --rounds 1"],
+    "laws": ["run.py laws --rounds 1"],
+    "guard_cost": ["run.py guard_cost --rounds 1"],
+    "peers": ["run.py peers --rounds 1"],
+    "against": [f"against.py {ROOT} --rounds 1"],
+    "edit_and_fly": [f"edit_and_fly.py {ROOT} --rounds 1"],
+    "law_ablation": ["law_ablation.py worth --seeds 1", "law_ablation.py smallest --seeds 1"],
+    "law_as_printed": ["law_as_printed.py flights --seeds 1", "law_as_printed.py seconds --seeds 1"],
+    "law_lemniscate": ["law_lemniscate.py --speed 5 --seeds 1"],
+    "law_margins": ["law_margins.py table --pair aibs+abfnitsm"],
+    "law_prediction": [f"law_prediction.py {what}" for what in ("ages", "methods", "noise", "lags")],
+    "law_real": ["law_real.py paper --preset paper_real --seeds 1"],
+    "law_stability": [f"law_stability.py {what} --seeds 1" for what in ("rates", "integral", "adaptation", "surface")],
+    "law_tunings": [f"law_tunings.py {PLANS}/real_x500.yaml --seeds 1"],
+    "plant_step": ["plant_step.py 1"],
+    "read_bag": ["read_bag.py --minutes 0.1 --rounds 1"],
+    "tuned_gains": ["tuned_gains.py 2"],
+}
+"""{bench: its smallest rounds}; those of ``run.py`` by their name there."""
+PARTS = ("run", "relay", "peer_crazyflow", "peer_mujoco", "peer_nmpc", "peer_rotorpy", "peer_rotorpy_batched")
+"""Programs that benches start."""
+NEEDS = {"peers": ROOT / ".cache" / "peers"}
+"""What is made on demand and may take long: without it the bench is left out, by name."""
+LONGEST = 900.0  # s
+
+
+def programs():
+    """Return the modules of bench/ that have a main() or a measure()."""
+    found = set()
+    for path in BENCH.glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        if {"main", "measure"} & {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}:
+            found.add(path.stem)
+    return found
+
+
+def attempt(words):
+    """Return the exit code, 124 if it took too long, and the last line that a round said."""
+    try:
+        done = subprocess.run(
+            [sys.executable, *words.split()],
+            cwd=BENCH.parent,
+            capture_output=True,
+            text=True,
+            timeout=LONGEST,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return 124, ""
+    said = (done.stderr if done.returncode else done.stdout).strip().splitlines()
+    return done.returncode, said[-1] if said else ""
+
+
+def main():
+    figures, until = Figures(), time.monotonic() + seconds(7200.0)
+    unknown = sorted(programs() - set(ROUNDS) - set(PARTS))
+    figures.check(not unknown, f"benches without a smallest round here: {', '.join(unknown) or 'none'}")
+    for name, rounds in ROUNDS.items():
+        for words in rounds:
+            if name in NEEDS and not NEEDS[name].is_dir():
+                print(f"     {words}: left out, {NEEDS[name]} is not there")
+                continue
+            if time.monotonic() > until:
+                print(f"     {words}: left out, no time")
+                continue
+            began = time.monotonic()
+            code, last = attempt(f"bench/{words}")
+            figures.check(code == 0, f"{words}: exit code {code} after {time.monotonic() - began:.0f} s: {last[:150]}")
+    return figures.code()
