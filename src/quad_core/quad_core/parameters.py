@@ -8,11 +8,13 @@ it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasse
 
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 Value = float | int | bool | str
+_DEGREES = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))deg")
 
 
 class ParameterError(ValueError):
@@ -117,6 +119,12 @@ def flatten(instance: Any) -> dict[str, Value]:
     return {field.name: field.default for field in fields(instance)}
 
 
+def radians_of(text: str) -> float | str:
+    """Return the angle that ``text`` gives in degrees (``90deg``) in rad; other text as it is."""
+    found = _DEGREES.fullmatch(text)
+    return float(found[1]) * (math.pi / 180.0) if found else text
+
+
 def checked(field: Field, value: Any) -> Value:
     """Return ``value`` if ``field`` admits it, else raise ParameterError saying found and expected."""
     spec = field.spec
@@ -129,6 +137,8 @@ def checked(field: Field, value: Any) -> Value:
             return str(value)
         expected = "text" if isinstance(spec, Text) else "one of " + ", ".join(spec.options)
         raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
+    if isinstance(spec, Real) and spec.unit == "rad" and isinstance(value, str):
+        value = radians_of(value)
     kind = float if isinstance(spec, Real) else int
     expected = f"{'a float' if kind is float else 'an integer'} in [{spec.low}, {spec.high}] {spec.unit}".rstrip()
     if type(value) is not kind:

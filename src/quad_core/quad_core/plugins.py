@@ -15,6 +15,7 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
     ``Parameters``, ``Plan``, ``plan(parameters, vehicle, start: VehicleState) -> Plan`` and
     ``sample(parameters, plan, time) -> TrajectoryPoint`` with ``time`` in s since take-off;
     ``duration(parameters, plan) -> float`` (s since take-off at which the flight ends).
+    Optional ``remarks(parameters) -> list[str]``: what is flown otherwise than the parameters say, for `flight/events`.
 ``quad.plant``
     ``Parameters``, ``State``, ``init(parameters, vehicle) -> State``,
     ``step(parameters, vehicle, state, wrench, conditions, dt) -> (State, Actuation)``,

@@ -109,3 +109,21 @@ def test_bounds_belong_to_the_range():
 def test_a_default_out_of_its_range_is_refused_too():
     with pytest.raises(ParameterError, match=r"x\.gain: found 9\.0"):
         build(Outer(x=Inner(gain=9.0)), {})
+
+
+class Angles(NamedTuple):
+    tilt: Annotated[float, Real("rad", "an angle", -7.0, 7.0)] = 0.5
+    gain: Annotated[float, Real("1/s", "a gain", 0.0, 100.0)] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "angle"), [("90deg", math.pi / 2), ("-.5deg", -math.pi / 360), ("360.deg", 2 * math.pi)]
+)
+def test_an_angle_may_be_written_in_degrees(text, angle):
+    assert build(Angles, {"tilt": text}).tilt == pytest.approx(angle, rel=1e-15)
+
+
+@pytest.mark.parametrize("values", [{"tilt": "90"}, {"tilt": "90 deg"}, {"tilt": "500deg"}, {"gain": "90deg"}])
+def test_degrees_are_read_only_with_their_unit_and_only_for_angles(values):
+    with pytest.raises(ParameterError, match=r"(tilt|gain): found .*, expected a float in"):
+        build(Angles, values)

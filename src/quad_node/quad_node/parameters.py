@@ -79,7 +79,8 @@ def resolve_overrides(node: Node, role: str) -> Resolved:
 def declare(node: Node, resolved: Resolved) -> None:
     """Declare every parameter of ``resolved`` with description, range and, where not live-settable, read-only."""
     for field in resolved.all_fields():
-        node.declare_parameter(field.name, field.default, descriptor(field))
+        # the resolved value already holds what the command line and the files gave, 90deg as 1.5708
+        node.declare_parameter(field.name, field.default, descriptor(field), ignore_override=True)
 
 
 def descriptor(field: Field) -> ParameterDescriptor:

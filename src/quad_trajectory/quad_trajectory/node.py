@@ -106,6 +106,9 @@ class Trajectory(Responder):
         set_stamp(message.stamp, sample.stamp_ns)
         set_stamp(message.trajectory_start, sample.stamp_ns + round(approach * 1e9))
         set_stamp(message.end, message.end_step * self.flight.plant_period)
+        remarks = getattr(module, "remarks", None)
+        for text in remarks(parameters) if remarks else []:
+            self.event(FlightEvent.INFO, "plan_remark", text, sample.stamp_ns, always=True)
         return message
 
     def _start_mode(self) -> str:

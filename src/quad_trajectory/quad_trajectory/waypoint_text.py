@@ -1,11 +1,13 @@
-"""Waypoints as text: one a line (or after a semicolon), ``x y z`` in m and, where it changes, ``yaw`` in rad.
+"""Waypoints as text: one a line (or after a semicolon), ``x y z`` in m and, where it changes, ``yaw``.
 
-``check_points`` refuses, with its line, what ``read_points`` does not understand. The latter is pure text: it is
-compiled with the plan. A number of at most 15 digits is an integer over a power of ten, both exact: bits of float().
+A yaw is in rad, or in degrees with ``deg`` behind it (``90deg``). ``check_points`` refuses, with its line, what
+``read_points`` does not understand. ``read_points`` is pure: Numba compiles it with the plan. A number of at most 15
+digits is an integer over a power of ten, both exact, so it has the bits of float().
 """
 
 import math
 import re
+from enum import IntEnum
 
 from numpy import zeros
 
@@ -14,14 +16,24 @@ from quad_trajectory.minimum_snap import Table
 
 MOST_POINTS = 32
 FARTHEST = 1e4
-LARGEST_YAW = 100.0
+LARGEST_YAW = 2.0 * math.pi
 CLOSEST = 0.01
 """m; between two waypoints, below which the path between them is no path."""
 
 _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?|[+-]?\.\d+")
 _MOST_DIGITS = 15
+_DEGREE = math.pi / 180.0
+_TURN = 2.0 * math.pi
 
 NEWLINE, HASH, PLUS, MINUS, DOT, ZERO, NINE, SEMICOLON = 10, 35, 43, 45, 46, 48, 57, 59
+LETTER_D = 100
+
+
+class Turn(IntEnum):
+    """Which way the heading turns from one waypoint to the next."""
+
+    SHORT = 0
+    AS_WRITTEN = 1
 
 
 def check_points(text: str) -> None:
@@ -33,13 +45,19 @@ def check_points(text: str) -> None:
             continue
         where = f"points: waypoint {len(points) + 1} (line {number}): found {line.strip()!r}, expected"
         if len(words) not in (3, 4):
-            raise ParameterError(f"{where} x y z in m and, if it changes, yaw in rad")
+            raise ParameterError(f"{where} x y z in m and, if it changes, yaw in rad (or 90deg)")
+        in_degrees = len(words) == 4 and words[3].endswith("deg")
+        if in_degrees:
+            words[3] = words[3].removesuffix("deg")
         for word in words:
             if not _NUMBER.fullmatch(word) or sum(map(str.isdigit, word)) > _MOST_DIGITS:
                 raise ParameterError(f"{where} numbers as 12.5, not {word!r}, of at most {_MOST_DIGITS} digits")
         values = [float(word) for word in words]
-        if max(map(abs, values[:3])) > FARTHEST or abs(values[-1]) > (FARTHEST if len(words) == 3 else LARGEST_YAW):
-            raise ParameterError(f"{where} x y z in [-{FARTHEST:g}, {FARTHEST:g}] m, yaw within {LARGEST_YAW:g} rad")
+        if max(map(abs, values[:3])) > FARTHEST:
+            raise ParameterError(f"{where} x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
+        if len(values) == 4 and abs(values[3]) * (_DEGREE if in_degrees else 1.0) > LARGEST_YAW:
+            hint = "" if in_degrees else f"; for degrees write {words[3]}deg"
+            raise ParameterError(f"{where} a yaw of at most one turn, 6.2831 rad or 360deg, either way{hint}")
         if points and math.dist(points[-1][:3], values[:3]) < CLOSEST:
             raise ParameterError(f"{where} a waypoint at least {CLOSEST} m from the one before")
         points.append(values)
@@ -47,8 +65,11 @@ def check_points(text: str) -> None:
         raise ParameterError(f"points: found {len(points)} waypoints, expected 2 to {MOST_POINTS}")
 
 
-def read_points(text: str) -> Table:
-    """Return the waypoints of a checked ``text`` as rows (x, y, z in m, yaw in rad); a yaw holds until the next."""
+def read_points(text: str, turn: int) -> Table:
+    """Return the waypoints of a checked ``text`` as rows (x, y, z in m, yaw in rad); a yaw holds until the next.
+
+    ``turn``: a Turn. SHORT adds whole turns to a yaw so that it is within half a turn of the one before.
+    """
     table = zeros((MOST_POINTS, 4))
     rows = 0
     column = 0
@@ -68,9 +89,30 @@ def read_points(text: str) -> Table:
             table[rows, column] = number(text, i, end)
             column += 1
             i = end
+        elif code == LETTER_D and column == 4:
+            table[rows, 3] *= _DEGREE
+            i += 3
         else:
             i += 1
-    return table[: rows + 1 if column > 0 else rows]
+    count = rows + 1 if column > 0 else rows
+    if turn == Turn.SHORT:
+        for row in range(1, count):
+            table[row, 3] -= _TURN * math.floor((table[row, 3] - table[row - 1, 3]) / _TURN + 0.5)
+    return table[:count]
+
+
+def long_turns(text: str) -> list[str]:
+    """Return a sentence for each waypoint of a checked ``text`` whose yaw, as written, is over half a turn away."""
+    written, flown = read_points(text, int(Turn.AS_WRITTEN))[:, 3], read_points(text, int(Turn.SHORT))[:, 3]
+    found = []
+    for row in range(1, len(written)):
+        long, short = written[row] - written[row - 1], flown[row] - flown[row - 1]
+        if abs(long - short) > 1e-9:
+            found.append(
+                f"waypoint {row + 1}: the heading turns {math.degrees(short):.0f} deg, not {math.degrees(long):.0f} deg"
+                " (waypoints.turn: as_written for the long way)"
+            )
+    return found
 
 
 def ends_line(code: int) -> bool:

@@ -1,4 +1,4 @@
-"""Waypoints: the path against SciPy's spline, its limits, its heading, and what text is refused."""
+"""Waypoints: the path against SciPy's spline, its limits and its heading."""
 
 import itertools
 import math
@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from quad_core.parameters import ParameterError, build
+from quad_core.parameters import build
 from quad_core.types import Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory import waypoints
 from quad_trajectory.minimum_snap import axis_at, solved_path
-from quad_trajectory.waypoint_text import check_points, read_points
 
 VEHICLE = Vehicle()
 REST = [(order, np.zeros(3)) for order in (1, 2, 3)]
@@ -141,41 +140,3 @@ def test_a_thrust_limit_below_the_weight_is_refused():
     parameters = build(waypoints.Parameters, {"thrust": 0.3})
     with pytest.raises(ValueError, match=r"waypoints\.thrust.*weight"):
         waypoints.plan(parameters, VEHICLE, VehicleState())
-
-
-@pytest.mark.parametrize(
-    "number", ["0", "-0", "+1.5", "-12.25", ".5", "0.1", "123456789.012345", "9999.9999999999", "3.00000000000001"]
-)
-def test_numbers_are_read_to_the_bit(number):
-    text = f"# a comment; 1 2 3 \n {number} 2 3 -{number.strip('+-')} # end\n\n"
-    row = read_points(text)[-1]
-    assert row[0].hex() == float(number).hex()
-    assert row[3].hex() == float("-" + number.strip("+-")).hex()
-
-
-def test_points_are_read_as_written():
-    table = read_points("1 2 3; 4 5 6 0.5 # turn\n\n  7 8\t9;")
-    assert table.tolist() == [[1.0, 2.0, 3.0, 0.0], [4.0, 5.0, 6.0, 0.5], [7.0, 8.0, 9.0, 0.5]]
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", ["found 0 waypoints", "2 to 32"]),
-        ("0 0 2", ["found 1 waypoints"]),
-        ("0 0 2\n1 0", ["waypoint 2", "line 2", "'1 0'", "x y z"]),
-        ("0 0 2\n\n1 0 2 0 0", ["line 3", "x y z"]),
-        ("0 0 2; 1 1e3 2", ["waypoint 2", "1e3", "12.5"]),
-        ("0 0 2; 1 nan 2", ["nan"]),
-        ("0 0 2; 1 0.1234567890123456 2", ["15 digits"]),
-        ("0 0 2; 1 10000.1 2", ["10000"]),
-        ("0 0 2; 1 0 2 101", ["yaw within 100 rad"]),
-        ("0 0 2; 0 0.001 2", ["0.01 m"]),
-        (";".join(f"{i} 0 2" for i in range(33)), ["found 33 waypoints"]),
-    ],
-)
-def test_what_is_no_waypoint_is_refused_by_line(text, said):
-    with pytest.raises(ParameterError) as caught:
-        check_points(text)
-    for words in ["points", *said]:
-        assert words in str(caught.value)
