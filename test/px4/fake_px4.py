@@ -35,12 +35,13 @@ OPTIONS = {
     "pilot_after": 0.0,
     "silent_after": 0.0,  # no odometry from then on
     "spool_up": 1.0,
+    "loss": 0.1,  # COM_OF_LOSS_T
     "version": 1,
 }
 SET_MODE, ARM, LAND = 176, 400, 21
 OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL = 14, 4, 18, 2
 ARMED, DISARMED = 2, 1
-BEATS, LOSS = 20, 1.0
+BEATS = 20
 LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
 
 
@@ -59,6 +60,7 @@ class FakePx4:
         self.armed_at, self.landed_for, self.flown_for = 0.0, 0.0, 0.0
         self.acks, self.held_back, self.resets, self.shift = [], None, 0, np.zeros(3)
         self.samples, self.next_sample = 0, 0.0
+        self.flags = msg.FailsafeFlags()
         self.said = {}  # {topic: (when, what) of its last message}
         self.report = {"events": [], "wrenches": [], "poses": [], "heartbeats": [], "setpoints": [], "idle_broken": 0}
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -86,11 +88,16 @@ class FakePx4:
         ):
             self.node.create_subscription(kind, f"/fmu/in/{name}", callback, into)
 
+    @property
+    def stream_lost(self):
+        """Return whether the last heartbeat is too old."""
+        return self.now - self.last_beat > self.options["loss"]
+
     def note(self, what):
         self.report["events"].append([round(self.now, 3), what])
 
     def on_beat(self, message):
-        if self.now - self.last_beat > LOSS:
+        if self.stream_lost:
             self.beats = 0
         self.level = next((level for level in LEVELS if getattr(message, level)), "")
         self.beats, self.last_beat = self.beats + 1, self.now
@@ -147,7 +154,7 @@ class FakePx4:
         if message.command == SET_MODE:
             if (message.param1, message.param2) != (1.0, 6.0):
                 return 3
-            if self.beats < BEATS or self.now - self.last_beat > LOSS:
+            if self.beats < BEATS or self.stream_lost:
                 return 1
             self.nav_state = OFFBOARD
         elif message.command == ARM:
@@ -178,7 +185,7 @@ class FakePx4:
         options = self.options
         flying = self.arming_state == ARMED and self.nav_state == OFFBOARD
         self.flown_for += 0.004 if flying else 0.0
-        if flying and self.now - self.last_beat > LOSS:
+        if flying and self.stream_lost:
             self.nav_state, self.failsafe = AUTO_LAND, True
             self.note("offboard lost")
         # right after a status: the next one is as far away as it can be
@@ -207,13 +214,14 @@ class FakePx4:
         for due in [ack for ack in self.acks if ack[0] <= self.now]:
             self.acks.remove(due)
             self.ack_out.publish(msg.VehicleCommandAck(timestamp=self.stamp(), command=due[1], result=due[2]))
-        if round(self.now / 0.004) % 25 == 0:
-            invalid = self.options["bad_preflight"]
-            self.flags_out.publish(
-                msg.FailsafeFlags(
-                    timestamp=self.stamp(), local_position_invalid=invalid, offboard_control_signal_lost=self.failsafe
-                )
+        if self.stream_lost != self.flags.offboard_control_signal_lost or self.now > 1e-6 * self.flags.timestamp + 0.5:
+            self.flags = msg.FailsafeFlags(
+                timestamp=self.stamp(),
+                local_position_invalid=self.options["bad_preflight"],
+                offboard_control_signal_lost=self.stream_lost,
             )
+        if round(self.now / 0.004) % 50 == 0:  # five times a second, whenever it changed
+            self.flags_out.publish(self.flags)
         if self.is_due("control mode", 0.02):
             message = msg.VehicleControlMode(timestamp=self.stamp(), flag_armed=self.arming_state == ARMED)
             message.flag_control_offboard_enabled = self.nav_state == OFFBOARD

@@ -2,13 +2,15 @@
 
 ::
 
-    STREAM -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
+    STREAM -> PROBE -> STREAM -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
                 any of them -> RELEASED: quiet for good, nothing is asked of the autopilot again
 
 ``step`` is called every 20 ms and is pure. An autopilot leaves the offboard mode by itself a while after the last
-heartbeat (PX4: 1.0 s, COM_OF_LOSS_T), but as long as heartbeats come it obeys stale setpoints: so the heartbeat stops
-with the controller, and the autopilot is asked to land at once. Whoever takes the mode away has it: nothing more goes
-out, even while the autopilot has not yet said who it is.
+heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last setpoint until then. As long as heartbeats come
+it follows stale setpoints: so the heartbeat stops with the controller, and the autopilot is asked to land at once. An
+autopilot that stabilises nothing itself must notice a lost stream within ``Profile.loss_limit``: PROBE stops the stream
+on the ground and measures that time. After the mode was taken away nothing more goes out, even while the autopilot has
+not yet said which mode it is in.
 """
 
 import math
@@ -31,6 +33,10 @@ from quad_core.autopilot_parameters import ArmingParameters
 
 NAMED_WITHIN = 0.5
 """Seconds in which an autopilot says in which mode it is now (PX4: 0.2)."""
+PROBE_PATIENCE = 3.0
+"""Seconds of PROBE after which the autopilot counts as one that does not notice a lost stream."""
+SILENT_FOR = 5.0
+"""Seconds without any message after which the landing of an autopilot is not waited for."""
 
 
 class Phase(IntEnum):
@@ -44,6 +50,7 @@ class Phase(IntEnum):
     LAND = 5
     LANDED = 6
     RELEASED = 7
+    PROBE = 8
 
 
 class Setpoint(IntEnum):
@@ -60,7 +67,8 @@ class Inputs(NamedTuple):
 
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
     has waited for a command. ``refusal``: why the flight must not begin, empty if it may. ``stop``: why it must end
-    now, empty if it need not. ``ended``: it has flown to its planned end.
+    now, empty if it need not. ``ended``: it has flown to its planned end. ``silence``: time since the autopilot sent
+    anything.
     """
 
     now: float
@@ -72,12 +80,14 @@ class Inputs(NamedTuple):
     refusal: str = ""
     stop: str = ""
     ended: bool = False
+    silence: float = 0.0
 
 
 class Memory(NamedTuple):
     """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request.
 
-    ``left_at``: steady s at which the mode was ours no more, infinite before.
+    ``left_at``: steady s at which the mode was ours no more, infinite before. ``noticed``: s in which the autopilot
+    noticed that the stream had stopped, NaN before PROBE. ``usual``: what it said against a flight when it began.
     """
 
     phase: Phase = Phase.STREAM
@@ -90,6 +100,8 @@ class Memory(NamedTuple):
     left_at: float = math.inf
     reason: str = ""
     failed: bool = False
+    noticed: float = math.nan
+    usual: tuple[str, ...] = ()
 
 
 class Output(NamedTuple):
@@ -147,6 +159,8 @@ def _next(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs
         return _streaming(profile, parameters, memory, inputs)
     if inputs.autopilot is None:  # known since STREAM
         return memory
+    if phase == Phase.PROBE:
+        return _probing(profile, memory, inputs, inputs.autopilot)
     if phase in (Phase.MODE, Phase.ARM, Phase.SPOOL_UP):
         return _preparing(profile, parameters, memory, inputs, inputs.autopilot)
     if phase == Phase.FLY:
@@ -166,9 +180,35 @@ def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, i
         return _release(memory, f"no {profile.state} from {profile.name} that can be believed") if late else memory
     if memory.beats < parameters.beats:
         return memory
-    if inputs.refusal:
-        return _release(memory, f"arming refused: {inputs.refusal}") if late else memory
+    if profile.loss_limit and math.isnan(memory.noticed):
+        return memory._replace(phase=Phase.PROBE)
+    refusal = inputs.refusal
+    if profile.loss_limit and memory.noticed > profile.loss_limit:
+        after = "not" if math.isinf(memory.noticed) else f"after {memory.noticed:.2f} s"
+        refusal = (
+            f"{profile.name} noticed {after} that the stream of setpoints had stopped, expected within "
+            f"{profile.loss_limit:g} s: {profile.loss_advice}"
+        )
+        late = True
+    if refusal:
+        return _release(memory, f"arming refused: {refusal}") if late else memory
     return memory._replace(phase=Phase.MODE)
+
+
+def _probing(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
+    """Return the next memory while no stream goes out: back to STREAM with the time that the autopilot took."""
+    if inputs.stop:
+        return _release(memory, inputs.stop)
+    if autopilot.armed:
+        return _release(memory, f"{profile.name} was armed in {autopilot.mode} before the flight")
+    noticed = math.inf
+    if autopilot.stream_lost and autopilot.lost_at > memory.spooled_from:
+        noticed = autopilot.lost_at - memory.spooled_from
+    elif inputs.now - memory.since <= PROBE_PATIENCE:
+        return memory
+    elif autopilot.stream_lost is None:
+        noticed = 0.0  # it says nothing of the stream: the event at the start names the parameters
+    return memory._replace(phase=Phase.STREAM, beats=0, noticed=noticed)
 
 
 def _preparing(
@@ -190,7 +230,7 @@ def _preparing(
         if inputs.state_age > parameters.state_timeout:
             return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
         spooled = inputs.autopilot_time - memory.spooled_from >= parameters.spool_up
-        return memory._replace(phase=Phase.FLY) if spooled else memory
+        return memory._replace(phase=Phase.FLY, usual=autopilot.reasons) if spooled else memory
     if inputs.now - memory.since > parameters.step_timeout:
         what = f"change to {profile.offboard}" if phase == Phase.MODE else "arm"
         answer = memory.answer or "never acknowledged (is target_system right?)"
@@ -206,7 +246,7 @@ def _flying(
 ) -> Memory:
     """Return the next memory in flight: the autopilot comes first, then what is lost, then the planned end."""
     if not autopilot.armed:
-        return _release(memory, f"{profile.name} disarmed in flight{because(autopilot)}")
+        return _release(memory, f"{profile.name} disarmed in flight{because(autopilot, memory.usual)}")
     if _is_left(memory, autopilot):
         return _leave(profile, memory, inputs, autopilot, "in flight")
     if inputs.stop:
@@ -225,7 +265,10 @@ def _landing(
     if not autopilot.armed:
         return memory._replace(phase=Phase.LANDED)
     if autopilot.control == Control.OTHER:
-        return _release(memory, _both(memory.reason, taken(profile, autopilot, "while landing")))
+        return _release(memory, _both(memory.reason, taken(profile, autopilot, "while landing", memory.usual)))
+    if inputs.silence > SILENT_FOR:
+        text = f"nothing heard from {profile.name} for {inputs.silence:.0f} s"
+        return _release(memory, _both(memory.reason, f"{text}: it lands by its own failsafe, unseen"))
     if inputs.now - memory.since > parameters.land_timeout:
         text = f"not landed after {parameters.land_timeout:g} s: NAV_LAND {memory.answer or 'never acknowledged'}"
         return _release(memory, _both(memory.reason, f"{text}; {profile.name} is in {autopilot.mode} and still armed"))
@@ -241,7 +284,7 @@ def _leave(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilo
     memory = memory._replace(left_at=min(memory.left_at, inputs.now))
     if autopilot.control == Control.UNSAID and inputs.now - memory.left_at < NAMED_WITHIN:
         return memory
-    return _release(memory, taken(profile, autopilot, when))
+    return _release(memory, taken(profile, autopilot, when, memory.usual))
 
 
 def _patience(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> float:

@@ -1,6 +1,7 @@
 """What an autopilot says of itself, how it is asked, and what it answers: numbers as MAVLink and PX4 share them."""
 
 import math
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ ACCEPTED, IN_PROGRESS = 0, 5
 RESULTS = (
     "accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
 )  # fmt: skip
+_SHOWN = 6  # reasons in a line
 
 
 class Control(IntEnum):
@@ -23,14 +25,20 @@ class Control(IntEnum):
 
 
 class Autopilot(NamedTuple):
-    """What an autopilot says of itself; ``mode`` by its name there, ``reasons`` what speaks against a flight."""
+    """What an autopilot says of itself; ``mode`` by its name there, ``reasons`` what speaks against a flight.
+
+    ``stream_lost``: whether it misses our stream, None where it does not say so, and ``lost_at`` s of its time since
+    when.
+    """
 
     mode: str
     control: Control
     armed: bool
     failsafe: bool = False
     checks_pass: bool = True
-    reasons: str = ""
+    reasons: tuple[str, ...] = ()
+    stream_lost: bool | None = None
+    lost_at: float = 0.0
 
 
 class Ack(NamedTuple):
@@ -59,8 +67,9 @@ class Stamps(NamedTuple):
 class Profile(NamedTuple):
     """How an autopilot is asked, and what its messages are called there.
 
-    ``offboard`` names the mode in which it obeys us, ``status`` and ``state`` the messages that say how it is and
-    where the vehicle is, ``hint`` what to look for when they do not come.
+    ``offboard`` names the mode in which it follows our setpoints, ``status`` and ``state`` the messages that say how it
+    is and where the vehicle is, ``hint`` what to look for when they do not come. ``loss_limit``: s within which it must
+    notice a stream that stops before it is armed, 0: not tested; ``loss_advice``: what to set where it does not.
     """
 
     name: str
@@ -71,17 +80,24 @@ class Profile(NamedTuple):
     mode: Request
     arm: Request = Request(ARM_DISARM, 1.0)
     land: Request = Request(NAV_LAND)
+    loss_limit: float = 0.0
+    loss_advice: str = ""
 
 
-def taken(profile: Profile, autopilot: Autopilot, when: str) -> str:
-    """Return who took the mode away ``when``, with what the autopilot says."""
-    who = f"{profile.name}'s failsafe" if autopilot.failsafe else f"a pilot or {profile.name}"
-    return f"{who} took the vehicle {when}: mode {autopilot.mode}{because(autopilot)}"
+def taken(profile: Profile, autopilot: Autopilot, when: str, usual: tuple[str, ...] = ()) -> str:
+    """Return what took the mode away ``when``, with what the autopilot says now and did not say before (``usual``)."""
+    source = f"{profile.name}'s failsafe" if autopilot.failsafe else f"a pilot or {profile.name}"
+    return f"{source} took the vehicle {when}: mode {autopilot.mode}{because(autopilot, usual)}"
 
 
-def because(autopilot: Autopilot) -> str:
-    """Return what speaks against a flight, in brackets; empty if nothing."""
-    said = ([] if autopilot.checks_pass else ["pre-flight checks fail"]) + (
-        [autopilot.reasons] if autopilot.reasons else []
-    )
+def because(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:
+    """Return what speaks against a flight, in brackets, without the ``usual`` reasons; empty if nothing does."""
+    new = [reason for reason in autopilot.reasons if reason not in usual]
+    said = ([] if autopilot.checks_pass else ["pre-flight checks fail"]) + ([listed(new)] if new else [])
     return f" ({'; '.join(said)})" if said else ""
+
+
+def listed(reasons: Sequence[str]) -> str:
+    """Return reasons in one line, as many as it takes."""
+    more = len(reasons) - _SHOWN
+    return ", ".join(reasons[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

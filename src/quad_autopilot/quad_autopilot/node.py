@@ -58,7 +58,7 @@ class AutopilotNode(VehicleNode):
         self.state: VehicleState | None = None
         self.stop = ""
         self.origin = -1
-        self.heard = -math.inf
+        self.heard = self.spoke_at = -math.inf
         self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
         self.sample: odometry.Sample | None = None
         self._ended = self._is_landing = False
@@ -244,9 +244,12 @@ class AutopilotNode(VehicleNode):
                 self._refusal() if self.sequence.phase == Phase.STREAM else "",
                 self.stop,
                 self._ended,
+                now - self.spoke_at,
             ),
         )
         self.ack = None
+        if self.sequence.phase == Phase.LAND:
+            self.setpoint_watch.rest()  # controllers rest while the autopilot lands
         if output.request is not None:
             self._ask(output.request)
         if output.heartbeat:

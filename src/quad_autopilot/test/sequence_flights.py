@@ -1,5 +1,7 @@
 """The arming sequence beside an autopilot of a few lines that may refuse, be late, or be taken away."""
 
+import math
+
 from quad_autopilot import arming
 from quad_autopilot.arming import Inputs
 from quad_autopilot.autopilot import DO_SET_MODE, Ack, Autopilot, Control, Profile, Request
@@ -16,10 +18,10 @@ OURS = {14: Control.OURS, 18: Control.LANDING, UNSAID: Control.UNSAID}
 NAMES = {2: "POSCTL", 15: "STAB", 18: "AUTO_LAND"}
 
 
-def said(nav_state, arming_state, failsafe=False, checks_pass=True, reasons=""):
+def said(nav_state, arming_state, failsafe=False, checks_pass=True, reasons=(), **more):
     """Return what an autopilot in a mode says, by PX4's numbers."""
     name, control = NAMES.get(nav_state, f"mode {nav_state}"), OURS.get(nav_state, Control.OTHER)
-    return Autopilot(name, control, arming_state == 2, failsafe, checks_pass, reasons)
+    return Autopilot(name, control, arming_state == 2, failsafe, checks_pass, reasons, **more)
 
 
 class Flight:
@@ -29,7 +31,8 @@ class Flight:
         self.now, self.autopilot_time = 100.0, 7.0
         self.nav_state, self.arming_state, self.silent = 4, 1, False
         self.results = {}  # {command: result}
-        self.lost, self.deaf, self.reasons, self.failsafe = set(), set(), "", False
+        self.lost, self.deaf, self.reasons, self.failsafe = set(), set(), (), False
+        self.profile, self.loss_timeout, self.beat_at = PROFILE, None, math.nan
         self.inputs = {"command_age": 0.0, "state_age": 0.0}
         self.memory, self.output, self.requests, self.phases, self.due = arming.Memory(), None, [], [], []
         for name, value in px4.items():
@@ -48,14 +51,22 @@ class Flight:
                 self.nav_state = 18
         return None if request.command in self.lost else Ack(request.command, result)
 
+    def stream(self):
+        """Return what the autopilot says of our stream, with the time of the loss; nothing unless it is asked."""
+        if self.loss_timeout is None:
+            return {}
+        lost_at = self.beat_at + self.loss_timeout
+        return {"stream_lost": not self.autopilot_time < lost_at, "lost_at": lost_at}
+
     def tick(self, **inputs):
-        told = said(self.nav_state, self.arming_state, self.failsafe, True, self.reasons)
+        told = said(self.nav_state, self.arming_state, self.failsafe, True, self.reasons, **self.stream())
         autopilot = None if self.silent else told
         ack = None
         if self.due and self.due[0][0] <= self.now:
             ack = self.obey(self.due.pop(0)[1])
         given = Inputs(self.now, self.autopilot_time, autopilot, ack, **{**self.inputs, **inputs})
-        self.output, self.memory = arming.step(PROFILE, PARAMETERS, self.memory, given)
+        self.output, self.memory = arming.step(self.profile, PARAMETERS, self.memory, given)
+        self.beat_at = self.autopilot_time if self.output.heartbeat else self.beat_at
         if self.output.request:
             self.requests.append((self.now, self.output.request))
             self.due.append((self.now + 2 * TICK, self.output.request))

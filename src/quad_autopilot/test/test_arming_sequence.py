@@ -44,7 +44,7 @@ def test_until_the_flight_the_rotors_are_told_to_idle():
 @pytest.mark.parametrize("command", [MODE, ARM])
 @pytest.mark.parametrize(("result", "word"), [(1, "temporarily rejected"), (2, "denied"), (9, "result 9")])
 def test_a_denial_ends_with_its_reason(command, result, word):
-    flight = Flight(results={command: result}, reasons="local_position_invalid")
+    flight = Flight(results={command: result}, reasons=("local_position_invalid",))
     output = flight.run(Phase.RELEASED)
     assert output.failed
     assert word in output.reason
@@ -282,3 +282,63 @@ def test_the_clock_of_the_spool_up_is_px4s():
     for _ in range(200):
         flight.autopilot_time = frozen
         assert flight.tick().phase == Phase.SPOOL_UP
+
+
+LOSSY = PROFILE._replace(loss_limit=0.25, loss_advice="set COM_OF_LOSS_T to 0.1")
+
+
+def test_before_arming_the_stream_stops_once_to_see_how_soon_the_autopilot_notices():
+    flight = Flight(profile=LOSSY, loss_timeout=0.1)
+    flight.run(Phase.FLY)
+    expected = [Phase.STREAM, Phase.PROBE, Phase.STREAM, Phase.MODE, Phase.ARM, Phase.SPOOL_UP, Phase.FLY]
+    assert flight.phases == expected
+    assert flight.memory.noticed == pytest.approx(0.1, abs=2 * TICK)
+    assert asked(flight) == [MODE, ARM]
+
+
+@pytest.mark.parametrize(("loss_timeout", "word"), [(1.0, "after 0.98 s"), (60.0, "noticed not")])
+def test_an_autopilot_that_flies_on_without_a_stream_is_not_armed(loss_timeout, word):
+    flight = Flight(profile=LOSSY, loss_timeout=loss_timeout)
+    output = flight.run(Phase.RELEASED)
+    assert output.failed
+    assert word in output.reason
+    assert "expected within 0.25 s: set COM_OF_LOSS_T to 0.1" in output.reason
+    assert flight.requests == []
+
+
+def test_an_autopilot_that_says_nothing_of_the_stream_is_armed_after_a_while():
+    flight = Flight(profile=LOSSY)
+    began = flight.now
+    flight.run(Phase.MODE)
+    assert flight.now - began == pytest.approx(arming.PROBE_PATIENCE + 2 * 25 * TICK, abs=0.2)
+
+
+def test_the_probe_ends_with_a_wish_to_stop_or_a_vehicle_that_others_arm():
+    for change, inputs, word in (({}, {"stop": "SIGINT"}, "SIGINT"), ({"arming_state": 2}, {}, "was armed in")):
+        flight = Flight(profile=LOSSY, loss_timeout=60.0)
+        flight.run(Phase.PROBE)
+        for name, value in change.items():
+            setattr(flight, name, value)
+        assert word in flight.run(Phase.RELEASED, 0.1, **inputs).reason
+        assert flight.requests == []
+
+
+def test_reasons_that_stood_when_the_flight_began_do_not_explain_a_take_over():
+    flight = flying(reasons=("manual_control_signal_lost", "gcs_connection_lost"))
+    flight.nav_state = 2
+    assert flight.tick().reason == "a pilot or PX4 took the vehicle in flight: mode POSCTL"
+    flight = flying(reasons=("gcs_connection_lost",))
+    flight.nav_state, flight.reasons, flight.failsafe = 18, ("gcs_connection_lost", "battery_low"), True
+    assert flight.tick().reason == "PX4's failsafe took the vehicle in flight: mode AUTO_LAND (battery_low)"
+
+
+def test_a_landing_of_which_nothing_is_heard_is_not_waited_for():
+    flight = flying(deaf={LAND})
+    flight.run(Phase.LAND, 0.1, state_age=0.3)
+    began = flight.now
+    while flight.tick(state_age=1.0, silence=flight.now - began + 0.3).phase == Phase.LAND:
+        pass
+    assert flight.output.failed
+    assert "nothing heard from PX4 for 5 s" in flight.output.reason
+    assert "still armed" not in flight.output.reason
+    assert flight.now - began < 6.0

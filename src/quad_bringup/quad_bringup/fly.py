@@ -281,7 +281,8 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     place = str(directory.resolve())
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}
     nodes = resolve_flight(request, identity)
-    limits = options.limits or [str(configuration.find(configuration.LIMITS, summary(nodes)["start"]))]
+    usual = vehicle_owner.AUTOPILOT if options.vehicle_owner else summary(nodes)["start"]
+    limits = options.limits or [str(configuration.find(configuration.LIMITS, usual))]
     if options.mission is not None and options.trajectory is None:
         limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(

@@ -4,12 +4,16 @@ import argparse
 from pathlib import Path
 
 from quad_bringup.processes import executable
-from quad_core.cascade import CRAZYFLIE, JOINED, MAVLINK, PX4, SIMULATOR, STAGES
+from quad_core.cascade import CRAZYFLIE, JOINED, MAVLINK, PX4, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.parameters import ParameterError
 
 BRIDGES = {"px4": PX4, "joined": JOINED, "mavlink": MAVLINK, "crazyflie": CRAZYFLIE}
 PAGES = {"joined": "px4"}
 """{name: its page in docs, where that has another name}."""
+AUTOPILOT = "autopilot"
+"""The limits of flights on an autopilot's estimate."""
+_PERIODS = {"crazyflie": 5_000_000}
+"""Plant period in ns; 4 ms, the grid of PX4's states, where it is not named."""
 _NO_TIMEOUT = 60
 """Seconds of wall time after which a controller levels, joined: the plant waits, so nothing ages meanwhile."""
 
@@ -36,6 +40,10 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
 
 def settings(options: argparse.Namespace) -> list[str]:
     """Return what the owner needs of the other nodes, as --set takes it; what the user sets comes after it."""
-    if not (options.vehicle_owner or "").startswith("joined="):
+    name = (options.vehicle_owner or "").partition("=")[0]
+    if name not in BRIDGES:
         return []
-    return [f"{stage.role}.input_timeout={_NO_TIMEOUT}" for stage in STAGES]
+    found = [f"flight.plant_period={_PERIODS.get(name, 4_000_000)}"]
+    found += [f"{role}.period_steps=2" for role in (TRAJECTORY, *(stage.role for stage in STAGES))]
+    patience = [f"{stage.role}.input_timeout={_NO_TIMEOUT}" for stage in STAGES] if name == "joined" else []
+    return found + patience

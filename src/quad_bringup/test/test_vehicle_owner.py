@@ -22,16 +22,31 @@ def test_the_bridge_takes_the_simulators_place_with_its_file(tmp_path, name):
     assert asked("") == asked(None) == {}
 
 
+SPACED = [
+    "flight.plant_period=4000000",
+    "trajectory.period_steps=2",
+    "position_controller.period_steps=2",
+    "attitude_controller.period_steps=2",
+]
+
+
+def test_periods_fit_the_spacing_of_each_autopilots_states():
+    for name, period in (("px4", 4_000_000), ("mavlink", 4_000_000), ("crazyflie", 5_000_000)):
+        found = vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"{name}=file"))
+        assert found == [f"flight.plant_period={period}", *SPACED[1:]]
+    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
+
+
 def test_joined_is_the_plant_under_px4_and_controllers_do_not_age_while_it_waits(tmp_path):
     file = tmp_path / "joined.yaml"
     file.write_text("", "utf-8")
     assert asked(f"joined={file}")["simulator"][0].endswith("quad_mavlink/joined_plant")
     given = argparse.Namespace(vehicle_owner=f"joined={file}")
     assert vehicle_owner.settings(given) == [
+        *SPACED,
         "position_controller.input_timeout=60",
         "attitude_controller.input_timeout=60",
     ]
-    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"px4={file}")) == []
     assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
 
 

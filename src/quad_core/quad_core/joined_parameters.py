@@ -17,7 +17,7 @@ from quad_core.hil_parameters import (
     Weather,
 )
 from quad_core.parameters import Choice, Flag, Real, Text, Whole
-from quad_core.px4_parameters import Mode
+from quad_core.px4_parameters import LossLimit, Mode
 
 
 class GateParameters(NamedTuple):
@@ -61,6 +61,7 @@ class JoinedPlantParameters(NamedTuple):
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
     thrust_curve: ThrustCurve = 0.0
     reset_limit: ResetLimit = 0.3
+    loss_limit: LossLimit = 0.25
     truth_period_steps: TruthPeriod = 5
     gate: GateParameters = GateParameters()
     arming: ArmingParameters = ArmingParameters()

@@ -7,6 +7,19 @@ from quad_core.autopilot_parameters import ArmingParameters, RateGain, RateLimit
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 
+LossLimit = Annotated[
+    float,
+    Real(
+        "s",
+        "modes wrench and motors: time within which PX4 must notice that the stream has stopped, tested before "
+        "arming; 0: not tested",
+        0.0,
+        60.0,
+        "COM_OF_LOSS_T",
+        False,
+    ),
+]
+
 
 class Mode(IntEnum):
     """What is sent to PX4."""
@@ -61,6 +74,7 @@ class Px4BridgeParameters(NamedTuple):
     rate_gain: RateGain = 6.5
     rate_limit: RateLimit = 3.8
     reset_limit: ResetLimit = 0.3
+    loss_limit: LossLimit = 0.25
     airframe: AirframeParameters = AirframeParameters()
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

@@ -51,6 +51,8 @@ class CrazyflieBridge(AutopilotNode):
 
     def _take(self) -> None:
         self._is_waiting = False
+        if self.crazyflie.blocks:
+            self.spoke_at = time.monotonic()
         while self.crazyflie.blocks:
             stamp, block = self.crazyflie.blocks.popleft()
             self.crazyflie.note(block, time.monotonic())
@@ -64,9 +66,18 @@ class CrazyflieBridge(AutopilotNode):
         self.autopilot, self.ack = self.crazyflie.autopilot, self.crazyflie.ack or self.ack
         self.crazyflie.ack = None
 
+    def prepare(self) -> list[str]:
+        """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
+        return super().prepare() if self._last else [f"{self.settings.uri}: the tables of its log and parameters"]
+
+    def on_beat(self) -> None:
+        """Begin the sequence once the Crazyflie is connected, or cannot be."""
+        self._take()
+        if self._last is not None or self.crazyflie.problem:
+            super().on_beat()
+
     def before_beat(self) -> None:
         """Take what has come; a link or a battery that fails ends the flight."""
-        self._take()
         if self.phase == FlightState.FLYING:
             self.stop = self.stop or self.crazyflie.refusal()
         if self.crazyflie.problem:

@@ -32,6 +32,8 @@ PROFILE = Profile(
     "Crazyflie", "SETPOINTS", "log block", "log block", "is it on, and the URI right?", Request(DO_SET_MODE)
 )
 _TOUCHED = 0.05  # m
+MANUAL_SINCE = 10
+"""CRTP protocol version of firmware 2025.09, the first that takes manual setpoints: an older one drops them."""
 
 
 def load() -> tuple[Any, Any, Any]:
@@ -76,6 +78,13 @@ class CrazyflieVehicle:
         self.problem = " ".join(text.partition("Traceback")[0].split())[:200]
 
     def _on_connected(self, _uri: str) -> None:
+        version = self._cf.platform.get_protocol_version()
+        if version < MANUAL_SINCE:
+            self.problem = (
+                f"its firmware speaks CRTP version {version}, expected {MANUAL_SINCE} (firmware 2025.09) or later: "
+                "older firmware drops manual setpoints without a word"
+            )
+            return
         block = self._log_config("state", PERIOD)
         for name, kind in BLOCK:
             block.add_variable(name, kind)
@@ -118,7 +127,7 @@ class CrazyflieVehicle:
             armed,
             bool(faults),
             bool(info & (CAN_ARM | ARMED)),
-            "; ".join(faults),
+            tuple(faults),
         )
 
     def refusal(self) -> str:

@@ -62,7 +62,8 @@ def test_another_commander_has_the_vehicle_and_a_fault_disarms(vehicle):
     flying(vehicle).note(block(ARMED | FLYING | HIGH_LEVEL), 2.0)
     assert vehicle.autopilot.control == Control.OTHER
     vehicle.note(block(ARMED | TUMBLED), 3.0)
-    assert (vehicle.autopilot.armed, vehicle.autopilot.failsafe, vehicle.autopilot.reasons) == (False, True, "tumbled")
+    found = vehicle.autopilot
+    assert (found.armed, found.failsafe, found.reasons) == (False, True, ("tumbled",))
 
 
 def test_it_is_disarmed_once_it_has_landed_and_never_before(vehicle):
@@ -80,3 +81,11 @@ def test_the_link_is_closed_without_a_setpoint_that_would_drop_it(vehicle):
     vehicle.close()
     assert link.close.called
     assert not vehicle.cflib.close_link.called
+
+
+@pytest.mark.parametrize(("version", "is_flown"), [(9, False), (10, True), (12, True)])
+def test_firmware_that_drops_manual_setpoints_is_refused_by_name(vehicle, version, is_flown):
+    vehicle.cflib.platform.get_protocol_version.return_value = version
+    vehicle._on_connected("radio://0")
+    assert vehicle.cflib.log.add_config.called == is_flown
+    assert ("firmware 2025.09" in vehicle.problem) != is_flown

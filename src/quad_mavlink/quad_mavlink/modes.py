@@ -50,7 +50,7 @@ class Heartbeat(NamedTuple):
     system_status: int
 
 
-def said(heartbeat: Heartbeat, checks_pass: bool, reasons: str) -> Autopilot:
+def said(heartbeat: Heartbeat, checks_pass: bool, reasons: tuple[str, ...]) -> Autopilot:
     """Return what a HEARTBEAT of PX4 or ArduPilot says."""
     name, control = (_px4 if heartbeat.autopilot == PX4 else _copter)(heartbeat.custom_mode)
     armed, critical = bool(heartbeat.base_mode & _ARMED), heartbeat.system_status >= _CRITICAL

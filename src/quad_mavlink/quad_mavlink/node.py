@@ -55,7 +55,7 @@ class MavlinkBridge(AutopilotNode):
         self._is_waiting = False
         before = self.mavlink.kind
         for message in self.udp.messages():
-            now = time.monotonic()
+            self.spoke_at = now = time.monotonic()
             sample = self.mavlink.handle(message, now)
             if sample is not None:
                 self.on_sample(self.mavlink.stamped(sample, now))

@@ -28,7 +28,6 @@ def heard(texts: tuple[Text, ...], now: float, severity: int, text: str, number:
     return (*recent, Text(now, number, text))
 
 
-def line(texts: tuple[Text, ...], now: float) -> str:
-    """Return the newest texts in one line."""
-    recent = [known.text for known in texts if now - known.at <= _FOR]
-    return "; ".join(recent[-_SHOWN:])
+def newest(texts: tuple[Text, ...], now: float) -> tuple[str, ...]:
+    """Return the newest texts."""
+    return tuple(known.text for known in texts if now - known.at <= _FOR)[-_SHOWN:]

@@ -85,8 +85,7 @@ class MavlinkVehicle:
 
     def _renew(self, now: float) -> None:
         if self.kind and self._heartbeat is not None:
-            line = reasons.line(self._texts, now)
-            self.autopilot = modes.said(self._heartbeat, self._checks_pass, line)
+            self.autopilot = modes.said(self._heartbeat, self._checks_pass, reasons.newest(self._texts, now))
 
     def _on_ack(self, message: Any) -> None:
         if message.target_system not in (0, self.settings.source_system):

@@ -52,8 +52,8 @@ def test_texts_are_put_together_shown_once_and_forgotten():
     texts = reasons.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
     for _ in range(3):
         texts = reasons.heard(texts, 3.0, 2, "battery low", 0)
-    assert reasons.line(texts, 4.0) == first + "ng else; battery low"
-    assert reasons.line(texts, 12.0) == "battery low"
+    assert reasons.newest(texts, 4.0) == (first + "ng else", "battery low")
+    assert reasons.newest(texts, 12.0) == ("battery low",)
     assert reasons.heard(texts, 30.0, 7, "quiet", 0) == ()
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from quad_core.joined_parameters import GateParameters
-from quad_mavlink.hil.gate import Decision, Gate
+from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
 
 GO, WAIT, OVERDUE, UNANSWERED = Decision
 WAITS = GateParameters(linger=0.01, overdue=2.0, answer_timeout=10.0)
@@ -110,3 +110,11 @@ def test_how_late_states_come_is_learned_from_the_fastest():
     found.on_state(57_000, 57_000)  # spacing 12 ms, no lag
     assert found.decide(65_000, 0.0, True) == GO
     assert found.decide(65_001, 0.0, True) == WAIT
+
+
+@pytest.mark.parametrize(
+    ("stamp", "word"), [(9_000_000, "1.00 s behind PX4's clock"), (10_000_001, "SYNCT 0"), (10**12, "SYNCT 0")]
+)
+def test_an_estimate_that_cannot_be_flown_is_late_or_of_another_clock(stamp, word):
+    assert word in foreign_stamp(stamp, 10_000_000)
+    assert ("SYNCT" in foreign_stamp(stamp, 10_000_000)) == (word == "SYNCT 0")

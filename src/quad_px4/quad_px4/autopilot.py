@@ -15,6 +15,8 @@ PROFILE = Profile(
     "is its uXRCE-DDS agent running?",
     Request(DO_SET_MODE, 1.0, 6.0),
 )
+LOSS_ADVICE = "set COM_OF_LOSS_T to 0.1 and COM_OBL_RC_ACT to 4 (Land), docs/how_to/px4.md"
+"""What keeps a bridge, an agent or a computer that stops from crashing the vehicle in modes wrench and motors."""
 NAV_STATES = {
     0: "MANUAL", 1: "ALTCTL", 2: "POSCTL", 3: "AUTO_MISSION", 4: "AUTO_LOITER", 5: "AUTO_RTL", 10: "ACRO",
     12: "DESCEND", 13: "TERMINATION", 14: "OFFBOARD", 15: "STAB", 17: "AUTO_TAKEOFF", 18: "AUTO_LAND",
@@ -37,6 +39,17 @@ class Status(NamedTuple):
     checks_pass: bool
 
 
+class Flags(NamedTuple):
+    """What the bridge reads of a FailsafeFlags: the flags that are set, and since when PX4 misses our stream.
+
+    ``stream_lost``: None before the first message; ``lost_at`` in us of PX4.
+    """
+
+    reasons: tuple[str, ...] = ()
+    stream_lost: bool | None = None
+    lost_at: int = 0
+
+
 class ControlMode(NamedTuple):
     """What the bridge reads of a VehicleControlMode, at most 50 times a second; ``timestamp`` in us."""
 
@@ -45,7 +58,7 @@ class ControlMode(NamedTuple):
     offboard: bool
 
 
-def autopilot(status: Status, mode: ControlMode | None, reasons: str) -> Autopilot:
+def autopilot(status: Status, mode: ControlMode | None, flags: Flags) -> Autopilot:
     """Return what PX4 says of itself: whose the vehicle is by the newer of the two messages, why by the status."""
     name, whose, armed = mode_name(status.nav_state), control(status.nav_state), status.arming_state == ARMED
     if mode is not None and mode.timestamp > status.timestamp:
@@ -54,7 +67,8 @@ def autopilot(status: Status, mode: ControlMode | None, reasons: str) -> Autopil
             name, whose = mode_name(OFFBOARD), Control.OURS
         elif whose == Control.OURS:
             name, whose = "not said yet", Control.UNSAID
-    return Autopilot(name, whose, armed, status.failsafe, status.checks_pass, reasons)
+    lost = flags.stream_lost
+    return Autopilot(name, whose, armed, status.failsafe, status.checks_pass, flags.reasons, lost, 1e-6 * flags.lost_at)
 
 
 def control(nav_state: int) -> Control:

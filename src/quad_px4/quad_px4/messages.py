@@ -13,7 +13,7 @@ from quad_autopilot.autopilot import Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
 from quad_core.px4_parameters import Mode
-from quad_px4.autopilot import ControlMode, Status
+from quad_px4.autopilot import ControlMode, Flags, Status
 from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
 
 NEEDED = {
@@ -28,7 +28,7 @@ NEEDED = {
     "VehicleCommandAck": ("command", "result"),
     "VehicleStatus": ("timestamp", "arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
     "VehicleControlMode": ("timestamp", "flag_armed", "flag_control_offboard_enabled"),
-    "FailsafeFlags": ("timestamp",),
+    "FailsafeFlags": ("timestamp", "offboard_control_signal_lost"),
 }
 """{message: the fields that the bridge uses}."""
 
@@ -48,7 +48,6 @@ LEVELS = {
     Mode.RATES: "body_rate",
 }
 """{mode: the field of OffboardControlMode that asks for it}."""
-_SHOWN = 6  # flags in a reason: a line must stay one
 
 
 def load() -> ModuleType:
@@ -121,14 +120,12 @@ def control_mode(message: Any) -> ControlMode:
     return ControlMode(int(message.timestamp), bool(message.flag_armed), bool(message.flag_control_offboard_enabled))
 
 
-def reasons(message: Any) -> str:
-    """Return the names of the flags of a FailsafeFlags that are set, as many as a line takes."""
-    flags = [
-        name
-        for name, kind in message.get_fields_and_field_types().items()
-        if kind == "boolean" and getattr(message, name)
-    ]
-    return ", ".join(flags[:_SHOWN]) + (f" and {len(flags) - _SHOWN} more" if len(flags) > _SHOWN else "")
+def flags(message: Any, before: Flags) -> Flags:
+    """Return the names of the flags of a FailsafeFlags that are set, and since when PX4 misses our stream."""
+    names = (name for name, kind in message.get_fields_and_field_types().items() if kind == "boolean")
+    lost = bool(message.offboard_control_signal_lost)
+    since = before.lost_at if lost and before.stream_lost else int(message.timestamp)
+    return Flags(tuple(name for name in names if getattr(message, name)), lost, since)
 
 
 def ack(message: Any) -> Ack:

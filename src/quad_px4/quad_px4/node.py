@@ -21,7 +21,7 @@ from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_guard import Command
 from quad_px4 import messages
-from quad_px4.autopilot import PROFILE, ControlMode, Status, autopilot
+from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, autopilot
 from quad_px4.setpoints import Setpoints
 
 
@@ -38,12 +38,21 @@ class Px4Bridge(AutopilotNode):
         self.max_rotor_thrust = airframe.max_rotor_thrust
         self._status: Status | None = None
         self._control_mode: ControlMode | None = None
-        self._reasons = ""
+        self._flags = Flags()
         self._guarded_step, self._flown = -1, Wrench()
         self.passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
+        if not self.setpoints.by_attitude:
+            self.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
+
+    def on_ready(self) -> None:
+        """Publish what a reader of the bag needs to know of PX4."""
+        super().on_ready()
         self.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
+        if not self.setpoints.by_attitude:
+            text = "PX4 stabilises nothing in this mode: while the stream of setpoints is lost the last torque holds"
+            self.event(FlightEvent.WARNING, "px4_parameters", f"{text}; {LOSS_ADVICE}", always=True)
 
     def airframe(self) -> AirframeParameters:
         """Return the vehicle as PX4 has it."""
@@ -73,24 +82,26 @@ class Px4Bridge(AutopilotNode):
             self.take_attitude()
 
     def _on_status(self, message: Any) -> None:
-        self._status = messages.status(message)
+        self.spoke_at, self._status = self.clock(), messages.status(message)
         self._update()
 
     def _on_control_mode(self, message: Any) -> None:
-        self._control_mode = messages.control_mode(message)
+        self.spoke_at, self._control_mode = self.clock(), messages.control_mode(message)
         self._update()
 
     def _update(self) -> None:
         if self._status is not None:
-            self.autopilot = autopilot(self._status, self._control_mode, self._reasons)
+            self.autopilot = autopilot(self._status, self._control_mode, self._flags)
 
     def _on_flags(self, message: Any) -> None:
-        self._reasons = messages.reasons(message)
+        self.spoke_at, self._flags = self.clock(), messages.flags(message, self._flags)
+        self._update()
 
     def _on_ack(self, message: Any) -> None:
-        self.ack = messages.ack(message)
+        self.spoke_at, self.ack = self.clock(), messages.ack(message)
 
     def _on_odometry(self, message: Any) -> None:
+        self.spoke_at = self.clock()
         self.on_sample(messages.sample(message))
 
     def on_state_published(self) -> None:

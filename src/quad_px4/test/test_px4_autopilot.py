@@ -3,7 +3,7 @@
 import pytest
 
 from quad_autopilot.autopilot import Control
-from quad_px4.autopilot import ControlMode, Status, autopilot, control, mode_name
+from quad_px4.autopilot import ControlMode, Flags, Status, autopilot, control, mode_name
 
 OFFBOARD, POSCTL, AUTO_LAND = 14, 2, 18
 
@@ -27,7 +27,7 @@ def status(nav_state, armed=True, timestamp=1000, failsafe=False):
     ],
 )
 def test_the_newer_message_says_whose_the_vehicle_is(nav_state, offboard, later, whose):
-    found = autopilot(status(nav_state), ControlMode(1000 + later, True, offboard), "")
+    found = autopilot(status(nav_state), ControlMode(1000 + later, True, offboard), Flags())
     assert found.control == whose
     assert found.armed
     assert found.mode == {Control.OURS: "OFFBOARD", Control.UNSAID: "not said yet"}.get(whose, mode_name(nav_state))
@@ -35,15 +35,15 @@ def test_the_newer_message_says_whose_the_vehicle_is(nav_state, offboard, later,
 
 @pytest.mark.parametrize(("later", "armed"), [(500, False), (-500, True)])
 def test_the_newer_message_says_whether_it_is_armed(later, armed):
-    assert autopilot(status(OFFBOARD), ControlMode(1000 + later, False, True), "").armed == armed
-    disarmed = autopilot(status(OFFBOARD, armed=False), ControlMode(1000 + later, True, True), "")
+    assert autopilot(status(OFFBOARD), ControlMode(1000 + later, False, True), Flags()).armed == armed
+    disarmed = autopilot(status(OFFBOARD, armed=False), ControlMode(1000 + later, True, True), Flags())
     assert disarmed.armed != armed
 
 
 def test_the_status_says_why():
-    found = autopilot(status(AUTO_LAND, failsafe=True), ControlMode(2000, True, False), "battery_low")
-    assert (found.mode, found.failsafe, found.checks_pass, found.reasons) == ("AUTO_LAND", True, True, "battery_low")
-    assert autopilot(status(POSCTL), None, "").control == Control.OTHER
+    found = autopilot(status(AUTO_LAND, failsafe=True), ControlMode(2000, True, False), Flags(("battery_low",)))
+    assert (found.mode, found.failsafe, found.checks_pass, found.reasons) == ("AUTO_LAND", True, True, ("battery_low",))
+    assert autopilot(status(POSCTL), None, Flags()).control == Control.OTHER
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, JOINED, MAVLINK, PX4, SIGNALS, STAGES
+from quad_core.cascade import COMMAND, CRAZYFLIE, JOINED, MAVLINK, PX4, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
 from quad_flight_log.bag.cdr import Table
@@ -97,7 +97,7 @@ def flies_on_estimate(flight: Flight) -> bool:
 
 def autopilot_lands(flight: Flight) -> bool:
     """Return whether a flight that is given up ends with an autopilot in command: what it does then is not recorded."""
-    return not recorded_nodes(flight).isdisjoint((PX4, MAVLINK, JOINED))
+    return not recorded_nodes(flight).isdisjoint((PX4, MAVLINK, JOINED, CRAZYFLIE))
 
 
 def estimate_note(flight: Flight) -> str:

@@ -12,8 +12,7 @@ from enum import IntEnum
 from quad_core.joined_parameters import GateParameters
 
 _KNOWN = 200
-_LARGEST_LAG = 500_000  # us; a stamp further from our clock is of another clock
-
+_ONE_CLOCK = 30.0  # s; stamps farther behind are of another clock
 
 Still = Callable[[], bool | None]
 
@@ -34,6 +33,9 @@ class Decision(IntEnum):
 
 class Gate:
     """Knows which states came and what has been answered; times in us of PX4, waits in s on the wall."""
+
+    LARGEST_LAG = 0.5
+    """Seconds; a stamp farther from our clock is late, or of another clock."""
 
     def __init__(self, parameters: GateParameters) -> None:
         """Await no answers yet."""
@@ -62,7 +64,7 @@ class Gate:
     @staticmethod
     def is_of_our_clock(stamp: int, now: int) -> bool:
         """Return whether ``stamp`` can be PX4's time when the plant's clock says ``now``."""
-        return 0 <= now - stamp <= _LARGEST_LAG
+        return 0 <= 1e-6 * (now - stamp) <= Gate.LARGEST_LAG
 
     def on_published(self, step: int) -> None:
         """Expect the answers to the state of ``step``: a controller passes over states within its period."""
@@ -103,3 +105,17 @@ class Gate:
             return Decision.WAIT
         self._given_up = self._stamp
         return Decision.OVERDUE
+
+
+def foreign_stamp(stamp: int, now: int) -> str:
+    """Return why an estimate of time ``stamp`` cannot be flown when the plant's clock says ``now``; both in us."""
+    behind = 1e-6 * (now - stamp)
+    if 0.0 <= behind <= _ONE_CLOCK:
+        return (
+            f"vehicle_odometry: {behind:.2f} s behind PX4's clock, expected at most {Gate.LARGEST_LAG:g} s: "
+            "the agent or this machine is too slow, or the agent still sends what it held"
+        )
+    return (
+        f"vehicle_odometry: timestamp_sample {stamp} us, PX4's clock {now} us: stamps of another clock, expected "
+        "UXRCE_DDS_SYNCT 0, and an agent that was started with this PX4"
+    )

@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 
 from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
+from quad_autopilot.autopilot import listed
 from quad_autopilot.node import BEAT
 from quad_core.cascade import COMMAND, JOINED, STAGES, TRAJECTORY
 from quad_core.px4_parameters import AirframeParameters
@@ -21,7 +22,7 @@ from quad_core.types import Actuation, Disturbance, VehicleState
 from quad_dynamics.plant_output import Announcer
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.exchange import RefusedError
-from quad_mavlink.hil.gate import Decision, Gate
+from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
 from quad_mavlink.hil.sleepers import Watch
 from quad_mavlink.hil.vehicle import BEFORE_STEP_0, HilVehicle
 from quad_msgs.msg import FlightEvent, FlightState
@@ -96,15 +97,14 @@ class JoinedPlant(Px4Bridge):
         if self.state is None:
             return ["vehicle_odometry from PX4 that can be believed"]
         if self.sequence.phase == Phase.STREAM and not self.autopilot.checks_pass:
-            return [f"PX4's pre-flight checks ({self.autopilot.reasons or 'no reason given'})"]
+            return [f"PX4's pre-flight checks ({listed(self.autopilot.reasons) or 'no reason given'})"]
         return super().prepare()
 
     def refusal(self) -> str:
         """Return why the vehicle must not fly: as the bridge, or because PX4's stamps are of another clock."""
         now = self.hil.time_usec
         if self.sample is not None and not Gate.is_of_our_clock(self.sample.timestamp_sample, now):
-            stamps = f"vehicle_odometry: timestamp_sample {self.sample.timestamp_sample} us, PX4's clock {now} us"
-            return f"{stamps}; expected UXRCE_DDS_SYNCT 0"
+            return foreign_stamp(self.sample.timestamp_sample, now)
         return super().refusal()
 
     def begin(self) -> None:
