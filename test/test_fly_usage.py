@@ -1,10 +1,11 @@
 """`scripts/fly` before anything flies: its help, and every refusal by name with exit code 2."""
 
+import os
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from flying import ROOT
+from flying import FLY, ROOT
 
 from quad_bringup import fly
 
@@ -112,3 +113,40 @@ def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypa
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda _: fly._numbered("case1-1", []), range(40)))
     assert {path.name for path in found} == {f"case1-1-{number}" for number in range(1, 41)}
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (
+            {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
+            ["RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"],
+        ),
+        ({"RMW_IMPLEMENTATION": "none_cpp"}, ["RMW_IMPLEMENTATION", "none_cpp"]),
+        ({"ROS_LOG_DIR": "/dev/null/logs"}, ["ROS_LOG_DIR", "/dev/null/logs", "Not a directory"]),
+        ({"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"}, ["ROS_DISCOVERY_SERVER=127.0.0.1:11811", "did not find each"]),
+        ({"PYTHONPATH": "rclpy"}, ["PYTHONPATH", "rclpy in "]),
+        ({"PYTHONPATH": "numpy"}, ["PYTHONPATH", "numpy in "]),
+        ({"PYTHONPATH": "yaml"}, ["PYTHONPATH", "yaml in "]),
+        ({"ROS_DOMAIN_ID": "three"}, ["ROS_DOMAIN_ID", "three"]),
+    ],
+)
+def test_an_environment_that_lets_nothing_fly_is_named_in_one_line(settings, words, tmp_path):
+    if "PYTHONPATH" in settings:  # the package of another workspace comes first
+        package = tmp_path / "other" / settings["PYTHONPATH"]
+        package.mkdir(parents=True)
+        (package / "__init__.py").write_text("raise ImportError('of another Python')")
+        settings = {"PYTHONPATH": f"{package.parent}:{os.environ['PYTHONPATH']}"}
+    done = subprocess.run(
+        [FLY, "hover", "--duration", "1"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, **settings},
+    )
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr

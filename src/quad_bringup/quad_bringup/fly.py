@@ -97,8 +97,6 @@ def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes:
     if options.visible:
         surroundings.make_visible()
     seen_by = close_unless_asked()
-    if seen_by.startswith(OPEN):
-        complain(f"WARNING: {seen_by}")
     surroundings.check_shared_memory()
     problem = surroundings.find_room_for_logs()
     directories = _directories(options, cases, made)
@@ -107,6 +105,9 @@ def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes:
     if problem:
         complain(str(problem))
     with reserved_domain(options.domain) as domain:
+        if seen_by.startswith(OPEN):
+            surroundings.check_discovery(domain, seen_by.removeprefix(f"{OPEN}: "))
+            complain(f"WARNING: {seen_by}")
         surroundings.check_domain(domain, options.namespace.strip("/"))
         say(f"fly: {surroundings.how_to_look_on(domain)}")
         with interrupts() as interrupted:

@@ -156,4 +156,6 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
             for line in processes.last_lines(role, 3):
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {'failed' if problems else 'good'}")
+    bag = shlex.quote(str(flight.directory))
+    say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, plot, view)")
     return FAILED if problems else GOOD

@@ -12,7 +12,8 @@ from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
-from quad_core.signals import ONE_REQUEST, ending, repeats
+from quad_core.signals import ONE_REQUEST, repeats
+from quad_core.signals import ending as ending_signals
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
@@ -123,7 +124,7 @@ def interrupts() -> Iterator[Interrupts]:
 
 @contextmanager
 def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    before = {number: signal.signal(number, handler) for number in ending()}
+    before = {number: signal.signal(number, handler) for number in ending_signals()}
     try:
         yield
     finally:
@@ -222,10 +223,11 @@ class _Supervision:
             self._deadline, self._lands = time.monotonic(), True
 
     def _on_exit(self, role: str, code: int) -> None:
-        if self.cause or role in self._spared:
-            return
         ending = f"{role} {describe_exit(code)}"
-        if role == RECORDER and self._patience.commanded and _flies(self.state) and code != 0:
+        if self.cause or role in self._spared:
+            if code < 0 and -code not in ending_signals():
+                complain(ending)
+        elif role == RECORDER and self._patience.commanded and _flies(self.state) and code != 0:
             complain(f"{ending}: the flight goes on, and what is flown from now on is not recorded")
         elif not _may_leave(self.state, code):
             self.cause = ending

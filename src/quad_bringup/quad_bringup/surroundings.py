@@ -12,6 +12,7 @@ from quad_core.ownership import private_folder
 from quad_core.parameters import ParameterError
 from quad_node.middleware import PROFILES, RANGE, TRANSPORTS
 
+MEETING = 5.0  # s in which two nodes find each other, where a server tells them
 DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
 SHARED_MEMORY = Path("/dev/shm")
 LEAST_SHARED_MEMORY = 16_000_000  # bytes; the nodes of a flight take some 6 MB
@@ -63,9 +64,19 @@ def is_full(directory: Path) -> bool:
 
 
 def find_room_for_logs() -> str:
-    """See that ROS has a folder for its logs, without which no node starts; returns what was done about it, if any."""
-    if os.environ.get("ROS_LOG_DIR"):
-        return ""
+    """See that ROS has a folder for its logs, without which no node starts; returns what was done about it, if any.
+
+    Raises ParameterError if the user has chosen one that cannot be written.
+    """
+    chosen = os.environ.get("ROS_LOG_DIR", "")
+    if chosen:
+        try:
+            Path(chosen).mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=chosen):
+                return ""
+        except OSError as error:
+            found = f"ROS_LOG_DIR: found {chosen!r}, {error.strerror}"
+            raise ParameterError(f"{found}, expected a folder that can be written") from error
     home = os.environ.get("ROS_HOME") or Path(os.environ.get("HOME") or "/", ".ros")
     folder = Path(home, "log").expanduser()
     try:
@@ -76,6 +87,36 @@ def find_room_for_logs() -> str:
         other = private_folder(Path(tempfile.gettempdir(), f"quad-{os.geteuid()}", "ros-log"))
         os.environ["ROS_LOG_DIR"] = str(other)
         return f"{folder}: {error.strerror}; ROS's logs go to {other}"
+
+
+def check_discovery(domain: int, chosen: str) -> None:
+    """Raise ParameterError if two nodes of this shell do not find each other; ``chosen``: its settings of discovery."""
+    import rclpy
+    from rclpy.context import Context
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+    from std_msgs.msg import Empty
+
+    contexts, nodes = [Context(), Context()], []
+    try:
+        for context in contexts:
+            rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+            nodes.append(Node("discovery_probe", context=context, enable_rosout=False, start_parameter_services=False))
+        publisher = nodes[0].create_publisher(Empty, "discovery_probe", 1)
+        nodes[1].create_subscription(Empty, "discovery_probe", lambda _: None, 1)
+        deadline = time.monotonic() + MEETING
+        while not publisher.get_subscription_count():
+            if time.monotonic() > deadline:
+                raise ParameterError(
+                    f"{chosen}: two nodes of this shell did not find each other within {MEETING:g} s: unset it, or "
+                    "start what it names"
+                )
+            time.sleep(0.05)
+    finally:
+        for node in nodes:
+            node.destroy_node()
+        for context in contexts:
+            context.try_shutdown()
 
 
 def check_domain(domain: int, namespace: str) -> None:

@@ -272,6 +272,14 @@ def test_a_terminal_that_goes_lands_however_often_it_hangs_up(monkeypatch, hang_
     assert flight.now > 30.0
 
 
+def test_a_node_that_was_killed_just_before_a_signal_is_named_beside_it(monkeypatch, capsys):
+    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"recorder": -9})]
+    flight = Flight([*script, (5, state(ENDED, 9), {"simulator": 0, "trajectory": 0})], monkeypatch)
+    asked = Asking(flight, {2.0: "SIGINT"})
+    assert flight.supervise(asked, LANDS._replace(commanded=True)) == Outcome("interrupted by SIGINT")
+    assert "fly: recorder was killed by SIGKILL\n" in capsys.readouterr().err
+
+
 def test_a_second_signal_counts_only_after_the_terminal_has_said_what_it_does(monkeypatch):
     """Fly may be busy for a second or two before it says so."""
     flight = Flight([(n, state(FLYING, n), {}) for n in range(1, 30)], monkeypatch)
