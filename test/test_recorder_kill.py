@@ -63,4 +63,5 @@ def test_a_flight_of_a_commander_goes_on_without_its_recorder_and_the_verdict_sa
     assert "hung" not in done.stderr
     log = (out / "logs" / "commander.log").read_text()
     assert "HOLD to LAND: asked for by mission" in log
+    assert "HOLD to LAND: asked for by mission" in done.stderr, "the terminal shows changes of mode"
     assert "LAND to DISARMED" in log

@@ -9,6 +9,7 @@ from quad_node.watch import WAITING, Sighting
 _PLAIN_EVERY = 5.0
 _LIVE_EVERY = 0.2
 _BAR = 24
+_CLEAR = "\r\033[K"
 
 
 class Progress:
@@ -29,15 +30,19 @@ class Progress:
         self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
         line = f"{self._name}: {describe(state)}"
         if self._live:
-            write(f"\r\033[K{line}", self._out)
+            write(f"{_CLEAR}{line}", self._out)
             self._shown = True
         else:
             write(f"{line}\n", self._out)
 
+    def tell(self, time_: float, change: str) -> None:
+        """Show a change of mode ``time_`` s after the start, in a line that stays."""
+        write(f"{_CLEAR if self._live else ''}{self._name}: {time_:.1f} s: {change}\n", self._out)
+
     def close(self) -> None:
         """Leave the terminal as it was."""
         if self._shown:
-            write("\r\033[K", self._out)
+            write(_CLEAR, self._out)
 
 
 def describe(state: Sighting | None) -> str:

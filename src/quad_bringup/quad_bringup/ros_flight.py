@@ -4,6 +4,7 @@ import os
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -70,7 +71,7 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path, used
         _start(processes, flight, logs / "parameters.yaml")
         # after the nodes, which take longer to start than it does
         watch = _watch(flight, domain)
-        outcome = supervise(processes, watch, patience, interrupted, progress.show, _spared(flight))
+        outcome = supervise(processes, watch, patience, interrupted, partial(_show, progress, watch), _spared(flight))
     finally:
         progress.close()
         if watch is not None:
@@ -86,6 +87,12 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path, used
     if lost:
         complain(f"{flight.name}: what the nodes printed could not all be saved in {flight.directory / 'logs'}: {lost}")
     return code
+
+
+def _show(progress: Progress, watch: FlightWatch, state: Sighting | None) -> None:
+    while watch.changes:
+        progress.tell(*watch.changes.popleft())
+    progress.show(state)
 
 
 def _watch(flight: Planned, domain: int) -> FlightWatch:

@@ -40,5 +40,10 @@ def test_lines_come_now_and_then(monkeypatch, out, every):
     now[0] += every + 0.01
     shown.show(None)
     assert stream.getvalue().count("case1: starting") == 2
+    shown.tell(3.25, "HOLD to LAND: asked for by mission")
+    assert stream.getvalue().endswith("case1: 3.2 s: HOLD to LAND: asked for by mission\n")
+    shown.show(None)
+    now[0] += every + 0.01
+    shown.show(None)
     shown.close()
     assert stream.getvalue().endswith("\r\033[K" if stream.isatty() else "starting\n")

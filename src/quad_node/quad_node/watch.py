@@ -1,6 +1,7 @@
 """Follow a flight from outside, without taking part in it."""
 
 import time
+from collections import deque
 from typing import NamedTuple
 
 import rclpy
@@ -10,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
-from quad_msgs.msg import FlightRequest, FlightState
+from quad_msgs.msg import FlightEvent, FlightRequest, FlightState
 from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.departure import leave
@@ -48,11 +49,15 @@ class Sighting(NamedTuple):
 
 
 class FlightWatch:
-    """The newest ``flight/state`` of one run in one domain and namespace."""
+    """The newest ``flight/state`` of one run in one domain and namespace, and the changes of mode.
+
+    ``changes``: (flight time in s, text) of each change of mode that nobody has taken out yet.
+    """
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:
         """Join ``domain``; a process may watch several flights one after the other."""
         self.newest: Sighting | None = None
+        self.changes: deque[tuple[float, str]] = deque()
         self._run_id = run_id
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
@@ -65,6 +70,8 @@ class FlightWatch:
         )
         entry = topics.TOPICS["flight/state"]
         self._states = self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
+        entry = topics.TOPICS["flight/events"]
+        self._node.create_subscription(entry.type, entry.name, self._on_event, entry.qos())
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
@@ -91,6 +98,10 @@ class FlightWatch:
         self._executor.shutdown()
         leave(self._node, _HUNG)
         self._context.try_shutdown()
+
+    def _on_event(self, message: FlightEvent) -> None:
+        if message.kind == "mode":
+            self.changes.append((seconds(stamp_ns(message.stamp), 1), message.text))
 
     def _on_state(self, message: FlightState) -> None:
         if message.run_id == self._run_id:
