@@ -13,11 +13,9 @@ from quad_attitude_ctrl import abfnitsm
 from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
-from quad_core import guard
 from quad_core.commander_parameters import CommanderParameters
 from quad_core.cycle import seconds
 from quad_core.geometry import norm
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import (
     CALM,
@@ -33,6 +31,8 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body, sensor
 from quad_dynamics.ground import SINK
 from quad_dynamics.parameters import Ground, PlantParameters
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
 from quad_position_ctrl import aibs
 
 PERIOD = 2_000_000

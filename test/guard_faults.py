@@ -4,10 +4,7 @@ import math
 from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
-from quad_core import guard
 from quad_core.geometry import euler_from_quaternion, norm
-from quad_core.guard import Inputs
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import build
 from quad_core.types import (
@@ -33,6 +30,9 @@ from quad_dynamics.parameters import (
     InitialVelocity,
     PlantParameters,
 )
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.guard import Inputs
 from quad_position_ctrl import aibs
 
 PERIOD = 2_000_000
@@ -43,7 +43,7 @@ WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_FOREIGN, WRENCH_OLD = range(5)
 STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN, STATE_STAMP = range(5, 10)
 DESCENT_ASKED, RELEASE_ASKED = 10, 11
 KINDS = 12
-CONDITIONS = 10  # of quad_core.guard
+CONDITIONS = 10  # of quad_guard.guard
 
 POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
 ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])

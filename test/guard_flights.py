@@ -4,10 +4,7 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_core import guard
 from quad_core.geometry import norm, quaternion_from_euler
-from quad_core.guard import Inputs
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import build
@@ -16,6 +13,9 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics.parameters import Ground, PlantParameters
 from quad_dynamics.rigid_body import State, observe, step
 from quad_dynamics.rotors import rotor_speed
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.guard import Inputs
 
 PERIOD = 2_000_000
 FOOT = 0.1

@@ -4,8 +4,8 @@ import pytest
 from commanded_flights import PERFECT, hovering, landed
 
 from quad_commander.mode_table import Mode
-from quad_core import guard
 from quad_core.types import Conditions, SensorFault, Vec3
+from quad_guard import guard
 
 pytestmark = pytest.mark.unit
 

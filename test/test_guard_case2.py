@@ -6,14 +6,14 @@ import random
 import pytest
 
 from quad_attitude_ctrl import abfnitsm
-from quad_core import guard
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import build
 from quad_core.types import CALM, AttitudeInputs, PositionInputs
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.rotors import allocate
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
 from quad_position_ctrl import aibs
 from quad_trajectory import case2
 

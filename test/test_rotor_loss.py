@@ -6,10 +6,10 @@ import random
 import pytest
 from guard_flights import descent, draw_start, vehicle_named
 
-from quad_core import guard
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import CALM, Rotors
 from quad_dynamics.parameters import PlantParameters
+from quad_guard import guard
 
 pytestmark = pytest.mark.unit
 VEHICLES = ("paper", "x500", "crazyflie21")

@@ -23,8 +23,8 @@ LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / 
 
 # Packages whose modules import no ROS, nodes aside.
 PURE = (
-    "quad_core", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics", "quad_flight",
-    "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink", "quad_crazyflie",
+    "quad_core", "quad_guard", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics",
+    "quad_flight", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink", "quad_crazyflie",
 )  # fmt: skip
 TOP = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 SECTIONS = {

@@ -14,9 +14,10 @@ from quad_commander import mode_pages
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import words
 from quad_commander.node import SERVICES
-from quad_core import guard, plugins
+from quad_core import plugins
 from quad_flight import configuration
 from quad_flight_log.analysis.metrics import METRICS
+from quad_guard import guard
 
 ROOT = Path(__file__).resolve().parents[2]
 GROUPS = (

@@ -25,13 +25,13 @@ from guard_faults import (
 )
 from guard_flights import draw_start, vehicle_named
 
-from quad_core import guard
 from quad_core.compilation import compiled
 from quad_core.geometry import norm
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_dynamics import rigid_body
 from quad_dynamics.parameters import PlantParameters
 from quad_flight_log.bag.reader import open_flight
+from quad_guard import guard
 
 FLIGHTS_PER_SEQUENCE = 60
 STEPS = 1700

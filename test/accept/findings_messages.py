@@ -2,9 +2,9 @@
 
 from findings import by_tests, reproduce
 
-NODE, CORE, LOG, LOOP, COMMANDER, BRINGUP = (
+NODE, GUARD, LOG, LOOP, COMMANDER, BRINGUP = (
     f"src/{package}/test"
-    for package in ("quad_node", "quad_core", "quad_flight_log", "quad_flight", "quad_commander", "quad_bringup")
+    for package in ("quad_node", "quad_guard", "quad_flight_log", "quad_flight", "quad_commander", "quad_bringup")
 )
 STRANGERS = "test/test_guard_strangers.py"
 
@@ -55,8 +55,8 @@ by_tests(
 by_tests(
     "6. finite absurd values: setpoint, reference and actuation of 1e300; a wrench of step 0, 1e6 and zero",
     "obeyed, and they fed the watchdog; tilt 131 deg; 12.6 m off",
-    f"{CORE}/test_guard_checks.py",
-    f"{CORE}/test_guard_modes.py::test_refused_commands_do_not_feed_the_watchdog",
+    f"{GUARD}/test_checks.py",
+    f"{GUARD}/test_guard.py::test_refused_commands_do_not_feed_the_watchdog",
     f"{NODE}/test_responder_strangers.py::test_an_absurd_input_is_refused_and_the_law_does_not_see_it",
     STRANGERS,
     also="scripts/accept flood",
@@ -100,9 +100,9 @@ by_tests(
 by_tests(
     "12. estimator jumps by 4 m or 1 km, or is frozen for 5 s",
     "believed: 4 m; 37 m off in 5 s; good",
-    f"{CORE}/test_guard_checks.py::test_a_position_may_be_a_metre_from_where_the_last_one_led",
-    f"{CORE}/test_guard_modes.py::test_a_frozen_state_is_a_silent_one",
-    f"{CORE}/test_guard_modes.py::test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander",
+    f"{GUARD}/test_checks.py::test_a_position_may_be_a_metre_from_where_the_last_one_led",
+    f"{GUARD}/test_guard.py::test_a_frozen_state_is_a_silent_one",
+    f"{GUARD}/test_guard.py::test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander",
     f"{LOOP}/test_guard_in_loop.py::test_a_frozen_state_is_a_descent_on_a_prediction",
     "test/test_px4_bridge.py::test_a_state_that_is_lost_or_jumps_ends_in_a_landing",
     also="scripts/accept faults",
@@ -111,7 +111,7 @@ by_tests(
     "13. a rotor at 50 %",
     "4.4 m off, no event",
     "test/test_rotor_loss.py::test_with_half_a_rotor_it_lands_softly",
-    f"{CORE}/test_unknown_torque.py",
+    f"{GUARD}/test_unknown_torque.py",
 )
 by_tests(
     "14. attitude_controller.period_steps=2 with position 5, and a node whose period is 0",
@@ -150,7 +150,7 @@ by_tests(
     "19. SIGSTOP of the attitude controller for 100 ms three times, and for 1 s",
     "rotors off after 52 ms: fall",
     "test/test_guard_case2.py",
-    f"{CORE}/test_guard_modes.py::test_a_silent_controller_is_warned_of_after_20_ms_and_replaced_after_50",
+    f"{GUARD}/test_guard.py::test_a_silent_controller_is_warned_of_after_20_ms_and_replaced_after_50",
     also="scripts/accept stops --only attitude",
 )
 by_tests(

@@ -11,9 +11,9 @@ from figures import Figures
 from flying import finish, start, stranger, wait_until, wait_until_flying
 from geometry_msgs.msg import WrenchStamped
 
-from quad_core import guard
 from quad_core.types import Vec3, Wrench
 from quad_flight_log.bag.reader import open_flight
+from quad_guard import guard
 from quad_node.codec import pack_wrench
 from quad_node.topics import stream
 

@@ -18,13 +18,13 @@ from commanded_flights import PERFECT, hovering, tilt
 from figures import Figures
 
 from quad_commander.mode_table import Mode, Request
-from quad_core import guard
 from quad_core.cycle import seconds
 from quad_core.geometry import norm
 from quad_core.types import CALM, SensorFault, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_dynamics import held_gaussian
 from quad_flight.flight import fly, from_names
+from quad_guard import guard
 
 PERIOD = 2_000_000
 LONGEST, LONGEST_DISTURBED = 1.8, 1.0  # s

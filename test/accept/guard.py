@@ -11,11 +11,11 @@ import random
 from figures import Figures
 from guard_flights import descent, draw_start, vehicle_named
 
-from quad_core import guard
 from quad_core.compilation import compiled
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import CALM, Conditions, Vec3
 from quad_dynamics.parameters import PlantParameters
+from quad_guard import guard
 
 FLIGHTS = 34_000
 LONGEST = 60_000

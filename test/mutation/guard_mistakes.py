@@ -1,61 +1,61 @@
 """Mistakes of guard, backup law and commander, by function: (rule, what stands there, what it becomes)."""
 
 GUARD = {
-    "quad_core.guard_checks.command_refusal": [
+    "quad_guard.checks.command_refusal": [
         ("finite", "wrench.thrust + torque.x + torque.y + torque.z", "wrench.thrust + torque.x + torque.y"),
         ("newer", "command.step <= last_step", "command.step < last_step"),
         ("ahead", "command.step > newest", "command.step > newest + 1"),
         ("old", "period / 1e9 > limits.too_old", "period / 1e9 > 10.0 * limits.too_old"),
         ("stamp", "command.stamp != command.step * period", "command.stamp < command.step * period"),
     ],
-    "quad_core.guard_checks.largest_torque": [
+    "quad_guard.checks.largest_torque": [
         ("8", "2.0 * DIAGONAL * tilting", "DIAGONAL * tilting"),
         ("8", "2.0 * rotor", "rotor"),
     ],
-    "quad_core.guard_checks.must_differ": [
+    "quad_guard.checks.must_differ": [
         ("frozen", "norm(last.omega_b) >= least", "norm(last.omega_b) < least"),
         ("frozen", "flown.thrust - held.thrust", "flown.thrust"),
         ("frozen", "if not still:", "if still:"),
     ],
-    "quad_core.guard_checks.is_on_ground": [
+    "quad_guard.checks.is_on_ground": [
         ("ground", "height <= rule.stop_height", "height >= rule.stop_height"),
         ("ground", "thrust < rule.thrust", "thrust > rule.thrust"),
     ],
-    "quad_core.guard.answered_until": [("late", "return now", "return command_step")],
-    "quad_core.guard_checks.position_change": [("jump", "gap * last.v_w.x", "gap * last.v_w.y")],
-    "quad_core.guard_checks.is_surely_within": [("jump", "20.0 *", "2.0 *")],
-    "quad_core.guard_checks.half_cosine": [("jump", "abs(", "(")],
-    "quad_core.guard_state.expired": [("window", "<= limits.refused_window", ">= limits.refused_window")],
-    "quad_core.guard_state.counted": [("window", "refusals.recent + 1", "refusals.recent + 2")],
-    "quad_core.guard.condition": [
+    "quad_guard.guard.answered_until": [("late", "return now", "return command_step")],
+    "quad_guard.checks.position_change": [("jump", "gap * last.v_w.x", "gap * last.v_w.y")],
+    "quad_guard.checks.is_surely_within": [("jump", "20.0 *", "2.0 *")],
+    "quad_guard.checks.half_cosine": [("jump", "abs(", "(")],
+    "quad_guard.state.expired": [("window", "<= limits.refused_window", ">= limits.refused_window")],
+    "quad_guard.state.counted": [("window", "refusals.recent + 1", "refusals.recent + 2")],
+    "quad_guard.guard.condition": [
         ("wrench lost", "command_age > parameters.command.lost_age", "command_age > parameters.command.warn_age"),
         ("state lost", "state_age > parameters.state.lost_age", "state_age > parameters.state.gone_age"),
         ("tilt", "height < tilt.low_height", "height > tilt.low_height"),
     ],
-    "quad_core.guard_state.is_gone": [("state gone", "belief.step >= 0", "belief.step < 0")],
-    "quad_core.guard_state.observe": [("stale rate", "not repeats", "repeats")],
-    "quad_core.guard.fly": [("state gone", "rate_age <= parameters", "state_age <= parameters")],
-    "quad_core.guard.next_mode": [
+    "quad_guard.state.is_gone": [("state gone", "belief.step >= 0", "belief.step < 0")],
+    "quad_guard.state.observe": [("stale rate", "not repeats", "repeats")],
+    "quad_guard.guard.fly": [("state gone", "rate_age <= parameters", "state_age <= parameters")],
+    "quad_guard.guard.next_mode": [
         ("kill", "wrong >= STATE_GONE", "wrong > STATE_GONE"),
         ("severity", "asked > memory.mode", "asked != memory.mode"),
         ("release", "timers.good >= parameters.settle_time", "timers.good >= 0.0"),
     ],
-    "quad_core.backup.level_torque": [
+    "quad_guard.backup.level_torque": [
         ("attitude", "stiffness * y", "stiffness * x"),
         ("attitude", "- damping * p", "+ damping * p"),
         ("yaw", "-zz * law.yaw_rate_bandwidth", "zz * law.yaw_rate_bandwidth"),
     ],
-    "quad_core.backup.desired_direction": [
+    "quad_guard.backup.desired_direction": [
         ("brake", "-law.velocity_bandwidth * state.v_w.x", "law.velocity_bandwidth * state.v_w.x")
     ],
-    "quad_core.backup.descent_thrust": [("sink", "-sinking - vertical_speed", "sinking - vertical_speed")],
-    "quad_core.backup.contact": [("stop", "low and ramp <= 0.0", "ramp <= RESTING_RAMP")],
-    "quad_core.unknown_torque.estimated": [("sees", "memory.begun and sees", "memory.begun")],
-    "quad_core.unknown_torque.advanced": [("1", "(yy - zz) * q * r", "(zz - yy) * q * r")],
-    "quad_core.unknown_torque.thrust_for": [("8", "2.0 * DIAGONAL", "DIAGONAL")],
-    "quad_core.unknown_torque.within_thrust": [("weight", "thrust > least", "thrust < least")],
-    "quad_core.backup.without_unknown": [("unknown", "torque.x - unknown.x", "torque.x + unknown.x")],
-    "quad_core.backup.predicted_rates": [("1", "(xx - yy) * p * q", "(yy - xx) * p * q")],
+    "quad_guard.backup.descent_thrust": [("sink", "-sinking - vertical_speed", "sinking - vertical_speed")],
+    "quad_guard.backup.contact": [("stop", "low and ramp <= 0.0", "ramp <= RESTING_RAMP")],
+    "quad_guard.unknown_torque.estimated": [("sees", "memory.begun and sees", "memory.begun")],
+    "quad_guard.unknown_torque.advanced": [("1", "(yy - zz) * q * r", "(zz - yy) * q * r")],
+    "quad_guard.unknown_torque.thrust_for": [("8", "2.0 * DIAGONAL", "DIAGONAL")],
+    "quad_guard.unknown_torque.within_thrust": [("weight", "thrust > least", "thrust < least")],
+    "quad_guard.backup.without_unknown": [("unknown", "torque.x - unknown.x", "torque.x + unknown.x")],
+    "quad_guard.backup.predicted_rates": [("1", "(xx - yy) * p * q", "(yy - xx) * p * q")],
 }
 
 COMMANDER = {

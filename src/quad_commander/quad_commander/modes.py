@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 from quad_commander.mode_table import ANSWERS, FAULT_COUNT, LASTING, TABLE, Condition, Mode, Request
 from quad_core.commander_parameters import ModeParameters
-from quad_core.guard import ASK_DESCEND, ASK_KILL, NO_REQUEST, RELEASE
-from quad_core.guard import DESCEND as GUARD_DESCEND
-from quad_core.guard import GOOD as GUARD_GOOD
-from quad_core.guard import KILL as GUARD_KILL
-from quad_core.guard import PASS as GUARD_PASS
-from quad_core.guard import REQUESTED as GUARD_REQUESTED
-from quad_core.guard import WRENCH_LOST as GUARD_WRENCH_LOST
+from quad_guard.guard import ASK_DESCEND, ASK_KILL, NO_REQUEST, RELEASE
+from quad_guard.guard import DESCEND as GUARD_DESCEND
+from quad_guard.guard import GOOD as GUARD_GOOD
+from quad_guard.guard import KILL as GUARD_KILL
+from quad_guard.guard import PASS as GUARD_PASS
+from quad_guard.guard import REQUESTED as GUARD_REQUESTED
+from quad_guard.guard import WRENCH_LOST as GUARD_WRENCH_LOST
 
 DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL = (mode.value for mode in Mode)
 # fmt: off
@@ -48,7 +48,7 @@ class Health(NamedTuple):
     """What the commander observes in one step; the defaults are a healthy vehicle on the ground.
 
     Ages in s (steps times period in lockstep, steady clock in real time); ``reference_age`` is that of the mission's.
-    ``guard_mode``, ``guard_condition`` and ``guard_land`` are from ``quad_core.guard.Report``. ``thrust``: over weight.
+    ``guard_mode``, ``guard_condition`` and ``guard_land`` come from ``guard.Report``. ``thrust``: over weight.
     ``position_error``: distance from the reference in m. ``battery``: share of full, 1 if unknown. ``reference_done``:
     the reference of this mode has come to rest at its end, ``done_time`` s ago. ``checks_passed``: see ``arming``.
     """

@@ -23,8 +23,8 @@ from quad_commander.request_queue import MOST_SENDERS, Asked, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
-from quad_core.guard import KILL as GUARD_KILL
 from quad_core.types import TrajectoryPoint
+from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightRequest, GuardStatus, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links

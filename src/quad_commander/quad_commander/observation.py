@@ -3,9 +3,9 @@
 import math
 
 from quad_core.geometry import norm, subtract
-from quad_core.guard import age
 from quad_core.types import Actuation, TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle
+from quad_guard.guard import age
 
 __all__ = ["age", "position_error", "thrust_over_weight", "tilt"]
 

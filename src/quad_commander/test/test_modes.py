@@ -10,8 +10,8 @@ from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import Health
-from quad_core import guard
 from quad_core.compilation import compiled
+from quad_guard import guard
 
 DT = 0.01
 

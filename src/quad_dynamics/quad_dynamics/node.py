@@ -8,11 +8,11 @@ from rclpy.clock import Clock, ClockType
 
 from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
-from quad_core.guard_checks import StateSample, WrenchCommand
-from quad_core.guard_ending import is_down
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import PlantOutput
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.ending import is_down
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode

@@ -1,10 +1,10 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
 from quad_core.cycle import seconds
-from quad_core.guard_ending import has_ground
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
+from quad_guard.ending import has_ground
 
 _FIRST_LENGTH = 120.0
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.cycle import seconds
-from quad_core.guard_ending import described, has_ground
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_core.records import builder, leaves
@@ -21,6 +20,7 @@ from quad_flight.loop import Carry, Drawn, Schedule, Setup, Start
 from quad_flight.score import NOTHING_SCORED, Score
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
+from quad_guard.ending import described, has_ground
 
 OUTCOMES = {
     loop.ENDED: "ended",

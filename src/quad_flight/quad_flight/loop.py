@@ -10,19 +10,19 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import Behind, followed, is_faulty, is_flyable, seconds, steps_to_cover
-from quad_core.guard import NO_REQUEST, PASS
-from quad_core.guard import Inputs as GuardInputs
-from quad_core.guard import Memory as GuardMemory
-from quad_core.guard import init as guard_init
-from quad_core.guard import step as guard_step
-from quad_core.guard_checks import StateSample, WrenchCommand
-from quad_core.guard_ending import is_down
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Actuation, Disturbance, Rotors, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step
 from quad_flight.score import Score, scored, with_torque_change
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.ending import is_down
+from quad_guard.guard import NO_REQUEST, PASS
+from quad_guard.guard import Inputs as GuardInputs
+from quad_guard.guard import Memory as GuardMemory
+from quad_guard.guard import init as guard_init
+from quad_guard.guard import step as guard_step
 
 FLYING = 0
 ENDED = 1

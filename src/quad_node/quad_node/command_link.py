@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from rclpy.serialization import deserialize_message
 
-from quad_core.guard import NO_REQUEST
 from quad_core.types import FlightMode
+from quad_guard.guard import NO_REQUEST
 from quad_msgs.msg import FlightEvent, FlightRequest
 from quad_msgs.msg import FlightMode as FlightModeMsg
 from quad_node.codec import MALFORMED, Stamped, unpacker

@@ -1,14 +1,14 @@
-"""The guard of ``quad_core.guard`` in a vehicle owner: stepped, reported as ``flight/guard`` and as events."""
+"""The guard of ``quad_guard.guard`` in a vehicle owner: stepped, reported as ``flight/guard`` and as events."""
 
 from typing import NamedTuple
 
-from quad_core import guard
 from quad_core.cascade import COMMAND
 from quad_core.cycle import seconds
-from quad_core.guard import ASK_DESCEND, KILL, MODES, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
-from quad_core.guard_checks import ACCEPTED, COMMAND_REFUSALS, FROZEN, STATE_REFUSALS, StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Wrench
+from quad_guard import guard
+from quad_guard.checks import ACCEPTED, COMMAND_REFUSALS, FROZEN, STATE_REFUSALS, StateSample, WrenchCommand
+from quad_guard.guard import ASK_DESCEND, KILL, MODES, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
 from quad_msgs.msg import FlightEvent, GuardStatus
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode

@@ -8,10 +8,10 @@ import time
 
 from quad_core.cascade import COMMAND, RECORDER, TRAJECTORY
 from quad_core.cycle import seconds
-from quad_core.guard import NO_REQUEST
-from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
 from quad_core.records import all_finite
 from quad_core.types import Wrench
+from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
+from quad_guard.guard import NO_REQUEST
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_node.codec import MALFORMED, unpack_wrench
 from quad_node.command_link import CommandLink
@@ -29,7 +29,7 @@ _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to re
 class VehicleNode(FlightNode):
     """Leads a flight: starts it when all nodes are ready, and ends it for all of them.
 
-    ``guard_request`` is what the guard is asked for (``quad_core.guard``) at every step until it is changed. While
+    ``guard_request`` is what the guard is asked for (``quad_guard.guard``) at every step until it is changed. While
     ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
     ``unrecorded``: the recorder was given up.
     ``suspect``: who made the guard take over last. ``stood_still``: in words, for how long this process has been late.

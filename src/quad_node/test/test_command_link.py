@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from rclpy.serialization import serialize_message
 
-from quad_core.guard import ASK_DESCEND
+from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import command_link
 from quad_node.command_link import STARTER, CommandLink

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from quad_core import guard
 from quad_core.flight_parameters import FlightParameters
-from quad_core.guard_checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
+from quad_guard import guard
+from quad_guard.checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
 from quad_msgs.msg import GuardStatus
 from quad_node.vehicle_guard import VehicleGuard, culprit, severest
 

@@ -13,10 +13,10 @@ from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
 from quad_core.cascade import PX4
-from quad_core.guard import ASK_DESCEND
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_guard import Command

@@ -16,10 +16,10 @@ import math
 from typing import NamedTuple
 
 from quad_core.geometry import add, clamp, scale, subtract
-from quad_core.guard_checks import DIAGONAL
 from quad_core.guard_parameters import BackupLaw
 from quad_core.types import Vec3
 from quad_core.vehicle import Layout, Vehicle, max_thrust
+from quad_guard.checks import DIAGONAL
 
 
 class UnknownTorque(NamedTuple):

@@ -1,7 +1,7 @@
 """The last check before the rotors: a wrench passes unchanged, or the backup law flies.
 
     wrench to the rotors = the controller's, to the bit       in PASS
-                           quad_core.backup                   in DESCEND
+                           quad_guard.backup                   in DESCEND
                            none                               in KILL
 
 Whoever owns the vehicle (a simulator, a bridge to hardware) calls ``step`` once per plant step, after the newest
@@ -20,12 +20,12 @@ prediction is flown for ``state.gone_age``, then the motors are off.
 import math
 from typing import NamedTuple
 
-from quad_core.backup import Descent, descend, fresh_descent
-from quad_core.guard_checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
 from quad_core.guard_parameters import GuardParameters
-from quad_core.guard_state import Belief, Refusals, is_full, is_gone, no_belief, observe
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle
+from quad_guard.backup import Descent, descend, fresh_descent
+from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
+from quad_guard.state import Belief, Refusals, is_full, is_gone, no_belief, observe
 
 PASS = 0
 DESCEND = 1
@@ -108,7 +108,7 @@ class Report(NamedTuple):
     ``command_age`` counts from when the last good wrench answered the newest good state: while it does that it is not
     late, however old it is, for then the state alone is late.
 
-    ``command_refusal`` and ``state_refusal`` number the words of ``guard_checks``, 0 if nothing was refused.
+    ``command_refusal`` and ``state_refusal`` number the words of ``checks``, 0 if nothing was refused.
     ``condition`` is what is wrong now (``REASONS``), whatever the latched mode. ``warning``: a wrench or state is late.
     ``land``: samples were refused, but the position is good: a commander should land.
     ``stopped``: the backup law has landed and stopped the motors.
@@ -193,7 +193,6 @@ def step(
         belief, refusals, timers, flown, descent,
     )
     # fmt: on
-    warning = command_age > parameters.command.warn_age or state_age > parameters.state.warn_age
     report = Report(
         mode,
         reason,
@@ -205,7 +204,7 @@ def step(
         refused_state,
         refused_commands,
         refusals.total,
-        warning,
+        command_age > parameters.command.warn_age or state_age > parameters.state.warn_age,
         land,
         mode == DESCEND and descent.stopped,
     )

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from quad_core.guard_parameters import BackupLaw
 from quad_core.types import Vec3
-from quad_core.unknown_torque import advanced, estimated, no_unknown_torque, thrust_for, within_thrust
 from quad_core.vehicle import Layout, Vehicle
+from quad_guard.unknown_torque import advanced, estimated, no_unknown_torque, thrust_for, within_thrust
 
 LAW = BackupLaw()
 PLUS = Vehicle(inertia_xx=2e-3, inertia_yy=3e-3, inertia_zz=7e-3)

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quad_core.backup import Descent, contact, descend, predict
 from quad_core.geometry import quaternion_from_euler
 from quad_core.guard_parameters import BackupLaw, ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
-from quad_core.unknown_torque import UnknownTorque
 from quad_core.vehicle import Vehicle
+from quad_guard.backup import Descent, contact, descend, predict
+from quad_guard.unknown_torque import UnknownTorque
 
 LAW, RULE, VEHICLE = BackupLaw(), ContactRule(), Vehicle()
 WEIGHT = 0.56 * 9.8

@@ -7,12 +7,11 @@ from guard_cases import DT, HOVER, PERIOD, VEHICLE, Owner, flying
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quad_core import guard
-from quad_core import guard_checks as checks
-from quad_core.guard_checks import WrenchCommand
 from quad_core.guard_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
+from quad_guard import checks, guard
+from quad_guard.checks import WrenchCommand
 
 BAD = (math.nan, math.inf, -math.inf)
 

@@ -7,9 +7,9 @@ from guard_cases import DT, HOVER, Owner, flying, leaning, no_state, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_core import guard
-from quad_core.guard_checks import WrenchCommand
 from quad_core.types import Quat, Vec3, Wrench
+from quad_guard import guard
+from quad_guard.checks import WrenchCommand
 
 
 @settings(max_examples=200)

@@ -10,7 +10,7 @@ that can be trusted d is vertical and f a fixed share of the weight; without any
 predicts, a smaller one: the sooner it is down, the less an unknown torque can turn it.
 
 What torque the model does not explain, a failing rotor's above all, is observed and taken off, and torque never buys
-thrust that was not asked for (``quad_core.unknown_torque``).
+thrust that was not asked for (``quad_guard.unknown_torque``).
 
 The law shares no text with the controllers, so that no mistake of theirs can be its own (Simplex: Sha, 2001).
 """
@@ -19,11 +19,11 @@ import math
 from typing import NamedTuple
 
 from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
-from quad_core.guard_checks import largest_torque
 from quad_core.guard_parameters import BackupLaw, ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
-from quad_core.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 from quad_core.vehicle import Vehicle, max_thrust
+from quad_guard.checks import largest_torque
+from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 
 LEAST_SINK = 0.25
 """Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""

@@ -3,9 +3,9 @@
 from typing import Any
 
 from quad_core.geometry import norm
-from quad_core.guard import KILL, MODES, PASS, REASONS, Memory
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import VehicleState
+from quad_guard.guard import KILL, MODES, PASS, REASONS, Memory
 
 
 def is_down(parameters: GuardParameters, memory: Memory, truth: VehicleState, has_ground: bool) -> bool:

@@ -5,10 +5,10 @@ import random
 import pytest
 from guard_cases import Owner, flying
 
-from quad_core import guard
 from quad_core.compilation import compiled
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.types import Vec3, Wrench
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
 
 
 def random_inputs(rng, step, period):

@@ -2,13 +2,13 @@
 
 import math
 
-from quad_core import guard
 from quad_core.geometry import quaternion_from_euler
-from quad_core.guard import Inputs
-from quad_core.guard_checks import StateSample, WrenchCommand
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
+from quad_guard import guard
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.guard import Inputs
 
 PERIOD = 2_000_000
 DT = 0.002

@@ -2,9 +2,12 @@
 
 from typing import NamedTuple
 
-from quad_core.backup import predict
 from quad_core.cycle import BODY_RATE_BOUND
-from quad_core.guard_checks import (
+from quad_core.guard_parameters import GuardParameters, StateLimits
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
+from quad_guard.backup import predict
+from quad_guard.checks import (
     ACCEPTED,
     ATTITUDE_JUMP,
     FOREIGN,
@@ -13,9 +16,6 @@ from quad_core.guard_checks import (
     must_differ,
     sample_refusal,
 )
-from quad_core.guard_parameters import GuardParameters, StateLimits
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
-from quad_core.vehicle import Vehicle
 
 COUNTED = (False, True, False, False, True, False, True, True, True, False)
 """By refusal: whether it counts towards the end of the controller's flight. Strangers, repetitions, frozen: no."""
