@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from quad_commander import mode_pages
+import mode_pages
+
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import words
 from quad_commander.node import SERVICES

@@ -15,7 +15,6 @@ from std_srvs.srv import Trigger
 from quad_commander import missions
 from quad_commander.arming import refusals
 from quad_commander.conduct import Conduct, GuardSeen, Observed, Said
-from quad_commander.mode_message import ModePayload
 from quad_commander.mode_table import Mode, Request
 from quad_commander.observation import thrust_over_weight
 from quad_commander.preflight import Preflight, free_space
@@ -25,10 +24,11 @@ from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
 from quad_core.types import TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
-from quad_msgs.msg import FlightEvent, FlightPlan, FlightRequest, GuardStatus, NodeStatus
+from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan, FlightRequest, GuardStatus, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links
 from quad_node.codec import head_of, packer
+from quad_node.conversion import set_stamp
 from quad_node.inputs import Arrival, InputTopic
 from quad_node.main import run
 from quad_node.responder import Responder, Sample
@@ -80,7 +80,6 @@ class Commander(Responder):
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
-        self._mode_payload = ModePayload(self.flight.run_id)
         self._offered = [
             self.create_service(Trigger, request.name.lower(), partial(self._on_call, request)) for request in SERVICES
         ]
@@ -140,7 +139,22 @@ class Commander(Responder):
             return
         self._sent = step
         yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
-        yield self._mode_out, self._mode_payload.of(said, step, next_step, sample.stamp_ns)
+        yield self._mode_out, self._mode_message(said, step, next_step, sample.stamp_ns)
+
+    def _mode_message(self, said: Said, step: int, next_step: int, stamp_ns: int) -> FlightMode:
+        message = FlightMode(
+            **said.mode._asdict(),
+            step=step,
+            next_step=next_step,
+            name=Mode(said.mode.mode).name,
+            text=said.text,
+            sender=said.sender,
+            answer_text=said.answer_text,
+            outcome=said.outcome,
+            run_id=self.flight.run_id,
+        )
+        set_stamp(message.stamp, stamp_ns)
+        return message
 
     def on_tick(self) -> None:
         """Take in a signal; in real time decide also when no state comes any more."""

@@ -25,8 +25,8 @@ class Wire:
     def __init__(self, kind):
         self.sent, self._kind = [], kind
 
-    def publish(self, payload):
-        self.sent.append(deserialize_message(payload, self._kind))
+    def publish(self, message):
+        self.sent.append(deserialize_message(message, self._kind) if isinstance(message, bytes) else message)
 
 
 class Wired(Commander):

@@ -3,7 +3,9 @@
 import ast
 import inspect
 
-from quad_commander import conduct, mode_pages, modes
+import mode_pages
+
+from quad_commander import conduct, modes
 from quad_commander.mode_table import FAULTS, Mode
 
 
