@@ -32,14 +32,10 @@ if [[ ":${AMENT_PREFIX_PATH:-}:" != *":$QUAD_AMENT_PREFIX_PATH:"* ]]; then
 fi
 if [[ ":$PATH:" != *":$VIRTUAL_ENV/bin:"* ]]; then export PATH=$VIRTUAL_ENV/bin:$PATH; fi
 export RMW_IMPLEMENTATION=${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}
-# This machine only: shared memory, and UDP on the loopback interface, where flights in real time are met.
-export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-SHM}
-if [[ $FASTDDS_BUILTIN_TRANSPORTS == SHM ]]; then
-    unset ROS_AUTOMATIC_DISCOVERY_RANGE
-    # With the settings of Fast DDS alone, a shell that looks on may stop a flight for 0.33 s.
-    _quad_profiles=$_quad_root/src/quad_node/quad_node/fastdds_local.xml
-    export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$_quad_profiles}
-    unset _quad_profiles
+# This machine only: UDP on the loopback interface (docs/explanation/fast_dds.md). Transports that you have chosen hold.
+if [[ ${FASTDDS_BUILTIN_TRANSPORTS:-SHM} == SHM ]]; then
+    unset ROS_AUTOMATIC_DISCOVERY_RANGE FASTDDS_BUILTIN_TRANSPORTS
+    export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$_quad_root/src/quad_node/quad_node/fastdds.xml}
 fi
 unset _quad_root QUAD_ROS QUAD_AMENT_PREFIX_PATH QUAD_CMAKE_PREFIX_PATH QUAD_LD_LIBRARY_PATH QUAD_PYTHONPATH
 hash -r

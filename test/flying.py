@@ -26,7 +26,6 @@ from rclpy.node import Node
 from quad_core import cascade
 from quad_flight_log.bag.payload_hash import payload_hash
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_node.newcomer import Member
 
 ROOT = Path(__file__).resolve().parents[1]
 CONFIG = ROOT / "src" / "quad_flight" / "quad_flight" / "config"
@@ -96,7 +95,7 @@ def stranger(domain: int, name: str = "stranger") -> Iterator[Node]:
     """Give a node of its own in ``domain``; it is gone afterwards, whatever the test found."""
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain)
-    node = Member(name, context=context, enable_rosout=False, start_parameter_services=False)
+    node = Node(name, context=context, enable_rosout=False, start_parameter_services=False)
     try:
         yield node
     finally:

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import time
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 from flying import executable, finish, fly, in_domain, start, wait_until
@@ -13,7 +12,7 @@ from sockets import GROUP, LOOPBACK, udp_addresses
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
-from quad_node.middleware import OPEN, PROFILES, RANGE, TRANSPORTS, close_unless_asked
+from quad_node.middleware import OPEN, RANGE, TRANSPORTS
 
 pytestmark = pytest.mark.flight
 
@@ -107,36 +106,3 @@ def test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics(tmp_path
         told = [status for row in flight.array("diagnostics") for status in row["status"]]
         assert told
         assert all(status["hardware_id"].startswith(f"/{name}/") for status in told)
-
-
-def test_what_is_chosen_holds_and_what_is_not_is_closed():
-    shell = {}
-    closed = close_unless_asked(shell)
-    assert closed.startswith("seen only on this machine")
-    settings = shell.pop(PROFILES)
-    assert f"{PROFILES}={settings} " in closed
-    assert (shell, Path(settings).name) == ({TRANSPORTS: "SHM"}, "fastdds_local.xml")
-    for chosen, said, profiles in (
-        ({RANGE: "LOCALHOST"}, "open to this machine", "fastdds_shm_udp.xml"),
-        ({RANGE: "LOCALHOST", PROFILES: settings}, "open to this machine", "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "DEFAULT"}, OPEN, "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "UDPv4"}, OPEN, "fastdds.xml"),
-        ({RANGE: "LOCALHOST", TRANSPORTS: "SHM"}, OPEN, "fastdds.xml"),  # the range brings UDP back
-        ({"ROS_STATIC_PEERS": "10.0.0.2"}, OPEN, "fastdds_shm_udp.xml"),
-        ({TRANSPORTS: "SHM", PROFILES: settings}, "seen only on this machine", "fastdds_local.xml"),
-        ({PROFILES: "x.xml"}, OPEN, "x.xml"),
-        ({"FASTDDS_DEFAULT_PROFILES_FILE": "x.xml"}, OPEN, ""),
-        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, OPEN, ""),
-    ):
-        shell = dict(chosen)
-        assert close_unless_asked(shell).startswith(said), chosen
-        assert Path(shell.pop(PROFILES, "")).name == profiles, chosen
-        assert shell == {name: value for name, value in chosen.items() if name != PROFILES}
-
-
-def test_a_node_in_real_time_has_settings_of_its_own_and_names_those_that_see_it():
-    shell = {}
-    said = close_unless_asked(shell, is_realtime=True)
-    assert said.startswith("seen only on this machine")
-    assert Path(shell[PROFILES]).name == "fastdds_loopback.xml"
-    assert f"{PROFILES}={shell[PROFILES].replace('_loopback', '_local')} " in said

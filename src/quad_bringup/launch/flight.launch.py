@@ -3,19 +3,11 @@
 ros2 launch quad_bringup flight.launch.py case:=case2 directory:=flights/mine namespace:=uav1
 """
 
-import os
 from pathlib import Path
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    LogInfo,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-    Shutdown,
-    UnsetEnvironmentVariable,
-)
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -23,7 +15,7 @@ from quad_bringup.commanded import launched
 from quad_core.cascade import ALL_ROLES, ROLES
 from quad_core.parameters import ParameterError
 from quad_flight import configuration
-from quad_node.middleware import PROFILES, RANGE, TRANSPORTS, profiles
+from quad_node.middleware import OPEN, close, close_unless_asked
 
 ARGUMENTS = {
     "case": ("case1", "scenario: case1, case2, hover, or a parameter file"),
@@ -35,7 +27,7 @@ ARGUMENTS = {
     "use_sim_time": ("false", "true or false, passed to every node; no control decision depends on it"),
     "mission": ("", "items such as takeoff,case2,hold:5,land for a commander to fly; empty: none"),
     "simulate": ("true", "false: something else owns the vehicle, the simulator is not started"),
-    "visible": ("false", "true: seen from every shell of this machine; false: from those with the settings it prints"),
+    "visible": ("false", "true: this machine alone, whatever transports and ranges the shell has chosen"),
 }
 BAD_SETUP = 2
 
@@ -90,27 +82,16 @@ def end_all_if_refused(event: Any, _context: LaunchContext) -> list[Shutdown]:
     return [Shutdown(reason=f"{event.action.name} was refused")] if event.returncode == BAD_SETUP else []
 
 
-def middleware(visible: bool) -> list[Any]:
-    """Return what closes the flight to other users and hosts as scripts/env.sh does, or says that it is open."""
-    rmw = os.environ.get("RMW_IMPLEMENTATION", "") or "rmw_fastrtps_cpp"
-    if rmw != "rmw_fastrtps_cpp":
-        return [LogInfo(msg=f"WARNING: this flight is open to other hosts and users: {rmw} has its own settings")]
-    domain = f"ROS_DOMAIN_ID={os.environ.get('ROS_DOMAIN_ID', '') or 0}"
-    if visible:
-        line = f"seen on this machine by: export {RANGE}=LOCALHOST {domain}"
-        return [UnsetEnvironmentVariable(TRANSPORTS), SetEnvironmentVariable(RANGE, "LOCALHOST"), LogInfo(msg=line)]
-    if os.environ.get(TRANSPORTS, "") not in ("", "SHM"):
-        line = f"WARNING: {TRANSPORTS}={os.environ[TRANSPORTS]}: this flight may be open to other hosts and users"
-        return [LogInfo(msg=line)]
-    settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles({TRANSPORTS: 'SHM'})}"
-    line = f"seen only on this machine: export {settings} {domain}; unset {RANGE}"
-    return [SetEnvironmentVariable(TRANSPORTS, "SHM"), UnsetEnvironmentVariable(RANGE), LogInfo(msg=line)]
+def middleware(visible: bool) -> LogInfo:
+    """Close the flight to other hosts and users unless the user has chosen otherwise; ``visible`` overrides that."""
+    said = close() if visible else close_unless_asked()
+    return LogInfo(msg=f"WARNING: {said}" if said.startswith(OPEN) else said)
 
 
 def flight(context: LaunchContext) -> list[Any]:
     """Return the whole flight; raises ParameterError for an argument that is not understood."""
     given = arguments(context)
-    return [*middleware(given["visible"].lower() == "true"), *nodes(given)]
+    return [middleware(given["visible"].lower() == "true"), *nodes(given)]
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -3,20 +3,18 @@
 import fcntl
 import os
 import random
-import re
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from quad_core.ownership import check_file, private_folder
 from quad_core.parameters import ParameterError
-from quad_node import ports
 
 # Above 101 the ports of the default transport may collide with ephemeral ones; 0 is where everybody else is.
 DOMAINS = range(1, 102)
 LAST_DOMAIN = 232  # the middleware crashes beyond
-_SHARED_MEMORY = Path("/dev/shm")
+_FIRST_PORT, _PORTS_EACH = 7400, 250
 _UDP_SOCKETS = Path("/proc/net/udp")
 _RUNTIME = Path("/run/user")  # also of shells where XDG_RUNTIME_DIR is not set: all must find the same locks
 
@@ -41,8 +39,6 @@ def reserved_domain(requested: int | None) -> Iterator[int]:
         try:
             yield domain
         finally:
-            if requested is None:
-                remove_abandoned_ports(domain)
             os.close(lock)
         return
     asked = f"domain {requested}" if requested is not None else f"every domain of {DOMAINS.start} to {DOMAINS.stop - 1}"
@@ -50,7 +46,7 @@ def reserved_domain(requested: int | None) -> Iterator[int]:
 
 
 def _candidates() -> list[int]:
-    # In random order: nodes that were killed haunt their domain for some 20 s. Domains that others use come last.
+    # In random order: the graph of a domain shows a killed node for some 20 s. Domains that others use come last.
     in_use = occupied()
     order = random.SystemRandom().sample(DOMAINS, len(DOMAINS))
     order.sort(key=in_use.__contains__)
@@ -63,52 +59,16 @@ def _candidates() -> list[int]:
 
 
 def occupied() -> set[int]:
-    """Return the domains in which Fast DDS has (or left) ports in shared memory, or somebody has those of UDP."""
-    named = (re.match(r"fast(?:rtps|dds)_port(\d+)", path.name) for path in _SHARED_MEMORY.glob("fast*_port*"))
-    found = [int(port[1]) for port in named if port]
-    with suppress(OSError):  # a system without it
-        found += [int(line.split()[1].rpartition(":")[2], 16) for line in _UDP_SOCKETS.read_text().splitlines()[1:]]
-    return {domain for port in found if (domain := ports.domain_of(port)) is not None}
+    """Return the domains in which a process of this machine has a UDP port, by the numbers of DDSI-RTPS 2.2, 9.6.1.1.
 
-
-def remove_abandoned_ports(domain: int) -> None:
-    """Remove from shared memory what participants that are gone left of a domain that nobody else holds.
-
-    Fast DDS leaves a port behind when a participant leaves while another sends to it, and all that a killed process
-    had: its ports, and the segment of 0.5 MB that it sent through. Who lives holds the lock file beside each.
+    Shared memory is not looked at: nodes of a flight do not use it.
     """
-    for path in _SHARED_MEMORY.glob("fastrtps_*"):
-        port = re.fullmatch(r"fastrtps_port(\d+)", path.name)
-        locks = [path.with_name(path.name + suffix) for suffix in ("_el", "_sl")]
-        if port:
-            abandoned = ports.domain_of(int(port[1])) == domain and not any(map(_is_held, locks))
-        else:
-            # a segment appears after its lock was taken, so a free lock beside one is that of a dead process
-            abandoned = bool(re.fullmatch(r"fastrtps_[0-9a-f]+", path.name)) and _is_free(locks[0])
-        if abandoned:
-            for left in (path, *locks, path.with_name(f"sem.{path.name}_mutex")):
-                with suppress(OSError):
-                    left.unlink()
-
-
-def _is_held(lock: Path) -> bool:
-    """Return whether a lock file is there and somebody holds it; one that we may not open counts as held."""
-    return lock.exists() and not _is_free(lock)
-
-
-def _is_free(lock: Path) -> bool:
-    """Return whether a lock file is there and nobody holds it."""
     try:
-        opened = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    finally:
-        os.close(opened)
-    return True
+        lines = _UDP_SOCKETS.read_text().splitlines()[1:]
+    except OSError:  # a system without it
+        return set()
+    found = (int(line.split()[1].rpartition(":")[2], 16) for line in lines)
+    return {(port - _FIRST_PORT) // _PORTS_EACH for port in found if port >= _FIRST_PORT}
 
 
 def _lock_folder() -> Path:

@@ -24,7 +24,7 @@ from quad_flight import configuration
 from quad_flight.set_up import Request, resolve_flight, summary
 from quad_flight_log.recorder.provenance import COMMAND
 from quad_flight_log.report.text import LimitsError, read_limits
-from quad_node.middleware import OPEN, close_unless_asked
+from quad_node.middleware import OPEN, close, close_unless_asked
 
 PAPER_CASES = ("case1", "case2")
 
@@ -95,9 +95,8 @@ def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes:
     """Fly each case and note its exit code in ``codes``."""
     _check_namespace(options.namespace)
     if options.visible:
-        surroundings.make_visible()
+        close()
     seen_by = close_unless_asked()
-    surroundings.check_shared_memory()
     problem = surroundings.find_room_for_logs()
     directories = _directories(options, cases, made)
     surroundings.check_disk(directories[0])
@@ -200,7 +199,7 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--visible",
         action="store_true",
-        help="talk as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST has it, for shells that meet nobody else",
+        help="fly on this machine alone, whatever transports and ranges this shell has chosen",
     )
     parser.add_argument("--domain", type=int, metavar="N", help="ROS domain (default: one that no other flight uses)")
 

@@ -12,7 +12,7 @@ from rclpy.task import Future
 
 from quad_core.cascade import POSITION, STAGES
 from quad_core.parameters import ParameterError
-from quad_node import departure, executor, parameters, scheduling
+from quad_node import executor, parameters, scheduling, shutdown
 from quad_node.flight_node import FlightNode
 from quad_node.law_node import LawNode
 
@@ -41,7 +41,8 @@ def makers() -> list[Callable[[], FlightNode]]:
 def run(args: list[str]) -> int:
     """Run all nodes until each is done; returns the worst of their exit codes, 2 for a bad set-up."""
     try:
-        seen_by = executor.init(args, parameters.check_arguments(args))
+        parameters.check_arguments(args)
+        seen_by = executor.init(args)
     except ParameterError as error:
         return parameters.fail(NAME, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
@@ -70,7 +71,7 @@ def run(args: list[str]) -> int:
 def destroy(nodes: list[FlightNode], code: int) -> None:
     """Destroy the nodes; if one hangs, the process ends with ``code``."""
     while nodes:
-        departure.leave(nodes.pop(), code)
+        shutdown.destroy(nodes.pop(), code)
 
 
 def _spin(nodes: list[FlightNode], stop: list[str]) -> int:

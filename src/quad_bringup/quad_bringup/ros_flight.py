@@ -98,9 +98,9 @@ def _show(progress: Progress, watch: FlightWatch, state: Sighting | None) -> Non
 def _watch(flight: Planned, domain: int) -> FlightWatch:
     try:
         return FlightWatch(flight.run_id, domain, flight.namespace)
-    except RuntimeError as error:  # rclpy's own: no shared memory is left, for one
+    except RuntimeError as error:  # rclpy's own
         problem = " ".join(str(error).split())
-        raise ParameterError(f"ROS 2 cannot start in domain {domain} (is /dev/shm full?): {problem}") from error
+        raise ParameterError(f"ROS 2 cannot start in domain {domain}: {problem}") from error
 
 
 def _spared(flight: Planned) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a flight finds around it before it starts: other nodes in its domain, shared memory, a folder for ROS's logs."""
+"""What a flight checks before it starts: other nodes in its domain, free disk, a folder for ROS's logs."""
 
 import os
 import shutil
@@ -10,43 +10,21 @@ from typing import Any
 from quad_bringup.domains import occupied
 from quad_core.ownership import private_folder
 from quad_core.parameters import ParameterError
-from quad_node.middleware import PROFILES, RANGE, TRANSPORTS
+from quad_node.middleware import RANGE, TRANSPORTS, choices
 
 MEETING = 5.0  # s in which two nodes find each other, where a server tells them
 DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
-SHARED_MEMORY = Path("/dev/shm")
-LEAST_SHARED_MEMORY = 16_000_000  # bytes; the nodes of a flight take some 6 MB
 LEAST_DISK, FULL_DISK = 8_000_000, 65_536  # bytes; 20 s of flight; less than two chunks of a bag
-
-
-def make_visible() -> None:
-    """Let every shell of this machine see the nodes that are started from now on, and no other host."""
-    os.environ.pop(TRANSPORTS, None)
-    os.environ[RANGE] = "LOCALHOST"
 
 
 def how_to_look_on(domain: int) -> str:
     """Return the line that makes a flight's nodes visible to ``ros2`` in another shell."""
-    where = f"ROS_DOMAIN_ID={domain}"
     root = os.environ.get("QUAD_ROOT", "")
-    if os.environ.get(TRANSPORTS, "") == "SHM":
-        if root:
-            return f"to look on from another shell: source {root}/scripts/env.sh; export {where}"
-        settings = " ".join(f"{name}={os.environ[name]}" for name in (TRANSPORTS, PROFILES) if name in os.environ)
-        return f"to look on from another shell: export {settings} {where}; unset {RANGE}"
-    if os.environ.get(RANGE, ""):
-        where += f" {RANGE}={os.environ[RANGE]}"
-    return f"to look on from another shell: unset {TRANSPORTS}; export {where}"
-
-
-def check_shared_memory() -> None:
-    """Raise ParameterError if there is no room for what the nodes talk through."""
-    free = shutil.disk_usage(SHARED_MEMORY).free if SHARED_MEMORY.is_dir() else 0
-    if free < LEAST_SHARED_MEMORY:
-        raise ParameterError(
-            f"{SHARED_MEMORY}: found {free / 1e6:.1f} MB free, expected at least {LEAST_SHARED_MEMORY / 1e6:.0f} MB: "
-            "the nodes talk through it"
-        )
+    chosen = "".join(f" {name}={value}" for name, value in choices(os.environ).items())
+    if root and not chosen:
+        return f"to look on from another shell: source {root}/scripts/env.sh; export ROS_DOMAIN_ID={domain}"
+    unset = " ".join(name for name in (TRANSPORTS, RANGE) if name not in chosen)
+    return f"to look on from another shell: unset {unset}; export ROS_DOMAIN_ID={domain}{chosen}"
 
 
 def check_disk(directory: Path) -> None:
@@ -135,8 +113,8 @@ def shortened(names: list[str]) -> str:
 
 
 def may_hold_others(domain: int) -> bool:
-    """Return whether looking is worth its time: on this machine alone nobody is where no port is."""
-    return os.environ.get(TRANSPORTS, "") != "SHM" or domain in occupied()
+    """Return whether a search is worth its time: a closed flight meets only processes that have a port here."""
+    return bool(choices(os.environ)) or domain in occupied()
 
 
 def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict[str, list[str]]:
@@ -146,14 +124,14 @@ def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict
     """
     import rclpy
     from rclpy.context import Context
+    from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from quad_node.newcomer import Member
     from quad_node.topics import TOPICS
 
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    probe = Member(
+    probe = Node(
         "flight_probe", context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False
     )
     found: dict[str, list[str]] = {}

@@ -1,9 +1,7 @@
 """Domains: no two flights share one unless both ask for it."""
 
-import fcntl
 import os
 import stat
-from contextlib import ExitStack
 
 import pytest
 
@@ -60,12 +58,12 @@ def test_a_domain_is_free_again_after_the_flight():
         assert again == reserved
 
 
-def test_domains_with_ports_in_shared_memory_come_last(tmp_path, monkeypatch):
-    for domain in range(1, 101):
-        (tmp_path / f"fastrtps_port{7400 + 250 * domain + 11}").touch()
-    monkeypatch.setattr(domains, "_SHARED_MEMORY", tmp_path)
-    # sockets of other processes may lie in the ports of domain 101, some of which the system gives to anybody
-    monkeypatch.setattr(domains, "_UDP_SOCKETS", tmp_path / "none")
+def test_domains_with_ports_of_others_come_last(tmp_path, monkeypatch):
+    table = tmp_path / "udp"
+    ports = [7400 + 250 * domain + 11 for domain in range(1, 101)]
+    lines = [f"  12: 0100007F:{port:04X} 00000000:0000 07" for port in ports]
+    table.write_text("\n".join(["  sl  local_address rem_address   st", *lines]) + "\n")
+    monkeypatch.setattr(domains, "_UDP_SOCKETS", table)
     with reserved_domain(None) as found:
         assert found == 101
 
@@ -100,29 +98,3 @@ def test_a_lock_folder_that_others_write_is_refused(tmp_path):
     lock_folder(tmp_path).chmod(0o777)
     with pytest.raises(OSError, match="found mode 0777"):
         reserved_domain(7).__enter__()
-
-
-def test_what_the_dead_left_in_shared_memory_is_removed_when_a_flight_leaves_its_domain(tmp_path, monkeypatch):
-    shared = tmp_path / "shm"
-    shared.mkdir()
-    monkeypatch.setattr(domains, "_SHARED_MEMORY", shared)
-    with ExitStack() as reservation:
-        domain = reservation.enter_context(domains.reserved_domain(None))
-        first = 7400 + 250 * domain
-        left, killed, alive, other = (
-            f"fastrtps_port{port}" for port in (first + 21, first + 22, first + 11, first + 250)
-        )
-        dead, living, unlocked = "fastrtps_1be0c014e420a9ef", "fastrtps_2be0c014e420a9ef", "fastrtps_0be0c014e420a9ef"
-        kept = {alive, f"{alive}_el", f"sem.{alive}_mutex", other, f"{other}_el", living, f"{living}_el", unlocked}
-        gone = {left, f"sem.{left}_mutex", killed, f"{killed}_el", f"sem.{killed}_mutex", dead, f"{dead}_el"}
-        for name in gone | kept:
-            (shared / name).touch()
-        locks = ExitStack()
-        for name in (alive, living):
-            fcntl.flock(locks.enter_context((shared / f"{name}_el").open()), fcntl.LOCK_EX)
-        with locks:
-            reservation.close()
-            assert {path.name for path in shared.iterdir()} == kept
-    with domains.reserved_domain(domain):
-        (shared / left).touch()
-    assert (shared / left).exists()

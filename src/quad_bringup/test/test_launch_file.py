@@ -2,6 +2,7 @@
 
 import functools
 import importlib.util
+import os
 import re
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from quad_core.parameters import ParameterError
+from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, TRANSPORTS
 
 FILE = Path(__file__).parents[1] / "launch" / "flight.launch.py"
 
@@ -34,11 +36,11 @@ def launch_file(monkeypatch):
         return SimpleNamespace(args=args, **kwargs)
 
     monkeypatch.setitem(sys.modules, "launch", stand_in("launch", LaunchContext=dict, LaunchDescription=keep))
-    names = "DeclareLaunchArgument OpaqueFunction LogInfo SetEnvironmentVariable UnsetEnvironmentVariable Shutdown"
+    names = "DeclareLaunchArgument OpaqueFunction LogInfo Shutdown"
     actions = {name: functools.partial(keep, kind=name) for name in names.split()}
     monkeypatch.setitem(sys.modules, "launch.actions", stand_in("launch.actions", **actions))
-    for name in ("FASTDDS_BUILTIN_TRANSPORTS", "ROS_AUTOMATIC_DISCOVERY_RANGE", "RMW_IMPLEMENTATION", "ROS_DOMAIN_ID"):
-        monkeypatch.delenv(name, raising=False)
+    for name in (TRANSPORTS, PROFILES, RANGE, "RMW_IMPLEMENTATION", "ROS_DOMAIN_ID"):
+        monkeypatch.setenv(name, "")
     monkeypatch.setitem(
         sys.modules, "launch.substitutions", stand_in("launch.substitutions", LaunchConfiguration=Argument)
     )
@@ -61,12 +63,9 @@ def started_nodes(launch_file, **changes):
     return {action.name: action for action in whole(launch_file, **changes) if hasattr(action, "executable")}
 
 
-def environment(actions):
-    """Return {variable: value} that is set, None for one that is unset, and the lines that are printed."""
-    set_ = {action.args[0]: action.args[1] for action in actions if action.__dict__.get("kind", "").startswith("Set")}
-    unset = {action.args[0]: None for action in actions if action.__dict__.get("kind", "").startswith("Unset")}
-    lines = [action.msg for action in actions if action.__dict__.get("kind") == "LogInfo"]
-    return {**set_, **unset}, " ".join(lines)
+def lines(actions):
+    """Return the lines that are printed."""
+    return " ".join(action.msg for action in actions if action.__dict__.get("kind") == "LogInfo")
 
 
 def test_five_nodes_with_what_ros2_run_would_start(launch_file):
@@ -130,26 +129,19 @@ def test_a_refused_node_ends_the_others(launch_file, code, ends):
         assert all("trajectory" in action.reason for action in actions)
 
 
-def test_a_flight_is_closed_unless_it_is_asked_to_be_seen(launch_file):
-    set_, line = environment(whole(launch_file))
-    assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": "SHM", "ROS_AUTOMATIC_DISCOVERY_RANGE": None}
-    assert re.search(
-        r"TRANSPORTS=SHM FASTRTPS_DEFAULT_PROFILES_FILE=\S+/fastdds_local\.xml ROS_DOMAIN_ID=0; unset", line
-    )
-    set_, line = environment(whole(launch_file, visible="true"))
-    assert set_ == {"FASTDDS_BUILTIN_TRANSPORTS": None, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    assert "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=0" in line
+def test_a_flight_is_closed_unless_the_user_has_chosen_transports(launch_file, monkeypatch):
+    assert lines(whole(launch_file)) == f"{CLOSED}: export ROS_DOMAIN_ID=0; unset {TRANSPORTS}"
+    assert (os.environ[PROFILES], os.environ.get(TRANSPORTS, "")) == (SETTINGS, "")
+    monkeypatch.setenv(TRANSPORTS, "UDPv4")
+    assert lines(whole(launch_file, visible="true")).startswith(CLOSED)
+    assert os.environ.get(TRANSPORTS, "") == ""
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4"), ("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")]
-)
-def test_settings_of_the_user_are_kept_and_an_open_flight_is_said(launch_file, monkeypatch, name, value):
+@pytest.mark.parametrize(("name", "value"), [(TRANSPORTS, "UDPv4"), ("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")])
+def test_settings_of_the_user_stay_and_an_open_flight_is_a_warning(launch_file, monkeypatch, name, value):
     monkeypatch.setenv(name, value)
-    set_, line = environment(whole(launch_file))
-    assert set_ == {}
-    assert "open to other hosts" in line
-    assert value in line
+    assert re.match(f"WARNING: {OPEN}: .*{value}", lines(whole(launch_file)))
+    assert os.environ[name] == value
 
 
 def test_a_mission_adds_the_commander_a_ground_and_time_to_land(launch_file):

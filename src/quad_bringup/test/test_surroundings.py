@@ -26,12 +26,6 @@ def clean(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_full_dev_shm_is_refused(clean, monkeypatch):
-    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: SimpleNamespace(free=1_500_000))
-    with pytest.raises(ParameterError, match=r"/dev/shm: found 1\.5 MB free, expected at least 16 MB"):
-        surroundings.check_shared_memory()
-
-
 def test_a_full_disk_is_refused_and_known(clean, monkeypatch):
     surroundings.check_disk(clean)
     assert not surroundings.is_full(clean)
@@ -52,30 +46,32 @@ def test_a_home_where_nothing_can_be_written_does_not_stop_a_flight(clean, monke
 
 
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):
-    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "SHM")
-    assert "export FASTDDS_BUILTIN_TRANSPORTS=SHM ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
-    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "a.xml")
-    assert "SHM FASTRTPS_DEFAULT_PROFILES_FILE=a.xml ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
+    assert how_to_look_on() == "unset FASTDDS_BUILTIN_TRANSPORTS ROS_AUTOMATIC_DISCOVERY_RANGE; export ROS_DOMAIN_ID=57"
     monkeypatch.setenv("QUAD_ROOT", "/here")
-    assert "source /here/scripts/env.sh; export ROS_DOMAIN_ID=57" in surroundings.how_to_look_on(57)
-    surroundings.make_visible()
-    line = surroundings.how_to_look_on(57)
-    assert "export ROS_DOMAIN_ID=57 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST" in line
-    assert "SHM" not in line
+    assert how_to_look_on() == "source /here/scripts/env.sh; export ROS_DOMAIN_ID=57"
+    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+    expected = "unset ROS_AUTOMATIC_DISCOVERY_RANGE; export ROS_DOMAIN_ID=57 FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
+    assert how_to_look_on() == expected
+
+
+def how_to_look_on():
+    start, _, command = surroundings.how_to_look_on(57).partition(": ")
+    assert start == "to look on from another shell"
+    return command
 
 
 def test_whoever_publishes_our_topics_is_named(clean, monkeypatch):
     found = {"/uav1/simulator": ["state", "actuation"]}
+    monkeypatch.setattr(surroundings, "occupied", lambda: {57})
     monkeypatch.setattr(surroundings, "publishers", lambda domain, namespace: found if namespace == "uav1" else {})
     with pytest.raises(ParameterError, match=r"domain 57 is not empty: /uav1/simulator publishes state and 1 more"):
         surroundings.check_domain(57, "uav1")
     surroundings.check_domain(57, "uav2")
 
 
-def test_over_shared_memory_nobody_is_looked_for_where_no_port_is(clean, monkeypatch):
-    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "SHM")
+def test_a_closed_flight_does_not_search_a_domain_without_ports(clean, monkeypatch):
     monkeypatch.setattr(surroundings, "occupied", lambda: {57})
     assert surroundings.may_hold_others(57)
     assert not surroundings.may_hold_others(58)
-    surroundings.make_visible()
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
     assert surroundings.may_hold_others(58)

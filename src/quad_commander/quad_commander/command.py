@@ -14,17 +14,16 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 
 from quad_commander.mode_table import Request
 from quad_msgs.msg import FlightMode, FlightRequest
-from quad_node import departure, topics
+from quad_node import shutdown, topics
 from quad_node.middleware import close_unless_asked
-from quad_node.newcomer import Member
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
 WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
 _HUNG = NO_ANSWER
-_FIRST = 2.0  # s after which it joins once more; a flight is met within 0.4 s
 _FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
 
 
@@ -33,21 +32,15 @@ class _Parser(argparse.ArgumentParser):
         self.exit(NO_ANSWER, f"command: {message} (--help explains)\n")
 
 
-class Asker(Member):
+class Asker(Node):
     """Asks once and waits for the answer on `flight/mode`."""
 
-    def __init__(self, request: Request, namespace: str, at_the_end: bool = False) -> None:
-        """Join the flight in ``namespace``; ``at_the_end``: at a place that nobody has had."""
-        super().__init__(
-            f"command_{secrets.token_hex(4)}",
-            at_the_end=at_the_end,
-            namespace=namespace,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
+    def __init__(self, request: Request, namespace: str) -> None:
+        """Join the flight in ``namespace``."""
+        name = f"command_{secrets.token_hex(4)}"
+        super().__init__(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
         self.sender = self.get_name()
         self.answer: FlightMode | None = None
-        self._has_mode = False
         self._request = request
         entry = topics.TOPICS["flight/request"]
         self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
@@ -55,18 +48,13 @@ class Asker(Member):
         self.create_subscription(entry.type, entry.name, self._on_mode, entry.qos())
 
     @property
-    def listens(self) -> bool:
-        """Whether a commander listens."""
+    def is_connected(self) -> bool:
+        """Whether a commander subscribes to requests; its answer is latched, so it arrives in any case."""
         return bool(self._requests.get_subscription_count())
 
     @property
-    def is_heard(self) -> bool:
-        """Whether a commander listens, and has been heard: the mode is latched, and who is known may still be mute."""
-        return self.listens and self._has_mode
-
-    @property
     def is_recorded(self) -> bool:
-        """Whether a recorder listens beside the commander."""
+        """Whether a recorder subscribes to requests in addition to the commander."""
         return self._requests.get_subscription_count() > 1
 
     def settle(self) -> None:
@@ -78,35 +66,19 @@ class Asker(Member):
         self._requests.publish(FlightRequest(request=int(self._request), sender=self.sender))
 
     def _on_mode(self, message: FlightMode) -> None:
-        self._has_mode = True
         if message.sender == self.sender:
             self.answer = message
 
 
-def _meet(asker: Asker, until: float) -> None:
-    """Wait for the flight, at the latest ``until`` s on the steady clock; a commander that listens is soon asked."""
-    mute_by = until
-    while not asker.is_heard and (now := time.monotonic()) < min(until, mute_by):
-        mute_by = min(mute_by, now + _FIRST) if asker.listens else until
-        rclpy.spin_once(asker, timeout_sec=0.05)
-
-
 def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
-    began = time.monotonic()
+    deadline = time.monotonic() + patience
     asker = Asker(request, namespace)
     try:
-        _meet(asker, began + min(_FIRST, 0.5 * patience))
-        if not asker.is_heard:
-            # it may have got the place of a dead process, whose queue all others still write to
-            if request == Request.KILL:
-                asker.ask()
-            departure.leave(asker, _HUNG)
-            asker = Asker(request, namespace, at_the_end=True)
-        deadline = began + patience
-        _meet(asker, deadline)
+        while not asker.is_connected and time.monotonic() < deadline:
+            rclpy.spin_once(asker, timeout_sec=0.05)
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
-        if not asker.listens:
+        if not asker.is_connected:
             return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
         # a recorder found late holds nothing up for long, and KILL not at all
         recorded_by = time.monotonic() + (0.0 if request == Request.KILL else _FOR_RECORDER)
@@ -118,7 +90,7 @@ def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
         answer = asker.answer
         asker.settle()
     finally:
-        departure.leave(asker, _HUNG)
+        shutdown.destroy(asker, _HUNG)
     if answer is None:
         return NO_ANSWER, f"flight/mode: found no answer within {patience:g} s, expected one"
     if answer.answer == FlightMode.REFUSED:

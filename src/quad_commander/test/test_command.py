@@ -1,4 +1,4 @@
-"""What `command` does where the commander is known and listens, but is not heard."""
+"""`command` sends one request and reports the answer, or that none came."""
 
 import pytest
 import rclpy
@@ -9,69 +9,64 @@ from quad_commander.mode_table import Request
 from quad_msgs.msg import FlightMode
 from quad_node import executor, topics
 
+PATIENCE = 2.0
+
 
 @pytest.fixture
-def flight(monkeypatch):
-    """Return a function that asks a commander; it gives exit code, line, what was asked and where `command` joined."""
+def commander(monkeypatch):
+    """Return a function that starts a commander in this process; it gives the list of requests that arrive."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "75")
-    monkeypatch.setattr(command, "_FIRST", 0.5)
     executor.init([])
     node = rclpy.create_node("commander")
-    asked = []
     modes = node.create_publisher(FlightMode, "flight/mode", topics.TOPICS["flight/mode"].qos())
     entry = topics.TOPICS["flight/request"]
+    requests = []
 
-    def ask(request, answers):
+    def start(answers):
         def on_request(message):
-            asked.append(Request(message.request))
+            requests.append(Request(message.request))
             if answers:
                 modes.publish(FlightMode(sender=message.sender, name="LAND", answer=FlightMode.DONE))
 
         node.create_subscription(entry.type, entry.name, on_request, entry.qos())
-        if answers:
-            modes.publish(FlightMode(name="HOLD"))
-        turning = SingleThreadedExecutor()
-        turning.add_node(node)
-        monkeypatch.setattr(command.rclpy, "spin_once", spun_with(turning))
-        code, line = command.ask(request, "", 3.0)
-        return code, line, asked, places
+        spun = SingleThreadedExecutor()
+        spun.add_node(node)
+        monkeypatch.setattr(command.rclpy, "spin_once", spun_with(spun))
+        return requests
 
-    places = []
-    joined = command.Asker
-
-    def join(*words, at_the_end=False):
-        places.append("at the end" if at_the_end else "first free")
-        return joined(*words, at_the_end=at_the_end)
-
-    monkeypatch.setattr(command, "Asker", join)
-    yield ask
+    yield start
     node.destroy_node()
     rclpy.try_shutdown()
 
 
-def spun_with(turning):
-    """Return rclpy.spin_once for one process in which the commander of the test lives, too."""
+def spun_with(commander):
+    """Return rclpy.spin_once for a process in which the commander of the test runs, too."""
     own = {}
 
     def spin_once(node, timeout_sec):
         if node not in own:
             own[node] = SingleThreadedExecutor()
             own[node].add_node(node)
-        turning.spin_once(timeout_sec=0.0)
+        commander.spin_once(timeout_sec=0.0)
         own[node].spin_once(timeout_sec=timeout_sec)
 
     return spin_once
 
 
-def test_a_commander_that_is_heard_is_asked_once(flight):
-    code, _, asked, places = flight(Request.LAND, answers=True)
-    assert (code, asked, places) == (command.DONE, [Request.LAND], ["first free"])
+def test_a_commander_gets_one_request_and_its_answer_is_reported(commander):
+    requests = commander(answers=True)
+    assert command.ask(Request.LAND, "", PATIENCE) == (command.DONE, "done at step 0: the mode is LAND")
+    assert requests == [Request.LAND]
 
 
-@pytest.mark.parametrize(("request_", "times"), [(Request.LAND, 1), (Request.KILL, 2)])
-def test_one_that_is_mute_is_asked_from_another_place_and_the_answer_is_missed(flight, request_, times):
-    """KILL goes out from the first place, too: nothing waits for an answer there."""
-    code, line, asked, places = flight(request_, answers=False)
-    assert (code, line) == (command.NO_ANSWER, "flight/mode: found no answer within 3 s, expected one")
-    assert asked == [request_] * times
-    assert places == ["first free", "at the end"]
+@pytest.mark.parametrize("request_", [Request.LAND, Request.KILL])
+def test_a_commander_that_does_not_answer_gets_the_request_and_that_is_reported(commander, request_):
+    requests = commander(answers=False)
+    line = "flight/mode: found no answer within 2 s, expected one"
+    assert command.ask(request_, "", PATIENCE) == (command.NO_ANSWER, line)
+    assert requests == [request_]
+
+
+def test_a_flight_without_a_commander_is_named(commander):
+    line = "flight/request: found no commander in namespace 'b' within 0.5 s, expected one"
+    assert command.ask(Request.LAND, "b", 0.5) == (command.NO_ANSWER, line)

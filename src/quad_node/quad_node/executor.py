@@ -43,12 +43,12 @@ def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
         executor.remove_node(node)
 
 
-def init(args: list[str], is_realtime: bool = False) -> str:
+def init(args: list[str]) -> str:
     """Initialise rclpy without its own signal handlers, so that a node can still publish after SIGINT.
 
-    Closed unless the user has chosen otherwise; ``is_realtime``: of these nodes' flight. Returns who sees the nodes.
+    Closed unless the user has chosen otherwise. Returns a line that says who can see the nodes.
     """
-    seen_by = close_unless_asked(is_realtime=is_realtime)
+    seen_by = close_unless_asked()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     return seen_by
 

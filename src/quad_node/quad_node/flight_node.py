@@ -7,6 +7,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
@@ -20,7 +21,6 @@ from quad_node import links, parameters, topics
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
-from quad_node.newcomer import Member
 from quad_node.voice import Voice
 
 _HOUSEKEEPING = 0.05
@@ -28,7 +28,7 @@ _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
 
 
-class FlightNode(Member):
+class FlightNode(Node):
     """A node with one role in a flight. ``done`` completes when the node has nothing more to do; see ``exit_code``."""
 
     def __init__(self, role: str) -> None:

@@ -12,7 +12,7 @@ from quad_core.cascade import ALL_ROLES
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_node import departure, executor, parameters, scheduling
+from quad_node import executor, parameters, scheduling, shutdown
 from quad_node.flight_node import FlightNode
 
 # How long, in s, a node may take to see that its last messages arrived.
@@ -26,7 +26,8 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
         print(help_text(role, summary))
         return 0
     try:
-        seen_by = executor.init(given, parameters.check_arguments(given))
+        parameters.check_arguments(given)
+        seen_by = executor.init(given)
     except ParameterError as error:
         return parameters.fail(role, str(error))
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
@@ -63,7 +64,7 @@ def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -
         node.close()
         return node.exit_code
     finally:
-        departure.leave(node, node.exit_code)
+        shutdown.destroy(node, node.exit_code)
 
 
 def help_text(role: str, summary: str) -> str:

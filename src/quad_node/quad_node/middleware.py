@@ -1,4 +1,7 @@
-"""Who can see and reach a node: closed unless asked, whatever started it."""
+"""Which processes can see and reach a node: those of this machine, unless the user has chosen otherwise.
+
+Every node uses UDP on the loopback interface (``fastdds.xml``, explained in ``docs/explanation/fast_dds.md``).
+"""
 
 import os
 from collections.abc import Mapping, MutableMapping
@@ -7,58 +10,53 @@ from pathlib import Path
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-THEIR_PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
-# Settings of Fast DDS for what FASTDDS_BUILTIN_TRANSPORTS chooses; any other choice has those of fastdds.xml.
-_PROFILES = {"": "fastdds_shm_udp.xml", "DEFAULT": "fastdds_shm_udp.xml"}
-_ANY_PROFILE = "fastdds.xml"
-# Where SHM is chosen, by us or by the user; who flies in real time has the second one (decision 109).
-_CLOSED = {False: "fastdds_local.xml", True: "fastdds_loopback.xml"}
+SETTINGS = str(Path(__file__).resolve().with_name("fastdds.xml"))
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
-# Whoever has set one of these has chosen how the nodes find each other.
-_CHOICES = (
-    TRANSPORTS, RANGE, "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER",
-    PROFILES, THEIR_PROFILES,
-)  # fmt: skip
-_LOCAL = ("LOCALHOST", "OFF", "1")
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
+CLOSED = "seen only on this machine"
+
+# Values that ask for no more than this machine. rmw_fastrtps reads each as a wish for its own transports, shared memory
+# among them, and then ignores those of the profile; so they are removed.
+_THIS_MACHINE = {
+    TRANSPORTS: ("SHM",),
+    RANGE: ("LOCALHOST", "OFF"),
+    "ROS_LOCALHOST_ONLY": ("1",),
+}
+_CHOICES = (*_THIS_MACHINE, "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
-def profiles(environment: Mapping[str, str], is_realtime: bool = False) -> str:
-    """Return the path of our settings of Fast DDS that fit what ``environment`` chooses."""
-    transports = environment.get(TRANSPORTS, "")
-    both = transports and environment.get(RANGE)  # the range brings back transports that were not chosen
-    name = _ANY_PROFILE if both else {**_PROFILES, "SHM": _CLOSED[is_realtime]}.get(transports, _ANY_PROFILE)
-    return str(Path(__file__).resolve().with_name(name))
+def choices(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables by which the user has chosen how nodes find each other, beyond this machine."""
+    found = {name: environment[name] for name in _CHOICES if environment.get(name)}
+    ours = Path(found.get(PROFILES, "")).parts[-2:] == ("quad_node", Path(SETTINGS).name)  # of any checkout
+    return {
+        name: value
+        for name, value in found.items()
+        if value not in _THIS_MACHINE.get(name, ()) and not (name == PROFILES and ours)
+    }
 
 
-def _is_ours(path: str) -> bool:
-    """Return whether ``path`` names settings of ours, of this checkout or another."""
-    ours = {*_CLOSED.values(), *_PROFILES.values(), _ANY_PROFILE}
-    return Path(path).parent.name == "quad_node" and Path(path).name in ours
+def close(environment: MutableMapping[str, str] = os.environ) -> str:
+    """Choose this machine, whatever the user has chosen; returns the line that says which shells see the nodes."""
+    for name in _CHOICES:
+        environment.pop(name, None)
+    environment[PROFILES] = SETTINGS
+    domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
+    return f"{CLOSED}: export {domain}; unset {TRANSPORTS}"
 
 
-def close_unless_asked(environment: MutableMapping[str, str] = os.environ, is_realtime: bool = False) -> str:
-    """Choose this machine alone where nothing is chosen, before rclpy starts; returns who can see the node.
+def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> str:
+    """Choose this machine if the user has chosen nothing else; called before rclpy starts.
 
-    Settings of Fast DDS are ours unless the user names some; ``is_realtime``: those of who flies in real time.
-    The line begins with ``OPEN`` where others than processes of this machine may join.
+    Returns a line that says who can see the nodes. It begins with ``OPEN`` if other hosts or users may join.
     """
     rmw = environment.get(RMW) or FAST_DDS
     if rmw != FAST_DDS:
         return f"{OPEN}: {rmw} has its own settings"
-    if _is_ours(environment.get(PROFILES, "")):
-        del environment[PROFILES]
-    chosen = [name for name in _CHOICES if environment.get(name)]
-    if not chosen:
-        environment[TRANSPORTS] = "SHM"
-        chosen = [TRANSPORTS]
-    if not {PROFILES, THEIR_PROFILES} & set(chosen):
-        environment[PROFILES] = profiles(environment, is_realtime)
-    domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
-    if chosen == [TRANSPORTS] and environment[TRANSPORTS] == "SHM":
-        settings = f"{TRANSPORTS}=SHM {PROFILES}={profiles(environment)}"
-        return f"seen only on this machine: export {settings} {domain}; unset {RANGE}"
-    if set(chosen) <= {RANGE, "ROS_LOCALHOST_ONLY"} and all(environment[name] in _LOCAL for name in chosen):
-        return f"open to this machine: seen by shells with: export {RANGE}=LOCALHOST {domain}; unset {TRANSPORTS}"
-    return f"{OPEN}: {', '.join(f'{name}={environment[name]}' for name in chosen)}"
+    chosen = choices(environment)
+    if chosen:
+        if PROFILES not in chosen:
+            environment.pop(PROFILES, None)  # ours, of scripts/env.sh
+        return f"{OPEN}: {', '.join(f'{name}={value}' for name, value in chosen.items())}"
+    return close(environment)

@@ -1,6 +1,5 @@
 """A node's ROS parameters from its declared parameter sets: declaration, refusal, live change."""
 
-import re
 import sys
 from collections.abc import Callable
 from itertools import pairwise
@@ -23,22 +22,17 @@ from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, resolve
 
 BAD_SETUP = 2  # exit code
-_SETS, _MODE = ("-p", "--param"), "flight.mode"
-_MODE_WORD = re.compile(r"(?:.*:)?flight\.mode:=\W?(\w+)\W?")
 _ROS_OWN = ("use_sim_time", "start_type_description_service")
 
 
-def check_arguments(args: list[str]) -> bool:
+def check_arguments(args: list[str]) -> None:
     """Refuse what rclpy would pass over: words that are no ROS arguments, and parameter files with mistakes.
 
-    ``args``: the command line, the program first. Returns whether they ask for real time, which a process has to know
-    before it has a node. Raises ParameterError naming the word, or the file and its mistake.
+    ``args``: the command line, the program first. Raises ParameterError naming the word, or the file and its mistake.
     """
     check_words(args)
-    modes = [values.get(_MODE) for path in _files(args) for values in read_parameter_file(path).values()]
-    words = [_MODE_WORD.fullmatch(word) for flag, word in pairwise(args) if flag in _SETS]
-    modes += [found[1] for found in words if found]
-    return [mode for mode in modes if mode][-1:] == ["realtime"]
+    for path in _files(args):
+        read_parameter_file(path)
 
 
 def check_words(args: list[str]) -> None:

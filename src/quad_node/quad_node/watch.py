@@ -8,14 +8,14 @@ import rclpy
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
 from quad_msgs.msg import FlightEvent, FlightRequest, FlightState
 from quad_node import topics
 from quad_node.conversion import stamp_ns
-from quad_node.departure import leave
-from quad_node.newcomer import Member
+from quad_node.shutdown import destroy
 
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
@@ -61,7 +61,7 @@ class FlightWatch:
         self._run_id = run_id
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Member(
+        self._node = Node(
             "flight_watch",
             context=self._context,
             namespace=namespace,
@@ -96,7 +96,7 @@ class FlightWatch:
     def close(self) -> None:
         """Leave the domain."""
         self._executor.shutdown()
-        leave(self._node, _HUNG)
+        destroy(self._node, _HUNG)
         self._context.try_shutdown()
 
     def _on_event(self, message: FlightEvent) -> None:

@@ -3,7 +3,6 @@
 import os
 import signal
 import time
-from xml.etree import ElementTree
 
 import pytest
 import rclpy
@@ -134,7 +133,7 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
     made = []
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     monkeypatch.setattr(executor, "spin", lambda nodes, done: made.append((nodes[0], done.done())))
-    monkeypatch.setattr(main.departure, "leave", lambda node, code: None)
+    monkeypatch.setattr(main.shutdown, "destroy", lambda node, code: None)
     try:
         assert main._spin("recorder", Opened) == 1
     finally:
@@ -143,35 +142,3 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
     [(node, was_done)] = made
     assert was_done
     assert node.said == ["SIGINT", "drained", "closed"]
-
-
-@pytest.mark.parametrize(
-    ("transports", "is_realtime", "used"),
-    [
-        ("SHM", False, ["UDPv4", "SHM"]),
-        ("SHM", True, ["UDPv4"]),
-        ("DEFAULT", True, ["UDPv4", "SHM"]),
-        ("UDPv4", True, []),
-        ("/theirs.xml", True, None),
-    ],
-)
-def test_fast_dds_gets_our_settings_unless_the_user_has_some(monkeypatch, transports, is_realtime, used):
-    monkeypatch.setattr(rclpy, "init", lambda **_: None)
-    name, chosen = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"
-    monkeypatch.setenv(name, transports if used is None else "")
-    monkeypatch.setenv(chosen, "SHM" if used is None else transports)
-    executor.init([], is_realtime)
-    if used is None:
-        assert os.environ[name] == transports
-        return
-    tree = ElementTree.parse(os.environ[name])
-    space = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
-    writer = tree.find(f"{space}data_writer[@is_default_profile='true']")
-    period = writer.find(f"{space}times/{space}heartbeatPeriod")
-    assert [int(part.text) for part in period] == [0, 100_000_000]
-    described = tree.findall(f".//{space}transport_descriptor")
-    assert [each.find(f"{space}type").text for each in described] == used
-    addresses = [address.text for address in tree.iter(f"{space}address")]
-    assert addresses == ["127.0.0.1"] * (transports == "SHM" and "UDPv4" in used)
-    waits = [int(each.find(f"{space}healthy_check_timeout_ms").text) for each in described if "SHM" in each[1].text]
-    assert waits == [3_600_000] * ("SHM" in used)

@@ -8,6 +8,7 @@ import rclpy
 from geometry_msgs.msg import Point, TransformStamped
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
@@ -20,9 +21,8 @@ from quad_flight_log.live import shapes
 from quad_flight_log.live.shapes import Shape, Sight, Trail
 from quad_flight_log.report.vehicle_drawing import rgb
 from quad_msgs.msg import FlightState
-from quad_node import departure, executor, topics
+from quad_node import executor, shutdown, topics
 from quad_node.conversion import set_stamp
-from quad_node.newcomer import Member
 from quad_node.parameters import check_words, fail
 
 _STAMP = struct.Struct("<iI")
@@ -57,7 +57,7 @@ class _Heard(NamedTuple):
     payload: bytes
 
 
-class Visitor(Member):
+class Visitor(Node):
     """Hears the newest messages of a flight, unpacks them once in ``period`` s of flight time, and calls ``on_sight``.
 
     It listens with best effort, so that it never holds up a publisher. ``truth`` is preferred to ``state``.
@@ -233,6 +233,6 @@ def _run_markers() -> int:
     try:
         executor.spin([node], node.done)
     finally:
-        departure.leave(node, 0)
+        shutdown.destroy(node, 0)
         rclpy.try_shutdown()
     return 0

@@ -10,7 +10,7 @@ from quad_flight_log.live.node import Visitor
 from quad_flight_log.live.scene import LiveScene
 from quad_flight_log.live.shapes import Sight
 from quad_flight_log.report.rerun_command import viewer_command
-from quad_node import departure, executor
+from quad_node import executor, shutdown
 
 
 class LiveView(Visitor):
@@ -58,7 +58,7 @@ def view(namespace: str = "", *, save: Path | None = None, web: bool = False) ->
             node.create_timer(0.5, lambda: _leave_with(viewer, node))
         executor.spin([node], node.done)
     finally:
-        departure.leave(node, 1)
+        shutdown.destroy(node, 1)
         rclpy.try_shutdown()
         code = _closed(scene, viewer)
     return code

@@ -1,4 +1,4 @@
-"""In real time nobody shares a lock with anybody: who dies with one in his hands would stop those who fly on."""
+"""No node shares memory or a lock with another process: a process that is killed with a lock would stop the others."""
 
 import os
 import re
@@ -18,9 +18,10 @@ pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
 
 
-def test_nobody_has_a_queue_and_datagrams_on_every_port_of_the_loopback_interface_change_nothing(tmp_path):
+@pytest.mark.parametrize("clock", [("--realtime", "--duration", "5"), ("--duration", "15")], ids=["real", "lockstep"])
+def test_no_node_has_shared_memory_and_datagrams_on_every_port_change_nothing(tmp_path, clock):
     out = tmp_path / "bag"
-    process = start("hover", "--realtime", "--duration", "5", "--limits", "position_max=0.1", *STANDBY, "--out", out)
+    process = start("hover", *clock, "--limits", "position_max=0.1", *STANDBY, "--out", out)
     pids = wait_until_flying(process, out)
     for name, pid in pids.items():
         assert not QUEUE.search(Path(f"/proc/{pid}/maps").read_text()), name

@@ -1,8 +1,8 @@
-"""A process that hangs while it gives back its middleware still ends, with the exit code that it has earned.
+"""A process that hangs in Fast DDS while it shuts down still ends, with the exit code of its flight.
 
-Fast DDS 2.14 can hang for ever in the destructor of a participant: it waits, with a time limit that overflows, for
-callbacks that need a lock which it holds. That is so when another participant leaves at the same moment, and the
-interpreter's lock is held meanwhile, so that neither a thread nor a signal handler of Python could help.
+Fast DDS 2.14 can hang for ever in the destructor of a participant when another participant leaves at the same moment:
+it waits, with a time limit that overflows, for callbacks that need a lock which it holds. rclpy holds the interpreter's
+lock meanwhile, so that neither a thread nor a signal handler of Python runs.
 """
 
 import ctypes
@@ -13,7 +13,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-PATIENCE = 5  # s; leaving takes a tenth of one
+PATIENCE = 5  # s; destroying a node takes a tenth of one
 _CLOCK_MONOTONIC, _SIGEV_THREAD = 1, 2
 
 
@@ -30,7 +30,7 @@ class _Event(ctypes.Structure):
     )
 
 
-def leave(node: Node, exit_code: int) -> None:
+def destroy(node: Node, exit_code: int) -> None:
     """Destroy ``node``; a process that hangs meanwhile ends with ``exit_code``. No executor may spin it any more."""
     with limited(exit_code):
         node.destroy_node()
@@ -43,8 +43,8 @@ def limited(exit_code: int, patience: int = PATIENCE) -> Iterator[None]:
     libc: Any = ctypes.CDLL(None) if sys.platform == "linux" else None
     armed = False
     if libc is not None and hasattr(libc, "timer_create"):
-        leave = ctypes.cast(libc._exit, ctypes.c_void_p)
-        event = _Event(exit_code, 0, _SIGEV_THREAD, leave)
+        end = ctypes.cast(libc._exit, ctypes.c_void_p)
+        event = _Event(exit_code, 0, _SIGEV_THREAD, end)
         if libc.timer_create(_CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0:
             once = (ctypes.c_long * 4)(0, 0, patience, 0)
             armed = libc.timer_settime(timer, 0, ctypes.byref(once), None) == 0

@@ -1,0 +1,104 @@
+"""Which settings a node of a flight chooses for the middleware, and what they contain."""
+
+import os
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import rclpy
+
+from quad_node import executor
+from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, TRANSPORTS, close, close_unless_asked
+
+pytestmark = pytest.mark.unit
+
+SPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
+STARTING = 3.0  # s; how long a node may be busy with its start, and miss announcements of others
+THEIRS = "FASTDDS_DEFAULT_PROFILES_FILE"
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {},
+        {TRANSPORTS: "SHM"},
+        {RANGE: "LOCALHOST"},
+        {RANGE: "LOCALHOST", TRANSPORTS: "SHM"},
+        {RANGE: "OFF"},
+        {"ROS_LOCALHOST_ONLY": "1"},
+        {TRANSPORTS: "SHM", PROFILES: "/another/quad_node/fastdds.xml"},
+    ],
+)
+def test_a_shell_that_asks_for_no_more_than_this_machine_gets_our_settings_alone(chosen):
+    shell = dict(chosen)
+    assert close_unless_asked(shell) == f"{CLOSED}: export ROS_DOMAIN_ID=0; unset {TRANSPORTS}"
+    assert shell == {PROFILES: SETTINGS}
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {TRANSPORTS: "DEFAULT"},
+        {TRANSPORTS: "UDPv4", RANGE: "LOCALHOST"},
+        {RANGE: "SUBNET"},
+        {"ROS_STATIC_PEERS": "10.0.0.2"},
+        {"ROS_DISCOVERY_SERVER": "10.0.0.2:11811"},
+        {PROFILES: "/home/fastdds.xml"},
+        {THEIRS: "x.xml"},
+        {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
+    ],
+)
+def test_a_choice_that_may_reach_other_hosts_stays_and_is_named(chosen):
+    shell = dict(chosen)
+    said = close_unless_asked(shell)
+    assert said.startswith(OPEN)
+    assert next(iter(chosen.values())) in said
+    assert shell == chosen
+
+
+def test_settings_of_ours_give_way_to_a_choice_made_after_them():
+    shell = {PROFILES: SETTINGS, RANGE: "SUBNET"}
+    assert close_unless_asked(shell).startswith(OPEN)
+    assert shell == {RANGE: "SUBNET"}
+
+
+def test_visible_overrides_every_choice():
+    shell = {TRANSPORTS: "UDPv4", RANGE: "SUBNET", PROFILES: "x.xml", THEIRS: "y.xml", "ROS_DOMAIN_ID": "57"}
+    assert close(shell) == f"{CLOSED}: export ROS_DOMAIN_ID=57; unset {TRANSPORTS}"
+    assert shell == {PROFILES: SETTINGS, "ROS_DOMAIN_ID": "57"}
+
+
+def test_a_node_has_the_settings_before_rclpy_starts(monkeypatch):
+    for name in (TRANSPORTS, RANGE, PROFILES):
+        monkeypatch.setenv(name, "")
+    found = []
+    monkeypatch.setattr(rclpy, "init", lambda **_: found.append(os.environ[PROFILES]))
+    executor.init([])
+    assert found == [SETTINGS]
+
+
+def test_the_settings_are_udp_on_the_loopback_interface():
+    tree = ElementTree.parse(SETTINGS)
+    [transport] = tree.findall(f".//{SPACE}transport_descriptor")
+    assert transport.find(f"{SPACE}type").text == "UDPv4"
+    assert [address.text for address in transport.iter(f"{SPACE}address")] == ["127.0.0.1"]
+    participant = tree.find(f"{SPACE}participant[@is_default_profile='true']/{SPACE}rtps")
+    assert participant.find(f"{SPACE}useBuiltinTransports").text == "false"
+    named = [each.text for each in participant.iter(f"{SPACE}transport_id")]
+    assert named == [transport.find(f"{SPACE}transport_id").text]
+
+
+def test_a_writer_asks_its_readers_ten_times_a_second_what_they_lack():
+    writer = ElementTree.parse(SETTINGS).find(f"{SPACE}data_writer[@is_default_profile='true']")
+    assert seconds(writer.find(f"{SPACE}times/{SPACE}heartbeatPeriod")) == pytest.approx(0.1)
+
+
+def test_a_participant_announces_itself_often_while_a_flight_starts_and_then_every_half_second():
+    tree = ElementTree.parse(SETTINGS)
+    [first] = tree.iter(f"{SPACE}initialAnnouncements")
+    assert int(first.find(f"{SPACE}count").text) * seconds(first.find(f"{SPACE}period")) >= STARTING
+    [later] = tree.iter(f"{SPACE}leaseAnnouncement")
+    assert seconds(later) == pytest.approx(0.5)
+
+
+def seconds(duration):
+    return int(duration.find(f"{SPACE}sec").text) + 1e-9 * int(duration.find(f"{SPACE}nanosec").text)
