@@ -69,7 +69,7 @@ def killed_recorder(directory: Path, after: float) -> tuple[Loss, subprocess.Com
     os.kill(victim, signal.SIGKILL)
     done = flying.finish(process)
     flight = open_flight(directory)
-    times = np.array([(m.publish_time, m.log_time) for _, m in flight.messages()], dtype=np.int64)
+    times = np.array([(m.publish_time, m.log_time) for m in flight.messages()], dtype=np.int64)
     wall = float(at - times[:, 0].max()) * 1e-9
     recent = times[times[:, 0] > times[:, 0].max() - 1_000_000_000]
     pace = float(np.ptp(recent[:, 1])) / max(float(np.ptp(recent[:, 0])), 1.0)

@@ -27,7 +27,6 @@ ROUNDS = {
     "law_stability": [f"law_stability.py {what} --seeds 1" for what in ("rates", "integral", "adaptation", "surface")],
     "law_tunings": [f"law_tunings.py {PLANS}/real_x500.yaml --seeds 1"],
     "plant_step": ["plant_step.py 1"],
-    "read_bag": ["read_bag.py --minutes 0.1 --rounds 1"],
     "tuned_gains": ["tuned_gains.py 2"],
 }
 """{bench: its smallest rounds}; those of ``run.py`` by their name there."""

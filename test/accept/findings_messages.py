@@ -94,7 +94,7 @@ by_tests(
     "11. one event of 70 MB; a request with a sender of a megabyte",
     "a chunk that the own reader refuses, whole bag lost; 100 MB/s of flight/mode, the controllers fell silent",
     "test/test_recorder_strangers.py",
-    f"{LOG}/test_bag_writer_faults.py::test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written",
+    f"{LOG}/test_writer.py::test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written",
     f"{COMMANDER}/test_commander_node.py::test_a_request_that_is_none_is_refused_by_name",
 )
 by_tests(

@@ -13,7 +13,7 @@ LOG, BRINGUP, SET_UP, NODES = (
 by_tests(
     "a recorder over hours",
     "grew by 1.9 MB a minute in a straight line",
-    f"{LOG}/test_flat_writer.py",
+    f"{LOG}/test_writer.py::test_memory_grows_by_the_index_of_its_chunks_alone",
     also="scripts/accept soak",
 )
 by_tests(

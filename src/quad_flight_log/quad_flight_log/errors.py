@@ -34,6 +34,10 @@ class TopicError(FlightLogError):
     """A topic or field is missing, ambiguous, or of another type than needed."""
 
 
+class AmbiguousTopicError(TopicError):
+    """Several vehicles have a topic of that name, and no namespace says which is meant."""
+
+
 class ConflictError(FlightLogError):
     """Two messages of one topic and step differ."""
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from quad_flight_log.bag.definitions import Definition, concatenated
-from quad_flight_log.bag.writer import BagWriter
+from quad_flight_log.bag.writer import BagWriter, Definition
 
 OUR_MESSAGES = Path(__file__).parents[2] / "quad_msgs" / "msg"
 STEP_NS = 2_000_000
@@ -26,21 +25,15 @@ def typestore() -> Any:
     return store
 
 
-def text_of(short: str) -> str:
-    """Return the .msg text of ``pkg/Type``: ours from the source tree, others as rosbags knows them."""
-    package, name = short.split("/")
-    if package == "quad_msgs":
-        return (OUR_MESSAGES / f"{name}.msg").read_text()
-    text, _ = typestore().generate_msgdef(f"{package}/msg/{name}", ros_version=2)
-    return str(text).split("=" * 80)[0]
-
-
 @cache
 def definition(type_name: str) -> Definition:
-    """Return a definition without installed interfaces, its hash computed by rosbags."""
+    """Return a definition without installed interfaces, text and hash as rosbags makes them."""
     package, *_, name = type_name.split("/")
     full = f"{package}/msg/{name}"
-    return Definition(full, concatenated(full, text_of), typestore().hash_rihs01(full))
+    text = str(typestore().generate_msgdef(full, ros_version=2)[0])
+    if package == "quad_msgs":  # with the comments, which say what is no part of the payload hash
+        text = (OUR_MESSAGES / f"{name}.msg").read_text() + text[text.find("=" * 80) :] * ("=" * 80 in text)
+    return Definition(full, text, typestore().hash_rihs01(full))
 
 
 def message(type_name: str, **values: Any) -> Any:
@@ -133,13 +126,12 @@ def write_bag(
         directory,
         metadata={"run_id": "test", "seed": "7", **notes},
         parameters=parameters,
-        definition_of=definition,
         flush_period=0.05,
     )
     handles: dict[str, int] = {}
     for index, (topic, sample) in enumerate(flown):
         if topic not in handles:
-            handles[topic] = bag.add_topic(topic, sample.__msgtype__)
+            handles[topic] = bag.add_topic(topic, definition(sample.__msgtype__))
         time_ns = log_ns(index, sample)
         bag.write(handles[topic], encoded(sample), time_ns, time_ns + 7)
         if pause_every and index % pause_every == pause_every - 1:

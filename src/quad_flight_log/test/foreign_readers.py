@@ -65,8 +65,7 @@ def ours(bag: Path) -> Digests:
     def rows() -> Iterator[tuple[str, Any]]:
         for name in flight.topics:
             table = flight.array(name)
-            own = [field.name for field in flight.schema(name).types[flight.schema(name).root]]
-            for row in table[own]:
+            for row in table[list(flight.type_of(name).fields)]:
                 yield name, row
 
     return digests(rows())

@@ -60,7 +60,9 @@ def test_arrays_hold_the_values(bag, flown):
     events = [sample for _, sample in expected["/flight/events"]]
     assert tables["/flight/events"]["text"].tolist() == [sample.text for sample in events]
     inner = [sample for _, sample in expected["/attitude_controller/internals"]]
-    np.testing.assert_array_equal(tables["attitude_controller/internals"]["extra"], [sample.extra for sample in inner])
+    assert [row.tolist() for row in tables["attitude_controller/internals"]["extra"]] == [
+        sample.extra.tolist() for sample in inner
+    ]
     np.testing.assert_array_equal(
         tables["attitude_controller/internals"]["torque_limited"], [sample.torque_limited for sample in inner]
     )
@@ -164,7 +166,7 @@ def test_topics_resolve_in_a_namespace(tmp_path):
     rng = np.random.default_rng(3)
     flown = [("/a/state", flight_samples.state(0, rng)), ("/b/state", flight_samples.state(0, rng))]
     path = flight_samples.write_bag(tmp_path / "two", flown)
-    with pytest.raises(TopicError, match="/a/state, /b/state"):
+    with pytest.raises(TopicError, match="name a namespace: a, b"):
         open_flight(path).array("state")
     table = open_flight(path, namespace="b").array("state")
     np.testing.assert_array_equal(table["p_w"][0], flown[1][1].p_w)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import flight_samples
 import numpy as np
+import other_recorders
 import pytest
 from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
@@ -41,7 +42,7 @@ def extras():
 def test_a_recording_with_extra_topics_gives_the_metrics_of_our_own(flown, flown_bag, tmp_path):
     theirs = open_flight(recorded(tmp_path / "bag", extras() + flown.messages))
     assert measured(theirs) == measured(open_flight(flown_bag))
-    np.testing.assert_array_equal(theirs.array("scan")["ranges"], [[0.0, 1.0, 2.0, 3.0, 4.0]])
+    np.testing.assert_array_equal(theirs.array("scan")["ranges"][0], [0.0, 1.0, 2.0, 3.0, 4.0])
     assert theirs.array("rosout")["msg"].tolist() == ["hello"]
     assert theirs.metadata == {}
 
@@ -61,10 +62,8 @@ def test_missing_topics_give_what_is_left(flown, flown_bag, tmp_path, capsys):
     assert cli.main(["replay", str(bag)]) == 2
 
 
-def test_a_recording_without_one_topic_of_ours_is_no_error(tmp_path, capsys):
+def test_a_recording_without_one_topic_of_ours_is_exported(tmp_path):
     bag = recorded(tmp_path / "bag", extras())
-    assert cli.main(["metrics", str(bag)]) == 0
-    assert "n/a" in capsys.readouterr().out
     assert cli.main(["export", str(bag), "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out" / "scan.csv").exists()
 
@@ -92,10 +91,64 @@ def test_a_topic_of_an_unknown_encoding_does_not_hide_the_others(tmp_path, capsy
     assert open_flight(tmp_path / "new").payloads("state") == flight.payloads("state")
 
 
-def test_a_bag_split_into_files_asks_for_one(flown, tmp_path, capsys):
-    bag = recorded(tmp_path / "bag", extras())
-    (path,) = bag.glob("*.mcap")
-    (bag / "bag_1.mcap").write_bytes(path.read_bytes())
-    assert cli.main(["info", str(bag)]) == 2
-    assert "name the one to read" in capsys.readouterr().err
-    assert cli.main(["info", str(bag / "bag_1.mcap")]) == 0
+WORDED = {
+    "a comment before": lambda text: f"# other words\n{text}",
+    "a comment after a field": lambda text: text.replace("Pose pose", "Pose pose  # where it is"),
+    "blank lines": lambda text: text.replace("\n", "\n\n", 3),
+}
+
+
+@pytest.mark.parametrize("change", WORDED)
+def test_two_definitions_of_a_topic_that_agree_in_their_fields_are_read(change, tmp_path):
+    text = flight_samples.definition(other_recorders.KIND).text
+    other = WORDED[change](text)
+    assert other != text
+    flight = open_flight(other_recorders.merged(tmp_path / "merged.mcap", other))
+    assert len(flight.array("pose")) == 20
+    assert flight.unreadable == {}
+
+
+def test_two_definitions_that_differ_in_a_field_are_named_and_the_rest_is_read(tmp_path, capsys):
+    path = other_recorders.merged(tmp_path / "merged.mcap", "float64 x\n")
+    assert cli.main(["info", str(path)]) == 0
+    capsys.readouterr()
+    assert cli.main(["verify", str(path)]) == 1
+    assert "/pose: two definitions of one topic, whose fields differ" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("opcodes", [(0x01,), (0x03, 0x04), (0x01, 0x02, 0x0F)])
+def test_records_longer_than_the_format_knows_are_read(opcodes, tmp_path):
+    flight = open_flight(other_recorders.longer(tmp_path / "longer.mcap", opcodes))
+    assert len(flight.array("pose")) == 20
+    assert not flight.truncated
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "mat"])
+def test_an_export_writes_what_can_be_read_and_names_the_rest(form, tmp_path, capsys):
+    path = other_recorders.encodings(tmp_path / "odd.mcap")
+    assert cli.main(["export", str(path), "--format", form, "--out", str(tmp_path / "out")]) == 1
+    out = capsys.readouterr().out
+    for topic in ("/json", "/protobuf", "/idl", "/incomplete", "/short", "/undefined"):
+        assert f"left out: {path}: {topic}: " in out
+    assert [each.name for each in (tmp_path / "out").iterdir()] == ["odd.mat" if form == "mat" else f"pose.{form}"]
+    assert cli.main(["export", str(path), "--topic", "/pose", "--out", str(tmp_path / "alone")]) == 0
+
+
+@pytest.mark.parametrize(
+    "topics", [("/uav1/odom", "/uav1_odom", "/Uav1/Odom"), ("/a/b/c", "/a_b/c", "/a_b_c", "/a/b_c")]
+)
+def test_names_that_collide_in_an_export_are_numbered(topics, tmp_path, capsys):
+    path = other_recorders.named(tmp_path / "names.mcap", topics)
+    assert cli.main(["export", str(path), "--out", str(tmp_path / "out")]) == 0
+    files = capsys.readouterr().out.split()
+    assert len({name.casefold() for name in files}) == len(topics)
+    assert all(len(Path(name).read_text().splitlines()) == 6 for name in files)
+
+
+@pytest.mark.parametrize("command", [["hash"], ["metrics"], ["check", "--limits", "position_rmse=1"]])
+def test_a_bag_without_a_topic_of_a_flight_is_named(command, tmp_path, capsys):
+    empty = other_recorders.named(tmp_path / "empty.mcap", ())
+    poses = other_recorders.named(tmp_path / "poses.mcap", ("/pose",))
+    for path in (empty, poses):
+        assert cli.main([*command[:1], str(path), *command[1:]]) == 2
+        assert "holds no topic of a flight" in capsys.readouterr().err

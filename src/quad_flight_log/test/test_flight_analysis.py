@@ -61,7 +61,7 @@ def test_a_topic_without_stamps_cannot_be_aligned(flown_bag):
 
 
 def test_reading_needs_neither_ros_nor_extras(flown_bag):
-    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "rosbags", "pyarrow", "tqdm", "plotly")
+    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "pyarrow", "tqdm", "plotly")
     text = (
         f"import sys\nfor name in {blocked!r}: sys.modules[name] = None\n"
         "from quad_flight_log import cli\n"

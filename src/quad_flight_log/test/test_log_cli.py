@@ -119,16 +119,13 @@ def test_verify_and_hash(flown_bag, capsys, tmp_path):
     assert "(of the readable part of a cut bag: ends within a record at byte " in out.splitlines()[0]
 
 
-def test_progress_goes_to_the_end_in_every_pass(flown_bag):
+def test_progress_goes_to_the_end(flown_bag):
     seen: list[tuple[int, int]] = []
-    flight = open_flight(flown_bag, progress=lambda done, total: seen.append((done, total)))
+    open_flight(flown_bag, progress=lambda done, total: seen.append((done, total)))
     (path,) = flown_bag.glob("*.mcap")
     assert seen[-1] == (path.stat().st_size, path.stat().st_size)
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
-    seen.clear()
-    flight.array("truth")
     assert len(seen) > 1
-    assert seen[-1][0] == seen[-1][1]
 
 
 def test_a_closed_pipe_is_no_error(flown_bag):

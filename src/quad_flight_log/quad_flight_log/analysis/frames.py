@@ -13,8 +13,7 @@ import numpy as np
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics
 from quad_flight_log.analysis.tables import flight_tables
-from quad_flight_log.bag.cdr import Table
-from quad_flight_log.bag.columns import columns
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
 
@@ -23,8 +22,14 @@ if TYPE_CHECKING:
 
 
 def measured(flight: Flight) -> FlightMetrics:
-    """Return the metrics of an opened flight from whatever of the needed topics it has."""
-    return flight_metrics(flight_tables(flight))
+    """Return the metrics of an opened flight from whatever of the needed topics it has.
+
+    Raises TopicError if it has none of them.
+    """
+    tables = flight_tables(flight)
+    if not tables:
+        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to measure")
+    return flight_metrics(tables)
 
 
 def aligned_arrays(flight: Flight, *topics: str, forward_fill: bool = False) -> dict[str, Table]:
@@ -72,7 +77,7 @@ def _frame(flight: Flight, tables: dict[str, Table], prefix: bool) -> "pd.DataFr
     for topic, table in tables.items():
         if times is None:
             times = table["stamp_ns" if "stamp_ns" in (table.dtype.names or ()) else "log_ns"] * 1e-9
-        for column in columns(flight.schema(topic), table):
+        for column in flight.columns(topic, table):
             content[f"{topic}.{column.name}" if prefix else column.name] = column.values
     return pd.DataFrame(content, index=pd.Index(times if times is not None else [], name="time"))
 

@@ -20,7 +20,7 @@ from quad_flight_log.analysis.gaps import missing_messages
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, truth_topic, unusable_messages
 from quad_flight_log.analysis.takeovers import described, takeovers
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import STOPPED

@@ -21,7 +21,7 @@ from quad_flight_log.analysis.recorded_parameters import Change, recorded_parame
 from quad_flight_log.analysis.replay_inputs import seen
 from quad_flight_log.analysis.takeovers import Flier, fliers
 from quad_flight_log.analysis.tuples import Columns, columns_of, recorded_columns
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
 

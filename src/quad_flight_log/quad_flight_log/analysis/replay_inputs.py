@@ -17,7 +17,7 @@ from quad_core.resolution import Resolved
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_flight_log.analysis.tuples import tuples_of
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.errors import TopicError
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import COMMAND, CRAZYFLIE, JOINED, MAVLINK, PX4, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from quad_core.cascade import SHADOW, STAGE
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_guard.guard import MODES, PASS
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from quad_core.records import builder, columns, leaves, to_rows
 from quad_core.types import Vec3, Wrench
 from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.bag.cdr import Table
+from quad_flight_log.bag.messages import Table
 from quad_flight_log.errors import SchemaError
 
 Columns = dict[str, NDArray[Any]]

@@ -6,14 +6,14 @@ import json
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_flight_log.bag.columns import Column, columns
+from quad_flight_log.bag.messages import Column
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import FlightLogError, SchemaError
 
 FORMATS = ("csv", "parquet", "mat")
 _LONGEST_NAME = 200
@@ -24,29 +24,55 @@ class ExportError(FlightLogError):
     """The flight cannot be written in that form."""
 
 
-def export(flight: Flight, directory: Path, form: str, topics: list[str]) -> list[Path]:
-    """Write ``topics`` (empty: all with messages) into ``directory``; returns the files, which must not exist yet.
+class Exported(NamedTuple):
+    """The files that were written, and {topic: why} of topics that cannot be read."""
 
-    Raises ExportError for an existing file or a library that is missing, TopicError and SchemaError as the reader.
+    paths: list[Path]
+    left_out: dict[str, str]
+
+
+def export(flight: Flight, directory: Path, form: str, topics: list[str]) -> Exported:
+    """Write ``topics`` (empty: all with messages) into ``directory``, in files which must not exist yet.
+
+    A topic that cannot be read is left out and named. Raises ExportError for an existing file or a library that is
+    missing, TopicError for a topic that the bag has not.
     """
     names = [flight.resolve(topic) for topic in topics] or [
         name for name, topic in flight.topics.items() if topic.messages
     ]
+    left_out = {name: flight.unreadable[name] for name in names if name in flight.unreadable}
+    names = [name for name in names if name not in left_out]
     directory.mkdir(parents=True, exist_ok=True)
     if form == "mat":
-        return [_matlab(flight, _new(directory / f"{_stem(flight)}.mat"), names)]
+        path = _new(directory / f"{flight.path.name.partition('.')[0]}.mat")
+        return Exported([_matlab(flight, path, names, left_out)], left_out)
     write = _parquet if form == "parquet" else _csv
+    taken: set[str] = set()
+    files = {name: _new(directory / f"{_free_name(name, taken)}.{form}") for name in names}
     paths = []
-    for name in names:
-        path = _new(directory / f"{plain_name(name)}.{form}")
-        write(flight, name, path)
-        paths.append(path)
-    return paths
+    for name, path in files.items():
+        part = path.with_name(path.name + ".part")
+        try:
+            write(flight, name, part)
+        except SchemaError as error:
+            left_out[name] = str(error)
+            part.unlink(missing_ok=True)
+        else:
+            part.rename(path)
+            paths.append(path)
+    return Exported(paths, left_out)
 
 
-def plain_name(topic: str) -> str:
-    """Return a topic as a file or variable name: /a/b becomes a_b; what a file system may refuse becomes _."""
-    return re.sub(r"[^\w.-]", "_", topic.strip("/"))[:_LONGEST_NAME]
+def _free_name(topic: str, taken: set[str]) -> str:
+    """Return a topic as a file name: /a/b becomes a_b, or a_b_2 where another topic has that name already.
+
+    Names that differ in capitals alone count as equal: on some file systems they are.
+    """
+    plain = re.sub(r"[^\w.-]", "_", topic.strip("/"))[:_LONGEST_NAME] or "_"
+    names = itertools.chain([plain], (f"{plain}_{number}" for number in itertools.count(2)))
+    name = next(name for name in names if name.casefold() not in taken)
+    taken.add(name.casefold())
+    return name
 
 
 def write_csv(path: Path, content: Mapping[str, NDArray[Any]]) -> None:
@@ -57,10 +83,6 @@ def write_csv(path: Path, content: Mapping[str, NDArray[Any]]) -> None:
         writer.writerows(zip(*(values.tolist() for values in content.values()), strict=True))
 
 
-def _stem(flight: Flight) -> str:
-    return flight.path.name.removesuffix(".part").removesuffix(".mcap")
-
-
 def _new(path: Path) -> Path:
     if path.exists():
         raise ExportError(f"{path}: exists; an export never overwrites")
@@ -68,11 +90,11 @@ def _new(path: Path) -> Path:
 
 
 def _csv(flight: Flight, name: str, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         head = False
         for _, table in flight.batches(name):
-            block = list(columns(flight.schema(name), table))
+            block = list(flight.columns(name, table))
             if not head:
                 writer.writerow(column.name for column in block)
                 head = True
@@ -99,7 +121,7 @@ def _parquet(flight: Flight, name: str, path: Path) -> None:
     writer: Any = None
     try:
         for _, table in flight.batches(name):
-            block = list(columns(flight.schema(name), table))
+            block = list(flight.columns(name, table))
             arrays = [pa.array(column.values.tolist(), kind(column.form)) for column in block]
             content = pa.table(arrays, names=[column.name for column in block])
             writer = writer or pq.ParquetWriter(path, content.schema)
@@ -109,14 +131,17 @@ def _parquet(flight: Flight, name: str, path: Path) -> None:
             writer.close()
 
 
-def _matlab(flight: Flight, path: Path, names: list[str]) -> Path:
+def _matlab(flight: Flight, path: Path, names: list[str], left_out: dict[str, str]) -> Path:
     try:
         from scipy.io import savemat
     except ImportError as error:
         raise ExportError("mat: install the Python package scipy") from error
     content: dict[str, Any] = {"metadata": None, "parameters": None}
     for name in names:
-        content[_matlab_name(name.strip("/"), content)] = _struct(flight.array(name))
+        try:
+            content[_matlab_name(name.strip("/"), content)] = _struct(flight.array(name))
+        except SchemaError as error:  # noqa: PERF203 (the other topics are exported)
+            left_out[name] = str(error)
     notes: dict[str, Any] = {}
     for key, value in flight.metadata.items():
         notes[_matlab_name(key, notes)] = value
@@ -124,6 +149,7 @@ def _matlab(flight: Flight, path: Path, names: list[str]) -> Path:
     try:
         savemat(path, content, long_field_names=True, oned_as="column")
     except ValueError as error:
+        path.unlink(missing_ok=True)
         raise ExportError(f"{path}: {error}") from error
     return path
 

@@ -6,9 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from quad_core.cascade import STAGES
-from quad_flight_log.bag import cdr
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import ConflictError, SchemaError
+from quad_flight_log.errors import ConflictError, SchemaError, TopicError
 
 STEP_TOPICS = (
     *("state", "truth", "actuation", "disturbance", "reference"),
@@ -20,9 +19,12 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
     """Return {topic: SHA-256 over the CDR of each step in step order}; topics that the bag lacks are left out.
 
     Repeats are dropped after they were found equal, fields marked @wall or @run are masked with zeros. Raises
-    ConflictError if two messages of one step differ, SchemaError if a topic has no stamp.
+    TopicError if the bag has none of the topics, ConflictError if two messages of one step differ, SchemaError if a
+    topic has no stamp.
     """
     present = [topic for topic in topics if flight.has(topic)]
+    if not present:
+        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to hash")
     arrays = flight.arrays(*present)
     payloads = flight.payloads(*present)
     found = {}
@@ -31,7 +33,8 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
         where = f"{flight.path}: {name}"
         if "stamp_ns" not in (arrays[topic].dtype.names or ()):
             raise SchemaError(f"{where}: {flight.topics[name].type} has no stamp, so its steps cannot be told apart")
-        rows = _masked(flight, name, payloads[name][0])
+        kind = flight.type_of(name)
+        rows = [kind.hashed(payload) for payload in payloads[name][0]]
         digest, last_stamp, last = hashlib.sha256(), None, b""
         for index in np.argsort(arrays[topic]["stamp_ns"], kind="stable").tolist():
             stamp = int(arrays[topic]["stamp_ns"][index])
@@ -46,28 +49,8 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
 
 
 def payload_hash(flight: Flight) -> str:
-    """Return one SHA-256 (hex) over the names and hashes of all step topics in the bag."""
+    """Return one SHA-256 (hex) over the names and hashes of all step topics in the bag; raises as ``topic_hashes``."""
     digest = hashlib.sha256()
     for topic, value in sorted(topic_hashes(flight).items()):
         digest.update(f"{topic} {value}\n".encode())
     return digest.hexdigest()
-
-
-def _masked(flight: Flight, name: str, payloads: list[bytes]) -> list[bytes]:
-    schema = flight.schema(name)
-    if not any(field.masked for fields in schema.types.values() for field in fields):
-        return payloads
-    masked, layout, shape = [], None, None
-    for payload in payloads:
-        if layout is None or layout.shape_of(payload) != shape:
-            layout = cdr.layout_of(schema, payload)
-            shape = layout and layout.shape_of(payload)
-        if layout is None:
-            raise SchemaError(
-                f"{flight.path}: {name}: fields marked @wall or @run in a type of varying shape cannot be masked"
-            )
-        row = bytearray(payload)
-        for at, size in layout.masked:
-            row[at : at + size] = bytes(size)
-        masked.append(bytes(row))
-    return masked

@@ -1,26 +1,33 @@
 """A recorded flight as NumPy arrays, read without ROS.
 
-``open_flight`` verifies the whole file once; arrays are read from it when asked for. A topic may be named relative
-(``truth``) or in full (``/truth``, ``/uav1/truth``).
+``open_flight`` reads the whole bag once and compares every checksum; arrays are decoded when asked for. A topic may be
+named relative (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
+from quad_core.cascade import SIGNALS
 from quad_core.parameter_files import load_yaml
-from quad_flight_log.bag import cdr, definitions
-from quad_flight_log.bag.cdr import Table
-from quad_flight_log.bag.mcap_messages import RawMessage, messages
-from quad_flight_log.bag.mcap_scan import Scan, scan
-from quad_flight_log.bag.metadata import PARAMETERS, QUAD, QUAD_END, checked_record
-from quad_flight_log.bag.stamps import with_times
-from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError, TopicError
+from quad_flight_log.bag.files import files_of
+from quad_flight_log.bag.mcap_file import LIBRARY, Channel, Message, Progress
+from quad_flight_log.bag.messages import Column, MessageType, Table, known_type, message_type
+from quad_flight_log.bag.notes import PARAMETERS, QUAD, QUAD_END, opened_notes
+from quad_flight_log.errors import (
+    AmbiguousTopicError,
+    CorruptError,
+    LimitError,
+    SchemaError,
+    TopicError,
+)
 
 SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer
 BATCH = 16 << 20  # bytes of payload in one block
+KEPT = 256 << 20  # bytes of payload up to which a bag is kept in memory once it was read
 MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
 
 
@@ -40,35 +47,43 @@ class Topic(NamedTuple):
 class Flight:
     """A verified flight log.
 
-    ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed, versions, drops, ...).
-    ``parameters``: resolved parameters as in the attached YAML. ``truncated``: the file ends early and what is here is
-    the verified prefix; ``damage`` says where. ``protected``: a checksum covers every message. ``unreadable``: {topic:
-    why} of topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
+    ``path``: its first file, ``file_names``: all of them. ``topics``: {full name: Topic}. ``metadata``: what the
+    recorder noted (run id, seed, versions, drops, ...). ``parameters``: resolved parameters as in the attached YAML.
+    ``truncated``: the bag is cut or lacks a file and what is here is its verified beginning; ``damage`` says where.
+    ``protected``: a checksum covers every message. ``unreadable``: {topic: why} of topics whose definition or encoding
+    is none that can be decoded (their bytes still are in ``payloads``).
     """
 
     def __init__(
         self,
-        found: Scan,
+        path: Path,
         namespace: str = "",
         memory_limit: int = MEMORY_LIMIT,
-        progress: Callable[[int, int], None] | None = None,
+        progress: Progress | None = None,
         salvage: bool = False,
     ) -> None:
-        self.path = found.path
-        self.compressed_size, self.uncompressed_size = found.compressed_size, found.uncompressed_size
-        self.written_by = found.written_by
-        self.metadata = _metadata(found, salvage)
-        self.truncated, self.damage, self.protected = found.truncated, found.damage, found.protected
+        """Read the bag at ``path`` once; raises as ``open_flight``."""
+        self._files, self.file_names, missing = files_of(path)
+        self.path = self._files[0].path
+        self._limit, self._cache = memory_limit, dict[str, Table]()
+        self._kept: list[Message] | None = []
+        self.topics: dict[str, Topic] = {}
+        self._count = self._read_all(salvage, progress)
+        self.written_by = self._files[0].written_by
+        self.protected = all(file.protected for file in self._files)
+        self.size = sum(file.path.stat().st_size for file in self._files)
+        self.uncompressed_size = sum(file.uncompressed_size for file in self._files)
+        damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
+        self.truncated = bool(missing) or any(file.truncated for file in self._files)
+        self.metadata = self._notes(salvage, damage)
+        self.damage = "; ".join(damage)
+        self.parameters_text = self._attached(PARAMETERS)
         # without it /uav1/state and /uav1/flight/state both end like `state`
         vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
-        self.parameters_text = _text(found, PARAMETERS)
-        self._scan, self._limit, self._progress = found, memory_limit, progress
-        self._channels: dict[str, list[int]] = {}
-        self._schemas: dict[str, definitions.Schema] = {}
         self.unreadable: dict[str, str] = {}
-        self._cache: dict[str, Table] = {}
-        self.topics = self._topics()
+        self._types: dict[str, MessageType] = {}
+        self._find_types()
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -81,21 +96,32 @@ class Flight:
             raise CorruptError(f"{self.path}: attachment {PARAMETERS} holds {type(loaded).__name__}, expected a map")
         return loaded
 
+    @property
+    def vehicles(self) -> list[str]:
+        """The namespaces under which the bag has topics of a flight, the global one as an empty text."""
+        endings = tuple(f"/{topic}" for topic in ("truth", *SIGNALS))
+        names = [name for name in self.topics if name.endswith(endings) and f"/{SHADOW}" not in name]
+        found = {name.removesuffix(next(end for end in endings if name.endswith(end))) for name in names}
+        return sorted(found)
+
     def record(self, name: str) -> dict[str, str]:
         """Return the last metadata record of that name, empty if there is none."""
-        return next((dict(values) for found, values in reversed(self._scan.metadata) if found == name), {})
+        notes = [note for file in self._files for note in file.notes]
+        return next((dict(values) for found, values in reversed(notes) if found == name), {})
 
     def has(self, topic: str) -> bool:
-        """Return whether the bag has at least one message of a topic."""
+        """Return whether the bag has at least one message of a topic; raises AmbiguousTopicError as ``resolve``."""
         try:
             return self.topics[self.resolve(topic)].messages > 0
+        except AmbiguousTopicError:
+            raise
         except TopicError:
             return False
 
     def resolve(self, topic: str) -> str:
         """Return the full name of a topic given in full or relative to the flight's namespace.
 
-        Raises TopicError if there is none, or more than one and no namespace was given.
+        Raises TopicError if there is none, AmbiguousTopicError if there are several and no namespace was given.
         """
         relative = topic.lstrip("/")
         for name in (topic, f"{self.namespace}/{relative}"):
@@ -104,10 +130,13 @@ class Flight:
         found = [name for name in self.topics if name.endswith("/" + relative)] if not topic.startswith("/") else []
         if not relative.startswith(SHADOW):
             found = [name for name in found if f"/{SHADOW}" not in name]
-        if len(found) == 1 and not self.namespace:
-            return found[0]
         if found and not self.namespace:
-            raise TopicError(f"{self.path}: topic {topic!r} is one of {', '.join(found)}: name a namespace")
+            vehicles = [name.removesuffix(f"/{relative}") for name in found]
+            flights = [name for name in vehicles if name in self.vehicles] or vehicles
+            if len(flights) == 1:
+                return f"{flights[0]}/{relative}"
+            names = ", ".join(name.strip("/") or "/" for name in flights)
+            raise AmbiguousTopicError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
         have = ", ".join(self.topics) or "no topics"
         raise TopicError(f"{self.path}: no topic {topic!r}; the bag has {have}")
 
@@ -124,56 +153,43 @@ class Flight:
         names = {topic: self.resolve(topic) for topic in topics}
         missing = [name for name in dict.fromkeys(names.values()) if name not in self._cache]
         for name, (payloads, log_times) in self.payloads(*missing).items():
-            where = f"{self.path}: {name}"
-            table = cdr.table(self.schema(name), payloads, where)
-            self._cache[name] = with_times(table, log_times, where)
+            self._cache[name] = self.type_of(name).table(payloads, log_times, f"{self.path}: {name}")
         return {topic: self._cache[name] for topic, name in names.items()}
 
     def payloads(self, *topics: str) -> dict[str, tuple[list[bytes], list[int]]]:
         """Return {full name: (CDR payloads, log times in ns)} of topics, in the order of the bag."""
         names = [self.resolve(topic) for topic in topics]
-        if not names:
-            return {}
         size = sum(self.topics[name].size for name in names)
         if size > self._limit:
             raise LimitError(f"{self.path}: {', '.join(names)} hold {size} bytes, more than the {self._limit} allowed")
         found: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in names}
-        append: dict[int, tuple[Callable[[bytes], None], Callable[[int], None]]] = {}
-        for name in names:
-            for number in self._channels[name]:
-                append[number] = (found[name][0].append, found[name][1].append)
-        for channel, log_time, _, data in messages(self._scan, frozenset(append), self._progress):
-            add_payload, add_time = append[channel]
-            add_payload(data)
-            add_time(log_time)
+        for message in self.messages() if names else ():
+            lists = found.get(message.channel.topic)
+            if lists is not None:
+                lists[0].append(message.data)
+                lists[1].append(message.log_time)
         return found
 
-    def messages(self) -> Iterator[tuple[str, RawMessage]]:
-        """Yield (full topic name, message as it stands in the file) of all topics in the order of the bag."""
-        names = {number: name for name, numbers in self._channels.items() for number in numbers}
-        for message in messages(self._scan, frozenset(names), self._progress):
-            yield names[message.channel], message
-
-    def definition_text(self, topic: str) -> str:
-        """Return the definition of a topic's type as the text that the bag carries."""
-        name = self.resolve(topic)
-        channel = self._scan.channels[self._channels[name][0]]
-        return str(self._scan.schemas[channel.schema_id].data.decode("utf-8", errors="replace"))
+    def messages(self) -> Iterator[Message]:
+        """Yield the messages of all topics, as they stand in the files."""
+        if self._kept is not None:
+            yield from self._kept
+            return
+        every = (message for file in self._files for message in file.messages(salvage=True))
+        yield from islice(every, self._count)  # a bag that is still recorded has grown
 
     def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
-        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded.
-
-        Blocks of one topic come in the order of the bag. Sequences may be sub-arrays in one block and lists in another.
-        """
+        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded."""
         given = {self.resolve(topic): topic for topic in topics}
-        owner = {number: name for name in given for number in self._channels[name]}
         waiting: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in given}
         size = 0
-        for channel, log_time, _, data in messages(self._scan, frozenset(owner), self._progress):
-            payloads, times = waiting[owner[channel]]
-            payloads.append(data)
-            times.append(log_time)
-            size += len(data)
+        for message in self.messages():
+            lists = waiting.get(message.channel.topic)
+            if lists is None:
+                continue
+            lists[0].append(message.data)
+            lists[1].append(message.log_time)
+            size += len(message.data)
             if size > limit:
                 yield from self._tables(given, waiting)
                 waiting, size = {name: ([], []) for name in given}, 0
@@ -184,58 +200,91 @@ class Flight:
     ) -> Iterator[tuple[str, Table]]:
         for name, (payloads, times) in waiting.items():
             if payloads:
-                where = f"{self.path}: {name}"
-                yield given[name], with_times(cdr.table(self.schema(name), payloads, where), times, where)
+                yield given[name], self.type_of(name).table(payloads, times, f"{self.path}: {name}")
 
-    def schema(self, topic: str) -> definitions.Schema:
-        """Return the parsed definition of a topic's type, as the bag carries it; SchemaError if it cannot be read."""
+    def columns(self, topic: str, table: Table) -> Iterator[Column]:
+        """Yield the columns of an array of a topic with one name and one kind each: ``p_w[0]``, ``wrench.force.z``."""
+        return self.type_of(topic).columns(table)
+
+    def type_of(self, topic: str) -> MessageType:
+        """Return the type of a topic, as the bag defines it; SchemaError if it cannot be read."""
         name = self.resolve(topic)
         if name in self.unreadable:
             raise SchemaError(self.unreadable[name])
-        return self._schemas[name]
+        return self._types[name]
 
-    def _topics(self) -> dict[str, Topic]:
-        found: dict[str, Topic] = {}
-        texts: dict[str, tuple[str, bytes]] = {}
-        parsed: dict[tuple[str, int], Any] = {}
-        for number, channel in sorted(self._scan.channels.items(), key=lambda item: str(item[1].topic)):
+    def definition_of(self, topic: str) -> str:
+        """Return the text of the definition of a topic's type; SchemaError if it cannot be read."""
+        kind, name = self.type_of(topic), self.resolve(topic)
+        text = next(channel.definition for channel in self._channels() if channel.topic == name)
+        return text.decode() if text else kind.definition
+
+    def _channels(self) -> Iterator[Channel]:
+        return (channel for file in self._files for channel in file.channels.values())
+
+    def _read_all(self, salvage: bool, progress: Progress | None) -> int:
+        tallies: dict[str, list[int]] = {}
+        total = size = 0
+        for message in (each for file in self._files for each in file.messages(salvage=salvage, progress=progress)):
+            time, length = message.log_time, len(message.data)
+            tally = tallies.setdefault(message.channel.topic, [0, 0, time, time])
+            tally[0] += 1
+            tally[1] += length
+            tally[2], tally[3] = min(tally[2], time), max(tally[3], time)
+            total, size = total + 1, size + length
+            if self._kept is not None:
+                self._kept.append(message)
+                self._kept = self._kept if size <= KEPT else None
+        for channel in sorted(self._channels(), key=lambda each: each.topic):
+            count, length, first, last = tallies.get(channel.topic, [0, 0, 0, 0])
+            about = (channel.topic, channel.type, count, length, first, last, channel.type_hash, channel.offered_qos)
+            self.topics.setdefault(channel.topic, Topic(*about))
+        return total
+
+    def _notes(self, salvage: bool, damage: list[str]) -> dict[str, str]:
+        merged: dict[str, str] = {}
+        for file in self._files:
+            for name, values in file.notes:
+                if name not in (QUAD, QUAD_END):
+                    continue
+                try:
+                    parameters = file.attachments.get(PARAMETERS, b"") if name == QUAD else b""
+                    merged.update(opened_notes(values, parameters, strict=file.written_by.startswith(LIBRARY)))
+                except ValueError as error:
+                    problem = f"metadata record {name!r}: {error}"
+                    if not salvage:
+                        raise CorruptError(f"{self.path}: {problem}") from error
+                    self.truncated = True
+                    damage.append(problem)
+        return merged
+
+    def _attached(self, name: str) -> str:
+        data = next((file.attachments[name] for file in self._files if name in file.attachments), b"")
+        try:
+            return data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise CorruptError(f"{self.path}: attachment {name} is not UTF-8") from error
+
+    def _find_types(self) -> None:
+        for channel in self._channels():
             name, where = channel.topic, f"{self.path}: {channel.topic}"
-            schema = self._scan.schemas.get(channel.schema_id)
-            text = (schema.name, schema.data) if schema else ("", b"")
-            if texts.setdefault(name, text) != text:
-                raise SchemaError(f"{where}: two definitions of one topic, {texts[name][0]} and {text[0]}")
-            if name not in self._schemas and name not in self.unreadable:
-                key = (channel.message_encoding, channel.schema_id)
-                if key not in parsed:  # many channels may share a definition that takes long to refuse
-                    parsed[key] = _parsed(channel, schema)
-                if isinstance(parsed[key], str):
-                    self.unreadable[name] = f"{where}: {parsed[key]}"
-                else:
-                    self._schemas[name] = parsed[key]
-            self._channels.setdefault(name, []).append(number)
-            tally = self._scan.tallies.get(number)
-            count, size, first, last = (tally.count, tally.size, tally.first, tally.last) if tally else (0, 0, 0, 0)
-            if name in found and found[name].messages and count:
-                before = found[name]
-                count, size = count + before.messages, size + before.size
-                first, last = min(first, before.first), max(last, before.last)
-            elif name in found and not count:
-                continue
-            type_hash = channel.metadata.get("topic_type_hash", "")
-            qos = channel.metadata.get("offered_qos_profiles", "")
-            found[name] = Topic(name, text[0], count, size, first, last, type_hash, qos)
-        return found
+            try:
+                kind = _type_of(channel)
+                if not self._types.setdefault(name, kind).same_fields(kind):
+                    raise SchemaError("two definitions of one topic, whose fields differ")
+            except SchemaError as error:
+                self.unreadable.setdefault(name, f"{where}: {error}")
 
 
-def _parsed(channel: Any, schema: Any) -> definitions.Schema | str:
-    """Return the parsed definition of a channel, or why it cannot be read."""
-    if channel.message_encoding != MessageEncoding.CDR or schema is None or schema.encoding != SchemaEncoding.ROS2:
-        encoding = schema.encoding if schema else "no schema"
-        return f"found {channel.message_encoding!r} with {encoding!r}, expected cdr with ros2msg"
-    try:
-        return definitions.parse(schema.name, schema.data.decode("utf-8", errors="replace"))
-    except SchemaError as error:
-        return str(error)
+def _type_of(channel: Channel) -> MessageType:
+    if channel.encoding != MessageEncoding.CDR:
+        raise SchemaError(f"found messages in {channel.encoding!r}, expected {MessageEncoding.CDR!r}")
+    if channel.schema_encoding == SchemaEncoding.ROS2:
+        return message_type(channel.type, channel.definition.decode("utf-8", errors="replace"))
+    if channel.schema_encoding or not channel.type:
+        found = channel.schema_encoding or "no definition"
+        raise SchemaError(f"found {found!r}, expected a definition in {SchemaEncoding.ROS2!r}")
+    return known_type(channel.type)
 
 
 def open_flight(
@@ -244,50 +293,12 @@ def open_flight(
     namespace: str = "",
     salvage: bool = False,
     memory_limit: int = MEMORY_LIMIT,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Flight:
-    """Open a bag directory or an MCAP file and verify it.
+    """Open a bag directory or one of its files, and verify it.
 
-    A file that was not closed is read as its verified prefix (``truncated``). ``salvage`` accepts the prefix before any
-    other damage too. ``progress`` is called with (bytes read, bytes in all) in every pass over the file.
-    Raises NotAFlightError, CorruptError, LimitError or SchemaError, all FlightLogError.
+    Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
+    ends (``truncated``). ``salvage`` accepts what comes before any other damage too. ``progress`` is called with (bytes
+    read, bytes in all) of each file. Raises NotAFlightError, CorruptError, LimitError, all FlightLogError.
     """
-    return Flight(
-        scan(find_mcap(Path(path)), salvage=salvage, progress=progress), namespace, memory_limit, progress, salvage
-    )
-
-
-def find_mcap(path: Path) -> Path:
-    """Return the MCAP file of a bag directory (or ``path`` itself if it is a file)."""
-    if path.is_file():
-        return path
-    if not path.is_dir():
-        raise NotAFlightError(f"{path}: no such file or directory")
-    files = sorted([*path.glob("*.mcap"), *path.glob("*.mcap.part")])
-    if len(files) == 1:
-        return files[0]
-    if not files:
-        raise NotAFlightError(f"{path}: no *.mcap in it, expected a bag directory")
-    names = ", ".join(file.name for file in files)
-    raise NotAFlightError(f"{path}: holds {names}; expected one MCAP file, name the one to read")
-
-
-def _metadata(found: Scan, salvage: bool) -> dict[str, str]:
-    merged: dict[str, str] = {}
-    for name, values in found.metadata:
-        if name in (QUAD, QUAD_END):
-            try:
-                merged.update(checked_record(values, strict=found.own))
-            except ValueError as error:
-                problem = f"metadata record {name!r}: {error}"
-                if not salvage:
-                    raise CorruptError(f"{found.path}: {problem}") from error
-                found.truncated, found.damage = True, "; ".join(filter(None, [found.damage, problem]))
-    return merged
-
-
-def _text(found: Scan, name: str) -> str:
-    try:
-        return found.attachments.get(name, b"").decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise CorruptError(f"{found.path}: attachment {name} is not UTF-8") from error
+    return Flight(Path(path), namespace, memory_limit, progress, salvage)

@@ -4,14 +4,13 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_flight_log.bag.definitions import Definition
-from quad_flight_log.bag.mcap_records import CHUNK_LIMIT
-from quad_flight_log.bag.metadata import qos_of
+from quad_flight_log.bag.notes import qos_of
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.bag.writer import BACKLOG_LIMIT, BagReport, BagWriter
+from quad_flight_log.bag.writer import BACKLOG_LIMIT, BagReport, BagWriter, Definition
 from quad_flight_log.errors import BagWriteError
 
 _WRITER_NOTES = ("messages", "dropped")  # counted anew
+_MESSAGE_LIMIT = 64 << 20  # bytes; other recorders have no limit
 
 
 class Recovered(NamedTuple):
@@ -22,34 +21,28 @@ class Recovered(NamedTuple):
 
 
 def recover(flight: Flight, directory: Path) -> Recovered:
-    """Write the verified prefix of ``flight`` (opened with ``salvage``) as a new bag into ``directory``.
+    """Write the verified beginning of ``flight`` (opened with ``salvage``) as a new bag into ``directory``.
 
     Metadata, parameters, times, definitions and QoS are kept. Raises BagWriteError if ``directory`` holds something
     or the new bag could not be finished.
     """
     definitions = {
-        topic.type: Definition(topic.type, flight.definition_text(name), topic.type_hash)
+        topic.type: Definition(topic.type, flight.definition_of(name), topic.type_hash)
         for name, topic in flight.topics.items()
         if name not in flight.unreadable
     }
     start = {key: value for key, value in flight.metadata.items() if key not in _WRITER_NOTES}
-    bag = BagWriter(
-        directory,
-        metadata=start,
-        parameters=flight.parameters_text,
-        definition_of=definitions.__getitem__,
-        message_limit=CHUNK_LIMIT // 2,
-    )
+    bag = BagWriter(directory, metadata=start, parameters=flight.parameters_text, message_limit=_MESSAGE_LIMIT)
     handles = {
-        name: bag.add_topic(name, topic.type, qos_of(topic.offered_qos))
+        name: bag.add_topic(name, definitions[topic.type], qos_of(topic.offered_qos))
         for name, topic in flight.topics.items()
         if name not in flight.unreadable
     }
-    for name, message in flight.messages():
+    for message in flight.messages():
         while bag.backlog > BACKLOG_LIMIT // 2 and not bag.error:
             time.sleep(0.01)
-        if name in handles:
-            bag.write(handles[name], message.data, message.log_time, message.publish_time)
+        if message.channel.topic in handles:
+            bag.write(handles[message.channel.topic], message.data, message.log_time, message.publish_time)
     outcome = flight.metadata.get("outcome", "unknown")
     report = bag.close({"outcome": outcome, "recovered_from": flight.path.name, "damage": flight.damage or "none"})
     if report.error or report.dropped:

@@ -1,9 +1,9 @@
-"""Whether a bag is what its recorder wrote: content decoded in full, metadata.yaml held against the file itself."""
+"""Whether a bag is what its recorder wrote: content decoded in full, metadata.yaml compared with the file itself."""
 
 import json
 
 from quad_core.parameter_files import load_yaml
-from quad_flight_log.bag.metadata import METADATA_FILE, ROSBAG2
+from quad_flight_log.bag.notes import METADATA_FILE, ROSBAG2
 from quad_flight_log.bag.reader import Flight
 
 
@@ -30,23 +30,28 @@ def _metadata_problems(flight: Flight) -> list[str]:
             item["topic_metadata"]["name"]: (item["topic_metadata"]["type"], item["message_count"])
             for item in about["topics_with_message_count"]
         }
-        files = about["relative_file_paths"]
+        files = list(about["relative_file_paths"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         return [f"{path}: cannot be read ({type(error).__name__}: {' '.join(str(error).split())[:200]})"]
     have = {topic.name: (topic.type, topic.messages) for topic in flight.topics.values()}
-    problems = [f"{path}: names the files {files}, expected {flight.path.name}"] if files != [flight.path.name] else []
+    expected = flight.file_names
+    problems = [f"{path}: names the files {files}, expected {expected}"] if files != expected else []
     if counts != have:
         wrong = sorted(name for name in {*counts, *have} if counts.get(name) != have.get(name))
         problems.append(f"{path}: types or counts differ from the bag's: {', '.join(wrong)}")
     inside = flight.record(ROSBAG2).get("serialized_metadata")
-    if not problems and inside is not None and _canonical(inside) != json.dumps(about, sort_keys=True, default=repr):
+    if not problems and inside is not None and len(files) == 1 and _canonical(inside) != _as_json(about):
         problems.append(f"{path}: differs from the metadata that the bag itself holds")
     return problems
 
 
 def _canonical(text: str) -> str:
     try:
-        # As JSON, because 1, 1.0 and true are equal in Python.
-        return json.dumps(load_yaml(text), sort_keys=True, default=repr)
+        return _as_json(load_yaml(text))
     except ValueError:
         return ""
+
+
+def _as_json(content: object) -> str:
+    # 1, 1.0 and true are equal in Python, and different in JSON
+    return json.dumps(content, sort_keys=True, default=repr)

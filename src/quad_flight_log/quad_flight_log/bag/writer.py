@@ -9,16 +9,16 @@ import os
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+from mcap.stream_reader import StreamReader
 from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
 
-from quad_flight_log.bag.definitions import Definition, installed
-from quad_flight_log.bag.flat_writer import flat_writer
-from quad_flight_log.bag.mcap_scan import LIBRARY, Scan, scan
-from quad_flight_log.bag.metadata import (
+from quad_flight_log.bag.mcap_file import LIBRARY, McapFile
+from quad_flight_log.bag.notes import (
     METADATA_FILE,
     PARAMETERS,
     QUAD,
@@ -29,15 +29,25 @@ from quad_flight_log.bag.metadata import (
     as_yaml,
     bag_metadata,
     qos_text,
-    sealed_record,
+    sealed_notes,
 )
 from quad_flight_log.errors import BagWriteError, FlightLogError
 
 DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
-FLUSH_PERIOD = 0.15  # s; with the above less than 300 ms are lost with the process
+FLUSH_PERIOD = 0.2  # s between two chunks; with the above less than 300 ms are lost with the process
+CHUNK_SIZE = 256 << 10  # bytes of a chunk before it is compressed
 SYNC_PERIOD = 1.0  # s; less than 1.5 s are lost with the machine
 BACKLOG_LIMIT = 64 << 20  # bytes waiting for a slow disk before messages are dropped
+SEQUENCES = 1 << 32  # messages after which their numbers begin again
 MESSAGE_LIMIT = 1 << 20  # bytes of one message; the largest of a flight, its parameters, have some 50,000
+
+
+class Definition(NamedTuple):
+    """One message type: ``pkg/msg/Type``, its text with all dependencies, its REP-2016 hash (empty: unknown)."""
+
+    name: str
+    text: str
+    type_hash: str
 
 
 class BagReport(NamedTuple):
@@ -68,7 +78,6 @@ class BagWriter:
         metadata: Mapping[str, str] | None = None,
         parameters: str = "",
         ros_distro: str = "jazzy",
-        definition_of: Callable[[str], Definition] = installed,
         flush_period: float = FLUSH_PERIOD,
         backlog_limit: int = BACKLOG_LIMIT,
         message_limit: int = MESSAGE_LIMIT,
@@ -78,7 +87,7 @@ class BagWriter:
         self.error = ""
         self.dropped: Counter[str] = Counter()
         self._custom = dict(metadata or {})
-        self._distro, self._definition_of = ros_distro, definition_of
+        self._distro = ros_distro
         self._flush_period, self._backlog_limit = flush_period, backlog_limit
         self._message_limit = message_limit
         self._topics: list[_Entry] = []
@@ -87,18 +96,20 @@ class BagWriter:
         self._queue: deque[tuple[int, int, int, bytes]] = deque()
         self._queued_size = 0
         self._taken_size = 0
-        self._flushes = 0
+        self._flushes = self._number = 0
         self._start_ns = self._end_ns = -1
         self._lock = threading.Lock()
         self._closing = threading.Event()
         self._closed: BagReport | None = None
         try:
             self._stream = self._create()
-            self._writer = flat_writer(self._stream, self.part_path)
+            self._writer = Writer(
+                self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD, enable_data_crcs=True
+            )
             self._writer.start(profile="ros2", library=f"{LIBRARY} with mcap")
-            self._writer.add_metadata(QUAD, sealed_record(self._custom))
             if parameters:
                 self._writer.add_attachment(0, 0, PARAMETERS, "application/yaml", parameters.encode())
+            self._writer.add_metadata(QUAD, sealed_notes(self._custom, parameters.encode()))
             self._writer.flush()
         except OSError as error:
             raise BagWriteError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
@@ -124,9 +135,8 @@ class BagWriter:
         """Bytes that wait for the disk; none after it failed, so that nobody waits for it."""
         return 0 if self.error else self._queued_size - self._taken_size
 
-    def add_topic(self, name: str, type_name: str, qos: Qos | None = None) -> int:
-        """Declare a topic (full name) and return its handle; raises SchemaError if the type is not installed."""
-        definition = self._definition_of(type_name)
+    def add_topic(self, name: str, definition: Definition, qos: Qos | None = None) -> int:
+        """Declare a topic (full name) and return its handle."""
         profile = qos or Qos()
         with self._lock:
             schema = self._schemas.get(definition.name)
@@ -220,7 +230,8 @@ class BagWriter:
         for _ in range(waiting):
             topic, log_ns, publish_ns, payload = queue.popleft()
             self._counts[topic] += 1
-            add(self._topics[topic].channel, log_ns, payload, publish_ns)
+            add(self._topics[topic].channel, log_ns, payload, publish_ns, self._number)
+            self._number = (self._number + 1) % SEQUENCES
             self._taken_size += len(payload)
             if self._start_ns < 0 or log_ns < self._start_ns:
                 self._start_ns = log_ns
@@ -240,7 +251,7 @@ class BagWriter:
         about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last}, self._distro)
         try:
             self._writer.flush()
-            self._writer.add_metadata(QUAD_END, sealed_record(last))
+            self._writer.add_metadata(QUAD_END, sealed_notes(last))
             self._writer.add_metadata(ROSBAG2, {"serialized_metadata": as_yaml(about)})
             self._writer.finish()
             self._stream.flush()
@@ -252,31 +263,29 @@ class BagWriter:
             _keep_names(self.directory)
         except OSError as error:
             self.error = f"{self.part_path}: {error.strerror or error}"
-        except FlightLogError as error:
+        except BagWriteError as error:
             self.error = f"does not read back: {error}"
 
     def _count_what_is_left(self) -> None:
+        """Count as dropped what waits, and what was written and is not in the file."""
         for topic, *_ in self._queue:
             self.dropped[self._topics[topic].summary.name] += 1
-        counts: dict[str, int] = {}
+        counts: Counter[str] = Counter()
         with contextlib.suppress(FlightLogError):
-            counts = _counted(self.part_path, salvage=True)[1]
+            counts.update(message.channel.topic for message in McapFile(self.part_path).messages(salvage=True))
         for index, entry in enumerate(self._topics):
-            have = counts.get(entry.summary.name, 0)
+            have = counts[entry.summary.name]
             self.dropped[entry.summary.name] += self._counts[index] - have
             self._counts[index] = have
 
     def _verify(self) -> None:
-        found, counts = _counted(self.part_path)
-        for entry, count in zip(self._topics, self._counts, strict=True):
-            have = counts.get(entry.summary.name, 0)
-            if found.truncated or have != count:
-                raise FlightLogError(f"{self.part_path}: {entry.summary.name} has {have} messages, expected {count}")
-
-
-def _counted(path: Path, *, salvage: bool = False) -> tuple[Scan, dict[str, int]]:
-    found = scan(path, salvage=salvage)
-    return found, {found.channels[number].topic: tally.count for number, tally in found.tallies.items()}
+        """Compare the file with the checksums that the writer computed; raises BagWriteError."""
+        with self.part_path.open("rb") as stream:
+            try:
+                for _ in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+                    pass
+            except Exception as error:  # whatever mcap raises over bytes that the disk changed
+                raise BagWriteError(f"{self.part_path}: {error or type(error).__name__}") from error
 
 
 def _keep_names(directory: Path) -> None:

@@ -11,13 +11,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
 from quad_core.cascade import RECORDER
-from quad_flight_log.bag.definitions import installed, parse, type_name
-from quad_flight_log.bag.metadata import Qos
-from quad_flight_log.bag.payload_check import PayloadCheck
+from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
 from quad_flight_log.recorder.flight_clock import FlightClock
 from quad_flight_log.recorder.gap_counter import GapCounter
+from quad_flight_log.recorder.message_fields import definition_of
 from quad_flight_log.recorder.opening import opened
+from quad_flight_log.recorder.payload_check import PayloadCheck
 from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
@@ -86,7 +86,7 @@ class Recorder(FlightNode):
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
         qos = Qos(1, durability="transient_local") if latched else Qos(10)
-        return self.bag.add_topic(self.resolve_topic_name(name), type_name(kind), qos)
+        return self.bag.add_topic(self.resolve_topic_name(name), definition_of(kind), qos)
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
@@ -104,8 +104,7 @@ class Recorder(FlightNode):
 
     def _checked(self, name: str, kind: type, handle: int, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
         """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""
-        definition = installed(type_name(kind))
-        problem_of, has_run = PayloadCheck(parse(definition.name, definition.text)), names_run(kind)
+        problem_of, has_run = PayloadCheck(kind), names_run(kind)
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))

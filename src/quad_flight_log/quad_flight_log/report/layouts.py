@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from quad_core.cascade import COMMAND
-from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schema
 from quad_flight_log.errors import SchemaError
+from quad_flight_log.recorder.message_fields import SIZES, Field, fields_of, message_class, type_name
 from quad_flight_log.report.interactive_figures import PALETTE
 
 _NOT_PLOTTED = ("stamp", "header", "step", "run", "next_step")
@@ -52,8 +52,8 @@ class Tab(NamedTuple):
     plots: tuple[Plot, ...]
 
 
-def tabs(schemas: Mapping[str, Schema], namespace: str = "") -> list[Tab]:
-    """Return the tabs of the step topics ``schemas`` ({relative name: definition}).
+def tabs(kinds: Mapping[str, type], namespace: str = "") -> list[Tab]:
+    """Return the tabs of the step topics ``kinds`` ({relative name: message class}).
 
     Raises SchemaError naming a path of the overview that no definition has any more.
     """
@@ -61,10 +61,10 @@ def tabs(schemas: Mapping[str, Schema], namespace: str = "") -> list[Tab]:
     for title, paths in _OVERVIEW.items():
         curves = [Curve(*path.split(".", 1)) for path in paths]
         for curve in curves:
-            _check(curve, schemas)
+            _check(curve, kinds)
         overview.append(Plot(title, tuple(curves)))
     found = [Tab("flight", tuple(overview))]
-    found += [Tab(topic, tuple(_plots(topic, schema))) for topic, schema in schemas.items()]
+    found += [Tab(topic, tuple(_plots(topic, kind))) for topic, kind in kinds.items()]
     return [_within(tab, namespace.strip("/")) for tab in found]
 
 
@@ -123,30 +123,30 @@ def plotjuggler(found: list[Tab]) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
 
 
-def numbers(schema: Schema) -> list[tuple[str, list[str], bool]]:
+def numbers(kind: type) -> list[tuple[str, list[str], bool]]:
     """Return (field, paths to its numbers, whether they are flags) of all fields of fixed size in a message."""
     found = []
-    for field in schema.types[schema.root]:
+    for field in fields_of(kind):
         if field.name not in _NOT_PLOTTED:
-            paths = _paths(schema, field)
+            paths = _paths(field)
             if paths:
-                found.append((field.name, paths, field.base == "bool"))
+                found.append((field.name, paths, field.base == "boolean"))
     return found
 
 
-def _paths(schema: Schema, field: FieldType) -> list[str]:
-    if field.length < 0 or field.base in (STRING, "wstring"):
+def _paths(field: Field) -> list[str]:
+    if field.length < 0 or field.base == "string":
         return []
     places = [f"{field.name}[{index}]" for index in range(field.length)] if field.length else [field.name]
-    if field.base in PRIMITIVES:
+    if field.base in SIZES:
         return places
-    inner = [path for part in schema.types[field.base] for path in _paths(schema, part)]
+    inner = [path for part in fields_of(message_class(field.base)) for path in _paths(part)]
     return [f"{place}.{path}" for place in places for path in inner]
 
 
-def _plots(topic: str, schema: Schema) -> list[Plot]:
+def _plots(topic: str, kind: type) -> list[Plot]:
     plots, flags = [], []
-    for name, paths, is_flag in numbers(schema):
+    for name, paths, is_flag in numbers(kind):
         if is_flag:
             flags += paths
         else:
@@ -156,12 +156,12 @@ def _plots(topic: str, schema: Schema) -> list[Plot]:
     return plots
 
 
-def _check(curve: Curve, schemas: Mapping[str, Schema]) -> None:
-    schema = schemas.get(curve.topic)
-    if schema is None:
-        raise SchemaError(f"layout: no topic {curve.topic!r}; there are {', '.join(schemas)}")
-    if curve.path not in {path for _, paths, _ in numbers(schema) for path in paths}:
-        raise SchemaError(f"layout: {schema.root} of topic {curve.topic!r} has no number {curve.path!r}")
+def _check(curve: Curve, kinds: Mapping[str, type]) -> None:
+    kind = kinds.get(curve.topic)
+    if kind is None:
+        raise SchemaError(f"layout: no topic {curve.topic!r}; there are {', '.join(kinds)}")
+    if curve.path not in {path for _, paths, _ in numbers(kind) for path in paths}:
+        raise SchemaError(f"layout: {type_name(kind)} of topic {curve.topic!r} has no number {curve.path!r}")
 
 
 def _within(tab: Tab, namespace: str) -> Tab:

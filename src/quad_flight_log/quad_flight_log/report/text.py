@@ -150,7 +150,7 @@ def info_text(flight: Flight) -> str:
     lines = [
         str(flight.path),
         f"  {state}, {checked}, written by {flight.written_by or 'unknown'}",
-        f"  {flight.path.stat().st_size} bytes on disk, {flight.uncompressed_size} uncompressed",
+        f"  {flight.size} bytes on disk, {flight.uncompressed_size} uncompressed",
     ]
     lines += [f"  {_line(key)}: {_line(value)}" for key, value in sorted(flight.metadata.items())]
     rows = [["topic", "messages", "bytes", "share", "rate", "dropped", "type"]]
@@ -182,7 +182,7 @@ def info_json(flights: Sequence[Flight]) -> str:
                 "damage": flight.damage,
                 "protected": flight.protected,
                 "library": flight.written_by,
-                "bytes": flight.path.stat().st_size,
+                "bytes": flight.size,
                 "uncompressed_bytes": flight.uncompressed_size,
                 "metadata": flight.metadata,
                 "topics": [topic._asdict() for topic in flight.topics.values()],

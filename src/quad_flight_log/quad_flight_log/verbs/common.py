@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from quad_flight_log.bag.reader import Flight, find_mcap, open_flight
+from quad_flight_log.bag.files import files_of
+from quad_flight_log.bag.reader import Flight, open_flight
 
 _SHOW_FROM = 16 << 20  # bytes; smaller bags are read before a bar can be seen
 
@@ -24,9 +25,9 @@ def opened(options: argparse.Namespace) -> list[Flight]:
     """Open all bags of ``options``, with a progress bar for long ones; raises FlightLogError."""
     flights = []
     for bag in options.bags:
-        path = find_mcap(bag)
-        advance = progress(f"read {path.name}") if path.stat().st_size >= _SHOW_FROM else None
-        flights.append(open_flight(path, namespace=options.namespace, salvage=options.salvage, progress=advance))
+        large = sum(file.path.stat().st_size for file in files_of(bag).files) >= _SHOW_FROM
+        advance = progress(f"read {bag.name}") if large else None
+        flights.append(open_flight(bag, namespace=options.namespace, salvage=options.salvage, progress=advance))
     return flights
 
 
@@ -55,4 +56,4 @@ def progress(label: str, unit: str = "B") -> Callable[[int, int], None] | None:
 def flight_name(flight: Flight) -> str:
     """Return what a flight is called in tables: its bag directory, else its file."""
     folder = flight.path.parent.name
-    return folder if flight.path.name.startswith(f"{folder}_0.mcap") else flight.path.name
+    return folder if flight.path.name.startswith(f"{folder}_0.") else flight.path.name

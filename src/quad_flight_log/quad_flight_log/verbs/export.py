@@ -24,10 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the files and print their names."""
+    """Write the files and print their names, and what was left out."""
     (flight,) = opened(options)
     directory = options.out or Path(f"{flight_name(flight)}-{options.format}")
-    paths = export(flight, directory, options.format, options.topic)
-    for path in paths:
+    found = export(flight, directory, options.format, options.topic)
+    for path in found.paths:
         print(path)
-    return 0
+    for why in found.left_out.values():
+        print(f"left out: {why}")
+    return 1 if found.left_out else 0

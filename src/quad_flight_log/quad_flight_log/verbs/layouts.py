@@ -27,7 +27,6 @@ def run(options: argparse.Namespace) -> int:
 
 def layout_files(namespace: str = "") -> dict[str, str]:
     """Return {file name: text} of the layouts of this installation's topics."""
-    from quad_flight_log.bag.definitions import installed, parse
     from quad_flight_log.errors import FlightLogError
     from quad_flight_log.report.layouts import foxglove, plotjuggler, tabs
 
@@ -35,10 +34,5 @@ def layout_files(namespace: str = "") -> dict[str, str]:
         from quad_node.topics import TOPICS
     except ImportError as error:
         raise FlightLogError(f"layouts need ROS 2 and the messages of this workspace ({error})") from error
-    schemas = {}
-    for topic in TOPICS.values():
-        if topic.step:
-            name = f"{topic.type.__module__.split('.')[0]}/msg/{topic.type.__name__}"
-            schemas[topic.name] = parse(name, installed(name).text)
-    found = tabs(schemas, namespace)
+    found = tabs({topic.name: topic.type for topic in TOPICS.values() if topic.step}, namespace)
     return {"flight.json": foxglove(found, namespace), "flight.xml": plotjuggler(found)}

@@ -7,6 +7,7 @@ import sys
 import textwrap
 import threading
 import time
+import tracemalloc
 from pathlib import Path
 
 import flight_samples
@@ -28,8 +29,8 @@ FULL_DISK = """
 
     unlimited = resource.RLIM_INFINITY
     about = {"seed": "7"}
-    bag = BagWriter(Path(sys.argv[1]), definition_of=flight_samples.definition, metadata=about, flush_period=0.06)
-    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    bag = BagWriter(Path(sys.argv[1]), metadata=about, flush_period=0.06)
+    topic = bag.add_topic("/state", flight_samples.definition("quad_msgs/msg/VehicleState"))
     rng = np.random.default_rng(1)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, unlimited))
     step = 0
@@ -123,8 +124,8 @@ def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path
 
     monkeypatch.setattr(os, "fsync", note)
     monkeypatch.setattr("quad_flight_log.bag.writer.SYNC_PERIOD", 0.1)
-    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
-    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    bag = BagWriter(tmp_path / "bag")
+    topic = bag.add_topic("/state", flight_samples.definition("quad_msgs/msg/VehicleState"))
     began = time.monotonic()
     while time.monotonic() - began < 0.6:
         bag.write(topic, bytes(124), 0)
@@ -148,8 +149,10 @@ def test_places_that_cannot_be_recorded_to_are_named(tmp_path):
 
 def test_a_backlog_beyond_its_limit_is_dropped_and_counted_per_topic(tmp_path, monkeypatch):
     monkeypatch.setattr(BagWriter, "_drain", lambda self: None)
-    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition, backlog_limit=1000)
-    handles = [bag.add_topic(name, "quad_msgs/msg/VehicleState") for name in ("/state", "/truth")]
+    bag = BagWriter(tmp_path / "bag", backlog_limit=1000)
+    handles = [
+        bag.add_topic(name, flight_samples.definition("quad_msgs/msg/VehicleState")) for name in ("/state", "/truth")
+    ]
     taken = [[bag.write(handle, bytes(124), 0) for handle in handles] for _ in range(10)]
     assert [sum(column) for column in zip(*taken, strict=True)] == [5, 4]
     assert bag.dropped == {"/state": 5, "/truth": 6}
@@ -165,8 +168,8 @@ def test_any_error_of_the_thread_ends_the_recording(error, tmp_path, monkeypatch
     def fail(self):
         raise error
 
-    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
-    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    bag = BagWriter(tmp_path / "bag")
+    topic = bag.add_topic("/state", flight_samples.definition("quad_msgs/msg/VehicleState"))
     monkeypatch.setattr(BagWriter, "_drain", fail)
     bag.write(topic, bytes(124), 0)
     for thread in bag._threads[:1]:
@@ -180,8 +183,8 @@ def test_any_error_of_the_thread_ends_the_recording(error, tmp_path, monkeypatch
 
 
 def test_the_file_has_its_name_only_when_it_is_verified(tmp_path, monkeypatch):
-    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
-    topic = bag.add_topic("/state", "quad_msgs/msg/VehicleState")
+    bag = BagWriter(tmp_path / "bag")
+    topic = bag.add_topic("/state", flight_samples.definition("quad_msgs/msg/VehicleState"))
     bag.write(topic, bytes(124), 0)
     assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap.part"]
     finish = bag._writer.finish
@@ -201,8 +204,8 @@ def test_the_file_has_its_name_only_when_it_is_verified(tmp_path, monkeypatch):
 
 
 def test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written(tmp_path):
-    bag = BagWriter(tmp_path / "bag", definition_of=flight_samples.definition)
-    topic = bag.add_topic("/flight/events", "quad_msgs/msg/FlightEvent")
+    bag = BagWriter(tmp_path / "bag")
+    topic = bag.add_topic("/flight/events", flight_samples.definition("quad_msgs/msg/FlightEvent"))
     assert bag.write(topic, flight_samples.encoded(flight_samples.event(0, "before")), 0)
     assert not bag.write(topic, flight_samples.encoded(flight_samples.event(1, "x" * 70_000_000)), 1)
     assert bag.write(topic, flight_samples.encoded(flight_samples.event(2, "after")), 2)
@@ -211,3 +214,27 @@ def test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written(tmp
     flight = open_flight(report.path)
     assert flight.array("flight/events")["text"].tolist() == ["before", "after"]
     assert flight.metadata["dropped./flight/events"] == "1"
+
+
+def test_memory_grows_by_the_index_of_its_chunks_alone(tmp_path, monkeypatch):
+    """The writer of mcap keeps the index of every chunk until the end; a chunk comes every 0.2 s."""
+    monkeypatch.setattr(BagWriter, "_drain_loop", lambda self: None)
+    bag = BagWriter(tmp_path / "bag")
+    handles = [
+        bag.add_topic(f"/t{number}", flight_samples.definition("quad_msgs/msg/VehicleState")) for number in range(20)
+    ]
+
+    def grown(chunks: int) -> int:
+        tracemalloc.start()
+        for _ in range(chunks):
+            for handle in handles:
+                bag.write(handle, bytes(124), 0)
+            bag._drain()
+            bag._writer.flush()
+        found = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+        return found
+
+    grown(100)
+    assert grown(400) < 400 * 2_000
+    assert bag.close().error == ""

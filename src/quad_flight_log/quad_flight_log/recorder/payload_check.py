@@ -1,16 +1,15 @@
 """Whether bytes are a message of their topic's type: what no reader could decode never enters a bag.
 
-Stricter than our own reader: little endian alone, texts in UTF-8 with their zero byte, as readers of others demand.
+Stricter than rclpy: little endian alone, texts in UTF-8 with their zero byte, as readers of others demand.
 """
 
 from collections.abc import Callable, Hashable
 from operator import itemgetter
 
-from quad_flight_log.bag.cdr_reader import HEADER
-from quad_flight_log.bag.definitions import PRIMITIVES, STRING, FieldType, Schema
+from quad_flight_log.recorder.message_fields import SIZES, Field, fields_of, message_class, type_name
 
+_HEADER = 4  # bytes of encapsulation before the data; alignment counts from behind them
 _PLAIN = b"\x00\x01"
-_SIZES = {base: int(code[1:] or 1) for base, code in PRIMITIVES.items()}
 _MOST_ITEMS = 10_000  # messages and texts in the sequences of one message; reading them takes time and memory
 _MOST_PLACES = 16  # of length words, texts and booleans, up to which looking them up is quicker than reading
 _MOST_KNOWN = 64  # contents of those places that are remembered
@@ -28,9 +27,9 @@ class PayloadCheck:
     anything is read field by field.
     """
 
-    def __init__(self, schema: Schema) -> None:
-        """Expect messages of ``schema``."""
-        self._schema = schema
+    def __init__(self, kind: type) -> None:
+        """Expect messages of the class ``kind``."""
+        self._kind = kind
         self._size = -1
         self._places: list[tuple[int, int]] = []
         self._pick: Callable[[bytes], Hashable] = len
@@ -43,11 +42,11 @@ class PayloadCheck:
         return self._read(payload)
 
     def _read(self, payload: bytes) -> str:
-        walk = _Walk(self._schema, payload)
+        walk = _Walk(payload)
         try:
-            walk.through()
+            walk.through(self._kind)
         except _MalformedError as error:
-            return f"{error} in {len(payload)} bytes of {self._schema.root}"
+            return f"{error} in {len(payload)} bytes of {type_name(self._kind)}"
         places = walk.fixed + walk.flags
         if len(places) > _MOST_PLACES:
             self._size = -1
@@ -62,31 +61,31 @@ class PayloadCheck:
 class _Walk:
     """One payload, field by field; ``fixed`` and ``flags`` say where what was checked stands."""
 
-    def __init__(self, schema: Schema, payload: bytes) -> None:
-        self.schema, self.payload, self.at, self.items = schema, payload, HEADER, 0
+    def __init__(self, payload: bytes) -> None:
+        self.payload, self.at, self.items = payload, _HEADER, 0
         self.fixed: list[tuple[int, int]] = [(0, 2)]
         self.flags: list[tuple[int, int]] = []
 
-    def through(self) -> None:
-        if len(self.payload) < HEADER or self.payload[:2] != _PLAIN:
+    def through(self, kind: type) -> None:
+        if len(self.payload) < _HEADER or self.payload[:2] != _PLAIN:
             raise _MalformedError(f"found {self.payload[:2].hex() or 'nothing'}, expected 0001 (little-endian CDR)")
-        self.structure(self.schema.root)
+        self.structure(kind)
         left = len(self.payload) - self.at
         if left > _MOST_PADDING:
             raise _MalformedError(f"found {left} bytes behind the last field")
 
-    def structure(self, name: str) -> None:
-        fields = self.schema.types[name]
+    def structure(self, kind: type) -> None:
+        fields = fields_of(kind)
         if not fields:
             self.take(1, 1, "nothing")
         for field in fields:
             self.field(field)
 
-    def field(self, field: FieldType) -> None:
+    def field(self, field: Field) -> None:
         count = self.length(field.name) if field.length < 0 else field.length or 1
-        if field.base in _SIZES:
-            start = self.take(_SIZES[field.base], count, field.name)
-            if field.base == "bool" and count:
+        if field.base in SIZES:
+            start = self.take(SIZES[field.base], count, field.name)
+            if field.base == "boolean" and count:
                 if max(self.payload[start : self.at]) > 1:
                     raise _MalformedError(f"{field.name}: found a boolean that is neither 0 nor 1")
                 self.note(self.flags, start)
@@ -96,12 +95,10 @@ class _Walk:
             if self.items > _MOST_ITEMS:
                 raise _MalformedError(f"{field.name}: found more than {_MOST_ITEMS} items")
         for _ in range(count):
-            if field.base in self.schema.types:
-                self.structure(field.base)
-            elif field.base == STRING:
+            if field.base == "string":
                 self.text(field.name)
             else:
-                raise _MalformedError(f"{field.name}: fields of type {field.base} are not recorded")
+                self.structure(message_class(field.base))
 
     def length(self, name: str) -> int:
         start = self.take(4, 1, name)
@@ -130,7 +127,7 @@ class _Walk:
     def take(self, size: int, count: int, name: str) -> int:
         """Pass ``count`` aligned numbers of ``size`` bytes; returns where the first stands."""
         if count:
-            self.at += -(self.at - HEADER) % size
+            self.at += -(self.at - _HEADER) % size
         start = self.at
         self.at += size * count
         if self.at > len(self.payload):

@@ -1,4 +1,4 @@
-"""Payloads of many types, of equal and of varying shape, in both byte orders: read as rosbags reads them."""
+"""Tables of messages of many types, of equal and varying shape, in both byte orders: the values that were encoded."""
 
 import string
 from typing import Any
@@ -8,7 +8,7 @@ import foreign_readers
 import numpy as np
 import pytest
 
-from quad_flight_log.bag import cdr, columns, definitions
+from quad_flight_log.bag.messages import MessageType, known_type, message_type
 from quad_flight_log.errors import SchemaError
 
 TYPES = [
@@ -74,8 +74,12 @@ def _number(name: str, rng: np.random.Generator, size: int) -> Any:
     return int(rng.integers(limits.min // 4, limits.max // 4))
 
 
-def schema_of(type_name: str) -> definitions.Schema:
-    return definitions.parse(type_name, flight_samples.definition(type_name).text)
+def type_of(type_name: str) -> MessageType:
+    return message_type(type_name, flight_samples.definition(type_name).text)
+
+
+def table(kind: MessageType, payloads: list[bytes]) -> Any:
+    return kind.table(payloads, range(len(payloads)), "test")
 
 
 def digest(rows: list[Any]) -> Any:
@@ -86,32 +90,32 @@ def digest(rows: list[Any]) -> Any:
 @pytest.mark.parametrize("type_name", TYPES)
 def test_values_are_those_that_were_encoded(type_name, size):
     rng = np.random.default_rng(len(type_name))
-    store, schema = flight_samples.typestore(), schema_of(type_name)
+    store, kind = flight_samples.typestore(), type_of(type_name)
     messages = [drawn(type_name, rng, size) for _ in range(6)]
     for little in (True, False):
         payloads = [bytes(store.serialize_cdr(message, type_name, little_endian=little)) for message in messages]
-        found = cdr.table(schema, payloads, "test")
+        found = table(kind, payloads)
         if type_name != "std_msgs/msg/Empty":
-            assert digest(list(found)) == digest(messages)
+            assert digest(list(found[list(kind.fields)])) == digest(messages)
         assert len(found) == len(messages)
-        assert all(len(column.values) == len(messages) for column in columns.columns(schema, found))
+        assert all(len(column.values) == len(messages) for column in kind.columns(found))
         assert found.dtype.isnative or found.dtype.hasobject
 
 
 @pytest.mark.parametrize("type_name", [name for name in TYPES if name != "std_msgs/msg/Empty"])
 def test_a_payload_that_is_too_short_is_an_error(type_name):
     payload = flight_samples.encoded(drawn(type_name, np.random.default_rng(1), 2))
-    schema = schema_of(type_name)
+    kind = type_of(type_name)
     for length in {4, len(payload) // 2, len(payload) - 4}:
         if length < len(payload) - 3:
             with pytest.raises(SchemaError):
-                cdr.table(schema, [payload[:length]], "test")
+                table(kind, [payload[:length]])
 
 
 def test_empty_tables_have_the_columns_of_the_type():
-    schema = schema_of("geometry_msgs/msg/WrenchStamped")
-    assert [column.name for column in columns.columns(schema, cdr.table(schema, [], "test"))] == [
-        "header.stamp.sec", "header.stamp.nanosec", "header.frame_id",
+    kind = type_of("geometry_msgs/msg/WrenchStamped")
+    assert [column.name for column in kind.columns(table(kind, []))] == [
+        "log_ns", "stamp_ns", "header.stamp.sec", "header.stamp.nanosec", "header.frame_id",
         "wrench.force.x", "wrench.force.y", "wrench.force.z",
         "wrench.torque.x", "wrench.torque.y", "wrench.torque.z",
     ]  # fmt: skip
@@ -121,4 +125,27 @@ def test_empty_tables_have_the_columns_of_the_type():
 def test_an_array_of_nothing_is_refused(field):
     text = f"{field}\nuint8 y\n" + "=" * 80 + "\nMSG: a/B\nuint8 z\n"
     with pytest.raises(SchemaError, match="'x' is an array of 0 items"):
-        definitions.parse("a/msg/A", text)
+        message_type("a/msg/A", text)
+
+
+@pytest.mark.parametrize("name", ["quad_msgs/msg/VehicleState", "quad_msgs/msg/AttitudeInternals"])
+def test_the_number_of_the_run_is_masked_and_nothing_else(name):
+    rng = np.random.default_rng(4)
+    kind = type_of(name)
+    one, other = drawn(name, rng, 3), drawn(name, rng, 3)
+    same = flight_samples.message(name, **{**vars(one), "run": (one.run + 1) % 1000})
+    payloads = [flight_samples.encoded(message) for message in (one, same, other)]
+    hashed = [kind.hashed(payload) for payload in payloads]
+    assert hashed[0] == hashed[1] != hashed[2]
+    assert payloads[0] != payloads[1]
+    at = 4 + 8 + 8  # encapsulation, stamp, step
+    assert hashed[0] == payloads[0][:at] + bytes(4) + payloads[0][at + 4 :]
+
+
+def test_definitions_that_differ_in_comments_have_the_same_fields():
+    text = flight_samples.definition("nav_msgs/msg/Odometry").text
+    plain, worded = (message_type("nav_msgs/msg/Odometry", each) for each in (text, "# other words\n" + text))
+    assert plain.same_fields(worded)
+    assert not plain.same_fields(message_type("nav_msgs/msg/Odometry", text + "\n".join(["", "=" * 80, "MSG: a/B", ""])
+                                              .replace("a/B", "geometry_msgs/Point") + "float64 x\n"))  # fmt: skip
+    assert known_type("nav_msgs/msg/Odometry").same_fields(known_type("nav_msgs/msg/Odometry"))

@@ -5,7 +5,7 @@ import subprocess
 import pytest
 import yaml
 
-from quad_flight_log.bag.metadata import Qos, checked_record, qos_of, qos_text, sealed_record
+from quad_flight_log.bag.notes import Qos, opened_notes, qos_of, qos_text, sealed_notes
 from quad_flight_log.recorder.provenance import flight_metadata, git_commit
 
 
@@ -26,16 +26,18 @@ def test_qos_that_cannot_be_read_is_the_default(text):
     assert qos_of(text) == Qos()
 
 
-def test_a_sealed_record_notices_every_change():
-    sealed = sealed_record({"seed": "7", "run_id": "a"})
-    assert checked_record(sealed, strict=True) == {"seed": "7", "run_id": "a"}
+def test_sealed_notes_notice_every_change():
+    sealed = sealed_notes({"seed": "7", "run_id": "a"}, b"a: 1")
+    assert opened_notes(sealed, b"a: 1", strict=True) == {"seed": "7", "run_id": "a"}
     for change in ({"seed": "8"}, {"more": "x"}, {"sha256": "0" * 64}):
         with pytest.raises(ValueError, match="digest"):
-            checked_record({**sealed, **change}, strict=False)
+            opened_notes({**sealed, **change}, b"", strict=False)
+    with pytest.raises(ValueError, match="attached parameters"):
+        opened_notes(sealed, b"a: 2", strict=True)
     bare = {"seed": "7"}
-    assert checked_record(bare, strict=False) == bare
+    assert opened_notes(bare, b"", strict=False) == bare
     with pytest.raises(ValueError, match="digest"):
-        checked_record(bare, strict=True)
+        opened_notes(bare, b"", strict=True)
 
 
 def test_a_flight_knows_commit_seed_and_versions(tmp_path):

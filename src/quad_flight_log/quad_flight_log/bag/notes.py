@@ -1,4 +1,4 @@
-"""What a rosbag2 bag says about itself: ``metadata.yaml`` version 9, QoS profiles and our own records."""
+"""What a bag says about itself: rosbag2's ``metadata.yaml`` (version 9), QoS profiles, and our own records."""
 
 import hashlib
 import json
@@ -16,6 +16,7 @@ QUAD_END = "quad_end"  # metadata record written at the end
 PARAMETERS = "parameters.yaml"  # attachment with the resolved parameters
 
 _DIGEST = "sha256"
+_OF_PARAMETERS = "sha256.parameters"
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 
 
@@ -84,11 +85,10 @@ def bag_metadata(
         }
         for topic in topics
     ]
-    total = sum(item["message_count"] for item in listed)
     span = {
         "duration": {"nanoseconds": end_ns - start_ns},
         "starting_time": {"nanoseconds_since_epoch": start_ns},
-        "message_count": total,
+        "message_count": sum(item["message_count"] for item in listed),
     }
     return {
         "version": 9,
@@ -114,16 +114,20 @@ class _NoAliases(yaml.SafeDumper):
         return True
 
 
-def sealed_record(values: Mapping[str, str]) -> dict[str, str]:
-    """Return ``values`` with a digest of them: a metadata record has no checksum of its own in an unclosed file."""
-    return {**values, _DIGEST: _digest(values)}
+def sealed_notes(values: Mapping[str, str], parameters: bytes = b"") -> dict[str, str]:
+    """Return ``values`` with digests of them and of the attached ``parameters``: a cut file has no other checksum."""
+    noted = {**values, _OF_PARAMETERS: hashlib.sha256(parameters).hexdigest()} if parameters else values
+    return {**noted, _DIGEST: _digest(noted)}
 
 
-def checked_record(values: Mapping[str, str], *, strict: bool) -> dict[str, str]:
-    """Return a record without its digest. Raises ValueError if it does not fit, or is missing although ``strict``."""
+def opened_notes(values: Mapping[str, str], parameters: bytes, *, strict: bool) -> dict[str, str]:
+    """Return notes without their digests. Raises ValueError if one does not fit, or is missing although ``strict``."""
     rest = {key: value for key, value in values.items() if key != _DIGEST}
     if (strict or _DIGEST in values) and values.get(_DIGEST) != _digest(rest):
         raise ValueError("its digest does not fit its content")
+    of_parameters = rest.pop(_OF_PARAMETERS, "")
+    if of_parameters and parameters and of_parameters != hashlib.sha256(parameters).hexdigest():
+        raise ValueError("its digest does not fit the attached parameters")
     return rest
 
 

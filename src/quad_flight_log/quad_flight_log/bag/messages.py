@@ -1,0 +1,294 @@
+"""CDR payloads as structured NumPy arrays, decoded by ``rosbags`` with the definition that the bag carries.
+
+Nested messages are nested structures, arrays of numbers are sub-arrays, strings are ``object`` columns of str.
+Sequences are ``object`` columns of arrays or lists; sequences of messages are lists of dicts.
+"""
+
+import dataclasses
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from quad_flight_log.errors import FlightLogError, SchemaError
+
+Table = NDArray[np.void]
+Fields = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
+
+TIMES = ("log_ns", "stamp_ns")
+MOST_ITEMS = 1_000_000  # of one sequence
+_NUMBERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64")
+_CODES = {"bool": "?", "byte": "u1", "char": "u1", **{name: np.dtype(name).str[1:] for name in _NUMBERS}}
+_DEEPEST = 30  # levels of messages in messages
+_MOST_FIELDS = 10_000  # of a message with all that it holds
+_LARGEST = 64 << 20  # bytes of the smallest message of a type
+_LONGEST = 256 << 10  # characters of a definition
+_SEPARATOR = re.compile(r"^(={80})\s*^\s*MSG:", re.MULTILINE)
+_MASKED = re.compile(r"^\s*\S+\s+(\w+)\s*#.*@(?:wall|run)\b", re.MULTILINE)
+"""Comments with these words mark fields in which equal flights may differ: a machine's clock, the number of a run."""
+
+
+class Column(NamedTuple):
+    """One flat column: values, shape (n,), and ``form``: NumPy type code, ``text``, ``list CODE`` or ``list text``."""
+
+    name: str
+    form: str
+    values: NDArray[Any]
+
+
+class MessageType:
+    """One type of message and what it is made of. ``fields``: its own field names in order."""
+
+    def __init__(self, name: str, store: Typestore, masked: Sequence[str] = ()) -> None:
+        """Take the type ``name`` from ``store``; fields ``masked`` are no part of the payload hash."""
+        self.name, self._store, self._masked = name, store, masked
+        self._dtype = _dtype(store.fielddefs, name)
+        self.fields = tuple(field for field, _ in store.fielddefs[name][1])
+        self._places: dict[int, list[int]] = {}
+
+    @property
+    def definition(self) -> str:
+        """The definition as text, without its comments."""
+        return str(self._store.generate_msgdef(self.name, ros_version=2)[0])
+
+    def same_fields(self, other: "MessageType") -> bool:
+        """Return whether two definitions of a type, read from two texts, have the same fields."""
+        mine, theirs = self._store.fielddefs, other._store.fielddefs
+        return self.name == other.name and all(
+            name in theirs and list(fields) == list(theirs[name][1]) for name, (_, fields) in mine.items()
+        )
+
+    def table(self, payloads: Sequence[bytes], log_times: Sequence[int], where: str) -> Table:
+        """Return messages as one structured array, shape (n,): ``log_ns``, ``stamp_ns`` if they have one, their fields.
+
+        Raises SchemaError naming ``where`` and the message that does not fit the definition.
+        """
+        messages, decode, name = [], self._store.deserialize_cdr, self.name
+        try:
+            messages += [decode(payload, name) for payload in payloads]
+        except Exception as error:  # whatever rosbags raises over bytes that are no message
+            problem = " ".join(str(error).split())[:200] or type(error).__name__
+            raise SchemaError(f"{where}: message {_first_bad(decode, name, payloads)}: {problem}") from error
+        stamp = _stamp_path(self._dtype)
+        taken = next((field for field in TIMES if field in self.fields), None)
+        if taken:
+            raise SchemaError(f"{where}: has a field {taken!r}, the name under which times of messages are given")
+        times = [("log_ns", np.int64)] + ([("stamp_ns", np.int64)] if stamp else [])
+        described: list[Any] = [*times, *((field, self._dtype[field]) for field in self._dtype.names or ())]
+        out = np.zeros(len(messages), described)
+        logged = np.array(log_times, dtype=np.uint64)
+        if len(logged) and logged.max() > np.iinfo(np.int64).max:
+            raise FlightLogError(f"{where}: log time {logged.max()} is beyond the year 2262")
+        out["log_ns"] = logged.astype(np.int64)
+        self._fill(out, messages, name)
+        if stamp:
+            part: Any = out
+            for field in stamp:
+                part = part[field]
+            out["stamp_ns"] = part["sec"].astype(np.int64) * 1_000_000_000 + part["nanosec"].astype(np.int64)
+        return out
+
+    def columns(self, table: Table) -> Iterator[Column]:
+        """Yield the columns of a table, the times first: ``wrench.force.z``, ``p_w[0]``; lists of messages as JSON."""
+        for name in TIMES:
+            if name in (table.dtype.names or ()):
+                yield Column(name, "i8", table[name])
+        yield from self._columns(self.name, table, "")
+
+    def hashed(self, payload: bytes) -> bytes:
+        """Return a payload with zeros in its masked fields."""
+        if not self._masked:
+            return payload
+        if len(payload) not in self._places:
+            self._places[len(payload)] = self._masked_places(payload)
+        row = bytearray(payload)
+        for place in self._places[len(payload)]:
+            row[place] = 0
+        return bytes(row)
+
+    def _masked_places(self, payload: bytes) -> list[int]:
+        """Return which bytes differ between a message and the same with all bits of its masked fields turned."""
+        message: Any = self._store.deserialize_cdr(payload, self.name)
+        changes = {}
+        for field in self._masked:
+            bits = ~np.frombuffer(np.array(getattr(message, field), self._dtype[field]).tobytes(), np.uint8)
+            changes[field] = np.frombuffer(bits.tobytes(), self._dtype[field])[0].item()
+        turned = dataclasses.replace(message, **changes)
+        one, two = (bytes(self._store.serialize_cdr(each, self.name)) for each in (message, turned))
+        return [place for place, (a, b) in enumerate(zip(one, two, strict=True)) if a != b]
+
+    def _fill(self, out: Table, messages: list[Any], name: str) -> None:
+        for field, (kind, detail) in self._store.fielddefs[name][1]:
+            values = [getattr(message, field) for message in messages]
+            if kind == Nodetype.NAME:
+                self._fill(out[field], values, detail)
+            elif out.dtype[field].kind == "O":
+                column = out[field]
+                for index, value in enumerate(values):
+                    column[index] = (
+                        [self._as_dict(detail[0][1], item) for item in value]
+                        if _holds_messages(kind, detail)
+                        else value
+                    )
+            elif values:
+                out[field] = np.array(values).reshape(len(values), *out.dtype[field].shape)
+
+    def _as_dict(self, name: str, message: Any) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for field, (kind, detail) in self._store.fielddefs[name][1]:
+            value = getattr(message, field)
+            if kind == Nodetype.NAME:
+                value = self._as_dict(detail, value)
+            elif _holds_messages(kind, detail):
+                value = [self._as_dict(detail[0][1], item) for item in value]
+            found[field] = value
+        return found
+
+    def _columns(self, type_name: str, table: Table, prefix: str) -> Iterator[Column]:
+        for field, (kind, detail) in self._store.fielddefs[type_name][1]:
+            name, values = prefix + field, table[field]
+            if kind == Nodetype.NAME:
+                yield from self._columns(detail, values, f"{name}.")
+            elif _holds_messages(kind, detail):
+                yield Column(name, "text", _objects([json.dumps(item, default=_plain) for item in values]))
+            elif kind == Nodetype.BASE:
+                yield Column(name, _CODES.get(detail[0], "text"), values)
+            elif values.dtype.kind != "O":
+                for index in range(detail[1]):
+                    yield Column(f"{name}[{index}]", _CODES[detail[0][1][0]], values[:, index])
+            else:
+                form = f"list {_CODES.get(detail[0][1][0], 'text')}"
+                yield Column(name, form, _objects([np.asarray(item).tolist() for item in values]))
+
+
+@lru_cache(maxsize=256)
+def message_type(name: str, text: str) -> MessageType:
+    """Return the type that a definition describes (``ros2msg``: its fields, then those of each type that it holds).
+
+    Raises SchemaError if the definition cannot be read, or describes what is too large to be a message.
+    """
+    full = _full_name(name)
+    if len(text) > _LONGEST:
+        raise SchemaError(f"definition of {len(text)} characters, more than the {_LONGEST} that are read")
+    store = get_typestore(Stores.EMPTY)
+    store.max_sequence_length = MOST_ITEMS
+    try:
+        store.register(get_types_from_msg(_SEPARATOR.sub(r"\1\nMSG:", text), full))
+    except Exception as error:  # whatever the parser raises
+        problem = " ".join(str(error).split())[:200] or type(error).__name__
+        raise SchemaError(f"the definition of {full} cannot be read: {problem}") from error
+    _measured(store.fielddefs, full, (), {})
+    top = re.split(r"^={80}\s*$", text, maxsplit=1, flags=re.MULTILINE)[0]
+    return MessageType(full, store, tuple(_MASKED.findall(top)))
+
+
+@lru_cache(maxsize=64)
+def known_type(name: str) -> MessageType:
+    """Return a type of ROS 2 Jazzy itself, for bags that carry no definitions; raises SchemaError for any other."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if name not in store.fielddefs:
+        raise SchemaError(f"the bag carries no definition of {name}, which is no type of ROS 2 itself")
+    return MessageType(name, store)
+
+
+def _full_name(name: str) -> str:
+    parts = name.split("/")
+    if len(parts) not in (2, 3) or not all(parts):
+        raise SchemaError(f"message type {name!r}: expected package/msg/Type")
+    return f"{parts[0]}/msg/{parts[-1]}"
+
+
+class _Size(NamedTuple):
+    fields: int
+    bytes: int
+
+
+def _measured(types: Fields, name: str, above: tuple[str, ...], known: dict[str, _Size]) -> _Size:
+    """Return what one message takes at least; raises SchemaError for a type that is impossible or too large."""
+    if name in known:
+        return known[name]
+    root = (*above, name)[0]
+    if name not in types:
+        raise SchemaError(f"{root}: {name} is used and not defined")
+    if name in above:
+        raise SchemaError(f"{root}: {name} contains itself")
+    if len(above) > _DEEPEST:
+        raise SchemaError(f"{root}: messages in messages, more than {_DEEPEST} deep")
+    fields = size = 0
+    names = [field for field, _ in types[name][1]]
+    twice = next((field for field in names if names.count(field) > 1), None)
+    if twice:
+        raise SchemaError(f"{root}: two fields of {name} are called {twice!r}")
+    for field, (kind, detail) in types[name][1]:
+        item, count = (detail[0], detail[1]) if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else ((kind, detail), 1)
+        if kind == Nodetype.ARRAY and count == 0:
+            raise SchemaError(f"{root}: {field!r} is an array of 0 items, expected at least 1")
+        if item[0] == Nodetype.NAME:
+            inner = _measured(types, item[1], (*above, name), known)
+        elif item[1][0] in _CODES or item[1][0] == "string":
+            inner = _Size(1, np.dtype(_CODES.get(item[1][0], "u4")).itemsize)
+        else:
+            raise SchemaError(f"{root}: {field!r} is of type {item[1][0]}, which is not read")
+        numbers = item[0] == Nodetype.BASE and item[1][0] != "string"
+        fields += inner.fields * (1 if numbers or kind == Nodetype.SEQUENCE else count)
+        size += 4 if kind == Nodetype.SEQUENCE else inner.bytes * count
+        if fields > _MOST_FIELDS or size > _LARGEST:
+            raise SchemaError(f"{root}: {name} holds more than {_MOST_FIELDS} fields or {_LARGEST} bytes")
+    known[name] = _Size(max(fields, 1), size)
+    return known[name]
+
+
+def _dtype(types: Fields, name: str) -> np.dtype[Any]:
+    described: list[Any] = []
+    for field, (kind, detail) in types[name][1]:
+        if kind == Nodetype.NAME:
+            described.append((field, _dtype(types, detail)))
+        elif kind == Nodetype.BASE:
+            described.append((field, _CODES.get(detail[0], "O")))
+        elif kind == Nodetype.ARRAY and detail[0][0] == Nodetype.BASE and detail[0][1][0] in _CODES:
+            described.append((field, _CODES[detail[0][1][0]], (detail[1],)))
+        else:
+            described.append((field, "O"))
+    return np.dtype(described)
+
+
+def _stamp_path(dtype: np.dtype[Any]) -> tuple[str, ...]:
+    """Return where the stamp of a message stands, empty where it has none."""
+    for path in (("stamp",), ("header", "stamp"), ("clock",)):
+        part: Any = dtype
+        for name in path:
+            part = part[name] if part is not None and name in (part.names or ()) else None
+        if part is not None and part.names == ("sec", "nanosec"):
+            return path
+    return ()
+
+
+def _holds_messages(kind: int, detail: Any) -> bool:
+    return kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) and detail[0][0] == Nodetype.NAME
+
+
+def _objects(items: list[Any]) -> NDArray[Any]:
+    out = np.empty(len(items), dtype=object)
+    for index, item in enumerate(items):
+        out[index] = item
+    return out
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)
+
+
+def _first_bad(decode: Any, name: str, payloads: Sequence[bytes]) -> int:
+    for index, payload in enumerate(payloads):
+        try:
+            decode(payload, name)
+        except Exception:  # noqa: PERF203 (it ends the loop)
+            return index
+    return -1
