@@ -10,8 +10,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 STYLE = """<style>
-text{font:14px system-ui,"Segoe UI",Helvetica,Arial,sans-serif;fill:#1f2328}
-.small{font-size:12px}.bold{font-weight:600}.mid{text-anchor:middle}.end{text-anchor:end}
+text{font:16px system-ui,"Segoe UI",Helvetica,Arial,sans-serif;fill:#1f2328}
+.small{font-size:13px}.bold{font-weight:600}.mid{text-anchor:middle}.end{text-anchor:end}
 .box{fill:#f6f8fa;stroke:#59636e}.main{fill:#ddf4ff;stroke:#0969da}.note{fill:#fff8c5;stroke:#9a6700}
 .line{stroke:#59636e;fill:none;stroke-width:1.4}.blue{stroke:#0969da;fill:none;stroke-width:2}
 .red{stroke:#cf222e;fill:none;stroke-width:2}.green{stroke:#1a7f37;fill:none;stroke-width:2}.dash{stroke-dasharray:5 4}
@@ -89,14 +89,16 @@ def packages() -> str:
 
     for name in names:
         height(name)
-    levels = [[name for name in names if row[name] == level] for level in range(max(row.values()), -1, -1)]
+    levels = []
+    for level in range(max(row.values()), -1, -1):
+        same = [name for name in names if row[name] == level]
+        levels += [same[first : first + 4] for first in range(0, len(same), 4)]
     drawing = Drawing(860, 58 * len(levels) + 40, "The packages in rows; each imports from rows below it")
     for number, level in enumerate(levels):
-        step = 840 / len(level)
         for place, name in enumerate(level):
             kind = "main" if name in ("quad_core", "quad_flight", "quad_position_ctrl", "quad_attitude_ctrl") else "box"
-            width = min(190.0, step - 10)
-            drawing.box(10 + step * place + (step - width) / 2, 58 * number + 10, width, 38, [name], kind)
+            left = 430 + 210 * (place - len(level) / 2) + 5
+            drawing.box(left, 58 * number + 10, 200, 40, [name], kind)
     drawing.text(430, 58 * len(levels) + 28, "A package imports only from rows below its own.", "mid small")
     return drawing.done()
 
@@ -128,7 +130,8 @@ def axes(drawing: Drawing, x: float, y: float, named: Sequence[tuple[str, float,
     """Draw axes from (x, y): name, direction in pixels, colour."""
     for name, right, down, kind in named:
         drawing.arrow([(x, y), (x + right, y + down)], kind)
-        drawing.text(x + right * 1.18, y + down * 1.18 + 5, name, "mid small")
+        away = 26 / math.hypot(right, down)
+        drawing.text(x + right * (1 + away * 1.3), y + down * (1 + away * 0.7) + 5, name, "mid small")
 
 
 def frames() -> str:
@@ -144,10 +147,10 @@ def frames() -> str:
     ):  # fmt: skip
         drawing.text(x, 24, title, "mid bold")
         axes(drawing, x - 140, 170, world)
-        drawing.text(x - 110, 300, "world", "mid small")
-        axes(drawing, x + 100, 170, body)
-        drawing.add(f'<path d="M {x + 60} 185 L {x + 160} 130 M {x + 70} 135 L {x + 145} 185" class="line dash"/>')
-        drawing.text(x + 100, 300, "body", "mid small")
+        drawing.text(x - 110, 312, "world", "mid bold")
+        axes(drawing, x + 90, 170, body)
+        drawing.add(f'<path d="M {x + 50} 185 L {x + 150} 130 M {x + 60} 135 L {x + 135} 185" class="line dash"/>')
+        drawing.text(x + 90, 312, "body", "mid bold")
     drawing.add('<path d="M 430 10 L 430 320" class="line dash"/>')
     return drawing.done()
 

@@ -38,7 +38,7 @@ SECTIONS = {
 """{caption: folder of docs/}; docs/README.md is the first page and names every page but parameters and decisions."""
 SOURCES: set[str] = set()
 STYLE = """.table-wrapper{overflow-x:auto}table.docutils{font-size:.85em}td,th{overflow-wrap:anywhere;min-width:4.5em}
-article img{max-width:100%;height:auto}math[display=block]{overflow-x:auto;overflow-y:hidden;max-width:100%}
+article img{max-width:100%;height:auto}.equation{overflow-x:auto;margin:.9em 0}
 pre{overflow-x:auto}
 """
 CONFIGURATION = """
@@ -47,6 +47,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 html_theme = "furo"
+highlight_language = "none"
 root_doc = "index"
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
@@ -206,7 +207,8 @@ def _math(visitor: Any, node: Any, display: str) -> None:
     from docutils.nodes import SkipNode
     from latex2mathml.converter import convert
 
-    visitor.body.append(convert(node.astext(), display=display))
+    equation = convert(node.astext(), display=display)
+    visitor.body.append(f'<div class="equation">{equation}</div>' if display == "block" else equation)
     raise SkipNode
 
 

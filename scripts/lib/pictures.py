@@ -1,4 +1,4 @@
-"""Pictures of docs/images from two recorded flights: both paths in space, the report and the view in a browser."""
+"""Pictures of docs/images from two recorded flights: the paths in space, a film, the report and the view."""
 
 import argparse
 import socket
@@ -30,6 +30,8 @@ TITLES = {"case1": "Case 1", "case2": "Case 2"}
 LARGEST = 300_000  # bytes of a picture
 VIEW_PATIENCE = 60.0  # s that the viewer gets to load without a graphics card
 COLOURS = 128
+FRAMES = 72
+LARGEST_FILM = 3_000_000  # bytes
 
 
 def main() -> int:
@@ -42,7 +44,7 @@ def main() -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bags", nargs=2, type=Path, metavar="BAG", help="a flight of case1 and one of case2")
-    parser.add_argument("--only", choices=("paths", "report", "view"), help="one of the pictures")
+    parser.add_argument("--only", choices=("paths", "film", "report", "view"), help="one of the pictures")
     options = parser.parse_args()
     IMAGES.mkdir(parents=True, exist_ok=True)
     try:
@@ -50,6 +52,8 @@ def main() -> int:
         runs = [run_from_flight(flight, name) for flight, name in zip(flights, names_of(flights), strict=True)]
         if options.only in (None, "paths"):
             draw_paths(runs, IMAGES / "flights.png")
+        if options.only in (None, "film"):
+            film(flights[1], IMAGES / "case2.gif")
         if options.only in (None, "report"):
             shoot_report(flights, IMAGES / "report.png")
         if options.only in (None, "view"):
@@ -77,6 +81,49 @@ def draw_paths(runs: list[Run], path: Path) -> None:
         canvas.legend(handles, ["flown", "reference"], loc="outside lower center", ncols=2, frameon=False)
         canvas.savefig(path, dpi=120)
     smaller(path)
+
+
+def film(flight: Any, path: Path) -> None:
+    """Draw Case 2 as a short film: the vehicle on its path, and its distance from the reference below."""
+    import io
+
+    import matplotlib as mpl
+    import numpy as np
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    truth, reference = flight.array("truth"), flight.array("reference")
+    stamps, first = np.unique(reference["stamp_ns"], return_index=True)
+    wanted = reference["p_w"][first]
+    known, first = np.unique(truth["stamp_ns"], return_index=True)
+    flown = truth["p_w"][first][np.searchsorted(known, stamps).clip(0, len(known) - 1)]
+    time_s = 1e-9 * (stamps - stamps[0])
+    error = 1e3 * np.linalg.norm(flown - wanted, axis=1)
+    pictures = []
+    with mpl.rc_context({"font.size": 9.0, "grid.color": "#d9dde2", "grid.linewidth": 0.5}):
+        for now in np.linspace(0, len(stamps) - 1, FRAMES).astype(int)[1:]:
+            canvas = Figure(figsize=(6.4, 4.8), layout="constrained")
+            space, below = canvas.subplot_mosaic(
+                [["space"], ["below"]], height_ratios=[3, 1], per_subplot_kw={"space": {"projection": "3d"}}
+            ).values()
+            space.plot(*wanted.T, color="#d1242f", linewidth=0.8, linestyle="--", label="reference")
+            space.plot(*flown[: now + 1].T, color="#0969da", linewidth=2.0, label="flown")
+            space.plot(*flown[now : now + 1].T, "o", color="#0969da", markersize=6)
+            space.set(xlabel="x / m", ylabel="y / m", zlabel="z / m")
+            space.view_init(elev=22.0, azim=-60.0 + 40.0 * now / len(stamps))
+            space.legend(loc="upper left")
+            below.plot(time_s[: now + 1], error[: now + 1], color="#0969da", linewidth=1.0)
+            below.set(xlim=(time_s[0], time_s[-1]), ylim=(0.0, 1.1 * float(error.max())), xlabel="time / s")
+            below.set_ylabel("error / mm")
+            below.grid(visible=True)
+            picture = io.BytesIO()
+            canvas.savefig(picture, dpi=80)
+            pictures.append(Image.open(picture).convert("RGB").quantize(48))
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=100, loop=0, optimize=True)
+    size = path.stat().st_size
+    if size > LARGEST_FILM:
+        raise FlightLogError(f"{path}: {size} bytes, expected at most {LARGEST_FILM}")
+    print(f"{path.relative_to(ROOT)}: {size} bytes")
 
 
 def shoot_report(flights: list[Any], path: Path) -> None:
