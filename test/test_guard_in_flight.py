@@ -5,6 +5,7 @@ import signal
 import subprocess
 import time
 
+import numpy as np
 import pytest
 from flying import FLY, LOW, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
 
@@ -67,6 +68,25 @@ def test_a_terminal_that_goes_is_a_landing(tmp_path):
     assert not bag.truncated
     assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")
     assert_landed(bag)
+
+
+@pytest.mark.wall_clock
+@pytest.mark.parametrize("name", ["SIGKILL", pytest.param("SIGSTOP", marks=pytest.mark.long)])
+def test_case_2_without_a_commander_lands_when_its_trajectory_is_silent(tmp_path, name):
+    """It flew on to the last reference; stopped, nothing on the terminal named the trajectory."""
+    out = tmp_path / "bag"
+    flight = start("case2", "--realtime", *PATIENT, "--out", out)
+    pids = wait_until_flying(flight, out)
+    time.sleep(5.0)
+    os.kill(pids["trajectory"], getattr(signal, name))
+    done = finish(flight)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "case2: trajectory " in done.stderr
+    bag = open_flight(out)
+    assert bag.metadata["reason"].startswith("trajectory does not answer: reference older than 2 s")
+    truth = bag.array("truth")[-1]
+    assert float(truth["p_w"][2]) < 0.3
+    assert float(np.linalg.norm(truth["v_w"])) < 1.5
 
 
 @pytest.mark.wall_clock

@@ -37,6 +37,10 @@ class FlightParameters(NamedTuple):
         float,
         Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0),
     ] = 0.3
+    reference_timeout: Annotated[
+        float,
+        Real("s", "real time without a commander: age of the reference that lands the vehicle", 0.02, 60.0),
+    ] = 2.0
     realtime_priority: Annotated[
         int,
         Whole(

@@ -8,7 +8,7 @@ from rclpy.serialization import serialize_message
 
 from quad_core.cascade import ROLES
 from quad_core.flight_parameters import FlightParameters
-from quad_msgs.msg import AttitudeThrust
+from quad_msgs.msg import AttitudeThrust, TrajectoryPoint
 from quad_node import setpoint_watch
 from quad_node.setpoint_watch import SetpointWatch
 
@@ -55,6 +55,17 @@ def test_a_silent_position_controller_is_named_after_its_time(clock):
     owner.said()
     assert after(watch, clock, 0.3) == ""
     assert after(watch, clock, 0.1) == "position_controller does not answer: attitude_setpoint older than 0.3 s"
+
+
+def test_a_silent_trajectory_is_named_after_its_time(clock):
+    owner = Owner()
+    watch = SetpointWatch(owner, lambda role: 5)
+    owner.callbacks["reference"](serialize_message(TrajectoryPoint(run=OURS)))
+    assert after(watch, clock, 2.0) == ""
+    assert after(watch, clock, 0.1) == "trajectory does not answer: reference older than 2 s"
+    commanded = Owner(commanded=True)
+    SetpointWatch(commanded, lambda role: 5)
+    assert commanded.callbacks == {}, "the commander decides"
 
 
 def test_a_controller_that_gets_no_states_has_nothing_to_answer(clock):
