@@ -10,7 +10,8 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from quad_core.parameters import ParameterError
+from quad_bringup import results
+from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, TRANSPORTS
 
 FILE = Path(__file__).parents[1] / "launch" / "flight.launch.py"
@@ -20,6 +21,12 @@ def stand_in(name, **content):
     module = ModuleType(name)
     module.__dict__.update(content)
     return module
+
+
+class Context(dict):
+    """Launch arguments by name; ``argv``: as a user typed them."""
+
+    argv = ()
 
 
 class Argument:
@@ -52,10 +59,24 @@ def launch_file(monkeypatch):
     return module
 
 
+def context(launch_file, **changes):
+    """Return the context of a launch with the launch arguments ``changes``."""
+    defaults = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
+    return Context({**defaults, **changes})
+
+
 def whole(launch_file, **changes):
     """Return all that is launched for the launch arguments ``changes``."""
-    defaults = {name: default for name, (default, _) in launch_file.ARGUMENTS.items()}
-    return launch_file.flight({**defaults, **changes})
+    return launch_file.flight(context(launch_file, **changes))
+
+
+def refusal(launch_file, capsys, **changes):
+    """Return the one line with which these launch arguments are refused, with exit code 2."""
+    with pytest.raises(SystemExit) as ended:
+        whole(launch_file, **changes)
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
 
 
 def started_nodes(launch_file, **changes):
@@ -98,9 +119,28 @@ def test_the_simulator_can_be_left_out(launch_file):
     assert len(started_nodes(launch_file, simulate="false")) == 4
 
 
-def test_an_unknown_case_is_refused_by_name(launch_file):
-    with pytest.raises(ParameterError, match="orbit"):
-        started_nodes(launch_file, case="orbit")
+def test_an_unknown_case_is_refused_by_name(launch_file, capsys):
+    assert "orbit" in refusal(launch_file, capsys, case="orbit")
+
+
+def test_an_unknown_argument_is_refused_with_the_nearest_name(launch_file, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "quad_bringup", "flight.launch.py", "cas:=hover"])
+    monkeypatch.setattr(Context, "argv", ("cas:=hover",))
+    assert "found argument 'cas' (did you mean case?)" in refusal(launch_file, capsys)
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "mine.launch.py", "cas:=hover"])
+    assert len(started_nodes(launch_file)) == 5  # the file that includes this one may have such an argument
+
+
+def test_a_limit_of_no_metric_and_a_directory_that_exists_are_refused(launch_file, capsys, tmp_path):
+    assert "'position_rms'" in refusal(launch_file, capsys, limits="position_rms=1")
+    assert "exists" in refusal(launch_file, capsys, directory=str(tmp_path))
+
+
+def test_a_bag_gets_a_directory_that_is_free(launch_file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "flights/hover-launch-1").mkdir(parents=True)
+    recorder = started_nodes(launch_file, case="hover")["recorder"]
+    assert {"directory": "flights/hover-launch-2"} in recorder.parameters
 
 
 def test_every_argument_is_declared(launch_file):
@@ -110,23 +150,40 @@ def test_every_argument_is_declared(launch_file):
 
 
 @pytest.mark.parametrize("name", ["simulate", "use_sim_time", "visible"])
-def test_a_flag_is_true_or_false(launch_file, name):
-    with pytest.raises(ParameterError, match=f"{name}: found 'maybe', expected true or false"):
-        started_nodes(launch_file, **{name: "maybe"})
+def test_a_flag_is_true_or_false(launch_file, name, capsys):
+    assert f"{name}: found 'maybe', expected true or false" in refusal(launch_file, capsys, **{name: "maybe"})
 
 
-def test_a_parameter_file_that_does_not_exist_is_refused(launch_file):
-    with pytest.raises(ParameterError, match=r"params_file: found 'none\.yaml'"):
-        started_nodes(launch_file, params_file="none.yaml")
+def test_a_parameter_file_that_does_not_exist_is_refused(launch_file, capsys):
+    assert "params_file: found 'none.yaml'" in refusal(launch_file, capsys, params_file="none.yaml")
 
 
 @pytest.mark.parametrize(("code", "ends"), [(0, 0), (1, 0), (-9, 0), (2, 1)])
 def test_a_refused_node_ends_the_others(launch_file, code, ends):
     event = SimpleNamespace(returncode=code, action=SimpleNamespace(name="trajectory"))
-    for node in started_nodes(launch_file).values():
-        actions = node.on_exit(event, {})
-        assert [action.kind for action in actions] == ["Shutdown"] * ends
-        assert all("trajectory" in action.reason for action in actions)
+    node, *_ = started_nodes(launch_file).values()
+    actions = node.on_exit(event, {})
+    assert [action.kind for action in actions] == ["Shutdown"] * ends
+    assert all("trajectory" in action.reason for action in actions)
+
+
+@pytest.mark.parametrize(
+    ("codes", "problems", "ended"),
+    [([0] * 5, [], 0), ([0] * 5, ["too far"], 1), ([1, 0, 0, 0, 0], ["it fell"], 1), ([0, 2, 0, 0, 0], [], 2)],
+)
+def test_the_exit_of_the_last_node_ends_launch_with_the_verdict(
+    launch_file, codes, problems, ended, monkeypatch, capsys
+):
+    found = results.Report("ended", 1.0, 1.0, FlightMetrics(), {}, problems)
+    monkeypatch.setattr(launch_file.results, "report", lambda *_: found)
+    nodes = list(started_nodes(launch_file).values())
+    *first, last = [SimpleNamespace(returncode=code, action=SimpleNamespace(name="x")) for code in codes]
+    for node, event in zip(nodes, first, strict=False):
+        node.on_exit(event, {})
+    with pytest.raises(SystemExit) as left:
+        nodes[-1].on_exit(last, {})
+    assert left.value.code == ended
+    assert all(problem in capsys.readouterr().out for problem in problems)
 
 
 def test_a_flight_is_closed_unless_the_user_has_chosen_transports(launch_file, monkeypatch):
@@ -164,6 +221,5 @@ def test_launch_lets_a_vehicle_land_before_it_asks_again(launch_file, mission):
     assert {(node.sigterm_timeout, node.sigkill_timeout) for node in nodes.values()} == {("300", "305")}
 
 
-def test_a_mission_that_cannot_be_flown_is_refused(launch_file):
-    with pytest.raises(ParameterError, match=r"mission: found 'case9' as item 2"):
-        started_nodes(launch_file, mission="takeoff,case9")
+def test_a_mission_that_cannot_be_flown_is_refused(launch_file, capsys):
+    assert "mission: found 'case9' as item 2" in refusal(launch_file, capsys, mission="takeoff,case9")
