@@ -89,9 +89,9 @@ def packages() -> str:
 
     for name in names:
         height(name)
-    levels = []
-    for level in range(max(row.values()), -1, -1):
-        same = [name for name in names if row[name] == level]
+    levels: list[list[str]] = []
+    for height_of_row in range(max(row.values()), -1, -1):
+        same = [name for name in names if row[name] == height_of_row]
         levels += [same[first : first + 4] for first in range(0, len(same), 4)]
     drawing = Drawing(860, 58 * len(levels) + 40, "The packages in rows; each imports from rows below it")
     for number, level in enumerate(levels):

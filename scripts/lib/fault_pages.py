@@ -63,14 +63,13 @@ def faults_page() -> str:
     lines = ["| | fault | what happens | state | outcome | shown by |", "|---|---|---|---|---|---|"]
     for number, row in enumerate(rows, 1):
         state = f"**{row['state']}**" if row["state"] == "open" else row["state"]
-        tests = ", ".join(_short(name) for name in row["tests"])
+        tests = ", ".join(_short(name, count) for count, name in enumerate(row["tests"], 1))
         lines.append(f"| {number} | {row['fault']} | {row['happens']} | {state} | {row['outcome']} | {tests} |")
     return "\n".join([HEAD, summary, *lines, ""])
 
 
-def _short(name: str) -> str:
+def _short(name: str, count: int) -> str:
     module = name.removeprefix("accept ")
     if module != name:
         return f"`scripts/accept {module}`"
-    file, _, function = name.partition("::")
-    return f"[{function.replace('_', ' ')}](../../{file})"
+    return f"[test {count}](../../{name.partition('::')[0]})"

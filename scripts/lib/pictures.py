@@ -103,9 +103,10 @@ def film(flight: Any, path: Path) -> None:
     with mpl.rc_context({"font.size": 9.0, "grid.color": "#d9dde2", "grid.linewidth": 0.5}):
         for now in np.linspace(0, len(stamps) - 1, FRAMES).astype(int)[1:]:
             canvas = Figure(figsize=(6.4, 4.8), layout="constrained")
-            space, below = canvas.subplot_mosaic(
+            parts: dict[str, Any] = canvas.subplot_mosaic(
                 [["space"], ["below"]], height_ratios=[3, 1], per_subplot_kw={"space": {"projection": "3d"}}
-            ).values()
+            )
+            space, below = parts["space"], parts["below"]
             space.plot(*wanted.T, color="#d1242f", linewidth=0.8, linestyle="--", label="reference")
             space.plot(*flown[: now + 1].T, color="#0969da", linewidth=2.0, label="flown")
             space.plot(*flown[now : now + 1].T, "o", color="#0969da", markersize=6)

@@ -40,7 +40,7 @@ COMMANDS = {
 }
 COMMAND_HEAD = """# Command line
 
-Every command explains itself with `--help`; `scripts/log COMMAND --help` has examples for each verb. Without a sourced
+Every command explains itself with `--help`; so does `scripts/log COMMAND --help`, with examples. Without a sourced
 ROS 2 `ros2 run PACKAGE NAME` is `install/PACKAGE/lib/PACKAGE/NAME`, in a shell that has sourced `scripts/env.sh`.
 
 ## Exit codes
