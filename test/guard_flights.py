@@ -93,7 +93,7 @@ def descent(
         finite = math.isfinite(wrench.thrust + wrench.torque_b.x + wrench.torque_b.y + wrench.torque_b.z)
         if finite:
             state, _ = step(plant, vehicle, state, wrench, conditions, dt)
-            p, _, q, omega = state.motion
+            p, q, omega = state.motion.p_w, state.motion.q_wb, state.motion.omega_b
             finite = math.isfinite(p.x + p.y + p.z + q.x + q.y + q.z + omega.x)
             climb = max(climb, p.z - start.motion.p_w.z)
         touched = not plant.ground.enabled and observe(plant, vehicle, state).p_w.z <= FOOT

@@ -16,7 +16,9 @@ from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps
 from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
+from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
+from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import MALFORMED, ForeignRunError, packer, unpacker
@@ -62,6 +64,8 @@ class AutopilotNode(VehicleNode):
         self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
         self.sample: odometry.Sample | None = None
         self._ended = self._is_landing = False
+        self.lift = standing(0.0)
+        self._standing = Standing()
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count = 0.0, 0
@@ -124,12 +128,20 @@ class AutopilotNode(VehicleNode):
             self.drop_sample(refused)
             return
         state = odometry.state(sample)
+        elapsed = 0
         if last is not None and self.state is not None:
             elapsed = sample.timestamp_sample - last.timestamp_sample
             self._spacings.append(1000 * elapsed)
             self._ages.append(1000 * (sample.timestamp - sample.timestamp_sample))
             if sample.reset_counter != last.reset_counter:
                 self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
+                moved = state.p_w.z - self.state.p_w.z
+                self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved)  # it moves along
+        is_flying = self.sequence.phase in (Phase.FLY, Phase.LAND)
+        if not is_flying:
+            self._standing.note(1e-6 * sample.timestamp_sample, state)
+        self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
+        state = marked(state, self.lift)
         self.sample, self.state, self.heard = sample, state, self.clock()
         if self.phase == FlightState.FLYING and self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND):
             self._publish_step(sample, state)
@@ -219,7 +231,7 @@ class AutopilotNode(VehicleNode):
         """Note the thrust just sent if the vehicle hovers."""
         if self.state is None or self.sequence.phase != Phase.FLY:
             return
-        if self.state.p_w.z > thrust.AIRBORNE and norm(self.state.v_w) < thrust.AT_REST:
+        if self.state.p_w.z - self.state.ground_z > thrust.AIRBORNE and norm(self.state.v_w) < thrust.AT_REST:
             self._hover_thrusts += self.predicted.thrust
             self._hover_count += 1
 
@@ -285,7 +297,8 @@ class AutopilotNode(VehicleNode):
         """Return why the flight must not begin."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
         misfit = spacing.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
-        return self.refusal() or misfit
+        moving = self._standing.refusal(self.settings.arming.speed, self.profile.state)
+        return self.refusal() or misfit or moving
 
     def _ask(self, request: Request) -> None:
         text = f"{COMMANDS[request.command]}, attempt {request.attempt + 1}"

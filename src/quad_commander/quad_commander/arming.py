@@ -27,7 +27,8 @@ class Observed(NamedTuple):
     """All that arming looks at; the node fills it.
 
     ``run_ids`` and ``interface_hashes`` are those heard in the domain, ``run_id`` our own. ``state_spacing`` and
-    ``announced_spacing`` in s. ``battery`` and ``disk`` (GB) are None where nothing tells them. ``plan`` is None before
+    ``announced_spacing`` in s. ``drift``: how fast in m/s the estimate moved over the last second.
+    ``battery`` and ``disk`` (GB) are None where nothing tells them. ``plan`` is None before
     one was latched; ``plans`` counts different ones.
     """
 
@@ -39,6 +40,8 @@ class Observed(NamedTuple):
     state_spacing: float
     tilt: float
     speed: float
+    drift: float
+    ground_z: float
     body_rate: float
     battery: float | None
     disk: float | None
@@ -57,9 +60,9 @@ def refusals(limits: ArmingLimits, fence: Fence, flight: FlightLimits, observed:
     ]
 
 
-def outside(fence: Fence, position: Vec3) -> bool:
-    """Return whether ``position`` is outside the fence; one that is not a number is."""
-    sides = zip(fence.low, position, fence.high, strict=True)
+def outside(fence: Fence, position: Vec3, ground_z: float) -> bool:
+    """Return whether ``position`` is outside the fence above ``ground_z`` m; one that is not a number is."""
+    sides = zip(fence.low, (position.x, position.y, position.z - ground_z), fence.high, strict=True)
     return not all(low <= value <= high for low, value, high in sides)
 
 
@@ -100,6 +103,11 @@ def _vehicle(limits: ArmingLimits, observed: Observed) -> list[str]:
         found.append(f"tilt: found {degrees:.1f} deg, expected less than {largest:.1f} deg")
     if not observed.speed < limits.speed:
         found.append(f"speed: found {observed.speed:.2f} m/s, expected less than {limits.speed:.2f} m/s")
+    if not observed.drift < limits.speed:
+        found.append(
+            f"state: found an estimate that moves at {observed.drift:.2f} m/s while the vehicle stands, "
+            f"expected less than {limits.speed:.2f} m/s"
+        )
     if not observed.body_rate < limits.rate:
         found.append(f"body rate: found {observed.body_rate:.2f} rad/s, expected less than {limits.rate:.2f} rad/s")
     if observed.battery is not None and not observed.battery >= limits.battery:
@@ -120,7 +128,7 @@ def _plan(limits: ArmingLimits, fence: Fence, flight: FlightLimits, observed: Ob
     found = [
         f"plan: found it outside the fence at ({', '.join(f'{part:.1f}' for part in corner)}) m, expected it within"
         for corner in (plan.low, plan.high)
-        if outside(fence, corner)
+        if outside(fence, corner, observed.ground_z)
     ]
     pairs = (
         ("a speed", plan.speed, flight.speed, "m/s"),

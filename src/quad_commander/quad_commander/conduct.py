@@ -92,6 +92,7 @@ class Conduct:
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._time = self._kept_waiting = self._unbegun = self._in_mode = 0.0
         self._hand_over: references.ReferencePlan | None = None
+        self._aside: tuple[references.ReferencePlan, float] | None = None
         self._handed = 0.0
         self._said = FlightMode()
         self._last = Asked(Request.NONE, "")
@@ -160,14 +161,14 @@ class Conduct:
             guard_land=seen.guard.land,
             guard_stopped=seen.guard.stopped,
             tilt=tilt(seen.state),
-            height=seen.state.p_w.z - parameters.ground_height,
+            height=seen.state.p_w.z - seen.state.ground_z,
             speed=norm(seen.state.v_w),
             thrust=seen.thrust,
             position_error=0.0
             if mode in _ON_GROUND or mode >= Mode.DESCEND
             else position_error(seen.state, self._sent),
             battery=seen.battery,
-            outside_fence=outside(parameters.fence, seen.state.p_w),
+            outside_fence=outside(parameters.fence, seen.state.p_w, seen.state.ground_z),
             overruns=seen.overruns,
             recorder_lost=seen.recorder_lost,
             end_asked=bool(seen.end_asked),
@@ -243,12 +244,12 @@ class Conduct:
         elif before >= Mode.DESCEND or mode >= Mode.DESCEND:  # others fly it: the reference goes along
             current = references.from_state(seen.state)
         if decision.changed or mode >= Mode.DESCEND:
-            self._plan = references.plan_mode(
-                limits, mode, current, self._parameters.ground_height, self._takeoff_height()
-            )
-            self._time, self._hand_over = 0.0, None
+            self._plan = references.plan_mode(limits, mode, current, seen.state.ground_z, self._takeoff_height())
+            self._time, self._hand_over, self._aside = 0.0, None, None
         else:
             self._time += seen.dt
+        if mode == Mode.TAKEOFF:
+            return self._rise(seen.state)
         if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
             point = references.sample(self._plan, self._time)
             sideways = self._time < max(self._plan.x.duration, self._plan.y.duration)
@@ -260,6 +261,16 @@ class Conduct:
         else:
             self._handed += seen.dt
         return references.handed_over(self._hand_over, self._handed, point)
+
+    def _rise(self, state: VehicleState) -> TrajectoryPoint:
+        """Return the reference of TAKEOFF: straight up, over where the air takes the vehicle until it may tilt."""
+        if state.on_ground or self._aside is None:
+            limits = self._parameters.references
+            stop = references.plan_mode(limits, Mode.HOLD, references.from_state(state), 0.0, 0.0)
+            self._aside = stop, self._time
+        stop, since = self._aside
+        point, beside = references.sample(self._plan, self._time), references.sample(stop, self._time - since)
+        return references.beside(point, beside)
 
     def _takeoff_height(self) -> float:
         return next(

@@ -216,9 +216,11 @@ class Commander(Responder):
 
     def _checks(self, sample: Sample) -> list[str] | None:
         """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING."""
+        if self._conduct is None or self._conduct.mode <= Mode.ARMING:
+            self._preflight.note(sample)
         if self._conduct is None or self._conduct.mode != Mode.ARMING:
             self._since_check = 0.0
-            self._preflight.begin(sample.step, self.states_seen)
+            self._preflight.begin(sample, self.states_seen)
             return None
         self._since_check += sample.dt
         if self._since_check < _CHECKS_EVERY:

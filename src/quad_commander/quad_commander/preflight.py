@@ -13,6 +13,7 @@ from quad_core.cycle import seconds
 from quad_core.extent import Extent
 from quad_core.flight_parameters import FlightParameters
 from quad_core.geometry import norm
+from quad_core.standing import Standing
 from quad_core.types import Vec3
 from quad_msgs.msg import FlightPlan, NodeStatus
 from quad_node.responder import Sample
@@ -39,11 +40,16 @@ class Preflight:
         self._plans = 0
         self._counts: Counter[str] = Counter()
         self._first_step = self._first_states = 0
+        self._standing = Standing()
 
-    def begin(self, step: int, states: int) -> None:
-        """Count from ``step`` on; ``states`` were seen so far."""
+    def begin(self, sample: Sample, states: int) -> None:
+        """Count from the step of ``sample`` on; ``states`` were seen so far."""
         self._counts.clear()
-        self._first_step, self._first_states = step, states
+        self._first_step, self._first_states = sample.step, states
+
+    def note(self, sample: Sample) -> None:
+        """Take in a state of the vehicle on the ground."""
+        self._standing.note(seconds(sample.step, self._flight.plant_period), sample.state)
 
     def count(self, topic: str) -> None:
         """Count a message of a stream."""
@@ -88,6 +94,8 @@ class Preflight:
             state_spacing=elapsed / max(states - self._first_states, 1),
             tilt=tilt(sample.state),
             speed=norm(sample.state.v_w),
+            drift=max(self._standing.drift, self._standing.speed),
+            ground_z=sample.state.ground_z,
             body_rate=norm(sample.state.omega_b),
             battery=battery,
             disk=disk,

@@ -155,6 +155,13 @@ def above(point: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
     return point._replace(p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z))
 
 
+def beside(point: TrajectoryPoint, other: TrajectoryPoint) -> TrajectoryPoint:
+    """Return ``point`` with the horizontal motion of ``other``."""
+    pairs = ((getattr(point, name), getattr(other, name)) for name in ("p_w", "v_w", "a_w", "jerk_w"))
+    p, v, a, jerk = (Vec3(aside.x, aside.y, own.z) for own, aside in pairs)
+    return point._replace(p_w=p, v_w=v, a_w=a, jerk_w=jerk)
+
+
 def sample(plan: ReferencePlan, time: float) -> TrajectoryPoint:
     """Return the reference ``time`` s after the plan was made; ``trajectory_time`` is negative until it is at rest."""
     x, y, z, yaw = at(plan.x, time), at(plan.y, time), at(plan.z, time), at(plan.yaw, time)

@@ -26,6 +26,8 @@ GOOD = Observed(
     state_spacing=0.0021,
     tilt=0.01,
     speed=0.01,
+    drift=0.02,
+    ground_z=0.0,
     body_rate=0.01,
     battery=0.9,
     disk=20.0,
@@ -63,6 +65,9 @@ def stream(publishers=1, rate=500.0):
     ({"tilt": math.radians(15.1)}, "tilt: found 15.1 deg, expected less than 15.0 deg"),
     ({"tilt": math.nan}, "tilt: found nan deg"),
     ({"speed": 0.11}, "speed: found 0.11 m/s"),
+    ({"drift": 0.11}, "state: found an estimate that moves at 0.11 m/s while the vehicle stands"),
+    ({"drift": math.nan}, "state: found an estimate that moves at nan m/s"),
+    ({"ground_z": 3.0}, "plan: found it outside the fence at (-1.0, -1.0, 0.0) m"),
     ({"body_rate": 0.11}, "body rate: found 0.11 rad/s"),
     ({"battery": 0.29}, "battery: found 29 %, expected at least 30 %"),
     ({"disk": 0.9}, "disk: found 0.90 GB free"),
@@ -93,4 +98,10 @@ def test_all_reasons_are_named_at_once():
     (Vec3(0.0, math.nan, 0.0), True),
 ])  # fmt: skip
 def test_the_fence_is_a_box_and_what_is_not_a_number_is_outside(position, is_outside):
-    assert outside(Fence(), position) == is_outside
+    assert outside(Fence(), position, 0.0) == is_outside
+
+
+def test_the_height_of_the_fence_counts_from_the_ground():
+    assert outside(Fence(), Vec3(0.0, 0.0, -13.0), 0.0)
+    assert not outside(Fence(), Vec3(0.0, 0.0, -13.0), -13.2)
+    assert outside(Fence(), Vec3(0.0, 0.0, 107.0), -13.2)

@@ -111,6 +111,58 @@ def test_a_mission_is_flown_from_the_ground_to_the_ground():
     assert flight.modes.count(Mode.HOLD) == pytest.approx(2.0 / DT, abs=5)
 
 
+@pytest.mark.parametrize("ground", [-20.0, 13.2])
+def test_heights_count_from_the_estimate_at_arming(ground):
+    """The estimate has the vehicle metres off, adrift while it waits, and holds the place at arming from then on."""
+    conduct = Conduct(PARAMETERS, parse("takeoff:2,land", []), VehicleState())
+    state, said, heights, step = VehicleState(), None, [], 0
+    for k in range(3000):
+        armed = conduct.mode > Mode.ARMING
+        if not armed:  # as the vehicle's owner marks it
+            z = ground + 0.0005 * min(k, 40)
+            state = VehicleState(p_w=Vec3(0.0, 0.0, z), ground_z=z, on_ground=True)
+        seen = Observed(step, DT, state, TrajectoryPoint(NOT_BEGUN), 0.0, 1.0, refusals=[] if not armed else None)
+        if armed and said.reference.p_w.z <= state.ground_z:
+            seen = seen._replace(thrust=0.5)
+        said, step = conduct.step(seen), step + 5
+        if armed:
+            p, v = said.reference.p_w, said.reference.v_w
+            lands = p.z <= state.ground_z
+            state = state._replace(p_w=p._replace(z=max(p.z, state.ground_z)), v_w=Vec3() if lands else v)
+            heights.append(p.z - state.ground_z)
+        if said.mode.is_over:
+            break
+    assert said.mode.is_over
+    assert said.outcome == ""
+    assert heights[0] == pytest.approx(0.0, abs=1e-3)
+    assert max(heights) == pytest.approx(2.0, abs=1e-6)
+    assert state.p_w.z == state.ground_z != 0.0
+
+
+def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
+    """Until it is clear it may not tilt; the reference goes along, and stops within the limits from then on."""
+    conduct = Conduct(PARAMETERS, parse("takeoff:3,hold:60", []), VehicleState())
+    state, points = VehicleState(on_ground=True), []
+    for k in range(1000):
+        said = conduct.step(Observed(5 * k, DT, state, None, 0.0, 1.0, refusals=[]))
+        if conduct.mode < Mode.TAKEOFF:
+            continue
+        points.append(said.reference)
+        p, v = said.reference.p_w, said.reference.v_w
+        if state.on_ground:  # half a metre per second squared to the east
+            x = state.p_w.x + DT * state.v_w.x
+            state = VehicleState(Vec3(x, 0.0, p.z), Vec3(state.v_w.x + 0.5 * DT, 0.0, v.z), on_ground=p.z <= 0.7)
+        else:
+            state = VehicleState(p, v)
+    assert conduct.mode == Mode.HOLD
+    position, velocity = largest_steps(points)
+    assert position < 1.25 * DT
+    assert velocity < 2.5 * DT
+    carried = next(point.p_w.x for point in points if point.p_w.z > 0.71)
+    assert 0.1 < carried < points[-1].p_w.x < carried + 1.0
+    assert points[-1].v_w == Vec3()
+
+
 def test_no_change_of_mode_steps_the_reference_in_the_air():
     flight = Flight("takeoff,case1,hold:2,land").go(20.0)
     position, velocity = largest_steps(flight.in_the_air())

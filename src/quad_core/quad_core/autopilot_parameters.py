@@ -27,6 +27,10 @@ class ArmingParameters(NamedTuple):
     answer_timeout: Annotated[
         float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0, live=False)
     ] = 0.5
+    speed: Annotated[
+        float,
+        Real("m/s", "faster, by velocity or change of position: the estimate does not rest, no arming", 0.01, 10.0),
+    ] = 0.15
     step_timeout: Annotated[
         float,
         Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0, "", False),

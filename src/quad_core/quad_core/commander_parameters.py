@@ -89,7 +89,10 @@ class ArmingLimits(NamedTuple):
     tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5, "safety.md", live=False)] = (
         0.2617993877991494
     )
-    speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 10.0, "safety.md", live=False)] = 0.1
+    speed: Annotated[
+        float,
+        Real("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0, "safety.md", live=False),
+    ] = 0.1
     rate: Annotated[float, Real("rad/s", "turning slower: at rest", 0.001, 10.0, "addition", live=False)] = 0.1
     battery: Annotated[float, Real("", "least share of a full battery", 0.0, 1.0, "addition", live=False)] = 0.3
     disk: Annotated[float, Real("GB", "least free space where the bag goes", 0.0, 1e6, "safety.md", live=False)] = 1.0
@@ -99,11 +102,11 @@ class ArmingLimits(NamedTuple):
 
 
 class Corner(NamedTuple):
-    """A corner of the fence, world frame."""
+    """A corner of the fence: world frame, its height above where the vehicle stands at arming."""
 
     x: Annotated[float, Real("m", "east", -1e4, 1e4, "addition", live=False)] = 100.0
     y: Annotated[float, Real("m", "north", -1e4, 1e4, "addition", live=False)] = 100.0
-    z: Annotated[float, Real("m", "up", -1e4, 1e4, "EASA open category: 120 m", live=False)] = 120.0
+    z: Annotated[float, Real("m", "above the ground", -1e4, 1e4, "EASA open category: 120 m", live=False)] = 120.0
 
 
 class Fence(NamedTuple):
@@ -153,9 +156,6 @@ class CommanderParameters(NamedTuple):
     recordings: Annotated[
         str, Text("folder that the recorder writes to: its disk must have room before arming; empty: where this runs")
     ] = ""
-    ground_height: Annotated[
-        float, Real("m", "height of the vehicle when it stands on the ground, world frame", -1e4, 1e4, "", live=False)
-    ] = 0.0
     takeoff_height: Annotated[
         float, Real("m", "height above the ground of a take-off that names none", 0.1, 1000.0, "addition", live=False)
     ] = 1.5

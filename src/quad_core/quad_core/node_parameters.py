@@ -96,6 +96,7 @@ class OdometryRelayParameters(NamedTuple):
     )
     world_frame: Annotated[str, Text("header.frame_id that is accepted (ENU); empty: any")] = "map"
     body_frame: Annotated[str, Text("child_frame_id that is accepted (FLU); empty: any")] = "base_link"
+    on_ground: Annotated[bool, Flag("the vehicle stands on the ground at its first state", live=False)] = True
     stamps: Annotated[
         int,
         Choice(("flight", "first"), "flight: stamps count from step 0, as the simulator's; first: from the first one"),

@@ -26,7 +26,7 @@ from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
 from quad_core.parameters import Flag, Real
-from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
 from quad_core.vehicle import Vehicle
 
 
@@ -87,7 +87,7 @@ class Shown(NamedTuple):
 
 def unknown() -> Known:
     """Return what is remembered before the first step."""
-    zero = VehicleState(ZERO, ZERO, Quat(0.0, 0.0, 0.0, 1.0), ZERO)
+    zero = fresh(ZERO, ZERO, Quat(0.0, 0.0, 0.0, 1.0), ZERO)
     return Known(zero, ZERO, ZERO, zero, ZERO, False)
 
 
@@ -129,7 +129,7 @@ def predict(
         acceleration = explained(vehicle, turned(q, scale(-0.5 * ages.x, omega)), actuation.thrust)
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
-    now = VehicleState(p, v, q, omega)
+    now = fresh(p, v, q, omega)
     return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
 
 
@@ -162,7 +162,7 @@ def _smoothed(
             p = add(expected_p, scale(1.0 - slow, residual))
             v = add(expected_v, scale(1.0 - z * z, miss))
             d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
-    predicted = VehicleState(p, v, now.q_wb, now.omega_b)
+    predicted = fresh(p, v, now.q_wb, now.omega_b)
     shown = Shown(ages, subtract(p, state.p_w), residual, 1.0 if bounded else 0.0)
     return predicted, Known(state, held, mean, predicted, d, True), shown
 

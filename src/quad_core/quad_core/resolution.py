@@ -11,6 +11,7 @@ from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
 from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.flight_parameters import FlightParameters
+from quad_core.lift_off import lifting
 from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
 from quad_core.vehicle import Vehicle, check_inertia
@@ -35,15 +36,16 @@ class Resolved(NamedTuple):
 
     @property
     def law(self) -> Plugin:
-        """The law of a stage as it flies: with prediction before it and rotor lead after it, where they are enabled."""
+        """The law of a stage as it flies: with prediction and rotor lead where they are enabled, and with lift-off."""
         law = self.plugins["law"]
+        inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
         around = {name: getattr(self.node, name) for name in COMPENSATIONS if hasattr(self.node, name)}
         enabled = {name: parameters for name, parameters in around.items() if parameters.enabled}
         if not enabled:
-            return law
-        inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
+            return law._replace(module=lifting(law.module, inputs))
         module = compensated(law.module, inputs, frozenset(enabled))
-        return law._replace(module=module, parameters=module.Parameters(law=law.parameters, **enabled))
+        parameters = module.Parameters(law=law.parameters, **enabled)
+        return law._replace(module=lifting(module, inputs), parameters=parameters)
 
     def all_fields(self) -> list[Field]:
         """Return every parameter of the node, dotted, with its resolved value as default."""

@@ -26,12 +26,27 @@ class Quat(NamedTuple):
 
 
 class VehicleState(NamedTuple):
-    """Rigid-body state: position m, velocity m/s (world), attitude, body rates rad/s (x1..x12)."""
+    """Rigid-body state: position m, velocity m/s (world), attitude, body rates rad/s (x1..x12).
+
+    The ages are those of the four at the time of the state. ``ground_z``: height of the vehicle as it stands on the
+    ground, as the estimate had it at arming. ``on_ground``: it has not risen clear of there (``quad_core.lift_off``).
+    """
 
     p_w: Vec3 = Vec3()  # [m]
     v_w: Vec3 = Vec3()  # [m/s]
     q_wb: Quat = Quat()  # [1]
     omega_b: Vec3 = Vec3()  # [rad/s]
+    position_age: float = 0.0  # [s]
+    velocity_age: float = 0.0  # [s]
+    attitude_age: float = 0.0  # [s]
+    rate_age: float = 0.0  # [s]
+    ground_z: float = 0.0  # [m]
+    on_ground: bool = False
+
+
+def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
+    """Return a state without age, in the air; compiled text has to name every field, for Numba takes no defaults."""
+    return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 class TrajectoryPoint(NamedTuple):

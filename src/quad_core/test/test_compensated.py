@@ -86,7 +86,7 @@ def test_the_law_gets_the_state_where_the_vehicle_is_now():
 @needs_plugins
 def test_a_node_flies_the_bare_law_unless_it_is_told_to_predict():
     bare, resolved = resolve(ROLE, {}), resolve(ROLE, {**ON, "aibs.x.position_gain": 3.5})
-    assert bare.law is bare.plugins["law"]
+    assert bare.law.parameters is bare.plugins["law"].parameters
     assert resolved.law.module is not resolved.plugins["law"].module
     assert resolved.law.module is resolve(f"shadow_{ROLE}", ON).law.module
     assert resolved.law.parameters.law.x.position_gain == 3.5
@@ -107,9 +107,9 @@ def test_every_position_law_takes_it(law):
     memory = resolved.module.init(resolved.parameters, VEHICLE)
     _, after, _ = resolved.module.step(resolved.parameters, VEHICLE, memory, inputs(1.0), 0.01)
     by_hand = inputs(1.1)
-    module, own = bare.law.module, bare.law.parameters
+    module, own = bare.plugins["law"].module, bare.law.parameters
     _, expected, _ = module.step(own, VEHICLE, module.init(own, VEHICLE), by_hand, 0.01)
-    assert flattener(module.Memory)(after.law) == pytest.approx(flattener(module.Memory)(expected), abs=1e-9)
+    assert flattener(module.Memory)(after.law.law) == pytest.approx(flattener(module.Memory)(expected), abs=1e-9)
 
 
 @needs_plugins

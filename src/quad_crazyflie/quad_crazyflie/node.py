@@ -90,7 +90,8 @@ class CrazyflieBridge(AutopilotNode):
 
     def send_request(self, request: Request) -> None:
         """Ask for what the sequence wants in the Crazyflie's own way."""
-        self.crazyflie.request(request, self.state.p_w.z if self.state else 0.0)
+        height = self.state.p_w.z - self.state.ground_z if self.state else 0.0
+        self.crazyflie.request(request, height, self.lift.ground_z)
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send angles, yaw rate and thrust."""

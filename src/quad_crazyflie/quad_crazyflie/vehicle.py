@@ -67,7 +67,7 @@ class CrazyflieVehicle:
         self.problem = ""
         self.battery = self._info = 0.0
         self._is_claimed = self._is_armed = self._is_landing = self._is_known = False
-        self._airborne_until = 0.0
+        self._airborne_until = self._ground_z = 0.0
         self._cf = kind()
         self._cf.connected.add_callback(self._on_connected)
         self._cf.connection_failed.add_callback(self._on_problem)
@@ -103,7 +103,7 @@ class CrazyflieVehicle:
     def note(self, block: dict[str, float], now: float) -> None:
         """Take battery and flags of a block; ``now`` in s."""
         self.battery, self._info, self._is_known = 1e-3 * block["pm.vbatMV"], block["supervisor.info"], True
-        flying = int(self._info) & FLYING and 1e-3 * block["stateEstimateZ.z"] > _TOUCHED
+        flying = int(self._info) & FLYING and 1e-3 * block["stateEstimateZ.z"] - self._ground_z > _TOUCHED
         if flying or not self._is_landing:
             self._airborne_until = now + 0.5
         elif self._is_landing and now > self._airborne_until and self._is_armed:
@@ -136,8 +136,9 @@ class CrazyflieVehicle:
             return f"battery {self.battery:.2f} V, expected at least {self.settings.low_battery:g} V"
         return ""
 
-    def request(self, request: Request, height: float) -> None:
-        """Carry out what the sequence asks for; ``height`` in m is what a landing has to go."""
+    def request(self, request: Request, height: float, ground_z: float = 0.0) -> None:
+        """Carry out what the sequence asks for; ``height`` in m is what a landing has to go, down to ``ground_z``."""
+        self._ground_z = ground_z
         if request.command == DO_SET_MODE:  # none is needed: setpoints take precedence
             self._is_claimed = True
         elif request.command == ARM_DISARM:
@@ -147,7 +148,7 @@ class CrazyflieVehicle:
             self._is_landing = True
             # without it the high level commander is not listened to
             self._cf.commander.send_notify_setpoint_stop()
-            self._cf.high_level_commander.land(0.0, max(height / self.settings.landing_speed, 1.0), yaw=None)
+            self._cf.high_level_commander.land(ground_z, max(height / self.settings.landing_speed, 1.0), yaw=None)
         self.ack = Ack(request.command, 0)
 
     def idle(self) -> None:

@@ -31,6 +31,7 @@ class Simulator(VehicleNode):
         super().__init__(SIMULATOR)
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved)
+        self.model.stand(self.guard.parameters.ground_height)
         self._output = PlantOutput(self, self.model)
         self._received_step = self._published_step = -1
         self._repeats = 0
@@ -106,7 +107,9 @@ class Simulator(VehicleNode):
         step, period = self.current_step, self.flight.plant_period
         # a step that was caught up with is not published: no controller could answer it
         sample = StateSample(self.model.state, step, step * period, self._published_step == step, True)
-        truth = self.model.advance(step, self.guarded(self._received(), sample))
+        flown = self.guarded(self._received(), sample)
+        self.model.armed = self.armed
+        truth = self.model.advance(step, flown)
         ending = self._ending(truth)
         if ending is not None:
             self._output.publish_actuation()

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_rates, euler_rates, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_dynamics.newton_euler import (
     Body,
@@ -155,7 +155,7 @@ def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> Vehi
     omega_b comes from the inverse of Eq. 13, so a law that applies Eq. 13 gets x2, x4, x6 back to rounding.
     """
     angles = Vec3(state.x1, state.x3, state.x5)
-    return VehicleState(
+    return fresh(
         Vec3(state.x7, state.x9, state.x11),
         Vec3(state.x8, state.x10, state.x12),
         quaternion_from_euler(angles),

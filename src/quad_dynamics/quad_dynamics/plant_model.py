@@ -1,10 +1,11 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
 from quad_core.cycle import seconds
+from quad_core.lift_off import airborne, lifted_off, marked, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
-from quad_guard.ending import has_ground
+from quad_guard.ending import has_ground, stands
 
 _FIRST_LENGTH = 120.0
 
@@ -13,7 +14,8 @@ class PlantModel:
     """Holds what the plant, its sensors and its link remember between steps. Step k covers [k, k+1) plant periods.
 
     ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
-    that comes next. ``actuation`` is that of the last step, ``actuated_step``. ``step`` and ``lumped`` are the plant's
+    that comes next. ``lift`` marks the state while ``armed`` says whether the motors may turn.
+    ``actuation`` is that of the last step, ``actuated_step``. ``step`` and ``lumped`` are the plant's
     functions.
     """
 
@@ -34,6 +36,8 @@ class PlantModel:
         self._link_line, self._link_memory = link.init()
         self._applied = Wrench()
         self._sent_steps = [-1] * link.SLOTS
+        self.lift, self.armed = airborne(0.0), True
+        self.state: VehicleState = self.truth
         self.actuation = Actuation()
         self.actuated_step = -1
         self.cover(round(_FIRST_LENGTH / self._dt))
@@ -59,6 +63,11 @@ class PlantModel:
         announce = getattr(self._weather.module, "announcements", None)
         found: list[tuple[float, str, str]] = announce(self._weather.parameters) if announce else []
         return found
+
+    def stand(self, ground_height: float) -> None:
+        """Begin on the ground if the plant stands there, else in the air above a ground at ``ground_height`` m."""
+        self.lift = standing(self.state.p_w.z) if stands(self._plant.parameters) else airborne(ground_height)
+        self.state = marked(self.state, self.lift)
 
     @property
     def has_ground(self) -> bool:
@@ -96,7 +105,6 @@ class PlantModel:
         self.conditions: Conditions = self._weather.module.sample(
             self._weather.parameters, self._table, seconds(step, self._period)
         )
-        self.state: VehicleState
         self.state, self._sensing_memory = self._sensing.module.step(
             self._sensing.parameters,
             self._noise,
@@ -106,3 +114,6 @@ class PlantModel:
             self.conditions.sensor,
             step,
         )
+        if self.lift.on_ground or self.lift.ground_z != 0.0 or not self.armed:
+            self.lift = lifted_off(self.lift, self.state, self.armed, self._dt)
+            self.state = marked(self.state, self.lift)

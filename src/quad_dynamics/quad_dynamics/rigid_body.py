@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_z, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_dynamics.ground import contact, contact_height
 from quad_dynamics.newton_euler import (
@@ -84,7 +84,7 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     if parameters.ground.enabled and p.z <= contact_height(parameters.ground, vehicle):
         speed = vehicle.rotor_speed_min
     q_wb = quaternion_from_euler(Vec3(angles.phi, angles.theta, angles.psi))
-    motion = VehicleState(Vec3(p.x, p.y, p.z), Vec3(v.x, v.y, v.z), q_wb, Vec3(omega.x, omega.y, omega.z))
+    motion = fresh(Vec3(p.x, p.y, p.z), Vec3(v.x, v.y, v.z), q_wb, Vec3(omega.x, omega.y, omega.z))
     return State(motion, Rotors(speed, speed, speed, speed))
 
 
@@ -172,14 +172,14 @@ def with_unit_quaternion(s: Flat) -> Flat:
 
 def flat(motion: VehicleState) -> Flat:
     """Return p m, v m/s, q and omega rad/s as a plain tuple."""
-    p, v, q, omega = motion
+    p, v, q, omega = motion.p_w, motion.v_w, motion.q_wb, motion.omega_b
     return p.x, p.y, p.z, v.x, v.y, v.z, q.x, q.y, q.z, q.w, omega.x, omega.y, omega.z
 
 
 def nested(s: Flat) -> VehicleState:
     """Return the motion whose numbers are ``s``; inverse of ``flat``."""
     px, py, pz, vx, vy, vz, x, y, z, w, p, q, r = s
-    return VehicleState(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
+    return fresh(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
 
 
 def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation) -> tuple[Rotors, Rotors]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from quad_core.cycle import is_faulty, seconds
 from quad_core.geometry import euler_from_quaternion, normalized, quaternion_from_euler
 from quad_core.parameters import Real, Whole
-from quad_core.types import Quat, SensorFault, Vec3, VehicleState
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh
 
 CHANNELS = 12
 DROPOUT = 12
@@ -171,7 +171,7 @@ def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
     if fault.yaw_offset != 0.0:
         s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
         q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
-    return VehicleState(Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z), reading.v_w, q, reading.omega_b)
+    return fresh(Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z), reading.v_w, q, reading.omega_b)
 
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
@@ -193,7 +193,7 @@ def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth:
     position = errors(table, row, 0, parameters.position_bias, parameters.position_noise)
     velocity = errors(table, row, 3, parameters.velocity_bias, parameters.velocity_noise)
     rates = errors(table, row, 9, parameters.rate_bias, parameters.rate_noise)
-    return VehicleState(
+    return fresh(
         rounded(total(truth.p_w, position), parameters.position_quantum),
         rounded(total(truth.v_w, velocity), parameters.velocity_quantum),
         q,
@@ -212,7 +212,7 @@ def renewed(parameters: Parameters, last: VehicleState, sample: VehicleState, nu
         attitude = last.q_wb
     if number % parameters.rate_every != 0:
         rate = last.omega_b
-    return VehicleState(position, velocity, attitude, rate)
+    return fresh(position, velocity, attitude, rate)
 
 
 def errors(table: NDArray[np.float64], row: int, first: int, bias: float, noise: float) -> Vec3:
@@ -253,7 +253,7 @@ def aged(line: NDArray[np.float64], ages: Ages, k: int) -> VehicleState:
     """Return each channel as it was its age before plant step ``k``; before step 0 it was as then."""
     p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
     q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
-    return VehicleState(
+    return fresh(
         Vec3(float(line[p, 0]), float(line[p, 1]), float(line[p, 2])),
         Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
         Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),

@@ -20,7 +20,7 @@ from quad_flight.loop import Carry, Drawn, Schedule, Setup, Start
 from quad_flight.score import NOTHING_SCORED, Score
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
-from quad_guard.ending import described, has_ground
+from quad_guard.ending import described, has_ground, stands
 
 OUTCOMES = {
     loop.ENDED: "ended",
@@ -137,6 +137,7 @@ def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0)
         internals=PerStage(*(zeros(law.module.Internals) for law in laws)),
         guard=simulator.node.guard,
         has_ground=has_ground(parts["plant"].parameters),
+        stands=stands(parts["plant"].parameters),
     )
     return Flight(modules, setup, simulator.flight.seed, resolved)
 

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from quad_core.cycle import Behind, followed, is_faulty, is_flyable, seconds, steps_to_cover
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import Actuation, Disturbance, Rotors, TrajectoryPoint, Vec3, VehicleState, Wrench
+from quad_core.lift_off import LiftOff, airborne, lifted_off, marked, standing
+from quad_core.types import Actuation, Disturbance, Rotors, TrajectoryPoint, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step
@@ -72,7 +73,7 @@ class Setup(NamedTuple):
     """Parameter sets of one flight, as the plug-ins declare them.
 
     ``stages``: one per stage of the cascade; ``internals``: what the log shows of each before its first step.
-    ``has_ground``: the plant has a ground on which the vehicle can come to rest.
+    ``has_ground``: the plant has a ground on which the vehicle can come to rest. ``stands``: it stands there at step 0.
     """
 
     vehicle: Vehicle
@@ -85,6 +86,7 @@ class Setup(NamedTuple):
     internals: Any
     guard: GuardParameters = GuardParameters()
     has_ground: bool = False
+    stands: bool = False
 
 
 class Drawn(NamedTuple):
@@ -129,6 +131,7 @@ class Carry(NamedTuple):
     applied: Wrench
     applied_step: int
     guard: GuardMemory
+    lift: LiftOff
     actuation: Actuation
     score: Score
     behind: Behind
@@ -146,12 +149,21 @@ class Row(NamedTuple):
     internals: Any
 
 
+def seen_of(motion: VehicleState) -> VehicleState:
+    """Return what a plant observes with every field: one that is compiled may leave out those after the body rates."""
+    return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
+
+
 def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
     """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
     plant = plant_init(setup.plant, setup.vehicle)
-    truth = plant_observe(setup.plant, setup.vehicle, plant)
+    truth = seen_of(plant_observe(setup.plant, setup.vehicle, plant))
     conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
     state, _ = sensing_step(setup.sensing, drawn.noise, drawn.sensing_line, start.sensing, truth, conditions.sensor, 0)
+    lift = airborne(setup.guard.ground_height)
+    if setup.stands:
+        lift = standing(state.p_w.z)
+        state = marked(state, lift)
     plan = trajectory_plan(setup.trajectory, setup.vehicle, state)
     duration = trajectory_duration(setup.trajectory, plan)
     zero = Vec3(0.0, 0.0, 0.0)
@@ -173,6 +185,7 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
         applied=Wrench(0.0, zero),
         applied_step=-1,
         guard=guard_init(setup.guard, setup.vehicle),
+        lift=lift,
         actuation=Actuation(none, none, 0.0, zero, False, False, False, False, False),
         score=Score(0, 0.0, 0.0, 0.0, 0.0),
         behind=Behind(),
@@ -194,7 +207,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     outcome = carry.outcome
     refused = carry.refused
     plant = carry.plant
-    truth = plant_observe(setup.plant, vehicle, plant)
+    truth = seen_of(plant_observe(setup.plant, vehicle, plant))
     sensing = carry.sensing
     link = carry.link
     memory = carry.memory
@@ -203,6 +216,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     applied = carry.applied
     applied_step = carry.applied_step
     guard = carry.guard
+    lift = carry.lift
     command_steps = schedule.stage_steps[-1]
     actuation = carry.actuation
     score = carry.score
@@ -219,6 +233,9 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             state, sensing = sensing_step(
                 setup.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
             )
+        if lift.on_ground or lift.ground_z != 0.0:
+            lift = lifted_off(lift, state, True, plant_dt)
+            state = marked(state, lift)
         # the last stage's output is the command that the vehicle obeys
         before = signals[-1]
         if LOGGING:
@@ -258,7 +275,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         if refused > 0:
             outcome = REFUSED
         else:
-            truth = plant_observe(setup.plant, vehicle, plant)
+            truth = seen_of(plant_observe(setup.plant, vehicle, plant))
             k += 1
             if not is_flyable(truth):
                 outcome = DIVERGED
@@ -284,6 +301,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         applied=applied,
         applied_step=applied_step,
         guard=guard,
+        lift=lift,
         actuation=actuation,
         score=score,
         behind=behind,

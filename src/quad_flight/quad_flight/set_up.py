@@ -12,6 +12,7 @@ from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
 from quad_dynamics.ground import SINK
 from quad_flight import configuration
+from quad_guard.ending import stands
 
 Overrides = dict[str, dict[str, Value]]
 
@@ -73,9 +74,10 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
             values = {**values, **identity.get("/**", {}), **identity.get(role, {})}
             resolved[role] = resolve(role, values)
             if role == SIMULATOR and request.mission is not None:
-                ground, standing = _on_the_ground(resolved[role], values)
-                resolved[role] = resolve(role, {**values, **ground})
-                asked[COMMANDER] = {**asked.get(COMMANDER, {}), "ground_height": standing}
+                resolved[role] = resolve(role, {**values, **_on_the_ground(resolved[role], values)})
+            if role == SIMULATOR and request.relay:
+                is_standing = stands(resolved[role].plugins["plant"].parameters)
+                asked[RELAY] = {**asked.get(RELAY, {}), "on_ground": is_standing}
         except (ParameterError, PluginError) as error:
             place = _line_of(files, error) or place_of(str(error), files, like)
             kind = PluginError if isinstance(error, PluginError) else ParameterError
@@ -85,8 +87,8 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     return resolved
 
 
-def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> tuple[dict[str, Value], float]:
-    """Return the plant's parameters with which the vehicle stands on a ground at step 0, and its height in m there."""
+def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the plant's parameters with which the vehicle stands on a ground at step 0."""
     plant = simulator.plugins["plant"]
     ground, start = plant.parameters.ground, plant.parameters.initial.p.z
     try:
@@ -96,9 +98,9 @@ def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> tuple[di
     stands = ground.foot_depth - SINK
     if values.get(f"{plant.name}.ground.enabled"):
         start = ground.height + stands
-        return {f"{plant.name}.initial.p.z": start, "guard.ground_height": start}, start
+        return {f"{plant.name}.initial.p.z": start, "guard.ground_height": start}
     ground_below = {f"{plant.name}.ground.enabled": True, f"{plant.name}.ground.height": start - stands}
-    return {**ground_below, "guard.ground_height": start}, start
+    return {**ground_below, "guard.ground_height": start}
 
 
 def shadow_laws(laws: Sequence[str]) -> dict[str, str]:

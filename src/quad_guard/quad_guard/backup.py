@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
 from quad_core.guard_parameters import BackupLaw, ContactRule
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Quat, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
@@ -211,7 +211,7 @@ def predict(vehicle: Vehicle, state: VehicleState, wrench: Wrench, gyro: bool, d
             q.w - h * (q.x * omega.x + q.y * omega.y + q.z * omega.z),
         )
     )
-    return VehicleState(
+    return fresh(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
         Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
         turned,

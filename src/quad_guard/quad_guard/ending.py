@@ -7,6 +7,9 @@ from quad_core.guard_parameters import GuardParameters
 from quad_core.types import VehicleState
 from quad_guard.guard import KILL, MODES, PASS, REASONS, Memory
 
+STANDING = 0.05
+"""m above the height of standing, up to which a vehicle is taken to stand."""
+
 
 def is_down(parameters: GuardParameters, memory: Memory, truth: VehicleState, has_ground: bool) -> bool:
     """Return whether the vehicle at ``truth`` has come down under the guard.
@@ -26,6 +29,13 @@ def has_ground(plant: Any) -> bool:
     """Return whether a plant with the parameters ``plant`` has a ground: a field ``ground.enabled`` that is true."""
     ground = getattr(plant, "ground", None)
     return bool(getattr(ground, "enabled", False))
+
+
+def stands(plant: Any) -> bool:
+    """Return whether a plant with the parameters ``plant`` begins standing on its ground."""
+    if not has_ground(plant):
+        return False
+    return bool(plant.initial.p.z - plant.ground.height - plant.ground.foot_depth <= STANDING)
 
 
 def described(mode: int, reason: int, since: int) -> str:

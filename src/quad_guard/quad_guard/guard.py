@@ -182,7 +182,7 @@ def step(
         command_age,
         state_age,
         is_gone(parameters.state, belief, rate_age),
-        belief.state.p_w.z - parameters.ground_height,
+        belief.state.p_w.z - belief.sample.ground_z,
         refused and not (land and parameters.has_commander),
     )
     mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
@@ -234,7 +234,7 @@ def fly(
         vehicle,
         descent,
         belief.state,
-        belief.state.p_w.z - parameters.ground_height,
+        belief.state.p_w.z - belief.sample.ground_z,
         belief.step >= 0 and state_age <= parameters.state.lost_age,
         law.blind_thrust if rate_age <= parameters.state.blind_age else law.unseen_thrust,
         dt,

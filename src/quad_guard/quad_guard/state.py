@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.guard_parameters import GuardParameters, StateLimits
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Quat, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import predict
 from quad_guard.checks import (
@@ -53,7 +53,7 @@ class Refusals(NamedTuple):
 def no_belief() -> Belief:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
-    rest = VehicleState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
+    rest = fresh(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
     return Belief(rest, rest, -1, -1, zero, False, Wrench(0.0, zero))
 
 
@@ -78,13 +78,13 @@ def observe(
     refusals = expired(limits, refusals, now, period)
     refusal, gyro, state, reading = ACCEPTED, False, belief.state, belief.reading
     if sample.arrived:
-        repeats = belief.step >= 0 and sample.state == belief.sample
+        repeats = belief.step >= 0 and is_same(sample.state, belief.sample)
         frozen = repeats and must_differ(
             limits,
             parameters.contact,
             vehicle,
             belief.sample,
-            belief.sample.p_w.z - parameters.ground_height,
+            belief.sample.p_w.z - belief.sample.ground_z,
             belief.still,
             belief.held,
             flown,
@@ -103,7 +103,7 @@ def observe(
         if refusal != FOREIGN:
             reading = rate
         if gyro:
-            state = VehicleState(state.p_w, state.v_w, state.q_wb, rate)
+            state = fresh(state.p_w, state.v_w, state.q_wb, rate)
     if belief.step < 0:
         return belief, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
@@ -118,6 +118,11 @@ def observe(
 def accepted(sample: StateSample, still: bool, held: Wrench) -> Belief:
     """Return what is known from a sample that is believed; ``still`` and ``held`` as in ``Belief``."""
     return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, still, held)
+
+
+def is_same(a: VehicleState, b: VehicleState) -> bool:
+    """Return whether two states are one reading, whatever they say of its age and of the ground."""
+    return a.p_w == b.p_w and a.v_w == b.v_w and a.q_wb == b.q_wb and a.omega_b == b.omega_b
 
 
 def is_bounded(omega: Vec3) -> bool:

@@ -202,7 +202,7 @@ def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():
     # on the ground it neither moves fast nor has it thrust to fly
     assert repeated(resting(0.1, 0.2), lambda _: idle).events
     assert repeated(resting(0.1, 0.01), lambda _: HOVER).events
-    assert repeated(resting(0.1, 0.01), lambda _: idle, ground_height=-1.0).events
+    assert repeated(resting(0.1, 0.01)._replace(ground_z=-1.0), lambda _: idle).events
 
 
 def test_with_noisy_sensors_any_repetition_is_frozen():

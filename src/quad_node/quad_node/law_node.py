@@ -55,6 +55,8 @@ class LawNode(Responder):
         values, replaced = self._values_of(sample, arrivals)
         if values is None:
             return
+        if sample.state.on_ground:  # what was learnt in an earlier flight is of no use for the next one
+            self.memory = self.law.module.init(self.law.parameters, self.vehicle)
         inputs = self.stage.inputs(sample.state, *values)
         output, memory, internals = self.step(self.law.parameters, self.vehicle, self.memory, inputs, sample.dt)
         if not (self._is_finite(output) and self._is_memory_finite(memory)):

@@ -5,10 +5,11 @@ import sys
 from nav_msgs.msg import Odometry
 
 from quad_core.cascade import RELAY
-from quad_core.cycle import is_flyable
+from quad_core.cycle import is_flyable, seconds
 from quad_core.geometry import normalized, rotate
+from quad_core.lift_off import airborne, lifted_off, marked
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_msgs.msg import FlightEvent
+from quad_msgs.msg import FlightEvent, FlightMode
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import packer
@@ -30,6 +31,9 @@ class OdometryRelay(FlightNode):
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg, self.run)
         self._first: int | None = None
+        self._lift, self._armed, self._begun = airborne(0.0), not self.commanded, False
+        if self.commanded:
+            self.subscribe("flight/mode", self._on_mode)
         self.create_subscription(Odometry, self._settings.odometry, self._on_odometry, topics.stream(64))
 
     def missing_links(self) -> list[str]:
@@ -56,8 +60,17 @@ class OdometryRelay(FlightNode):
         if elapsed < 0:
             self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
             return
-        self.current_step = elapsed // self.flight.plant_period
+        step, before = elapsed // self.flight.plant_period, self.current_step
+        self.current_step = step
+        stands = self._settings.on_ground and not self._begun
+        dt = seconds(max(step - before, 0), self.flight.plant_period)
+        self._lift, self._begun = lifted_off(self._lift, state, self._armed and not stands, dt), True
+        state = marked(state, self._lift)
         self._state_out.publish(self._pack(state, self.current_step, self.current_step + 1, elapsed))
+
+    def _on_mode(self, message: FlightMode) -> None:
+        if message.run_id == self.flight.run_id:
+            self._armed = message.mode not in (FlightMode.DISARMED, FlightMode.ARMING)
 
     def _refuse(self, kind: str, found: str, stamp: int) -> None:
         self.counters["rejected"] += 1

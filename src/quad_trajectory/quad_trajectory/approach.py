@@ -1,6 +1,7 @@
 """The way from where the vehicle is onto a curve, smooth to acceleration and jerk, within stated limits.
 
-Polynomials per axis: a transit that ends at rest, and a run-up from there that meets position, velocity, acceleration
+From the ground first LIFT m straight up, from rest to rest, so that the vehicle is clear of it before it tilts. Then
+polynomials per axis: a transit that ends at rest, and a run-up from there that meets position, velocity, acceleration
 and jerk of the curve's first point. A single polynomial over a long way would multiply the curve's acceleration by the
 square of its duration and swing out; this one works from any distance. A plan keeps its limits, or none is returned.
 """
@@ -9,10 +10,10 @@ import math
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import euler_from_quaternion, norm, subtract, wrap_angle
+from quad_core.geometry import ZERO, euler_from_quaternion, norm, subtract, wrap_angle
 from quad_core.parameters import Choice
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_trajectory.limits import MotionLimits, allowed_between, is_within, turn_duration
+from quad_core.types import TrajectoryPoint, Vec3, VehicleState, fresh
+from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, is_within, turn_duration
 from quad_trajectory.polynomial import AxisPoint, Segment, axes_at, no_segment, point, septic, smooth_step
 from quad_trajectory.run_up import plan_run_up
 
@@ -24,6 +25,12 @@ SHORTEST = 1.0
 
 TRANSIT_TRIES = 1000
 """Durations of the transit that are tried; each is up to 1/64 longer than the one before."""
+
+LIFT = 1.5
+"""m straight up from the ground: twice what ``quad_core.lift_off`` takes for clear of it."""
+
+AT_REST = 0.15
+"""m/s that the estimate of a vehicle standing on the ground may show."""
 
 
 class Start(IntEnum):
@@ -40,12 +47,13 @@ Entry = Annotated[
 
 
 class Approach(NamedTuple):
-    """The planned approach: transit, run-up, settling onto the curve, and the yaw turn over all of it.
+    """The planned approach: lift-off, transit, run-up, settling onto the curve, and the yaw turn from the transit on.
 
     ``duration`` in s, 0 for none; yaw in rad.
     """
 
     duration: float
+    lift: Segment
     transit: Segment
     run_up: Segment
     settle: Segment
@@ -54,7 +62,12 @@ class Approach(NamedTuple):
 
 
 def plan_start(how: int, limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Approach:
-    """Return the approach from ``start`` to ``first``; none if ``how`` is PRINTED. Raises as ``plan_approach``."""
+    """Return the approach from ``start`` to ``first``; none if ``how`` is PRINTED.
+
+    Raises ValueError as ``plan_approach``, or where the estimate moves on the ground.
+    """
+    if start.on_ground and norm(start.v_w) > AT_REST:
+        raise ValueError("the estimate moves faster than 0.15 m/s while the vehicle stands on the ground")
     if how == Start.PRINTED:
         return no_approach()
     return plan_approach(limits, gravity, start, first)
@@ -63,11 +76,16 @@ def plan_start(how: int, limits: MotionLimits, gravity: float, start: VehicleSta
 def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Approach:
     """Return the shortest approach (in multiples of QUANTUM) from ``start`` to ``first`` within ``limits``.
 
-    Begins with the position, velocity and yaw of ``start`` without acceleration, ends with p, v, a, jerk and yaw of
-    ``first``. The search is a scan over durations with sampled limits, the same on every machine.
+    Begins with the position, velocity and yaw of ``start`` without acceleration, on the ground at rest; ends with p, v,
+    a, jerk and yaw of ``first``. The search is a scan over durations with sampled limits, the same on every machine.
 
     Raises ValueError if no approach keeps the limits.
     """
+    lift = no_segment()
+    if start.on_ground:
+        lift = _lift(limits, gravity, start)
+        p = start.p_w
+        start = fresh(Vec3(p.x, p.y, p.z + LIFT), ZERO, start.q_wb, ZERO)
     allowed = allowed_between(limits, gravity, start, first)
     run_up = plan_run_up(allowed, first)
     run_up_duration = run_up.gain.duration + run_up.settle.duration
@@ -89,25 +107,50 @@ def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, fir
             raise ValueError("no approach within limits: no duration of the transit keeps them")
         quanta += 1 + quanta // 64
         transit = _transit(start, gate, quanta * QUANTUM - run_up_duration)
-    return Approach(quanta * QUANTUM, transit, run_up.gain, run_up.settle, yaw_from, yaw_turn)
+    return Approach(lift.duration + quanta * QUANTUM, lift, transit, run_up.gain, run_up.settle, yaw_from, yaw_turn)
 
 
 def no_approach() -> Approach:
     """Return the approach of a ``printed`` start: none, the reference steps to the curve at once."""
-    return Approach(0.0, no_segment(), no_segment(), no_segment(), 0.0, 0.0)
+    return Approach(0.0, no_segment(), no_segment(), no_segment(), no_segment(), 0.0, 0.0)
 
 
 def sample_approach(approach: Approach, time: float) -> TrajectoryPoint:
     """Return the reference at ``time`` s after take-off, 0 <= time < duration of the approach."""
-    since_gate = time - approach.transit.duration
-    if time < approach.transit.duration:
-        x, y, z = axes_at(approach.transit, time)
+    since_lift = time - approach.lift.duration
+    since_gate = since_lift - approach.transit.duration
+    if since_lift < 0.0:
+        x, y, z = axes_at(approach.lift, time)
+        since_lift = 0.0
+    elif since_gate < 0.0:
+        x, y, z = axes_at(approach.transit, since_lift)
     elif approach.settle.duration == 0.0 or since_gate < approach.run_up.duration:
         x, y, z = axes_at(approach.run_up, since_gate)
     else:
         x, y, z = axes_at(approach.settle, since_gate - approach.run_up.duration)
-    yaw = smooth_step(approach.yaw_from, approach.yaw_from + approach.yaw_turn, approach.duration, time)
+    turning = approach.duration - approach.lift.duration
+    yaw = smooth_step(approach.yaw_from, approach.yaw_from + approach.yaw_turn, turning, since_lift)
     return point(time - approach.duration, x, y, z, yaw)
+
+
+def _lift(limits: MotionLimits, gravity: float, start: VehicleState) -> Segment:
+    """Return the quickest way straight up by LIFT within ``limits``, from rest to rest."""
+    x, y, z = start.p_w.x, start.p_w.y, start.p_w.z
+    allowed = Allowed(limits.speed, limits.acceleration, limits.jerk, math.tan(limits.tilt), gravity)
+    above = AxisPoint(z + LIFT, 0.0, 0.0, 0.0, 0.0)
+    quanta = math.floor(LIFT / (limits.speed * QUANTUM)) + 1
+    for _ in range(TRANSIT_TRIES):
+        duration = quanta * QUANTUM
+        lift = Segment(
+            duration,
+            septic(x, 0.0, AxisPoint(x, 0.0, 0.0, 0.0, 0.0), duration),
+            septic(y, 0.0, AxisPoint(y, 0.0, 0.0, 0.0, 0.0), duration),
+            septic(z, 0.0, above, duration),
+        )
+        if is_within(allowed, lift):
+            return lift
+        quanta += 1 + quanta // 64
+    raise ValueError("no lift-off within limits: no duration keeps them")
 
 
 def _transit(start: VehicleState, gate: Vec3, duration: float) -> Segment:

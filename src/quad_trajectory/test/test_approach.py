@@ -222,3 +222,47 @@ def test_peaks_of_the_smooth_step():
     motions = [smooth_step(0.0, 1.0, 1.0, i / 20000) for i in range(20001)]
     assert max(m.v for m in motions) == pytest.approx(PEAK_RATE, rel=1e-8)
     assert max(abs(m.a) for m in motions) == pytest.approx(PEAK_ACCELERATION, rel=1e-7)
+
+
+GROUND_STATES = st.builds(
+    lambda p, v, yaw: VehicleState(
+        p, v, quaternion_from_euler(Vec3(0.02, -0.01, yaw)), Vec3(), ground_z=p.z, on_ground=True
+    ),
+    vectors(20.0),
+    vectors(0.1),
+    st.floats(-math.pi, math.pi),
+)
+
+
+@pytest.mark.parametrize("module", MODULES)
+@settings(max_examples=20, deadline=None)
+@given(start=GROUND_STATES)
+def test_from_the_ground_it_begins_at_rest_and_goes_straight_up_until_clear(module, start):
+    parameters = module.Parameters()
+    plan = module.plan(parameters, VEHICLE, start)
+    limits = parameters.limits
+    points = [module.sample(parameters, plan, plan.lift.duration * i / 200) for i in range(201)]
+    assert (points[0].p_w, points[0].v_w, points[0].a_w) == (start.p_w, Vec3(), Vec3())
+    for before, after in itertools.pairwise(points):
+        assert (after.p_w.x, after.p_w.y) == (start.p_w.x, start.p_w.y)
+        assert after.p_w.z >= before.p_w.z
+        assert (after.yaw, after.yaw_rate) == (points[0].yaw, 0.0)
+        assert norm(after.v_w) <= limits.speed
+        assert norm(after.a_w) <= limits.acceleration
+        assert norm(after.jerk_w) <= 1.001 * limits.jerk
+    assert points[-1].p_w.z - start.p_w.z == pytest.approx(1.5)
+    # and from there as from any state at rest: no step, and the curve at the end
+    whole = walk(module, parameters, plan, 2000)
+    largest = max(math.dist(a.p_w, b.p_w) for a, b in itertools.pairwise(whole))
+    fastest = max(limits.speed, 1.25 * norm(module.sample(parameters, plan, plan.duration).v_w))
+    assert largest <= 1.05 * fastest * plan.duration / 2000
+    assert module.sample(parameters, plan, plan.duration).trajectory_time == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("how", list(approach.Start))
+def test_an_estimate_that_moves_on_the_ground_is_refused_by_name(how):
+    moving = VehicleState(v_w=Vec3(0.0, 0.0, -0.25), on_ground=True)
+    parameters = hover.Parameters(start=how)
+    with pytest.raises(ValueError, match=r"the estimate moves faster than 0\.15 m/s while the vehicle stands"):
+        hover.plan(parameters, VEHICLE, moving)
+    hover.plan(parameters, VEHICLE, moving._replace(on_ground=False))

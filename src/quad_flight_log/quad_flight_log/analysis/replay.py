@@ -141,7 +141,7 @@ class _Memories:
         given: dict[int, tuple[Any, Any]] = {}
         for began, until in self._until.items():
             if began <= step < until or began == flier.memory_step:
-                if began not in self._known:
+                if began not in self._known or inputs.state.on_ground:
                     self._known[began] = self._module.init(parameters, self._vehicle)
                 known = self._known[began]
                 output, self._known[began], inside = self._module.step(parameters, self._vehicle, known, inputs, dt)

@@ -1,0 +1,206 @@
+"""From the ground into the air: while the vehicle has not risen clear, laws lift it straight up and remember nothing.
+
+    risen     = min(p_z - ground_z, integral of v_z) since arming
+    on_ground = not armed, or since arming risen <= CLEAR, and not above AFOOT for HOVERS s
+
+An estimate may stand metres off, drift, or have its heading wrong while the ground holds the vehicle. What a law would
+correct there it cannot, so its integrators wind up, and the vehicle turns over once it is light. Therefore on the
+ground the position law sees no error but that of height, the attitude law is set to level at the heading that it
+has, and both start from their first memory when the vehicle is clear.
+
+The vehicle's owner keeps ``LiftOff`` and marks each state; all else follows from the state.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+from quad_core.geometry import ZERO, add, euler_from_quaternion, norm, quaternion_from_euler, scale
+from quad_core.types import AttitudeInputs, AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState
+
+CLEAR = 0.7
+"""m above the height at arming from which on the vehicle is clear of the ground: 0.5 m, and what an estimate that
+passes for one at rest (0.15 m/s) may have drifted on the way up."""
+AFOOT, HOVERS = 0.15, 2.0
+"""m above the height at arming, for so many s: the vehicle flies, and its reference goes no higher."""
+
+RETURN = 1.2
+"""rad/s: bandwidth of the way back to the reference after lift-off, critically damped."""
+RETURNED = 1e-3
+"""m, and m/s, from which on the vehicle counts as back."""
+
+
+class LiftOff(NamedTuple):
+    """Height in m of the vehicle standing on the ground, and whether it has not risen clear of there.
+
+    ``climbed``: the integral of its upward velocity in m, ``hovered``: for how long in s it has been above AFOOT.
+    """
+
+    ground_z: float
+    on_ground: bool
+    climbed: float
+    hovered: float
+
+
+def standing(ground_z: float) -> LiftOff:
+    """Return what is known of a vehicle that stands at ``ground_z`` m."""
+    return LiftOff(ground_z, True, 0.0, 0.0)
+
+
+def airborne(ground_z: float) -> LiftOff:
+    """Return what is known of a vehicle that flies above a ground at ``ground_z`` m."""
+    return LiftOff(ground_z, False, 0.0, 0.0)
+
+
+def lifted_off(before: LiftOff, state: VehicleState, armed: bool, dt: float) -> LiftOff:
+    """Return what follows ``before`` with ``state``, ``dt`` s later: disarmed it stands where its estimate has it."""
+    if not armed:
+        return standing(state.p_w.z)
+    if not before.on_ground:
+        return before
+    climbed = before.climbed + dt * state.v_w.z
+    height = state.p_w.z - before.ground_z
+    risen = climbed if climbed < height else height
+    hovered = before.hovered + dt if risen > AFOOT else 0.0
+    # an estimate without a velocity is not to be kept from flying for ever
+    on_ground = risen <= CLEAR and height <= 2.0 * CLEAR and hovered <= HOVERS
+    return LiftOff(before.ground_z, on_ground, climbed, hovered)
+
+
+def marked(state: VehicleState, lift: LiftOff) -> VehicleState:
+    """Return ``state`` with the ground and whether the vehicle is on it."""
+    return VehicleState(
+        state.p_w,
+        state.v_w,
+        state.q_wb,
+        state.omega_b,
+        state.position_age,
+        state.velocity_age,
+        state.attitude_age,
+        state.rate_age,
+        lift.ground_z,
+        lift.on_ground,
+    )
+
+
+def straight_up(inputs: PositionInputs) -> PositionInputs:
+    """Return what a position law sees on the ground: the vehicle below its reference, at its heading, without drift."""
+    state, reference = inputs.state, inputs.reference
+    p, v = state.p_w, state.v_w
+    above = TrajectoryPoint(
+        reference.trajectory_time,
+        Vec3(p.x, p.y, reference.p_w.z),
+        Vec3(v.x, v.y, reference.v_w.z),
+        Vec3(0.0, 0.0, reference.a_w.z),
+        Vec3(0.0, 0.0, reference.jerk_w.z),
+        Vec3(0.0, 0.0, reference.snap_w.z),
+        euler_from_quaternion(state.q_wb).z,
+        0.0,
+        0.0,
+    )
+    return PositionInputs(state, above, inputs.actuation)
+
+
+def level(inputs: AttitudeInputs) -> AttitudeInputs:
+    """Return what an attitude law sees on the ground: a level setpoint at the heading that the vehicle has."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    setpoint = inputs.setpoint
+    angles = Vec3(0.0, 0.0, euler_from_quaternion(inputs.state.q_wb).z)
+    flat = AttitudeThrust(angles, zero, zero, quaternion_from_euler(angles), setpoint.thrust, setpoint.thrust_fraction)
+    return AttitudeInputs(inputs.state, flat, inputs.actuation)
+
+
+def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
+    """Return how far in m, and with which speed in m/s, the vehicle is beside its reference in the horizontal plane."""
+    p, v, reference = inputs.state.p_w, inputs.state.v_w, inputs.reference
+    return (
+        Vec3(p.x - reference.p_w.x, p.y - reference.p_w.y, 0.0),
+        Vec3(v.x - reference.v_w.x, v.y - reference.v_w.y, 0.0),
+    )
+
+
+def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> PositionInputs:
+    """Return ``inputs`` with the reference ``distance`` m, ``speed`` m/s and ``pull`` m/s^2 beside where it is."""
+    reference = inputs.reference
+    moved = TrajectoryPoint(
+        reference.trajectory_time,
+        add(reference.p_w, distance),
+        add(reference.v_w, speed),
+        add(reference.a_w, pull),
+        reference.jerk_w,
+        reference.snap_w,
+        reference.yaw,
+        reference.yaw_rate,
+        reference.yaw_acceleration,
+    )
+    return PositionInputs(inputs.state, moved, inputs.actuation)
+
+
+def _unbound(*_: Any) -> Any:
+    raise RuntimeError("bound by lifting")
+
+
+law_step: Callable[..., Any] = _unbound
+as_on_ground: Callable[..., Any] = _unbound
+Memory: Any = None
+
+
+def _step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+    """Return output, memory and internals of one step of ``dt`` s; on the ground the memory stays as it is."""
+    if not inputs.state.on_ground:
+        return law_step(parameters, vehicle, memory, inputs, dt)
+    output, _, internals = law_step(parameters, vehicle, memory, as_on_ground(inputs), dt)
+    return output, memory, internals
+
+
+def _position_step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+    """Do as ``_step``; what the vehicle was carried aside on the way up is taken back by and by, not in one step."""
+    if inputs.state.on_ground:
+        distance, speed = apart(inputs)
+        output, law, internals = law_step(parameters, vehicle, memory.law, straight_up(inputs), dt)
+        return output, Memory(memory.law, distance, speed, True), internals
+    if not memory.returns:
+        output, law, internals = law_step(parameters, vehicle, memory.law, inputs, dt)
+        return output, Memory(law, memory.distance, memory.speed, False), internals
+    pull = add(scale(-RETURN * RETURN, memory.distance), scale(-2.0 * RETURN, memory.speed))
+    seen = shifted(inputs, memory.distance, memory.speed, pull)
+    output, law, internals = law_step(parameters, vehicle, memory.law, seen, dt)
+    speed = add(memory.speed, scale(dt, pull))
+    distance = add(memory.distance, scale(dt, speed))
+    returns = norm(distance) > RETURNED or norm(speed) > RETURNED
+    return output, Memory(law, distance, speed, returns), internals
+
+
+@cache
+def lifting(law: ModuleType, inputs: type[Any]) -> ModuleType:
+    """Return the module of ``law`` whose ``step`` lifts the vehicle straight up while its state is on the ground.
+
+    ``inputs`` is the class of what the law's stage takes. Whoever runs it gives it the law's first memory there.
+    """
+    module = ModuleType(f"{law.__name__}[lift_off]", law.__doc__)
+    vars(module).update({name: value for name, value in vars(law).items() if not name.startswith("__")})
+    text, scope = _step, {**globals(), "law_step": law.step, "as_on_ground": level}
+    if inputs is PositionInputs:
+        kind = _memory(law)
+        text, scope["Memory"], module.Memory = _position_step, kind, kind  # type: ignore[attr-defined]
+        vars(module)["init"] = lambda parameters, vehicle: kind(law.init(parameters, vehicle), ZERO, ZERO, False)
+    elif inputs is not AttitudeInputs:
+        scope["as_on_ground"] = _unchanged
+    step = FunctionType(text.__code__, scope, "step")
+    step.__doc__, step.__module__, step.__qualname__ = text.__doc__, __name__, f"step[{law.__name__}]"
+    vars(module)["step"] = step
+    return module
+
+
+def _unchanged(inputs: Any) -> Any:
+    return inputs
+
+
+def _memory(law: ModuleType) -> Any:
+    """Return the memory around that of ``law``: a class that pickles by reference, for Numba's file cache."""
+    fields = [("law", law.Memory), ("distance", Vec3), ("speed", Vec3), ("returns", bool)]
+    kind: Any = NamedTuple("Memory", fields)  # type: ignore[misc]
+    kind.__module__, kind.__qualname__ = __name__, f"Memory_{law.__name__.replace('.', '_')}"
+    globals()[kind.__qualname__] = kind
+    return kind

@@ -1,0 +1,151 @@
+"""On the ground a law lifts the vehicle straight up and remembers nothing; clear of it, it flies as ever."""
+
+import math
+
+import pytest
+
+from quad_core.cascade import ATTITUDE, POSITION, STAGE
+from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
+from quad_core.lift_off import lifted_off, lifting, marked, standing
+from quad_core.resolution import resolve
+from quad_core.types import (
+    Actuation,
+    AttitudeInputs,
+    AttitudeThrust,
+    PositionInputs,
+    TrajectoryPoint,
+    Vec3,
+    VehicleState,
+)
+from quad_core.vehicle import Vehicle
+
+LAWS = {POSITION: ("aibs", "ibs", "pid", "se3"), ATTITUDE: ("abfnitsm", "abfnitsm_so3", "itsm", "pid", "se3", "indi")}
+PAIRS = [(role, name) for role, names in LAWS.items() for name in names]
+DT = {POSITION: 0.01, ATTITUDE: 0.002}
+YAW = 0.7
+STATE = VehicleState(
+    Vec3(4.0, -3.0, 13.0), Vec3(0.3, -0.2, 0.0), quaternion_from_euler(Vec3(0.02, -0.03, YAW)), Vec3(0.01, 0.0, 0.02)
+)
+
+
+def inputs_of(role, state, height=13.4):
+    reference = TrajectoryPoint(p_w=Vec3(0.0, 0.0, height), a_w=Vec3(2.0, 1.0, 0.0), yaw=0.1, yaw_rate=0.5)
+    tilted = AttitudeThrust(angles=Vec3(0.5, -0.4, 0.1), q_wb=quaternion_from_euler(Vec3(0.5, -0.4, 0.1)), thrust=6.0)
+    if role == POSITION:
+        return PositionInputs(state, reference, Actuation())
+    return AttitudeInputs(state, tilted, Actuation())
+
+
+def law(role, name):
+    return resolve(role, {"law": name}).law
+
+
+def steps(role, name, state, count=200):
+    """Return the outputs of ``count`` steps with ``state``, and the memories before and after them."""
+    own = law(role, name)
+    memory = first = own.module.init(own.parameters, Vehicle())
+    outputs = []
+    for _ in range(count):
+        output, memory, _ = own.module.step(own.parameters, Vehicle(), memory, inputs_of(role, state), DT[role])
+        outputs.append(output)
+    return outputs, first, memory
+
+
+@pytest.mark.parametrize(("role", "name"), PAIRS)
+def test_on_the_ground_every_law_gives_the_same_for_ever_and_learns_nothing(role, name):
+    outputs, first, memory = steps(role, name, STATE._replace(on_ground=True, ground_z=13.0))
+    assert len(set(outputs)) == 1
+    assert getattr(memory, "law", memory) == getattr(first, "law", first)
+
+
+@pytest.mark.parametrize("name", LAWS[POSITION])
+def test_a_position_law_on_the_ground_asks_for_no_tilt_and_for_lift(name):
+    (setpoint, *_), _, _ = steps(POSITION, name, STATE._replace(on_ground=True, ground_z=13.0))
+    # a vehicle that drifts over its reference at 0.4 m/s has some air drag: a tenth of a degree is level
+    assert math.hypot(setpoint.angles.x, setpoint.angles.y) < math.radians(0.5)
+    assert euler_from_quaternion(setpoint.q_wb).z == pytest.approx(YAW, abs=0.02)
+    assert setpoint.thrust > Vehicle().mass * Vehicle().gravity
+
+
+@pytest.mark.parametrize("name", LAWS[ATTITUDE])
+def test_an_attitude_law_on_the_ground_levels_at_the_heading_that_it_has(name):
+    level = STATE._replace(q_wb=quaternion_from_euler(Vec3(0.0, 0.0, YAW)), omega_b=Vec3(), on_ground=True)
+    (wrench, *_), _, _ = steps(ATTITUDE, name, level)
+    assert norm(wrench.torque_b) < 1e-6
+    assert wrench.thrust == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("role", "name"), PAIRS)
+def test_in_the_air_it_is_the_law_to_the_bit(role, name):
+    own, bare = law(role, name), resolve(role, {"law": name}).plugins["law"]
+    memory, plain = own.module.init(own.parameters, Vehicle()), bare.module.init(bare.parameters, Vehicle())
+    for _ in range(50):
+        given = inputs_of(role, STATE)
+        output, memory, internals = own.module.step(own.parameters, Vehicle(), memory, given, DT[role])
+        expected, plain, shown = bare.module.step(bare.parameters, Vehicle(), plain, given, DT[role])
+        assert (output, internals) == (expected, shown)
+    assert getattr(memory, "law", memory) == plain
+
+
+def test_what_the_vehicle_was_carried_aside_is_taken_back_by_and_by():
+    own = law(POSITION, "pid")
+    memory = own.module.init(own.parameters, Vehicle())
+    tilts = []
+    for k in range(1000):
+        state = STATE._replace(v_w=Vec3(), on_ground=k == 0)
+        beside = TrajectoryPoint(p_w=Vec3(4.3, -3.4, 13.0), yaw=YAW)
+        given = inputs_of(POSITION, state)._replace(reference=beside)
+        setpoint, memory, internals = own.module.step(own.parameters, Vehicle(), memory, given, 0.01)
+        tilts.append(math.hypot(setpoint.angles.x, setpoint.angles.y))
+        if k == 1:
+            assert norm(internals.position_error) < 0.01
+    assert memory.distance == pytest.approx(Vec3(0.0, 0.0, 0.0), abs=2e-3)
+    assert not memory.returns
+    assert norm(internals.position_error) == pytest.approx(0.5, abs=0.01)
+    assert tilts[0] < tilts[50] < tilts[200]
+
+
+def test_a_stage_without_place_or_attitude_only_forgets():
+    own = resolve(ATTITUDE, {}).plugins["law"].module
+    module = lifting(own, tuple)
+    assert module.step is not own.step
+    assert module.PRESETS is own.PRESETS
+    assert STAGE[ATTITUDE].inputs is AttitudeInputs
+
+
+def risen(offset, heights, drift=0.0, tells=True):
+    """Return (ground_z - offset, on_ground) of states 0.1 s apart; armed from the third on."""
+    lift, seen, before = standing(0.0), [], heights[0]
+    for k, height in enumerate(heights):
+        speed = 10.0 * (height - before) if tells else 0.0
+        state = VehicleState(Vec3(0.0, 0.0, offset + height + 0.1 * k * drift), Vec3(0.0, 0.0, speed))
+        lift, before = lifted_off(lift, state, k > 1, 0.1), height
+        seen.append((round(lift.ground_z - offset, 9), lift.on_ground))
+    return seen
+
+
+@pytest.mark.parametrize("offset", [-20.0, 0.0, 13.2])
+def test_the_ground_is_where_the_estimate_has_it_at_arming(offset):
+    # armed at 0.3 m: 1.0 m is 0.7 m above it and not more, and once clear it stays so
+    seen = risen(offset, [0.0, 0.3, 0.4, 0.99, 1.01, 0.2])
+    assert seen == [(0.0, True), (0.3, True), (0.3, True), (0.3, True), (0.3, False), (0.3, False)]
+
+
+def test_a_position_that_drifts_up_is_not_taken_for_a_climb():
+    heights = [0.0, 0.0, *(0.06 * k for k in range(16))]
+    assert [on for _, on in risen(0.0, heights, drift=0.4)].index(False) == 2 + 12  # at 0.72 m
+
+
+def test_who_hovers_low_flies_after_two_seconds():
+    seen = risen(0.0, [0.0, 0.0, 0.1, 0.2, *[0.4] * 30])
+    assert [on for _, on in seen].index(False) == pytest.approx(3 + 20, abs=1)
+
+
+def test_an_estimate_without_velocity_flies_from_twice_the_height_on():
+    seen = risen(0.0, [0.0, 0.0, 0.5, 1.0, 1.39, 1.41], tells=False)
+    assert [on for _, on in seen] == [True, True, True, True, True, False]
+
+
+def test_marking_a_state_keeps_all_else():
+    state = STATE._replace(position_age=0.01, velocity_age=0.02, attitude_age=0.03, rate_age=0.04)
+    assert marked(state, standing(13.0)) == state._replace(ground_z=13.0, on_ground=True)
