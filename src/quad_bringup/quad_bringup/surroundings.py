@@ -4,6 +4,8 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -47,58 +49,58 @@ def find_room_for_logs() -> str:
     Raises ParameterError if the user has chosen one that cannot be written.
     """
     chosen = os.environ.get("ROS_LOG_DIR", "")
-    if chosen:
-        try:
-            Path(chosen).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=chosen):
-                return ""
-        except OSError as error:
-            found = f"ROS_LOG_DIR: found {chosen!r}, {error.strerror}"
-            raise ParameterError(f"{found}, expected a folder that can be written") from error
     home = os.environ.get("ROS_HOME") or Path(os.environ.get("HOME") or "/", ".ros")
-    folder = Path(home, "log").expanduser()
+    folder = Path(chosen or Path(home, "log")).expanduser()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return ""
     except OSError as error:
+        if chosen:
+            found = f"ROS_LOG_DIR: found {chosen!r}, {error.strerror}"
+            raise ParameterError(f"{found}, expected a folder that can be written") from error
         other = private_folder(Path(tempfile.gettempdir(), f"quad-{os.geteuid()}", "ros-log"))
         os.environ["ROS_LOG_DIR"] = str(other)
         return f"{folder}: {error.strerror}; ROS's logs go to {other}"
 
 
-def check_discovery(domain: int, chosen: str) -> None:
-    """Raise ParameterError if two nodes of this shell do not find each other; ``chosen``: its settings of discovery."""
+@contextmanager
+def _probe(domain: int, namespace: str = "") -> Iterator[Any]:
+    """Give a node that looks around in ``domain``, a participant of its own."""
     import rclpy
     from rclpy.context import Context
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
+
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(
+        "flight_probe", context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False
+    )
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def check_discovery(domain: int, chosen: str) -> None:
+    """Raise ParameterError if two nodes of this shell do not find each other; ``chosen``: its settings of discovery."""
     from std_msgs.msg import Empty
 
-    contexts, nodes = [Context(), Context()], []
-    try:
-        for context in contexts:
-            rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-            nodes.append(Node("discovery_probe", context=context, enable_rosout=False, start_parameter_services=False))
-        publisher = nodes[0].create_publisher(Empty, "discovery_probe", 1)
-        nodes[1].create_subscription(Empty, "discovery_probe", lambda _: None, 1)
+    with _probe(domain) as sender, _probe(domain) as receiver:
+        publisher = sender.create_publisher(Empty, "flight_probe", 1)
+        receiver.create_subscription(Empty, "flight_probe", lambda _: None, 1)
         deadline = time.monotonic() + MEETING
         while not publisher.get_subscription_count():
             if time.monotonic() > deadline:
-                raise ParameterError(
-                    f"{chosen}: two nodes of this shell did not find each other within {MEETING:g} s: unset it, or "
-                    "start what it names"
-                )
+                missed = f"two nodes of this shell did not find each other within {MEETING:g} s"
+                raise ParameterError(f"{chosen}: {missed}: unset it, or start what it names")
             time.sleep(0.05)
-    finally:
-        for node in nodes:
-            node.destroy_node()
-        for context in contexts:
-            context.try_shutdown()
 
 
 def check_domain(domain: int, namespace: str) -> None:
-    """Raise ParameterError if somebody else in ``domain`` would be obeyed: whoever publishes a topic of this flight."""
+    """Raise ParameterError if another node in ``domain`` publishes a topic of this flight."""
     others = publishers(domain, namespace) if may_hold_others(domain) else {}
     if others:
         listed = "; ".join(f"{node} publishes {shortened(names)}" for node, names in sorted(others.items()))
@@ -120,30 +122,17 @@ def may_hold_others(domain: int) -> bool:
 def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict[str, list[str]]:
     """Return {node: topics} of all that publish a topic of a flight in ``namespace``, looking for ``patience`` s.
 
-    Nobody in a flight obeys its clock, so whoever else sends one does no harm.
+    No node of a flight reads its clock, so another publisher of one does no harm.
     """
-    import rclpy
-    from rclpy.context import Context
-    from rclpy.node import Node
-    from rclpy.signals import SignalHandlerOptions
-
     from quad_node.topics import TOPICS
 
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    probe = Node(
-        "flight_probe", context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False
-    )
-    found: dict[str, list[str]] = {}
-    try:
-        deadline = time.monotonic() + patience
+    names, found = [name for name in TOPICS if name != "clock"], dict[str, list[str]]()
+    deadline = time.monotonic() + patience
+    with _probe(domain, namespace) as probe:
         # A publisher may be known a moment before the name of its node is.
         while (not found or any("UNKNOWN" in node for node in found)) and time.monotonic() < deadline:
             time.sleep(0.1)
-            found = _publishers(probe, [name for name in TOPICS if name != "clock"])
-    finally:
-        probe.destroy_node()
-        context.try_shutdown()
+            found = _publishers(probe, names)
     return found
 
 
