@@ -1,13 +1,9 @@
-"""Pictures of docs/images from two recorded flights: the paths in space, a film, the report and the view."""
+"""Pictures of docs/images from two recorded flights: the paths in space, a film, and the report."""
 
 import argparse
-import socket
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +17,12 @@ from quad_flight_log.report.interactive_figures import colours
 from quad_flight_log.report.pages import comparison_page, names_of
 from quad_flight_log.report.paper_figures import path_figure
 from quad_flight_log.report.printed_figures import draw_path
-from quad_flight_log.report.rerun_recording import write_recording
 from quad_flight_log.report.run import Run, run_from_flight
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
 TITLES = {"case1": "Case 1", "case2": "Case 2"}
 LARGEST = 300_000  # bytes of a picture
-VIEW_PATIENCE = 60.0  # s that the viewer gets to load without a graphics card
 COLOURS = 128
 FRAMES = 72
 LARGEST_FILM = 3_000_000  # bytes
@@ -40,11 +34,11 @@ def main() -> int:
         prog="scripts/pictures",
         description=__doc__,
         epilog="examples:\n  scripts/fly case1 --out flights/a && scripts/fly case2 --out flights/b\n"
-        "  scripts/pictures flights/a flights/b\n\nThe last two pictures need Chromium.",
+        "  scripts/pictures flights/a flights/b\n\nThe second picture needs Chromium.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bags", nargs=2, type=Path, metavar="BAG", help="a flight of case1 and one of case2")
-    parser.add_argument("--only", choices=("paths", "film", "report", "view"), help="one of the pictures")
+    parser.add_argument("--only", choices=("paths", "film", "report"), help="one of the pictures")
     options = parser.parse_args()
     IMAGES.mkdir(parents=True, exist_ok=True)
     try:
@@ -56,8 +50,6 @@ def main() -> int:
             film(flights[1], IMAGES / "case2.gif")
         if options.only in (None, "report"):
             shoot_report(flights, IMAGES / "report.png")
-        if options.only in (None, "view"):
-            shoot_view(runs[1], IMAGES / "view.png")
     except FlightLogError as error:
         print(f"scripts/pictures: {error}", file=sys.stderr)
         return 2
@@ -140,52 +132,6 @@ def shoot_report(flights: list[Any], path: Path) -> None:
             time.sleep(3.0)
             browser.screenshot(path)
     smaller(path)
-
-
-def shoot_view(run: Run, path: Path) -> None:
-    """Take a picture of what `log view --web` shows."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        serving(write_recording(run, Path(folder, "a.rrd"))) as address,
-        Browser(Path(folder, "profile"), (1400, 860)) as browser,
-    ):
-        browser.open(address)
-        time.sleep(VIEW_PATIENCE)
-        browser.screenshot(path)
-    smaller(path)
-
-
-@contextmanager
-def serving(recording: Path) -> Iterator[str]:
-    """Serve a recording to this machine; gives the address of the page."""
-    page, data = free_port(), free_port()
-    server = subprocess.Popen(
-        [sys.executable, "-m", "rerun_cli", str(recording), "--serve-web", "--bind", "127.0.0.1",
-         "--port", str(data), "--web-viewer-port", str(page)]
-    )  # fmt: skip
-    try:
-        wait_for(page)
-        yield f"http://127.0.0.1:{page}?url=rerun%2Bhttp://127.0.0.1:{data}/proxy&renderer=webgl"
-    finally:
-        server.terminate()
-        server.wait()
-
-
-def free_port() -> int:
-    """Return a port that nothing listens to."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-def wait_for(port: int) -> None:
-    """Wait until something listens to ``port``."""
-    for _ in range(300):
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return
-        time.sleep(0.1)
-    raise FlightLogError(f"nothing listens to port {port} after 30 s")
 
 
 def smaller(path: Path) -> None:

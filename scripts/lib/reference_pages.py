@@ -16,7 +16,7 @@ from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_flight_log.verbs.layouts import layout_files
+from quad_flight_log.report.layouts import layout_files
 from quad_node.topics import TOPICS, Topic
 
 ROOT = Path(__file__).resolve().parents[2]

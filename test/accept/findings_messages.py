@@ -13,9 +13,9 @@ by_tests(
     "one controller flew both, a vehicle was lost 392 m away, both exit 0 and log verify ok",
     "test/test_same_bits.py::test_two_namespaces_in_one_domain_are_two_lone_flights",
     f"{BRINGUP}/test_surroundings.py::test_whoever_publishes_our_topics_is_named",
-    f"{LOG}/test_judge.py::test_messages_of_two_runs_are_refused_and_an_empty_id_is_none",
-    f"{LOG}/test_judge.py::test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not",
-    f"{LOG}/test_judge.py::test_a_second_message_that_the_recorder_refused_counts_too",
+    f"{LOG}/test_flight_checks.py::test_messages_of_two_runs_are_refused_and_an_empty_id_is_none",
+    f"{LOG}/test_flight_checks.py::test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not",
+    f"{LOG}/test_flight_checks.py::test_a_second_message_that_the_recorder_refused_counts_too",
     also="scripts/accept citizen",
 )
 by_tests(

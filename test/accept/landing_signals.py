@@ -19,7 +19,7 @@ from flying import bag_file, finish, start, wait_until, wait_until_flying
 from stops import VICTIMS, landing, pids_of
 
 from quad_core.guard_parameters import GuardParameters
-from quad_flight_log.analysis.judge import Flown, stopped_motors
+from quad_flight_log.analysis.flight_checks import Flown, stopped_motors
 from quad_flight_log.analysis.tables import flight_tables
 from quad_flight_log.bag.reader import open_flight
 

@@ -21,7 +21,7 @@ from flying import FLY, bag_file, children, finish, start, wait_until, wait_unti
 from stalled_machine import RERUNS, StallMeter
 
 from quad_core.guard_parameters import GuardParameters
-from quad_flight_log.analysis.judge import Flown, equal_stamps, run_ids, stopped_motors
+from quad_flight_log.analysis.flight_checks import Flown, equal_stamps, run_ids, stopped_motors
 from quad_flight_log.analysis.tables import flight_tables
 from quad_flight_log.bag.reader import open_flight
 

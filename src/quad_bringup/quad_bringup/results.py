@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from quad_flight_log.analysis.flight_checks import ends_early, failed_checks
 from quad_flight_log.analysis.frames import measured
-from quad_flight_log.analysis.judge import ends_early, faults
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import Flight, open_flight
@@ -38,7 +38,7 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     try:
         flight = open_flight(directory, namespace=namespace)
         state, reason, flight_time, wall_time = _last_state(flight)
-        metrics, note, safety = measured(flight), truth_note(flight), faults(flight)
+        metrics, note, safety = measured(flight), truth_note(flight), failed_checks(flight)
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
     problems = []

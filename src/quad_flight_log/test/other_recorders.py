@@ -3,14 +3,25 @@
 import io
 import sqlite3
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import flight_samples
 import yaml
 import zstandard
+from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
+
+
+class Sent(NamedTuple):
+    """A message as a recorder receives it: topic, type, its definition and payload."""
+
+    topic: str
+    kind: str
+    text: bytes
+    data: bytes
+
 
 START = 1_700_000_000_000_000_000  # ns
 PERIOD = 10_000_000  # ns
@@ -183,4 +194,20 @@ def longer(path: Path, opcodes: Iterable[int]) -> Path:
             body += b"\1\2\3\4" if opcode in wanted else b""
             out += struct.pack("<BQ", opcode, len(body)) + body
     path.write_bytes(bytes(out) + data[:8])
+    return path
+
+
+def recorded_again(bag: Path, path: Path, change: Callable[[list[Sent]], list[Sent]] = lambda sent: sent) -> Path:
+    """Write our bag as a recorder of others would: wall clock as log time, no notes; ``change`` what it received."""
+    with next(bag.glob("*.mcap")).open("rb") as stream:
+        found = make_reader(stream).iter_messages(log_time_order=False)
+        sent = [Sent(channel.topic, schema.name, schema.data, message.data) for schema, channel, message in found]
+    with path.open("wb") as stream:
+        writer, channels = started(stream), {}
+        for index, one in enumerate(change(sent)):
+            if one.topic not in channels:
+                schema = writer.register_schema(one.kind, "ros2msg", one.text)
+                channels[one.topic] = writer.register_channel(one.topic, "cdr", schema)
+            writer.add_message(channels[one.topic], START + index * 1000, one.data, START + index * 1000, index)
+        writer.finish()
     return path

@@ -1,5 +1,9 @@
 """Bags that other tools recorded: topics missing, topics extra, types and encodings that we do not know."""
 
+import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import flight_samples
@@ -152,3 +156,86 @@ def test_a_bag_without_a_topic_of_a_flight_is_named(command, tmp_path, capsys):
     for path in (empty, poses):
         assert cli.main([*command[:1], str(path), *command[1:]]) == 2
         assert "holds no topic of a flight" in capsys.readouterr().err
+
+
+def vehicles(*namespaces):
+    """Return a change that makes a flight one of several vehicles."""
+    return lambda sent: [one._replace(topic=f"/{name}{one.topic}") for one in sent for name in namespaces]
+
+
+@pytest.mark.parametrize("names", [("uav1", "uav2"), ("a/left", "a/right", "b")])
+@pytest.mark.parametrize(
+    "command", [["metrics"], ["hash"], ["check", "--limits", "position_rmse=9"], ["replay"], ["report"]]
+)
+def test_a_bag_of_several_vehicles_asks_for_a_namespace(command, names, flown_bag, tmp_path, capsys):
+    path = other_recorders.recorded_again(flown_bag, tmp_path / "two.mcap", vehicles(*names))
+    words = [command[0], str(path), *command[1:], "--out", str(tmp_path / "out")]
+    assert cli.main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"of several vehicles: name a namespace: {', '.join(names)}" in line
+    assert cli.main([*words, "--namespace", names[1]]) in (0, 1)
+
+
+def test_a_vehicle_of_several_has_the_metrics_of_its_flight(flown_bag, tmp_path):
+    path = other_recorders.recorded_again(flown_bag, tmp_path / "two.mcap", vehicles("uav1", "uav2"))
+    assert measured(open_flight(path, namespace="uav2")) == measured(open_flight(flown_bag))
+    assert open_flight(path).vehicles == ["/uav1", "/uav2"]
+
+
+LOSSES = {
+    "one step of truth": lambda sent: drop(sent, "/truth", [100]),
+    "every 50th message of the plant": lambda sent: [
+        one for k, one in enumerate(sent) if k % 50 or "flight" in one.topic
+    ],
+    "the end of one topic": lambda sent: drop(sent, "/wrench_setpoint", range(200, 10_000)),
+}
+
+
+def drop(sent, topic, numbers):
+    """Return ``sent`` without the messages of ``topic`` that have these numbers."""
+    counted = 0
+    kept = []
+    for one in sent:
+        if one.topic == topic:
+            counted += 1
+            if counted - 1 in set(numbers):
+                continue
+        kept.append(one)
+    return kept
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_lockstep_flight_with_missing_steps_is_refused_whoever_recorded_it(loss, flown_bag, tmp_path, capsys):
+    whole = other_recorders.recorded_again(flown_bag, tmp_path / "whole.mcap")
+    lossy = other_recorders.recorded_again(flown_bag, tmp_path / "lossy.mcap", LOSSES[loss])
+    limits = ["--limits", "position_rmse=100"]
+    assert cli.main(["check", str(whole), *limits]) == 0, capsys.readouterr().out
+    assert cli.main(["check", str(lossy), *limits]) == 1
+    assert "missing messages (" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8])
+def test_a_recording_that_begins_in_flight_says_so(share, flown_bag, tmp_path, capsys):
+    def late(sent):
+        """Return what comes later, after the latched topics, which a recorder gets at once."""
+        first = round(share * len(sent))
+        return [one for one in sent[:first] if one.topic.startswith("/flight")] + sent[first:]
+
+    path = other_recorders.recorded_again(flown_bag, tmp_path / "late.mcap", late)
+    begin = open_flight(path).array("truth")["stamp_ns"].min() * 1e-9
+    assert cli.main(["check", str(path), "--limits", "position_rmse=100"]) == 1
+    assert f"the bag begins at {begin:.2f} s of the flight" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("variable", "value"), [("PYTHONIOENCODING", "ascii"), ("PYTHONIOENCODING", "latin-1")])
+@pytest.mark.parametrize("command", [["info"], ["metrics"], ["check", "--limits", "position_rmse=0"]])
+def test_a_terminal_that_lacks_letters_gets_what_it_has(command, variable, value, flown_bag, tmp_path):
+    bag = tmp_path / "Fl\u00fcge (1)" / "erster Flug \u2460"
+    shutil.copytree(flown_bag, bag)
+    next(bag.glob("*.mcap")).rename(bag / f"{bag.name}_0.mcap")
+    environment = {**os.environ, variable: value, "LC_ALL": "C"}
+    words = [sys.executable, "-m", "quad_flight_log.cli", command[0], str(bag), *command[1:]]
+    done = subprocess.run(words, env=environment, capture_output=True, check=False, timeout=60)
+    assert done.returncode in (0, 1), done.stderr
+    assert b"erster Flug" in done.stdout
+    assert done.stderr == b""

@@ -2,16 +2,15 @@
 
 import json
 import re
-from xml.etree import ElementTree
 
 import pytest
+import yaml
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 
 from quad_flight_log.cli import main
 from quad_flight_log.errors import SchemaError
-from quad_flight_log.report.layouts import numbers, tabs
-from quad_flight_log.verbs.layouts import layout_files
+from quad_flight_log.report.layouts import layout_files, numbers, tabs
 from quad_node.topics import TOPICS
 
 
@@ -32,16 +31,12 @@ def longest_topic(text):
 
 
 def plotted():
-    files = layout_files()
-    panels = json.loads(files["flight.json"])["configById"]
-    lines = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
-    tree = ElementTree.fromstring(files["flight.xml"])
-    return lines, [curve.attrib["name"] for curve in tree.iter("curve")]
+    panels = json.loads(layout_files()["flight.json"])["configById"]
+    return [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
 
 
-@pytest.mark.parametrize("kind", [0, 1])
-def test_every_path_leads_to_a_number(kind):
-    found = plotted()[kind]
+def test_every_path_leads_to_a_number():
+    found = plotted()
     assert len(found) > 150
     for text in found:
         value = number_at(*longest_topic(text))
@@ -49,14 +44,15 @@ def test_every_path_leads_to_a_number(kind):
         assert not isinstance(value, str | Time)
 
 
-def test_both_show_the_same():
-    foxglove, plotjuggler = plotted()
-    joined = [re.sub(r"\.", "/", path) for path in foxglove]
-    assert joined == plotjuggler
+def test_rviz_shows_what_the_markers_node_publishes():
+    displays = yaml.safe_load(layout_files("uav1")["flight.rviz"])["Visualization Manager"]["Displays"]
+    topics = {display["Topic"]["Value"] for display in displays if "Topic" in display}
+    assert topics == {"/uav1/markers", "/uav1/pose", "/uav1/odom"}
+    assert "rviz_default_plugins/TF" in {display["Class"] for display in displays}
 
 
 def test_no_quantity_of_a_step_topic_is_missing():
-    foxglove, _ = plotted()
+    foxglove = plotted()
     for topic in TOPICS.values():
         if not topic.step or topic.name == "wrench_setpoint":
             continue
@@ -86,7 +82,7 @@ def test_every_panel_is_placed_once():
 
 def test_a_namespace_is_in_front_of_every_topic(tmp_path, capsys):
     assert main(["layouts", "--namespace", "/second/", "--out", str(tmp_path)]) == 0
-    assert capsys.readouterr().out.split() == [str(tmp_path / "flight.json"), str(tmp_path / "flight.xml")]
+    assert capsys.readouterr().out.split() == [str(tmp_path / "flight.json"), str(tmp_path / "flight.rviz")]
     panels = json.loads((tmp_path / "flight.json").read_text())["configById"]
     values = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
     assert all(value.startswith("/second/") for value in values)

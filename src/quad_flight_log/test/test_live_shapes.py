@@ -5,25 +5,25 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import Quat, Vec3
-from quad_flight_log.live.shapes import ARROW, STRIP, Sight, Trail, shapes
+from quad_flight_log.live.shapes import ARROW, STRIP, Snapshot, Trail, shapes
 from quad_flight_log.report.vehicle_drawing import ARM, DISTURBANCE_SCALE, THRUST_SCALE
 
 PLACE = np.array([1.0, -2.0, 3.0])
 
 
-def seen(sight, flown=(), planned=()):
+def seen(snapshot, flown=(), planned=()):
     trails = Trail(100), Trail(100)
     for trail, points in zip(trails, (flown, planned), strict=True):
         for point in points:
             trail.add(Vec3(*point))
-    return {shape.name: shape for shape in shapes(sight, *trails)}
+    return {shape.name: shape for shape in shapes(snapshot, *trails)}
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_body_and_thrust_turn_with_the_attitude(seed):
     turn = Rotation.random(rng=np.random.default_rng(seed))
-    sight = Sight(0, Vec3(*PLACE), Quat(*turn.as_quat()), thrust=5.0)
-    found = seen(sight)
+    snapshot = Snapshot(0, Vec3(*PLACE), Quat(*turn.as_quat()), thrust=5.0)
+    found = seen(snapshot)
     front = PLACE + turn.apply([ARM, 0.0, 0.0])
     left = PLACE + turn.apply([0.0, ARM, 0.0])
     np.testing.assert_allclose(found["rotors"].points[2], front, atol=1e-12)
@@ -36,15 +36,15 @@ def test_body_and_thrust_turn_with_the_attitude(seed):
 
 def test_disturbance_stays_in_the_world():
     turned = Quat(0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
-    found = seen(Sight(0, Vec3(*PLACE), turned, force=Vec3(0.5, 0.0, -0.25)))
+    found = seen(Snapshot(0, Vec3(*PLACE), turned, force=Vec3(0.5, 0.0, -0.25)))
     expected = PLACE + DISTURBANCE_SCALE * np.array([0.5, 0.0, -0.25])
     np.testing.assert_allclose(found["disturbance"].points[1], expected, atol=1e-12)
 
 
 def test_only_what_is_known_is_drawn():
-    found = seen(Sight(0, Vec3(), Quat()))
+    found = seen(Snapshot(0, Vec3(), Quat()))
     assert set(found) == {"vehicle", "rotors", "forward"}
-    found = seen(Sight(0, Vec3(), Quat(), reference=Vec3(1.0, 2.0, 3.0)), flown=[(0, 0, 0), (1, 0, 0)])
+    found = seen(Snapshot(0, Vec3(), Quat(), reference=Vec3(1.0, 2.0, 3.0)), flown=[(0, 0, 0), (1, 0, 0)])
     assert set(found) == {"vehicle", "rotors", "forward", "reference", "flown"}
     assert found["reference"].points == ((1.0, 2.0, 3.0),)
     assert found["flown"].kind == STRIP

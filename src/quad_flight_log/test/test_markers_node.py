@@ -13,14 +13,15 @@ import pytest
 import rclpy
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as StandInTransforms
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
 from quad_bringup.domains import reserved_domain
-from quad_flight_log.live.node import Markers, tf_message
+from quad_flight_log.live.node import Markers
+from quad_flight_log.recorder.vehicle_pose import tf_message
 from quad_msgs.msg import Actuation, Disturbance, TrajectoryPoint, VehicleState
 from quad_node import topics
 
@@ -39,7 +40,7 @@ class Flight(Node):
         self.out = {name: self.create_publisher(kind, name, topics.stream()) for name, kind in kinds.items()}
         self.arrays, self.poses = [], []
         self.create_subscription(MarkerArray, "markers", self.arrays.append, 10)
-        self.create_subscription(TransformStamped, "pose", self.poses.append, 10)
+        self.create_subscription(PoseStamped, "pose", self.poses.append, 10)
 
     def say(self, stamp_ms):
         stamp = Time(sec=stamp_ms // 1000, nanosec=stamp_ms % 1000 * 1_000_000)
@@ -85,9 +86,9 @@ def test_markers_and_pose_of_an_instant(ros):
     stamps = [pose.header.stamp.sec * 1000 + pose.header.stamp.nanosec // 1_000_000 for pose in flight.poses]
     assert min(later - earlier for earlier, later in pairwise(stamps)) >= 50
     pose = flight.poses[-1]
-    assert (pose.header.frame_id, pose.child_frame_id) == ("map", "base_link")
-    assert pose.transform.translation.x == pytest.approx(stamps[-1] * 1e-3)
-    assert (pose.transform.rotation.z, pose.transform.rotation.w) == (0.6, 0.8)
+    assert pose.header.frame_id == "map"
+    assert pose.pose.position.x == pytest.approx(stamps[-1] * 1e-3)
+    assert (pose.pose.orientation.z, pose.pose.orientation.w) == (0.6, 0.8)
     flight.arrays.clear()
     fly(ros, flight, lambda: bool(flight.arrays), start_ms=0)
     assert "flown" not in {marker.ns for marker in flight.arrays[0].markers}, "a new flight starts a new path"

@@ -19,20 +19,6 @@ STARTER = "QUAD_FLIGHT_STARTER"
 """Environment variable with the pid of the process that started the flight and looks after it."""
 
 
-STARTER_GONE = "the process that started the flight is gone"
-
-
-def starter_of() -> int:
-    """Return the pid of the process that started the flight, 0 if it is not known."""
-    starter = os.environ.get(STARTER, "")
-    return int(starter) if starter.isdecimal() else 0
-
-
-def is_gone(starter: int) -> bool:
-    """Return whether the process that started the flight has ended: its children get another parent."""
-    return bool(starter) and os.getppid() != starter
-
-
 class CommandLink:
     """The newest `flight/mode`, and `flight/request` to end."""
 
@@ -45,7 +31,8 @@ class CommandLink:
         self._run_id = node.flight.run_id.encode()
         self._passed_on = False
         self._heard = self._looked = 0.0
-        self._starter = starter_of()
+        starter = os.environ.get(STARTER, "")
+        self._starter = int(starter) if starter.isdecimal() else 0
         self._requests = node.publisher("flight/request")
         node.subscribe("flight/mode", self._on_mode, raw=True)
 
@@ -86,8 +73,8 @@ class CommandLink:
         if not self._node.lockstep and self.is_lost:
             give_up("commander: no flight/mode any more")
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
-        if not why and is_gone(self._starter):
-            why = STARTER_GONE
+        if not why and self._starter and os.getppid() != self._starter:
+            why = "the process that started the flight is gone"
         if why and not self._passed_on:
             self._passed_on = True
             run_id = self._node.flight.run_id

@@ -14,7 +14,7 @@ from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refu
 from quad_guard.guard import NO_REQUEST
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_node.codec import MALFORMED, unpack_wrench
-from quad_node.command_link import STARTER_GONE, CommandLink, is_gone, starter_of
+from quad_node.command_link import CommandLink
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
@@ -53,7 +53,6 @@ class VehicleNode(FlightNode):
         self._accepted_step = self._heard_step = -1
         self._leave_by, self._ticks_since_state = 0.0, 0
         self._latencies: list[float] = []
-        self._starter = 0 if is_gone(starter_of()) else starter_of()  # a program in between is no reason to land
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
         self.setpoint_watch = SetpointWatch(self, self.handshake.period)
@@ -201,8 +200,6 @@ class VehicleNode(FlightNode):
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
                 self.link.pass_on(self.asked_to_end, self.give_up)
-            if self.link is None and is_gone(self._starter):
-                self.give_up(STARTER_GONE)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
             elif (silent := self.setpoint_watch.silent(self.asked_at)) and self.guard.parameters.enabled:

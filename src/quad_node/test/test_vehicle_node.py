@@ -1,7 +1,5 @@
 """What the owner of a vehicle believes of the other nodes."""
 
-import os
-
 import pytest
 import rclpy
 
@@ -47,17 +45,6 @@ def test_a_node_without_a_period_is_refused_by_name_and_divides_nothing(owner):
         status.interface_hash = owner.handshake._hash
         owner.callbacks["flight/nodes"](status)
     assert "position_controller has period_steps 0, expected at least 1" in owner._reason
-
-
-def test_without_a_commander_too_the_owner_lands_when_the_process_that_started_the_flight_is_gone(owner, monkeypatch):
-    owner.phase, owner.flying = FlightState.FLYING, True
-    monkeypatch.setattr(owner, "missing_links", list)
-    owner._starter = os.getppid()
-    owner.on_tick()
-    assert not owner.gives_up
-    owner._starter = 1
-    owner.on_tick()
-    assert (owner.gives_up, owner.cause) == (True, "the process that started the flight is gone")
 
 
 def test_a_recorder_that_fails_after_the_end_is_heard(owner):

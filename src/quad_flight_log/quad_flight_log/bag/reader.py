@@ -97,6 +97,12 @@ class Flight:
         return loaded
 
     @property
+    def name(self) -> str:
+        """What the flight is called in tables: its bag directory, else its file."""
+        folder = self.path.parent.name
+        return folder if self.path.name.startswith(f"{folder}_0.") else self.path.name
+
+    @property
     def vehicles(self) -> list[str]:
         """The namespaces under which the bag has topics of a flight, the global one as an empty text."""
         endings = tuple(f"/{topic}" for topic in ("truth", *SIGNALS))

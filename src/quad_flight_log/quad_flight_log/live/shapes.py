@@ -13,7 +13,7 @@ Point = tuple[float, float, float]
 LINES, STRIP, DOTS, ARROW = "lines", "strip", "dots", "arrow"
 
 
-class Sight(NamedTuple):
+class Snapshot(NamedTuple):
     """What is known at one instant; None where no message came yet. SI units, world frame, thrust in N along body z."""
 
     stamp_ns: int
@@ -55,23 +55,29 @@ class Trail:
         return tuple(self._points)
 
 
-def shapes(sight: Sight, flown: Trail, planned: Trail) -> list[Shape]:
+def shapes(snapshot: Snapshot, flown: Trail, planned: Trail) -> list[Shape]:
     """Return everything that is to be seen, after both trails were given the newest points."""
-    corners = [_moved(rotor, sight) for rotor in ROTORS]
+    corners = [_moved(rotor, snapshot) for rotor in ROTORS]
     found = [
         Shape("vehicle", LINES, (corners[0], corners[2], corners[1], corners[3]), 0.06 * ARM, REFERENCE_COLOUR),
         Shape("rotors", DOTS, tuple(corners), 0.5 * ARM, PALETTE[0]),
-        Shape("forward", ARROW, (_point(sight.position), _moved((1.6 * ARM, 0.0, 0.0), sight)), 0.06 * ARM, PALETTE[3]),
+        Shape(
+            "forward",
+            ARROW,
+            (_point(snapshot.position), _moved((1.6 * ARM, 0.0, 0.0), snapshot)),
+            0.06 * ARM,
+            PALETTE[3],
+        ),
         Shape("flown", STRIP, flown.points, 0.04, PALETTE[0]),
         Shape("planned", STRIP, planned.points, 0.03, "#9aa4af"),
     ]
-    if sight.reference is not None:
-        found.append(Shape("reference", DOTS, (_point(sight.reference),), 0.25, PALETTE[4]))
-    if sight.thrust is not None:
-        tip = _moved((0.0, 0.0, THRUST_SCALE * sight.thrust), sight)
-        found.append(Shape("thrust", ARROW, (_point(sight.position), tip), 0.06, PALETTE[1]))
-    if sight.force is not None:
-        start, force = sight.position, sight.force
+    if snapshot.reference is not None:
+        found.append(Shape("reference", DOTS, (_point(snapshot.reference),), 0.25, PALETTE[4]))
+    if snapshot.thrust is not None:
+        tip = _moved((0.0, 0.0, THRUST_SCALE * snapshot.thrust), snapshot)
+        found.append(Shape("thrust", ARROW, (_point(snapshot.position), tip), 0.06, PALETTE[1]))
+    if snapshot.force is not None:
+        start, force = snapshot.position, snapshot.force
         tip = (
             start.x + DISTURBANCE_SCALE * force.x,
             start.y + DISTURBANCE_SCALE * force.y,
@@ -88,6 +94,6 @@ def _point(vector: Vec3) -> Point:
     return vector.x, vector.y, vector.z
 
 
-def _moved(body: Sequence[float], sight: Sight) -> Point:
-    x, y, z = rotate(sight.attitude, Vec3(*body))
-    return sight.position.x + x, sight.position.y + y, sight.position.z + z
+def _moved(body: Sequence[float], snapshot: Snapshot) -> Point:
+    x, y, z = rotate(snapshot.attitude, Vec3(*body))
+    return snapshot.position.x + x, snapshot.position.y + y, snapshot.position.z + z

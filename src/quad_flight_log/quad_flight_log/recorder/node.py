@@ -22,6 +22,7 @@ from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_me
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
 from quad_flight_log.recorder.successors import Successors
+from quad_flight_log.recorder.vehicle_pose import PoseWriter
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
@@ -59,6 +60,8 @@ class Recorder(FlightNode):
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
         self._shadows = ShadowPace(self.flight.plant_period)
         self._successors = Successors(self.flight.run_id, self.flight.plant_period)
+        self._poses = PoseWriter(self.bag, self.resolve_topic_name("pose"), self.get_namespace())
+        self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
                 self._record(topic)
@@ -93,6 +96,8 @@ class Recorder(FlightNode):
         keep, depth = self._plain(handle), _LATCHED_DEPTH if topic.latched else _STEP_DEPTH
         if topic.step:
             keep = self._stepped(topic.name, handle)
+            if topic.name == self._path:
+                keep = self._poses.following(keep, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
         elif topic.name == "flight/takeover":

@@ -1,4 +1,4 @@
-"""Layouts for Foxglove and PlotJuggler, made from the topics and their message definitions, so that no path rots.
+"""A layout for Foxglove and a configuration for RViz, made from the topics and their message classes.
 
 One tab of what a flight is about, then one per step topic with a plot for each of its quantities.
 """
@@ -7,10 +7,11 @@ import json
 import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
+
+import yaml
 
 from quad_core.cascade import COMMAND
-from quad_flight_log.errors import SchemaError
+from quad_flight_log.errors import FlightLogError, SchemaError
 from quad_flight_log.recorder.message_fields import SIZES, Field, fields_of, message_class, type_name
 from quad_flight_log.report.interactive_figures import PALETTE
 
@@ -97,30 +98,38 @@ def foxglove(found: list[Tab], namespace: str = "") -> str:
     return json.dumps(layout, indent=1) + "\n"
 
 
-def plotjuggler(found: list[Tab]) -> str:
-    """Return a PlotJuggler layout (XML)."""
-    root = ElementTree.Element("root")
-    window = ElementTree.SubElement(root, "tabbed_widget", {"parent": "main_window", "name": "Main Window"})
-    for tab in found:
-        container = ElementTree.SubElement(
-            ElementTree.SubElement(window, "Tab", containers="1", tab_name=tab.title), "Container"
-        )
-        count = len(tab.plots)
-        sizes = ";".join([f"{1.0 / count:.6f}"] * count)
-        splitter = ElementTree.SubElement(container, "DockSplitter", orientation="-", count=str(count), sizes=sizes)
-        for plot in tab.plots:
-            area = ElementTree.SubElement(splitter, "DockArea", name=plot.title)
-            drawn = ElementTree.SubElement(
-                area, "plot", mode="TimeSeries", style="Lines", flip_x="false", flip_y="false"
-            )
-            ElementTree.SubElement(drawn, "limitY")
-            for index, curve in enumerate(plot.curves):
-                name = f"{curve.topic}/{curve.path.replace('.', '/')}"
-                ElementTree.SubElement(drawn, "curve", name=name, color=PALETTE[index % len(PALETTE)])
-    ElementTree.SubElement(window, "currentTabIndex", index="0")
-    ElementTree.SubElement(root, "use_relative_time_offset", enabled="1")
-    ElementTree.indent(root, " ")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+def rviz(namespace: str = "") -> str:
+    """Return a configuration of RViz: grid, transforms, markers and the path of the vehicle, in the frame map."""
+    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
+
+    def display(name: str, kind: str, **more: Any) -> dict[str, Any]:
+        return {"Class": f"rviz_default_plugins/{kind}", "Name": name, "Enabled": True, "Value": True, **more}
+
+    view = {"Class": "rviz_default_plugins/Orbit", "Distance": 15.0, "Pitch": 0.6, "Yaw": 0.8}
+    content = {
+        "Visualization Manager": {
+            "Global Options": {"Fixed Frame": "map", "Background Color": "245; 246; 248"},
+            "Displays": [
+                display("Grid", "Grid", **{"Cell Size": 1.0, "Plane Cell Count": 20}),
+                display("TF", "TF"),
+                display("Markers", "MarkerArray", Topic={"Value": f"{prefix}/markers", "Depth": 5}),
+                display("Pose", "Pose", Topic={"Value": f"{prefix}/pose", "Depth": 5}, Shape="Axes"),
+                display("Odometry", "Odometry", Topic={"Value": f"{prefix}/odom", "Depth": 5}, Keep=1),
+            ],
+            "Views": {"Current": view},
+        },
+    }
+    return str(yaml.safe_dump(content, sort_keys=False))
+
+
+def layout_files(namespace: str = "") -> dict[str, str]:
+    """Return {file name: text} of the layouts of this installation's topics; FlightLogError where there is no ROS."""
+    try:
+        from quad_node.topics import TOPICS
+    except ImportError as error:
+        raise FlightLogError(f"layouts need ROS 2 and the messages of this workspace ({error})") from error
+    kinds = {topic.name: topic.type for topic in TOPICS.values() if topic.step}
+    return {"flight.json": foxglove(tabs(kinds, namespace), namespace), "flight.rviz": rviz(namespace)}
 
 
 def numbers(kind: type) -> list[tuple[str, list[str], bool]]:

@@ -12,7 +12,6 @@ from quad_flight_log.report.inside_figures import inside_figures
 from quad_flight_log.report.paper_figures import CASES, paper_figures
 from quad_flight_log.report.run import Run, run_from_flight, with_bands
 from quad_flight_log.report.verdict import judgement
-from quad_flight_log.verbs.common import flight_name
 
 _FACTS = (
     "run_id",
@@ -30,7 +29,7 @@ _FACTS = (
 
 def names_of(flights: Sequence[Flight]) -> list[str]:
     """Return a short name for each flight, all different: the bag's folder, numbered where two are alike."""
-    short = [flight_name(flight) for flight in flights]
+    short = [flight.name for flight in flights]
     found: list[str] = []
     for name in short:
         nth = 1 + sum(other == name or other.startswith(f"{name} (") for other in found)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
+from quad_flight_log.analysis.replay import Replay
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 
@@ -191,3 +192,39 @@ def info_json(flights: Sequence[Flight]) -> str:
         ],
         indent=2,
     )
+
+
+def replay_text(item: Replay) -> str:
+    """Return the result for people: one line if all is equal, else the numbers that differ."""
+    kind = "changed parameters" if item.changed else "recorded parameters"
+    head = f"{item.role}: {item.law}, {kind}, {len(item.steps)} steps, {len(item.recorded)} numbers each"
+    lines = [head, *(f"  {note}" for note in item.notes)]
+    if item.missing:
+        lines.append(f"  {item.missing} steps were answered only in one of record and replay")
+    differing = [difference for difference in item.differences() if difference.differing]
+    if not differing:
+        return "\n".join([*lines, "  every bit is equal" if item.equal else "  nothing differs where both answered"])
+    rows = [["number", "steps that differ", "first", "largest", "rms", "recorded rms"]]
+    for one in differing:
+        numbers = (one.largest, one.rms, one.recorded_rms)
+        rows.append([one.name, str(one.differing), str(one.first_step), *(f"{number:.4g}" for number in numbers)])
+    lines += [f"  {line}" for line in text_table(rows, right=range(1, 6)).splitlines()]
+    return "\n".join(lines)
+
+
+def replay_json(items: list[Replay]) -> str:
+    """Return the result for programs."""
+    content = [
+        {
+            "role": item.role,
+            "law": item.law,
+            "changed": item.changed,
+            "equal": item.equal,
+            "steps": len(item.steps),
+            "missing": item.missing,
+            "notes": item.notes,
+            "differences": [one._asdict() for one in item.differences() if one.differing],
+        }
+        for item in items
+    ]
+    return json.dumps(content, indent=2)

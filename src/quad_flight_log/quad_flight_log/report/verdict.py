@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from quad_flight_log.analysis.judge import faults
+from quad_flight_log.analysis.flight_checks import failed_checks
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.recorder.provenance import LIMIT
@@ -42,7 +42,7 @@ def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float
     if outcome != "ended" and not (flight.truncated and outcome == "unknown"):
         reason = flight.metadata.get("reason", "")
         problems.append(f"the flight did not end as planned: {reason or outcome}")
-    problems += faults(flight)
+    problems += failed_checks(flight)
     for verdict in judged(metrics, limits_used):
         if not verdict.met:
             value = "not available" if verdict.value is None else f"{verdict.value:.4g}"

@@ -8,8 +8,8 @@ import yaml
 from flight_samples import message, stamp, write_bag
 
 from quad_flight_log import cli
+from quad_flight_log.analysis.flight_checks import CHECKS, failed_checks
 from quad_flight_log.analysis.frames import measured
-from quad_flight_log.analysis.judge import RULES, faults
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import open_flight
@@ -73,23 +73,23 @@ def flight_of(tmp_path, messages, guard=None, **notes):
 @pytest.mark.parametrize("mode", ["lockstep", "realtime"])
 def test_a_good_flight_passes(tmp_path, mode):
     flight = flight_of(tmp_path, hover(), mode=mode)
-    assert faults(flight) == []
+    assert failed_checks(flight) == []
     assert judgement(flight, measured(flight), {}).good
 
 
 @pytest.mark.parametrize("topic", ["/flight/nodes", "/flight/takeover"])
 def test_messages_of_two_runs_are_refused_and_an_empty_id_is_none(tmp_path, topic):
     ours = hover()
-    assert faults(flight_of(tmp_path / "empty", [*ours, (topic, status(""))])) == []
-    found = faults(flight_of(tmp_path / "other", [*ours, (topic, status("other"))]))
+    assert failed_checks(flight_of(tmp_path / "empty", [*ours, (topic, status(""))])) == []
+    found = failed_checks(flight_of(tmp_path / "other", [*ours, (topic, status("other"))]))
     assert found == ["messages of 2 runs: 'other', 'test'"]
 
 
 def test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not(tmp_path):
     ours = hover()
-    assert faults(flight_of(tmp_path / "repeat", [*ours, ("/wrench_setpoint", wrench(7, 10.0))])) == []
+    assert failed_checks(flight_of(tmp_path / "repeat", [*ours, ("/wrench_setpoint", wrench(7, 10.0))])) == []
     strange = [("/wrench_setpoint", wrench(k, 0.0)) for k in (7, 9)]
-    found = faults(flight_of(tmp_path / "strange", [*ours, *strange]))
+    found = failed_checks(flight_of(tmp_path / "strange", [*ours, *strange]))
     assert found == ["different messages with equal stamps (wrench_setpoint: 2): more than one sender"]
 
 
@@ -97,7 +97,7 @@ def test_a_second_message_that_the_recorder_refused_counts_too(tmp_path):
     text = "reference: a second, different message for stamp 10000000 ns; not recorded"
     said = [("/flight/events", message("quad_msgs/msg/FlightEvent", kind="conflict", text=text))]
     flight = flight_of(tmp_path, [*hover(), *said], mode="lockstep", **{"count.conflict": "560"})
-    assert faults(flight) == [
+    assert failed_checks(flight) == [
         "different messages with equal stamps (reference: 560 not recorded): more than one sender"
     ]
 
@@ -112,7 +112,7 @@ def test_a_second_message_that_the_recorder_refused_counts_too(tmp_path):
     ],
 )
 def test_missing_steps_are_refused_in_lockstep_and_a_long_gap_in_real_time(tmp_path, mode, topic, lost, fault):
-    found = faults(flight_of(tmp_path, without(hover(), topic, lost), mode=mode))
+    found = failed_checks(flight_of(tmp_path, without(hover(), topic, lost), mode=mode))
     assert found == ([fault] if fault else [])
 
 
@@ -126,7 +126,7 @@ def test_missing_steps_are_refused_in_lockstep_and_a_long_gap_in_real_time(tmp_p
 )
 def test_a_vehicle_out_of_its_envelope_is_refused(tmp_path, place, word):
     # 70 deg for 0.8 s; 4.99 m beside the reference; 9.98 m below where it began, at 0.25 s more than 2.5 m
-    (found,) = faults(flight_of(tmp_path, hover(place)))
+    (found,) = failed_checks(flight_of(tmp_path, hover(place)))
     assert word in found
 
 
@@ -134,21 +134,21 @@ def test_a_short_lean_or_a_raised_limit_passes(tmp_path):
     def lean(first):
         return hover(lambda k: pose(stamp(k), q=LEANING if first <= k < first + 140 else UPRIGHT))
 
-    assert faults(flight_of(tmp_path / "short", lean(100))) == []
+    assert failed_checks(flight_of(tmp_path / "short", lean(100))) == []
     long = hover(lambda k: pose(stamp(k), q=LEANING if k >= 100 else UPRIGHT))
-    assert faults(flight_of(tmp_path / "raised", long, {"tilt.large": 1.4})) == []
+    assert failed_checks(flight_of(tmp_path / "raised", long, {"tilt.large": 1.4})) == []
 
 
 @pytest.mark.parametrize(("height", "refused"), [(1.0, True), (0.31, True), (0.29, False)])
 def test_motors_that_stop_in_the_air_are_refused(tmp_path, height, refused):
     flown = hover(lambda k: pose(stamp(k), height=height), thrust=lambda k: 0.0 if 300 <= k < 400 else 10.0)
-    found = faults(flight_of(tmp_path, flown))
+    found = failed_checks(flight_of(tmp_path, flown))
     assert found == (["motors stopped 0.60 s after the start, above 0.3 m, for 0.20 s"] if refused else [])
 
 
 def test_height_counts_from_the_ground(tmp_path):
     flown = hover(thrust=lambda k: 0.0 if k >= 300 else 10.0)
-    assert faults(flight_of(tmp_path, flown, {"ground_height": 0.8})) == []
+    assert failed_checks(flight_of(tmp_path, flown, {"ground_height": 0.8})) == []
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_a_reference_that_the_vehicle_cannot_follow_is_named(tmp_path, error, li
         )
 
     shown = [("/position_controller/internals", internals(k)) for k in range(0, 2000, 5)]
-    found = faults(flight_of(tmp_path, hover() + shown))
+    found = failed_checks(flight_of(tmp_path, hover() + shown))
     assert len(found) == refused
     named = f"no nearer than 1.2 m for 2 s from 0.20 s on, at the {limit.removesuffix('_limited')} limit"
     assert not refused or (found[0].startswith("the reference asked for more than the") and named in found[0])
@@ -185,14 +185,16 @@ def test_a_reference_that_the_vehicle_comes_nearer_to_is_followed(tmp_path, spee
         return message("quad_msgs/msg/PositionInternals", **fields)
 
     shown = [("/position_controller/internals", internals(k)) for k in range(0, 2000, 5)]
-    assert bool(faults(flight_of(tmp_path, hover() + shown))) == refused
+    assert bool(failed_checks(flight_of(tmp_path, hover() + shown))) == refused
 
 
 def test_a_failed_flight_that_ends_in_the_air_is_named(tmp_path):
     flight = flight_of(tmp_path, hover(), outcome="failed", reason="attitude_controller does not answer")
-    assert faults(flight) == ["the flight ended with the vehicle 1.00 m above the ground: motors stopped in the air"]
+    assert failed_checks(flight) == [
+        "the flight ended with the vehicle 1.00 m above the ground: motors stopped in the air"
+    ]
     low = hover(lambda k: pose(stamp(k), height=0.2))
-    assert faults(flight_of(tmp_path / "low", low, outcome="failed")) == []
+    assert failed_checks(flight_of(tmp_path / "low", low, outcome="failed")) == []
 
 
 @pytest.mark.parametrize("how", ["killed", "stopped"])
@@ -204,23 +206,23 @@ def test_where_a_bag_ends_before_its_flight_no_motor_has_stopped(tmp_path, how):
         write_bag(tmp_path / "bag", flying + hover(), close=how == "stopped", notes={"mode": "realtime", **notes})
     )
     assert flight.truncated == (how == "killed")
-    (found,) = faults(flight)
+    (found,) = failed_checks(flight)
     assert found == "the bag ends at 1.00 s, before the flight: what came after is not recorded"
     assert "motors" not in judgement(flight, measured(flight), {}).text
     over = [("/flight/state", message("quad_msgs/msg/FlightState", stamp=stamp(499), state=2, run_id="test"))]
     notes = {"mode": "realtime", "outcome": "failed", "reason": STOPPED}
-    assert faults(open_flight(write_bag(tmp_path / "over", flying + hover() + over, notes=notes))) == []
+    assert failed_checks(open_flight(write_bag(tmp_path / "over", flying + hover() + over, notes=notes))) == []
 
 
 def test_where_a_commander_flew_the_end_is_on_the_ground(tmp_path):
     modes = [("/flight/mode", message("quad_msgs/msg/FlightMode", stamp=stamp(k), mode=3)) for k in range(STEPS)]
-    (found,) = faults(flight_of(tmp_path, [*hover(), *modes]))
+    (found,) = failed_checks(flight_of(tmp_path, [*hover(), *modes]))
     assert "1.00 m above the ground" in found
 
 
 def test_flights_without_a_guard_show_what_the_law_does(tmp_path):
     crash = hover(lambda k: pose(stamp(k), height=1.0 - 0.02 * k, q=LEANING), thrust=lambda _: 0.0)
-    assert faults(flight_of(tmp_path, crash, {"enabled": False})) == []
+    assert failed_checks(flight_of(tmp_path, crash, {"enabled": False})) == []
 
 
 def on_estimate(off, node="/joined_plant"):
@@ -233,7 +235,7 @@ def on_estimate(off, node="/joined_plant"):
 def test_laws_that_fly_on_an_autopilots_estimate_are_judged_by_it_and_its_error_is_said(tmp_path):
     flight = flight_of(tmp_path, on_estimate(3.0))
     assert measured(flight).position_max == 0.0
-    assert faults(flight) == []
+    assert failed_checks(flight) == []
     note = truth_note(flight)
     assert "it was 3.000 m (RMSE), at most 3.000 m, from truth" in note
     assert "truth was 3.000 m (RMSE) from the reference" in note
@@ -244,14 +246,14 @@ def test_laws_that_fly_on_an_autopilots_estimate_are_judged_by_it_and_its_error_
 
 def test_the_ground_is_where_it_is_and_not_where_an_estimate_has_it(tmp_path):
     low = flight_of(tmp_path, on_estimate(-0.9), outcome="failed")
-    assert faults(low) == []
+    assert failed_checks(low) == []
 
 
 @pytest.mark.parametrize("owner", ["px4_bridge", "mavlink_bridge", "joined_plant", "simulator"])
 def test_who_hands_over_to_an_autopilot_need_not_be_down_at_the_end_of_the_bag(tmp_path, owner):
     high = flight_of(tmp_path, on_estimate(0.5, f"/quad1/{owner}"), outcome="failed")
-    assert bool(faults(high)) == (owner == "simulator")
-    assert ("1.50 m above the ground" in str(faults(high))) == (owner == "simulator")
+    assert bool(failed_checks(high)) == (owner == "simulator")
+    assert ("1.50 m above the ground" in str(failed_checks(high))) == (owner == "simulator")
 
 
 def test_wrenches_that_are_not_finite_are_left_out_and_said(tmp_path):
@@ -260,7 +262,7 @@ def test_wrenches_that_are_not_finite_are_left_out_and_said(tmp_path):
     clean = flight_of(tmp_path / "clean", hover())
     assert measured(flight).thrust_effort == measured(clean).thrust_effort
     assert truth_note(flight).startswith("wrench_setpoint: 3 messages with a number that is not finite")
-    assert faults(flight) == []
+    assert failed_checks(flight) == []
 
 
 def test_a_flown_path_with_numbers_that_are_none_is_read_and_refused(tmp_path):
@@ -269,7 +271,7 @@ def test_a_flown_path_with_numbers_that_are_none_is_read_and_refused(tmp_path):
     clean = flight_of(tmp_path / "clean", hover())
     assert measured(flight).position_max == measured(clean).position_max
     assert truth_note(flight).startswith("truth: 3 messages with a number that is not finite")
-    assert faults(flight) == ["truth: 3 messages with a number that is not finite or absurd"]
+    assert failed_checks(flight) == ["truth: 3 messages with a number that is not finite or absurd"]
 
 
 def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
@@ -283,7 +285,7 @@ def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
 def test_a_mode_of_the_guard_that_there_is_not_is_named_by_its_number(tmp_path):
     what = {"stamp": stamp(300), "mode": 200, "since": 300, "reason_text": "none", "run_id": "test"}
     flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
-    assert faults(flight) == ["the guard took over at step 300 (mode 200): none"]
+    assert failed_checks(flight) == ["the guard took over at step 300 (mode 200): none"]
 
 
 def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
@@ -295,4 +297,4 @@ def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
 
 
 def test_every_rule_has_its_demand():
-    assert len({rule.demand for rule in RULES}) == len(RULES) == 9
+    assert len({rule.demand for rule in CHECKS}) == len(CHECKS) == 10

@@ -1,6 +1,6 @@
-"""Whether a bag shows one flight that stayed safe, whatever its metrics: one table of rules.
+"""Whether a bag shows one flight that stayed safe, whatever its metrics: one table of checks.
 
-A rule finds a fault in the bag alone, in words, or nothing. ``fly``, ``log check`` and a report's verdict ask for all.
+A check finds a fault in the bag alone, in words, or nothing. ``fly``, ``log check`` and a report's verdict ask for all.
 Times in the words are flight times in s. Bags of flights without a guard (controllers ``printed``) are not held to the
 guard's envelope: they show what the law does.
 """
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR
 from quad_core.cycle import INFEASIBLE_TIME, LIMIT_FLAGS, Behind, distance_behind, followed, limits_met
+from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import PositionInternals, Vec3
 from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
@@ -48,7 +49,7 @@ class Flown(NamedTuple):
         return self.flight.metadata.get("outcome", "ended") != "ended"
 
 
-class Rule(NamedTuple):
+class Check(NamedTuple):
     """What is demanded, and the fault that ``found`` names, empty if there is none.
 
     ``of_failed``: also looked for where the flight failed anyway.
@@ -59,13 +60,13 @@ class Rule(NamedTuple):
     of_failed: bool = True
 
 
-def faults(flight: Flight) -> list[str]:
-    """Return what speaks against a flight beside its metrics, one line each, in the order of RULES.
+def failed_checks(flight: Flight) -> list[str]:
+    """Return what speaks against a flight beside its metrics, one line each, in the order of CHECKS.
 
     Raises FlightLogError as the metrics do where the bag cannot be read.
     """
     flown = Flown(flight, flight_tables(flight), _guard_of(flight))
-    asked = [rule for rule in RULES if rule.of_failed or not flown.failed]
+    asked = [rule for rule in CHECKS if rule.of_failed or not flown.failed]
     return [fault for rule in asked if (fault := rule.found(flown))]
 
 
@@ -103,7 +104,7 @@ def equal_stamps(flown: Flown) -> str:
 
 def missing_steps(flown: Flown) -> str:
     """Name the topics that lack messages in lockstep; in real time say when the flown path has a gap of SILENCE."""
-    if flown.flight.metadata.get("mode") == "lockstep":
+    if _in_lockstep(flown.flight):
         lost = missing_messages({name: by_stamp(table) for name, table in flown.tables.items()})
         listed = ", ".join(f"{topic}: {count}" for topic, count in lost.items() if count)
         return f"missing messages ({listed})" if listed else ""
@@ -113,6 +114,12 @@ def missing_steps(flown: Flown) -> str:
         return ""
     at = int(gaps.argmax())
     return f"nothing of the vehicle for {gaps[at]:.2f} s from {times[at]:.2f} s on"
+
+
+def recorded_beginning(flown: Flown) -> str:
+    """Say that the bag begins in flight, and where: stamps of a flight begin at 0."""
+    begin = float(flown.tables["truth"]["stamp_ns"].min()) * 1e-9 if "truth" in flown.tables else 0.0
+    return f"the bag begins at {begin:.2f} s of the flight: what came before is not recorded" if begin > SILENCE else ""
 
 
 def numbers(flown: Flown) -> str:
@@ -197,20 +204,21 @@ def infeasible_reference(flown: Flown) -> str:
     return ""
 
 
-RULES = (
-    Rule("all messages that name a run name the same one", run_ids),
-    Rule("no topic has two different messages with one stamp", equal_stamps),
-    Rule(
+CHECKS = (
+    Check("all messages that name a run name the same one", run_ids),
+    Check("no topic has two different messages with one stamp", equal_stamps),
+    Check(
         "no step is missing in lockstep; in real time the flown path has no gap of more than 0.5 s",
         missing_steps,
         of_failed=False,
     ),
-    Rule("every number of the flown path is one of a flight", numbers),
-    Rule("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
-    Rule("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
-    Rule("the bag reaches to the end of the flight", recorded_end),
-    Rule("a position law at a limit, 1 m or more from its reference, comes nearer within 2 s", infeasible_reference),
-    Rule("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
+    Check("the bag reaches back to the beginning of the flight", recorded_beginning),
+    Check("every number of the flown path is one of a flight", numbers),
+    Check("tilt and place stay within the guard's limits and 2.5 m of what was commanded", envelope),
+    Check("the motors never stop above 0.3 m, where a flight has to land it ends below", stopped_motors),
+    Check("the bag reaches to the end of the flight", recorded_end),
+    Check("a position law at a limit, 1 m or more from its reference, comes nearer within 2 s", infeasible_reference),
+    Check("the guard never flies", lambda flown: described(takeovers(flown.flight)), of_failed=False),
 )
 """What a good flight's bag must show."""
 
@@ -265,6 +273,17 @@ def _same(left: Any, right: Any) -> bool:
     if isinstance(left, np.ndarray | np.generic) and not left.dtype.hasobject:
         return bool(left.tobytes() == right.tobytes())
     return bool(np.array_equal(left, right))
+
+
+def _in_lockstep(flight: Flight) -> bool:
+    """Return whether the flight was timed in lockstep, as its recorder or its simulator's parameters say."""
+    noted = flight.metadata.get("mode")
+    if noted:
+        return noted == "lockstep"
+    try:
+        return recorded_parameters(flight)[SIMULATOR].values.get("flight.mode") in ("lockstep", LOCKSTEP)
+    except (FlightLogError, KeyError):
+        return False
 
 
 def _guard_of(flight: Flight) -> GuardParameters:
