@@ -87,12 +87,6 @@ def losing(lost):
     return type("Losing", (Sends,), {"change": lambda self, message: not lost(self, message)})
 
 
-def other_numbers(self, message):
-    if isinstance(message, VehicleState):
-        self.count += 1
-        message.p_w = [0.0, 0.0, 1e-6 * self.count]
-
-
 def odd_stamp(self, message):
     if isinstance(message, VehicleState):
         message.stamp.nanosec += 1
@@ -130,6 +124,13 @@ def babbles(self):
     if self.phase == FlightState.FLYING:
         self.wrench = [5.5, 0.0, 0.0, 0.0] if self.wrench is None else self.wrench
         self.integrate()
+        self.publish_state()
+
+
+def repeats(self):
+    Vehicle.on_tick(self)
+    if self.phase == FlightState.FLYING and self.quiet == 2:
+        self.publish_state()
 
 
 def never_ends(self, phase, reason=""):
@@ -168,15 +169,8 @@ BROKEN = {
     "never ready": (changing(NodeStatus, state=NodeStatus.STARTING), "the vehicle says READY on flight/nodes"),
     "no state": (losing(lambda _, m: isinstance(m, VehicleState)), "the vehicle sends state 0 once all are READY"),
     "best effort": (BestEffort, "state: quad_msgs/VehicleState, reliable"),
-    "never repeats": (
-        losing(lambda self, m: isinstance(m, VehicleState) and self.quiet > 0),
-        "an unanswered state is repeated, unchanged",
-    ),
-    "repeats other numbers": (
-        type("Other", (Sends,), {"change": other_numbers}),
-        "an unanswered state is repeated, unchanged",
-    ),
-    "babbles": (altered(on_tick=babbles), "an unanswered state is repeated, unchanged"),
+    "repeats": (altered(on_tick=repeats), "the state of a step comes once"),
+    "babbles": (altered(on_tick=babbles), "the plant waits for the answer to its state"),
     "takes any step": (altered(on_wrench=takes_any_step), "a command for another step is ignored"),
     "takes what is not finite": (altered(on_wrench=takes_anything), "a command that is not finite is ignored"),
     "leaves steps out": (altered(integrate=skips), "steps come in order, none left out"),

@@ -18,10 +18,12 @@ pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
 
 
-@pytest.mark.parametrize("clock", [("--realtime", "--duration", "5"), ("--duration", "15")], ids=["real", "lockstep"])
+@pytest.mark.parametrize(
+    "clock", [("--realtime", "--duration", "5", *STANDBY), ("--duration", "15")], ids=["real", "lockstep"]
+)
 def test_no_node_has_shared_memory_and_datagrams_on_every_port_change_nothing(tmp_path, clock):
     out = tmp_path / "bag"
-    process = start("hover", *clock, "--limits", "position_max=0.1", *STANDBY, "--out", out)
+    process = start("hover", *clock, "--limits", "position_max=0.1", "--out", out)
     pids = wait_until_flying(process, out)
     for name, pid in pids.items():
         assert not QUEUE.search(Path(f"/proc/{pid}/maps").read_text()), name

@@ -55,8 +55,6 @@ class Climb(Node):
         if message.step >= self.due:
             self.newest, self.due = self.point(message), message.step + EVERY
             self.reference_out.publish(self.newest)
-        elif message.step == self.newest.step:  # asked again: the same answer
-            self.reference_out.publish(self.newest)
 
     def point(self, message):
         time = (message.step - self.first.step) * self.period * 1e-9

@@ -156,8 +156,6 @@ class Vehicle(Node):
             failed = [role for role, state in self.status.items() if state == NodeStatus.FAULT]
             if failed or self.quiet > SILENCE:
                 self.end(FlightState.FAILED, f"{', '.join(failed) or 'attitude_controller'}: no wrench_setpoint")
-            elif self.lockstep and self.quiet % 25 == 0:
-                self.publish_state()
         elif self.status.get("recorder", NodeStatus.DONE) in (NodeStatus.DONE, NodeStatus.FAULT) or self.ticks > 1000:
             self.over.set_result(None)
         if self.ticks % 25 == 0:

@@ -88,7 +88,6 @@ by_tests(
     "a second controller of a role",
     "real time: both obeyed, no word, exit 0; lockstep: 4,598 ERROR lines, failed only at the end",
     "src/quad_node/test/test_links.py::test_a_second_sender_is_named",
-    f"{LOG}/test_successors.py",
     f"{LOG}/test_flight_checks.py::test_a_second_message_that_the_recorder_refused_counts_too",
     "test/test_guard_strangers.py::test_absurd_steps_and_numbers_of_a_stranger_change_nothing",
 )

@@ -13,7 +13,7 @@ from figures import Figures
 
 from quad_core.cascade import STAGES
 from quad_flight.flight import fly, from_names
-from quad_node.exchange import WARM
+from quad_node.hot_standby import WARM
 
 EACH = int(os.environ.get("QUAD_ACCEPT_EACH", "6"))
 AGES = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 8.0)  # s

@@ -55,7 +55,7 @@ def run(args: list[str]) -> int:
     try:
         for make in makers():
             nodes.append(make())
-            nodes[-1].voice.starting(nodes[-1].role, nodes[-1].flight.run_id, nodes[-1].lockstep, seen_by)
+            nodes[-1].console.starting(nodes[-1].role, nodes[-1].flight.run_id, nodes[-1].lockstep, seen_by)
         code = FAILED
         code = _spin(nodes, stop)
     except (ValueError, OSError, InvalidParameterTypeException, InvalidParameterValueException) as error:

@@ -43,8 +43,7 @@ class Patience(NamedTuple):
     @classmethod
     def of(cls, simulator: Resolved) -> "Patience":
         """Return limits that leave the nodes time to report a fault themselves, and a commander time to land."""
-        repeats = simulator.node.repeat_after * (simulator.node.repeat_limit + 1)
-        answer = repeats + 3.0
+        answer = simulator.node.answer_timeout + 3.0
         realtime = simulator.flight.mode == REALTIME
         lands = realtime and simulator.node.guard.enabled
         landing = simulator.node.descent_timeout + 3.0 if lands else 0.0

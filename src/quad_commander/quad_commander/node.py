@@ -60,7 +60,6 @@ class Commander(Responder):
         self._since_check = 0.0
         self._cycles: deque[int] = deque()
         self._lost: set[str] = set()
-        self._asked_again = 0
         self._last: Sample | None = None
         self._guard = GuardSeen()
         self._battery: float | None = None
@@ -88,17 +87,17 @@ class Commander(Responder):
         """Return whether ``step`` waits for an input: not for one that was given up."""
         return taken.topic not in self._lost and super().is_needed(taken, step)
 
-    def report_waiting(self, step: int) -> None:
-        """Say what is missing; a mission reference that stays away is given up: it becomes HOLD, then LAND."""
-        super().report_waiting(step)
-        self._asked_again += 1
-        if self._asked_again >= self.settings.give_up and self._mission_in.topic not in self._lost:
-            self._lost.add(self._mission_in.topic)
-            self.event(FlightEvent.WARNING, "mission_lost", f"step {step}: no mission/reference; going on without it")
+    def _give_up_mission(self) -> None:
+        """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
+        topic = self._mission_in.topic
+        if self.waits and topic not in self._lost and time.monotonic() - self.state_heard > self.settings.give_up:
+            self._lost.add(topic)
+            text = f"step {self.next_step}: no mission/reference; going on without it"
+            self.event(FlightEvent.WARNING, "mission_lost", text)
+            self.answer_ready()
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
-        self._asked_again = 0
         self._slept(time.monotonic())
         if arrivals[0] is not None and self.lockstep:
             self._lost.clear()
@@ -161,6 +160,8 @@ class Commander(Responder):
         if self.asked_to_end and not self._end_asked:
             self._end_asked = self.asked_to_end
         self._look_for_the_recorder()
+        if self.lockstep:
+            self._give_up_mission()
         if self.lockstep or self._last is None or not self.flying:
             return
         now = time.monotonic()

@@ -164,8 +164,9 @@ class CommanderParameters(NamedTuple):
         Real("s", "a mission that a fault has kept waiting in HOLD for longer: LAND", 1.0, 1e6, "addition", live=False),
     ] = 60.0
     give_up: Annotated[
-        int, Whole("", "lockstep: repeats of one state after which a missing mission reference counts as lost", 1, 100)
-    ] = 2
+        float,
+        Real("s", "lockstep: time by the clock after which a missing mission reference counts as lost", 0.1, 60.0),
+    ] = 1.0
     modes: ModeParameters = ModeParameters()
     arming: ArmingLimits = ArmingLimits()
     fence: Fence = Fence()

@@ -19,10 +19,12 @@ class SimulatorParameters(NamedTuple):
     window: Annotated[
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 200)
     ] = 60
-    repeat_after: Annotated[
-        float, Real("s", "wall-clock time without an answer after which a state is repeated", 0.05, 60.0, live=False)
-    ] = 0.5
-    repeat_limit: Annotated[int, Whole("", "repeats of one state before the flight fails", 1, 1000)] = 6
+    answer_timeout: Annotated[
+        float,
+        Real(
+            "s", "time by the clock without an answer to a state after which the flight fails", 0.1, 3600.0, live=False
+        ),
+    ] = 3.5
     odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
     clock_period_steps: Annotated[int, Whole("steps", "clock once in so many steps", 1, 100_000)] = 5
     publish_state: Annotated[

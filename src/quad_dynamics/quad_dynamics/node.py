@@ -34,7 +34,6 @@ class Simulator(VehicleNode):
         self.model.stand(self.guard.parameters.ground_height)
         self._output = PlantOutput(self, self.model)
         self._received_step = self._published_step = -1
-        self._repeats = 0
         self._timer: Any = None
         self._clock_start = 0.0
 
@@ -116,7 +115,6 @@ class Simulator(VehicleNode):
             self.end(*ending)
         else:
             self.current_step += 1
-            self._repeats = 0
             self._output.announce(self.current_step, self.elapsed_ns)
             if publish:
                 self._publish_step()
@@ -161,14 +159,10 @@ class Simulator(VehicleNode):
         self._output.publish(self.current_step, self.elapsed_ns)
 
     def watch(self) -> None:
-        """Ask again for a command that has not come: in lockstep for each, in real time for the first."""
-        if self._timer is not None or time.monotonic() - self.asked_at <= self.settings.repeat_after:
+        """Give up a flight whose step is not answered: in lockstep any, in real time the first."""
+        if self._timer is not None or time.monotonic() - self.asked_at <= self.settings.answer_timeout:
             return
-        self._repeats += 1
-        if self._repeats <= self.settings.repeat_limit:
-            self.counters["repeats"] += 1
-            self._publish_step()
-        elif self.commanded and self.lockstep and self._is_answered():
+        if self.commanded and self.lockstep and self._is_answered():
             self.unrecorded = True
             text = f"{self.blame()}; what is flown from now on is not recorded"
             self.event(FlightEvent.WARNING, "recorder_lost", text, self.elapsed_ns)

@@ -35,7 +35,6 @@ def test_good_messages_break_no_rule():
     for step in range(3):
         judged.run("state", RUN)
         assert not judged.state(VehicleState(), step, step * PERIOD)
-        assert judged.state(VehicleState(), step, step * PERIOD)
         judged.actuation(step, (5.5, 0.0, 0.0, 0.0))
         judged.optional("truth", step)
     judged.flight()
@@ -85,7 +84,7 @@ def test_another_run_is_named_with_the_number_that_it_should_have(run):
         ([(VehicleState(), 0, 1)], [rules.STAMP]),
         ([(VehicleState(v_w=Vec3(0.0, float("nan"), 0.0)), 0, 0)], [rules.BOUNDS]),
         ([(VehicleState(q_wb=Quat(0.0, 0.0, 0.0, 1.1)), 0, 0)], [rules.BOUNDS]),
-        ([(VehicleState(), 0, 0), (VehicleState(p_w=Vec3(0.0, 0.0, 1e-6)), 0, 0)], [rules.REPEAT]),
+        ([(VehicleState(), 0, 0), (VehicleState(p_w=Vec3(0.0, 0.0, 1e-6)), 0, 0)], [rules.ONCE]),
         ([(VehicleState(), 0, 0), (VehicleState(), 2, 2 * PERIOD)], [IN_ORDER]),
         ([(VehicleState(), 0, 0), (VehicleState(), 1, PERIOD), (VehicleState(), 0, 0)], [IN_ORDER]),
     ],

@@ -14,18 +14,19 @@ from rclpy.task import Future
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.parameter_files import dump_yaml
-from quad_core.parameters import Value
+from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
+from quad_node.console_log import ConsoleLog
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
-from quad_node.voice import Voice
 
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
+_STALLED = 4  # ticks without a step, 0.2 s
 
 
 class FlightNode(Node):
@@ -47,45 +48,50 @@ class FlightNode(Node):
         self.vehicle = self.resolved.vehicle
         self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
         self.lockstep = self.flight.mode == LOCKSTEP
-        self.voice = Voice(self.get_logger())
+        self.console = ConsoleLog(self.get_logger())
         self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()
         self.internals_names: list[str] = []
         self.counters: Counter[str] = Counter()
-        self.current_step = self._ticks = 0
+        self.current_step = self._last_step = self._ticks = 0
         self.flying = False
         self.commanded = COMMANDER in self.roles
         self.started = self.last_heard = time.monotonic()
         self._last_reported: dict[str, float] = {}
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
+        if self.flight.standby and self.lockstep:
+            raise ParameterError(
+                "flight.standby: found true with flight.mode lockstep, expected realtime: in lockstep the plant waits "
+                "for a controller that does not answer, and the guard lands"
+            )
         self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
-        self._waited_for = self.lockstep and not self.standby_topics  # by the plant: who stands by is not
+        self._stood, self._detail = 0, ""
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
-        self.status, self._waiting = NodeStatus.STARTING, ("", "")
+        self.status = NodeStatus.STARTING
         self.publish_status("matching")
         self.publish_parameters()
         if role != SIMULATOR:
             self.subscribe("flight/state", self._on_flight_state)
         self.create_timer(_HOUSEKEEPING, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def publisher(self, topic: str, match: bool = True, obeyed: bool = False) -> Publisher:
-        """Return a publisher of a topic, a shadow's own unless ``obeyed``; READY waits for subscribers if ``match``."""
-        aside = self.shadow and topics.TOPICS[topic].step and not obeyed
+    def publisher(self, topic: str, match: bool = True, flown: bool = False) -> Publisher:
+        """Return a publisher of a topic, a shadow's own unless ``flown``; READY waits for subscribers if ``match``."""
+        aside = self.shadow and topics.TOPICS[topic].step and not flown
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
-        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self._waited_for)))
-        readers = [*entry.hearers(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
+        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self.lockstep)))
+        readers = [*entry.subscribers_of(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
         self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
     def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
         """Subscribe to a topic of the table; READY waits for the publishers of a required one."""
         entry = topics.TOPICS[topic]
-        if self.shadow or self.lockstep != self._waited_for:
-            depth = max(depth, entry.history(self._waited_for))
+        if self.shadow:
+            depth = max(depth, entry.history(self.lockstep))
         watched = links.qos_events(self.event, entry.name)
         self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
@@ -120,7 +126,7 @@ class FlightNode(Node):
 
     def publish_status(self, detail: str) -> None:
         """Publish who this node is and how it is."""
-        topic, role = self._waiting
+        self._detail = detail
         self._status_out.publish(
             NodeStatus(
                 node=self.get_fully_qualified_name(),
@@ -131,15 +137,13 @@ class FlightNode(Node):
                 step=self.current_step,
                 period_steps=self.period_steps,
                 plant_period=self.flight.plant_period,
-                waiting_topic=topic,
-                waiting_role=role,
                 detail=detail,
             )
         )
 
-    def set_status(self, state: int, detail: str, waiting: tuple[str, str] = ("", "")) -> None:
+    def set_status(self, state: int, detail: str) -> None:
         """Change this node's state and publish it."""
-        self.status, self._waiting = state, waiting
+        self.status = state
         self.publish_status(detail)
 
     def publish_parameters(self) -> None:
@@ -166,7 +170,7 @@ class FlightNode(Node):
         message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
         self._events_out.publish(message)
-        self.voice.event(severity, f"{kind}: {text}")
+        self.console.event(severity, f"{kind}: {text}")
 
     def is_foreign(self, topic: str, run: int) -> bool:
         """Return whether a message with run number ``run`` is of another run; that is counted and reported."""
@@ -179,7 +183,7 @@ class FlightNode(Node):
         """End this node's work; the process leaves with ``exit_code``."""
         if not self.done.done():
             self.exit_code = exit_code
-            self.voice.ended(exit_code, detail)
+            self.console.ended(exit_code, detail)
             self.set_status(NodeStatus.DONE if exit_code == 0 else NodeStatus.FAULT, detail)
             self.done.set_result(None)
 
@@ -243,9 +247,9 @@ class FlightNode(Node):
         self.last_heard = time.monotonic()
         self.flying = message.state == FlightState.FLYING
         if self.flying:
-            self.voice.flying()
+            self.console.flying()
         if message.state in (FlightState.ENDED, FlightState.FAILED):
-            self.voice.over()
+            self.console.over()
             self.on_flight_ended(message)
 
     def _housekeeping(self) -> None:
@@ -256,15 +260,24 @@ class FlightNode(Node):
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
         if look and not self.flying and not self.done.done():
-            self.voice.waiting(", ".join(self.waits_for()))
+            self.console.waiting(", ".join(self.waits_for()))
         if self.role != SIMULATOR:
             self._watch_flight()
+        if self.flying and self.lockstep:
+            self._report_stall()
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
             others = links.second_senders(self, self._in, self.standby_topics, True) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
+
+    def _report_stall(self) -> None:
+        """Publish the last step of a node that has stood still: the vehicle's node names the one that is behind."""
+        self._stood = self._stood + 1 if self.current_step == self._last_step else 0
+        self._last_step = self.current_step
+        if self._stood == _STALLED:
+            self.publish_status(self._detail)
 
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.last_heard

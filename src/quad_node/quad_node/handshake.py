@@ -1,4 +1,4 @@
-"""Who takes part in a flight, whether they fit together, and who is to blame when it stops. No ROS calls."""
+"""The nodes of a flight: whether they fit together, and which one a flight in lockstep waits for. No ROS calls."""
 
 import zlib
 from typing import Protocol
@@ -27,12 +27,11 @@ class Status(Protocol):
     state: int
     period_steps: int
     plant_period: int
-    waiting_topic: str
-    waiting_role: str
+    step: int
     detail: str
 
 
-READY, WAITING, FAULT, DONE = 1, 2, 3, 4
+READY, FAULT, DONE = 1, 3, 4
 _MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
@@ -81,11 +80,11 @@ class Handshake:
     def on_status(self, status: Status) -> str:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
         if is_foreign(status.run_id, self._flight.run_id):
-            self._heard(status, f"run_id {status.run_id!r}, expected {self._flight.run_id!r}")
+            self._note_other(status, f"run_id {status.run_id!r}, expected {self._flight.run_id!r}")
             return ""
         if status.role not in self._expected:
             if status.role not in ALL_ROLES:
-                self._heard(status, f"role {status.role!r}, expected one of {', '.join(self._expected)}")
+                self._note_other(status, f"role {status.role!r}, expected one of {', '.join(self._expected)}")
             return ""
         if status.period_steps < 1:
             return f"flight/nodes: {status.role} has period_steps {status.period_steps}, expected at least 1"
@@ -104,7 +103,7 @@ class Handshake:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 
-    def _heard(self, status: Status, what: str) -> None:
+    def _note_other(self, status: Status, what: str) -> None:
         if len(self._others) < _MOST_OTHERS:
             self._others[status.node] = what
 
@@ -112,22 +111,22 @@ class Handshake:
         """Return which stage would wait for ever, because its period and that of its input do not divide."""
         for role, topic in _TAKEN:
             commanded = topic == "reference" and COMMANDER in self._known
-            giver = COMMANDER if commanded else SIGNALS[topic].publisher
-            if role in self._known and giver in self._known:
-                given, taken = self._known[giver].period_steps, self._known[role].period_steps
+            publisher = COMMANDER if commanded else SIGNALS[topic].publisher
+            if role in self._known and publisher in self._known:
+                given, taken = self._known[publisher].period_steps, self._known[role].period_steps
                 if given % taken and taken % given:
                     return (
                         f"flight/nodes: {role} answers every {taken} plant steps and takes {topic}, which "
-                        f"{giver} gives every {given}; expected one to be a multiple of the other"
+                        f"{publisher} gives every {given}; expected one to be a multiple of the other"
                     )
         return ""
 
     def missing(self) -> list[str]:
         """Return the expected roles that are not ready."""
-        return [role for role in self._expected if self.state(role) not in (READY, WAITING)]
+        return [role for role in self._expected if self.state(role) != READY]
 
-    def strangers(self) -> str:
-        """Return what was heard of nodes that are none of this flight, a clause for the reason it did not begin."""
+    def foreign_nodes(self) -> str:
+        """Return what nodes of other flights have published, a clause for the reason why this one did not begin."""
         return "".join(f"; flight/nodes of {node} has {what}" for node, what in sorted(self._others.items()))
 
     def state(self, role: str) -> int:
@@ -142,18 +141,23 @@ class Handshake:
         """Return the last line that ``role`` published."""
         return self._known[role].detail if role in self._known else ""
 
+    def behind(self, step: int) -> str:
+        """Return which node has not answered what is due at ``step``, the first in the order of the cascade.
+
+        The plant stands at ``step``, and each node has published its last step since.
+        """
+        commanded = COMMANDER in self._known
+        for role in (COMMANDER if commanded else TRAJECTORY, *(stage.role for stage in STAGES)):
+            status = self._known.get(role)
+            if status is not None and status.step < step // status.period_steps * status.period_steps:
+                return f"{role} does not answer step {step}: its last step is {status.step}"
+        return ""
+
     def blame(self, step: int, acked: int, answered: bool, planned: bool) -> str:
-        """Return why step ``step`` cannot go on: the role that others wait for and that itself waits for none.
+        """Return which topic step ``step`` waits for, and whose it is.
 
         ``answered``: the plant has the command of that step; ``planned``: it has the plan, or the commander's mode.
         """
-        waiting = {role: status for role, status in self._known.items() if status.state == WAITING}
-        for role, status in waiting.items():
-            if status.waiting_role not in waiting:
-                return (
-                    f"{status.waiting_role} does not answer step {step}: no {status.waiting_topic} "
-                    f"({role} waits for it)"
-                )
         if not planned:
             commanded = COMMANDER in self._expected
             role, topic = (COMMANDER, "flight/mode") if commanded else (TRAJECTORY, "flight/plan")

@@ -1,4 +1,4 @@
-"""What has come of the topics that a step needs beside the state."""
+"""What has arrived of the topics that a step needs in addition to the state."""
 
 import time
 from collections import deque
@@ -19,11 +19,11 @@ class Arrival(NamedTuple):
 
 
 class InputTopic:
-    """What has come of one topic that a step needs beside the state."""
+    """What has arrived of one topic that a step needs in addition to the state."""
 
-    def __init__(self, topic: str, lag: int, role: str) -> None:
-        """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before. ``role`` gives it."""
-        self.topic, self.lag, self.role = topic, lag, role
+    def __init__(self, topic: str, lag: int) -> None:
+        """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before."""
+        self.topic, self.lag = topic, lag
         self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
         self._arrivals: deque[Arrival] = deque(maxlen=_KEPT_ARRIVALS)
 
@@ -35,19 +35,6 @@ class InputTopic:
         """Return the value that came last."""
         return self._arrivals[-1] if self._arrivals else None
 
-    def has_run_out(self, step: int, period: int) -> bool:
-        """Return whether the newest value, of a topic without lag, was for steps before ``step``.
-
-        ``period``: steps between two answers of who takes it. Where it answers more often than the value comes, a value
-        that is one step old is no reason to wait.
-        """
-        newest = self.newest()
-        return newest is not None and newest.next_step <= step and newest.next_step - newest.step <= period
-
-    def is_past(self, step: int) -> bool:
-        """Return whether values of later steps have come: what ``step`` lacks now never comes."""
-        return bool(self._arrivals) and self._arrivals[-1].step > step - self.lag
-
     def at(self, step: int) -> Arrival | None:
         """Return the value that belongs to ``step``, None if it has not come."""
         due = step - self.lag
@@ -55,6 +42,21 @@ class InputTopic:
             if arrival.step <= due < arrival.next_step:
                 return arrival
         return None
+
+    def now(self, period: int, is_due: bool) -> Arrival | None:
+        """Return the newest value if a step in real time need not wait for its own.
+
+        ``period``: plant steps between two answers of the node. A slower input does not delay it, nor one of a step
+        before; another one does until the step ``is_due``.
+        """
+        newest = self.newest()
+        waits = newest is not None and not (is_due or self.lag or newest.next_step - newest.step > period)
+        return None if waits else newest
+
+    def is_lost(self, step: int) -> bool:
+        """Return whether the value that belongs to ``step`` never comes: later ones have."""
+        newest = self.newest()
+        return newest is not None and newest.step > step - self.lag and self.at(step) is None
 
 
 def age(arrival: Arrival) -> float:

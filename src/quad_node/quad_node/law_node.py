@@ -15,8 +15,8 @@ from quad_core.types import InputSteps, StepRecord
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import numbers_packer, packer
 from quad_node.conversion import extra_names
-from quad_node.exchange import exchange_of
-from quad_node.inputs import Arrival, InputTopic, age
+from quad_node.hot_standby import standby_of
+from quad_node.inputs import Arrival, age
 from quad_node.responder import Responder, Sample
 from quad_node.topics import message_type
 
@@ -47,7 +47,7 @@ class LawNode(Responder):
         recorded = joined("Recorded", StepRecord, module.Internals)
         self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
-        self.exchange = exchange_of(self)
+        self.standby = standby_of(self)
         self.publish_parameters()
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
@@ -65,35 +65,24 @@ class LawNode(Responder):
             return
         self.memory = memory
         self.on_internals(internals, sample)
-        self.exchange.before(sample.step)
+        self.standby.before(sample.step)
         answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
-        self.exchange.keep(0, answer)
         for publisher in self.outputs:
             yield publisher, answer
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
         numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
         shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
-        self.exchange.keep(1, shown)
         for publisher in self.inside:
             yield publisher, shown
 
     def comes_late(self, step: int) -> bool:
         """Return whether to compute from ``step`` on: as a shadow or a standby."""
-        return self.exchange.comes_late(step) or super().comes_late(step)
+        return self.standby.comes_late(step) or super().comes_late(step)
 
-    def leaves_out(self, missing: InputTopic, step: int) -> bool:
-        """Return whether not to wait for an input: nobody waits for a controller that is not obeyed."""
-        return not self.exchange.flies and missing.is_past(step)
-
-    def report_waiting(self, step: int) -> None:
-        """Say what is missing, as a controller that is obeyed."""
-        if self.exchange.flies:
-            super().report_waiting(step)
-
-    def on_repeat(self, step: int) -> None:
-        """Take over from a controller that does not answer: in lockstep the plant waits and asks again."""
-        self.exchange.asked_again(step)
+    def leaves_out(self, step: int) -> bool:
+        """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
+        return not self.standby.flies and any(taken.is_lost(step) for taken in self.inputs)
 
     def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
         """Return the law's inputs beside the state, None if one is too old and has no replacement.

@@ -40,7 +40,7 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
 
 def _introduced(make: Callable[[], FlightNode], seen_by: str) -> FlightNode:
     node = make()
-    node.voice.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
+    node.console.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
     return node
 
 

@@ -91,13 +91,13 @@ class Topic(NamedTuple):
         """Return whether a flight of ``roles`` has this topic."""
         return not self.only_with or self.only_with in roles
 
-    def giver(self, roles: Collection[str]) -> str:
-        """Return which role gives it in a flight of ``roles``: a guest that publishes it stands in for the first."""
+    def publisher_of(self, roles: Collection[str]) -> str:
+        """Return which role publishes it in a flight of ``roles``: an optional node that does replaces the first."""
         return next((role for role in reversed(self.publishers) if role in roles), self.publishers[0])
 
-    def hearers(self, roles: Collection[str]) -> list[str]:
+    def subscribers_of(self, roles: Collection[str]) -> list[str]:
         """Return which roles of a flight of ``roles`` subscribe to it."""
-        return [role for role in self.subscribers if role in roles and role != self.giver(roles)]
+        return [role for role in self.subscribers if role in roles and role != self.publisher_of(roles)]
 
     @property
     def required(self) -> bool:
@@ -123,8 +123,8 @@ def message_type(kind: type[Any]) -> type[Any]:
     return WrenchStamped if kind is Wrench else getattr(quad_msgs.msg, kind.__name__)
 
 
-_GUEST_PUBLISHERS = {"state": RELAY, "reference": COMMANDER}
-_TAKERS = {
+_OPTIONAL_PUBLISHERS = {"state": RELAY, "reference": COMMANDER}
+_CONSUMERS = {
     "state": (TRAJECTORY, COMMANDER),
     "reference": (TRAJECTORY,),
     "mission/reference": (COMMANDER,),
@@ -138,11 +138,11 @@ _COMMANDERS = ("mission/reference", "flight/mode")
 
 def _step_topic(signal: Signal) -> Topic:
     name = signal.topic
-    guest = _GUEST_PUBLISHERS.get(name)
-    publishers = (signal.publisher, guest) if guest else (signal.publisher,)
+    optional = _OPTIONAL_PUBLISHERS.get(name)
+    publishers = (signal.publisher, optional) if optional else (signal.publisher,)
     stages = takers(name)
     shadows = tuple(SHADOW + role for role in stages)
-    subscribers = (*_TAKERS.get(name, ()), *stages, *shadows, RECORDER)
+    subscribers = (*_CONSUMERS.get(name, ()), *stages, *shadows, RECORDER)
     latched, only_with = name == "flight/mode", COMMANDER if name in _COMMANDERS else ""
     # a mission's trajectory may cease, and the flight goes on
     step = name != "mission/reference"

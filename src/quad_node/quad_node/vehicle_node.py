@@ -95,7 +95,7 @@ class VehicleNode(FlightNode):
         if self.phase in (FlightState.ENDED, FlightState.FAILED):
             return
         self.phase, self._reason = phase, reason
-        self.voice.over()
+        self.console.over()
         self.flying = False
         self.exit_code = 0 if phase == FlightState.ENDED else 1
         if reason:
@@ -158,10 +158,11 @@ class VehicleNode(FlightNode):
         return culprit(self.guard.memory.reason, quiet, self.stood_still, missing, self.estimator)
 
     def blame(self) -> str:
-        """Return why the current step cannot go on, the node named that does not do its part."""
+        """Return why the current step cannot go on: the node whose last step is behind, or a missing topic."""
         answered = self.command is not None and self.command.step == self.current_step
         planned = self.link.holds(self.current_step) if self.link else self.end_step > 0
-        return self.handshake.blame(self.current_step, self.recorded_step, answered, planned)
+        missing = self.handshake.blame(self.current_step, self.recorded_step, answered, planned)
+        return self.handshake.behind(self.current_step) or missing
 
     def waits_for(self) -> list[str]:
         """Return what must come before the flight begins."""
@@ -175,7 +176,7 @@ class VehicleNode(FlightNode):
             step=self.current_step,
             end_step=self.end_step,
             state=self.phase,
-            reason=f"waiting for {missing}{self.handshake.strangers()}" if missing else self._reason,
+            reason=f"waiting for {missing}{self.handshake.foreign_nodes()}" if missing else self._reason,
             run_id=self.flight.run_id,
             interface_hash=interface_hash(),
             wall_time=time.monotonic() - self.begun_at if self.begun_at else 0.0,
@@ -191,12 +192,12 @@ class VehicleNode(FlightNode):
             missing = self.handshake.missing() + self.missing_links() or self.prepare()
             if not missing:
                 self.phase, self.flying, self.begun_at = FlightState.FLYING, True, now
-                self.voice.flying()
+                self.console.flying()
                 self.publish_flight_state()
                 self.begin()
             elif now - self.started > self.flight.start_timeout:
                 late = f"not ready after {self.flight.start_timeout:g} s: {', '.join(missing)}"
-                self.end(FlightState.FAILED, late + self.handshake.strangers())
+                self.end(FlightState.FAILED, late + self.handshake.foreign_nodes())
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
                 self.link.pass_on(self.asked_to_end, self.give_up)

@@ -1,4 +1,4 @@
-"""A controller with a standby, or the standby, and what it hears of the other one."""
+"""A controller with a standby, or the standby, and what it receives of the other one."""
 
 from contextlib import contextmanager
 
@@ -15,7 +15,6 @@ SHADOW, MAIN = "shadow_position_controller", "position_controller"
 ROLES = f"simulator,trajectory,position_controller,attitude_controller,recorder,{SHADOW}"
 INSIDE = "position_controller/internals"
 STILL = VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
-REALTIME = "flight.mode:=realtime"
 
 
 @contextmanager
@@ -26,7 +25,11 @@ def controllers(monkeypatch):
 
     def built(*words, shadow=True):
         name = ["-r", f"__node:={SHADOW}"] if shadow else []
-        given = [word for each in (f"flight.roles:={ROLES}", "flight.standby:=true", *words) for word in ("-p", each)]
+        given = [
+            word
+            for each in (f"flight.roles:={ROLES}", "flight.mode:=realtime", "flight.standby:=true", *words)
+            for word in ("-p", each)
+        ]
         executor.init(["--ros-args", *name, *given])
         nodes.append(LawNode(MAIN))
         return nodes[-1]
@@ -39,21 +42,17 @@ def controllers(monkeypatch):
 
 def answered(node, step):
     """Let ``node`` answer ``step``."""
-    node.answers = list(node.answer(Sample(step, step * 2_000_000, STILL, 0.01), [None, None]))
+    return list(node.answer(Sample(step, step * 2_000_000, STILL, 0.01), [None, None]))
 
 
 def topics_of(node, step):
     """Return on which topics the answer to ``step`` is sent."""
-    answered(node, step)
-    return [publisher.topic_name for publisher, _ in node.answers]
+    return [publisher.topic_name for publisher, _ in answered(node, step)]
 
 
-def heard(node, step, places=(0, 1), run=0):
-    """Let the other controller have sent answer and internals of ``step``."""
-    message = AttitudeThrust(step=step, run=run)
-    message.stamp.nanosec = step * 2_000_000
-    for place in places:
-        node.exchange._hears(place, ("attitude_setpoint", INSIDE)[place])(serialize_message(message))
+def heard(node, step, run=0):
+    """Let the other controller have answered ``step``."""
+    node.standby._on_answer(serialize_message(AttitudeThrust(step=step, run=run)))
 
 
 def warm(node, begin=0, seconds=2.0):
@@ -67,14 +66,14 @@ def warm(node, begin=0, seconds=2.0):
 
 def called(node):
     """Return whether a request is accepted, and what is said."""
-    response = node.exchange._on_call(None, Response())
+    response = node.standby._on_call(None, Response())
     return response.success, response.message
 
 
 def told(node, role, step, memory_step=0, sender="/other", run_id=""):
     """Let a message on flight/takeover arrive."""
     message = Takeover(node=sender, role=role, step=step, memory_step=memory_step, run_id=run_id, detail="why")
-    node.exchange._on_takeover(message)
+    node.standby._on_takeover(message)
 
 
 class Response:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from quad_core.flight_parameters import FlightParameters
-from quad_node.handshake import DONE, FAULT, READY, WAITING, Handshake, is_foreign, plan_refusal, run_number
+from quad_node.handshake import DONE, FAULT, READY, Handshake, is_foreign, plan_refusal, run_number
 
 ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 
@@ -18,8 +18,7 @@ class Said:
     interface_hash: str = "abc"
     period_steps: int = 1
     plant_period: int = 2_000_000
-    waiting_topic: str = ""
-    waiting_role: str = ""
+    step: int = 0
     detail: str = ""
     node: str = "/somebody"
 
@@ -58,7 +57,7 @@ def test_a_failure_without_a_run_id_ends_nobodys_flight():
 
 def test_a_start_that_fails_names_who_was_heard_and_does_not_belong():
     handshake, _ = shake(Said("traject", run_id="mine"), Said("trajectory", node="/eight"), run_id="mine")
-    assert handshake.strangers() == (
+    assert handshake.foreign_nodes() == (
         "; flight/nodes of /eight has run_id '', expected 'mine'; flight/nodes of /somebody has role 'traject', "
         "expected one of trajectory, position_controller, attitude_controller, recorder"
     )
@@ -66,7 +65,7 @@ def test_a_start_that_fails_names_who_was_heard_and_does_not_belong():
 
 def test_a_node_of_ours_that_nobody_expects_is_no_stranger():
     handshake, _ = shake(*(Said(role) for role in (*ROLES, "simulator", "odometry_relay", "commander")))
-    assert handshake.strangers() == ""
+    assert handshake.foreign_nodes() == ""
 
 
 @pytest.mark.parametrize(
@@ -97,17 +96,34 @@ def test_nodes_of_another_run_and_unknown_roles_are_not_counted():
     assert handshake.state("recorder") == 0
 
 
-def waits(role: str, topic: str, source: str) -> Said:
-    return Said(role, state=WAITING, waiting_topic=topic, waiting_role=source)
+@pytest.mark.parametrize(
+    ("steps", "behind"),
+    [
+        ((100, 100, 103, 40), ""),  # the recorder is none of the cascade
+        ((100, 95, 99, 40), "position_controller does not answer step 104: its last step is 95"),
+        ((95, 95, 99, 40), "trajectory does not answer step 104: its last step is 95"),
+    ],
+)
+def test_the_first_node_of_the_cascade_that_has_not_answered_what_is_due_is_named(steps, behind):
+    periods = (5, 5, 1, 1)
+    said = [
+        Said(role, period_steps=period, step=step) for role, period, step in zip(ROLES, periods, steps, strict=True)
+    ]
+    handshake, _ = shake(*said)
+    expected = behind or "attitude_controller does not answer step 104: its last step is 103"
+    assert handshake.behind(104) == expected
 
 
-def test_blame_is_the_one_that_others_wait_for_and_that_waits_for_none():
+def test_where_all_have_answered_no_node_is_behind():
+    handshake, _ = shake(*(Said(role, step=7) for role in ROLES[:-1]), Said("recorder"))
+    assert handshake.behind(7) == ""
+
+
+def test_with_a_commander_the_trajectory_is_not_waited_for():
     handshake, _ = shake(
-        waits("attitude_controller", "attitude_setpoint", "position_controller"),
-        waits("position_controller", "reference", "trajectory"),
+        *(Said(role, step=7) for role in (*ROLES[1:], "commander")), Said("trajectory"), roles=[*ROLES, "commander"]
     )
-    reason = handshake.blame(7, 6, answered=False, planned=True)
-    assert reason.startswith("trajectory does not answer step 7: no reference")
+    assert handshake.behind(7) == ""
 
 
 @pytest.mark.parametrize(

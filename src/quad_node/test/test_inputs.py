@@ -1,4 +1,4 @@
-"""In real time a step waits for the input that is its own, and never longer than until the next state."""
+"""In real time a step waits for the input of its own, until the next state at the latest."""
 
 import pytest
 from echo_responder import echoes
@@ -11,7 +11,7 @@ def make(monkeypatch):
 
 
 def test_in_real_time_a_step_waits_for_its_own_reference_as_in_lockstep(make):
-    """The giver answers the same state a moment later: who does not wait flies a period behind his reference."""
+    """The publisher answers the same state a moment later: without the wait the law flies a period behind."""
     node = make("period_steps:=5", "flight.mode:=realtime")
     node.reference(0, 5, x=10.0)
     node.state(0)
@@ -38,7 +38,7 @@ def test_in_real_time_a_step_waits_no_longer_than_until_the_next_state(make):
     assert node.steps() == [0, 5, 11]
 
 
-def test_in_real_time_who_answers_more_often_than_its_input_comes_waits_for_none(make):
+def test_in_real_time_an_input_that_is_slower_than_the_node_does_not_delay_it(make):
     node = make("period_steps:=1", "flight.mode:=realtime")
     node.reference(0, 5)
     for step in range(8):

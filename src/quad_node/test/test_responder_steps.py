@@ -1,4 +1,4 @@
-"""What a node answers to which state: waiting for what belongs to the step, once, the same again on demand."""
+"""Which states a node answers: those whose inputs are there, once."""
 
 import math
 import time
@@ -103,26 +103,13 @@ def test_in_real_time_the_newest_value_is_always_read(make):
     assert node.samples[1][1][1].thrust == 7.0
 
 
-def test_a_repeated_state_gets_the_same_answer_without_a_new_step(make):
+def test_a_state_that_comes_twice_is_answered_once(make):
     node = make("period_steps:=1")
     node.reference(0, 1)
-    node.state(0)
-    node.state(0)
-    node.state(0)
+    for _ in range(3):
+        node.state(0)
     assert node.steps() == [0]
-    assert node.wire.sent == [1, 1, 1]
-    assert node.counters["repeated"] == 2
-
-
-def test_who_is_asked_again_and_cannot_answer_says_what_it_misses(make):
-    node = make("period_steps:=1")
-    said = []
-    node.set_status = lambda state, detail, waiting=("", ""): said.append((state, detail, waiting))
-    node.state(0)
-    assert said == []
-    node.state(0)
-    assert said == [(NodeStatus.WAITING, "step 0: no reference from trajectory", ("reference", "trajectory"))]
-    assert node.wire.sent == []
+    assert node.wire.sent == [1]
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
@@ -164,14 +151,23 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
 
 
 @pytest.mark.parametrize(
-    ("gap", "dt"), [(PERIOD, 0.002), (PERIOD // 4, 0.001), (3 * PERIOD // 2, 0.003), (50 * PERIOD, 0.004)]
+    ("gap", "dt", "odd"),
+    [
+        (PERIOD, 0.002, 0),
+        (3 * PERIOD // 2, 0.003, 0),
+        (PERIOD // 4, 0.0005, 1),
+        (50 * PERIOD, 0.1, 1),
+        (0, 0.002, 1),  # the law divides by it
+        (-PERIOD, 0.002, 1),
+    ],
 )
-def test_in_real_time_the_step_is_the_time_that_passed_within_half_and_twice_the_period(make, gap, dt):
+def test_in_real_time_the_law_gets_the_time_that_passed_and_odd_ones_are_counted(make, gap, dt, odd):
     node = make("period_steps:=1", "flight.mode:='realtime'")
     node.reference(0, 100)
-    node.state(0)
-    node.state(1, stamp=gap)
+    node.state(0, stamp=PERIOD)
+    node.state(1, stamp=PERIOD + gap)
     assert [sample.dt for sample, _ in node.samples] == [0.002, dt]
+    assert node.counters["dt_odd"] == odd
 
 
 def begun(node, wall_time, state=FLYING):

@@ -32,9 +32,12 @@ def test_what_is_held_says_until_when(name):
 
 def test_a_guest_that_gives_a_topic_stands_in_for_the_node_that_gives_it_otherwise():
     reference = topics.TOPICS["reference"]
-    assert (reference.giver(ROLES), len(reference.hearers(ROLES))) == ("trajectory", 2)
-    assert (reference.giver((*ROLES, COMMANDER)), len(reference.hearers((*ROLES, COMMANDER)))) == ("commander", 3)
-    assert topics.TOPICS["state"].giver((*ROLES, RELAY)) == RELAY
+    assert (reference.publisher_of(ROLES), len(reference.subscribers_of(ROLES))) == ("trajectory", 2)
+    assert (reference.publisher_of((*ROLES, COMMANDER)), len(reference.subscribers_of((*ROLES, COMMANDER)))) == (
+        "commander",
+        3,
+    )
+    assert topics.TOPICS["state"].publisher_of((*ROLES, RELAY)) == RELAY
 
 
 def test_the_topics_of_the_commander_are_those_of_flights_that_have_one():

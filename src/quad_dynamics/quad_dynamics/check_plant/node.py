@@ -39,7 +39,7 @@ HARDWARE: only without propellers. Takes every flight.* and vehicle.* parameter.
 Exit code: 0 kept, 1 broken, 2 bad usage."""
 
 _STILL = 0.3
-_OWN = (rules.REPEAT, "a command for another step is ignored")
+_OWN = (rules.WAITS, "a command for another step is ignored")
 _NONFINITE = "a command that is not finite is ignored"
 _SILENT = "a silent controller ends the flight as FAILED, named"
 _GOES_ON = "the vehicle goes on once its state is answered"
@@ -108,8 +108,6 @@ class PlantCheck(FlightNode):
         if self._rules.last is None:
             self._first(state, step)
         if self._rules.state(state, step, stamp_ns(message.stamp)):
-            if self._probe and self._probe[0] == _OWN[0]:
-                self._next_probe(step)
             return
         if not self._probe:
             self._answer(state, step)
@@ -125,6 +123,7 @@ class PlantCheck(FlightNode):
         set_stamp(plan.end, plan.end_step * self.flight.plant_period)
         self._plan_out.publish(plan)
         self._endpoints()
+        self._probed = time.monotonic()
         self._expect(_OWN[0] if self.lockstep else "the state goes on", _ANSWER)
 
     def _next_probe(self, step: int) -> None:

@@ -19,7 +19,8 @@ STAMP = "stamp of state = step x flight.plant_period"
 BOUNDS = "state is finite, within bounds, its quaternion of norm 1"
 ORDER = "steps come in order"
 FIRST = "the first state is step 0"
-REPEAT = "an unanswered state is repeated, unchanged"
+WAITS = "the plant waits for the answer to its state"
+ONCE = "the state of a step comes once"
 ACTUATION = "actuation of every step"
 FINITE = "actuation is finite"
 READY = "the vehicle says READY on flight/nodes"
@@ -49,7 +50,7 @@ class Rules:
         self.identity(message)
         wrong = "" if message.plant_period == self._flight.plant_period else f"found {message.plant_period} ns"
         self._report.add(PERIOD, wrong and f"{wrong}, expected {self._flight.plant_period} ns")
-        self.ready = self.ready or message.state in (1, 2)
+        self.ready = self.ready or message.state == 1
 
     def identity(self, message: Any) -> None:
         """Judge run id and interface hash of a NodeStatus or FlightState; an empty hash is allowed in the latter."""
@@ -80,8 +81,8 @@ class Rules:
         self._report.add(STAMP, wrong)
         self._report.add(BOUNDS, "" if is_flyable(state) else f"step {step}: {state}")
         if self.last is not None and step == self.last[0]:
-            same = "" if self.last[1] == state else f"step {step} came again with other numbers"
-            self._report.add(REPEAT, same)
+            same = "" if self.last[1] == state else " with other numbers"
+            self._report.add(ONCE, f"step {step} came again{same}")
             return True
         if self.last is not None:
             left_out = step - self.last[0] - 1

@@ -21,7 +21,6 @@ from quad_flight_log.recorder.payload_check import PayloadCheck
 from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
 from quad_flight_log.recorder.shadow_pace import ShadowPace
 from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
-from quad_flight_log.recorder.successors import Successors
 from quad_flight_log.recorder.vehicle_pose import PoseWriter
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
@@ -59,7 +58,6 @@ class Recorder(FlightNode):
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
         self._shadows = ShadowPace(self.flight.plant_period)
-        self._successors = Successors(self.flight.run_id, self.flight.plant_period)
         self._poses = PoseWriter(self.bag, self.resolve_topic_name("pose"), self.get_namespace())
         self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
@@ -100,8 +98,6 @@ class Recorder(FlightNode):
                 keep = self._poses.following(keep, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
-        elif topic.name == "flight/takeover":
-            keep = self._successors.listening(keep)
         elif topic.name.startswith(topics.SHADOW_TOPICS):
             self._shadows.expect(topic.name)
             keep = self._with_stamp(topic.name, keep)
@@ -178,33 +174,22 @@ class Recorder(FlightNode):
 
     def _unusual(self, name: str, stamp: int, kind: Arrival) -> None:
         if kind is Arrival.CONFLICT:
-            self.event(*self._successors.judge(name, stamp), stamp)
+            # a warning, for they come by the thousand: every one is counted and fails the flight
+            text = f"{name}: a second, different message for stamp {stamp} ns; not recorded"
+            self.event(FlightEvent.WARNING, "conflict", text, stamp)
         elif kind is Arrival.OFF_STEP:
             self.event(FlightEvent.WARNING, "off_step", f"{name}: stamp {stamp} ns is none of its steps", stamp)
         else:
             self.counters["repeat"] += 1
-            if name == "state":
-                self._acknowledge(again=True)
-                self._report_waiting(stamp // self.flight.plant_period)
 
-    def _report_waiting(self, step: int) -> None:
-        """Tell which topic holds up the acknowledgements; of the newest steps anything may still be under way."""
-        topic = self.tracker.behind(step - 1) if self.tracker else ""
-        if topic:
-            role = topics.TOPICS[topic].publishers[0]
-            self.event(FlightEvent.WARNING, "not_every_step", f"{topic}: a step before {step - 1} is missing", 0)
-            self.set_status(NodeStatus.WAITING, f"step {step}: no {topic} from {role}", (topic, role))
-
-    def _acknowledge(self, again: bool = False) -> None:
+    def _acknowledge(self) -> None:
         """Let the plant go on; held back while the disk is behind."""
         if self.tracker is None or self.bag.backlog > BACKLOG_LIMIT // 4:
             return
         complete = self._shadows.leave(self.tracker.complete_through())
-        if complete < 0 or not (again or complete >= self._acked + self.settings.ack_steps):
+        if complete < max(self._acked + self.settings.ack_steps, 0):
             return
         self._acked = self.current_step = complete
-        if self.status == NodeStatus.WAITING:
-            self.set_status(NodeStatus.READY, "going on")
         self._due_ns = (complete + self.settings.ack_steps) * self.flight.plant_period
         dropped = sum(self.bag.dropped.values()) + self.counters["conflict"]
         payload = serialize_message(RecorderAck(step=complete, run=self.run, dropped=dropped))
@@ -222,7 +207,7 @@ class Recorder(FlightNode):
         periods: dict[bool, dict[str, int]] = {True: {}, False: {}}
         for topic in topics.TOPICS.values():
             if topic.step and topic.publishers[0] in self.roles and topic.exists(self.roles):
-                periods[topic.required][topic.name] = self._periods[topic.giver(self.roles)]
+                periods[topic.required][topic.name] = self._periods[topic.publisher_of(self.roles)]
         if self.lockstep:
             self.tracker = StepTracker(periods[True], self.flight.plant_period, optional=periods[False])
             return

@@ -1,24 +1,23 @@
 """Which state may come next. No ROS calls.
 
-One state of an absurd step, believed, would make every later one old and its node deaf. So a state far from the last
-one is refused, and believed only where nothing else comes any more: after a real gap, or when the one that was believed
-was a stranger's.
+One accepted state of an absurd step would make every later one old. So a state far from the last one is rejected, and
+accepted only where no state follows the last one any more: after a real gap, or when the last one was foreign.
 """
 
 import math
 
 LARGEST_GAP = 0.5  # s between two states that follow each other
-QUIET = 0.03  # s without a state that follows, from which on another run of them is believed; the guard waits for 0.05
+QUIET = 0.03  # s without a state that follows, from which on another run of them is accepted; the guard waits for 0.05
 
 
-class Succession:
-    """``last``: the step that was believed last, -1 before the first. Times in s on the steady clock."""
+class SequenceFilter:
+    """``last``: the step that was accepted last, -1 before the first. Times in s on the steady clock."""
 
     def __init__(self, plant_period: int) -> None:
-        """Know of no state; ``plant_period`` in ns."""
+        """No state has come; ``plant_period`` in ns."""
         self.last = -1
         self._largest = LARGEST_GAP * 1e9 / plant_period
-        self._believed = -math.inf
+        self._accepted = -math.inf
         self._elsewhere = -1
 
     def allows(self, step: int, now: float) -> bool:
@@ -30,13 +29,13 @@ class Succession:
             return True
         before, self._elsewhere = self._elsewhere, step
         is_run = before >= 0 and 0 <= step - before <= self._largest
-        return is_run and now - self._believed > QUIET
+        return is_run and now - self._accepted > QUIET
 
     def is_far_ahead(self, step: int) -> bool:
         """Return whether ``step`` lies farther ahead than a state may."""
         return step - self.last > self._largest
 
     def take(self, step: int, now: float) -> bool:
-        """Believe ``step``; return whether the last one was another run's, whose later steps do not come."""
-        is_back, self.last, self._believed = step < self.last, step, now
+        """Accept ``step``; return whether the last one was another run's, whose later steps do not come."""
+        is_back, self.last, self._accepted = step < self.last, step, now
         return is_back

@@ -1,15 +1,16 @@
-"""Who of two controllers is obeyed: when one takes over, and what both send then."""
+"""Hot standby: when a controller takes over from the other one, stands by, and what both send then."""
 
 import time
 import zlib
 
 import pytest
+import rclpy
 from paired_controllers import (
     ASIDE,
     BOTH,
     FLYING,
     INSIDE,
-    REALTIME,
+    MAIN,
     SHADOW,
     answered,
     called,
@@ -20,6 +21,7 @@ from paired_controllers import (
     warm,
 )
 
+from quad_core.parameters import ParameterError
 from quad_node.inputs import Arrival
 
 
@@ -30,84 +32,38 @@ def make(monkeypatch):
 
 
 def test_a_standby_stays_aside_while_the_other_answers(make):
-    node = make(REALTIME)
+    node = make()
     for step in range(5, 100, 5):
         heard(node, step - 5)
-        node.exchange._heard -= 1.0  # a long time without anything new, but no step is lacking
+        node.standby._heard -= 1.0  # a long time without anything new, but no step is lacking
         assert topics_of(node, step) == ASIDE
 
 
 def test_in_real_time_it_flies_when_the_other_is_late_in_steps_and_by_the_clock(make):
-    node = make(REALTIME)
+    node = make()
     heard(node, 5)
     for step in (5, 10, 15, 20):
         assert topics_of(node, step) == ASIDE
     assert topics_of(node, 25) == ASIDE  # 40 ms in steps, but just heard: its own queue was long
-    node.exchange._heard = time.monotonic() - 0.05
+    node.standby._heard = time.monotonic() - 0.05
     assert topics_of(node, 30) == BOTH
     heard(node, 35)
     assert topics_of(node, 40) == BOTH  # it does not give back
 
 
 def test_answers_of_another_run_do_not_keep_a_standby_aside(make):
-    node = make(REALTIME, "flight.run_id:=ours")
+    node = make("flight.run_id:=ours")
     heard(node, 5, run=zlib.crc32(b"ours"))
     for step in (5, 10, 15, 20, 25):
         assert topics_of(node, step) == ASIDE
-    node.exchange._heard = time.monotonic() - 0.05
+    node.standby._heard = time.monotonic() - 0.05
     heard(node, 30, run=zlib.crc32(b"theirs"))
     assert topics_of(node, 30) == BOTH
-    assert node.counters["foreign_run"] == 2
-
-
-def test_in_lockstep_it_flies_when_the_plant_asks_again(make):
-    node = make()
-    heard(node, 0)
-    answered(node, 5)
-    node.on_repeat(5)
-    assert [publisher.topic_name for publisher, _ in node.answers] == ASIDE
-    node.on_repeat(5)
-    found = {publisher.topic_name: bytes(message) for publisher, message in node.answers}
-    assert set(found) == set(BOTH)
-    assert found["/attitude_setpoint"] == found["/shadow/attitude_setpoint"]
-
-
-def test_in_lockstep_it_sends_what_the_other_sent_last_and_what_it_did_not_get_out(make):
-    node = make()
-    heard(node, 5)
-    heard(node, 10, [0])  # killed between its two messages
-    for step in (5, 10, 15):
-        answered(node, step)
-    node.on_repeat(15)
-    node.on_repeat(15)
-    sent = [(publisher.topic_name, node.exchange._recent.step_of(message)) for publisher, message in node.answers]
-    assert sent == [
-        ("/attitude_setpoint", 5),  # who died in the middle of sending has reached some readers only
-        ("/attitude_setpoint", 10),
-        ("/position_controller/internals", 5),
-        ("/attitude_setpoint", 15),
-        ("/position_controller/internals", 10),
-        ("/position_controller/internals", 15),
-        (ASIDE[0], 15),
-        (ASIDE[1], 15),
-    ]
-
-
-@pytest.mark.parametrize("alive", [True, False])
-def test_in_lockstep_an_answer_that_reached_the_shadow_alone_is_sent_for_all(make, alive):
-    node = make()
-    answered(node, 5)
-    heard(node, 5)
-    for _ in range(4):  # fewer than the plant's patience, simulator.repeat_limit
-        assert len(node.answers) == len(ASIDE)
-        node.on_repeat(5)
-        if alive:
-            heard(node, 5)
-    assert (len(node.answers) == len(ASIDE)) == alive
+    assert node.counters["foreign_run"] == 1
 
 
 def test_in_real_time_it_flies_on_request_some_answers_later(make):
-    node = make(REALTIME)
+    node = make()
     heard(node, 0)
     answered(node, 0)
     assert called(node) == (True, "takes effect 20 answers later")
@@ -122,23 +78,6 @@ def test_in_real_time_it_flies_on_request_some_answers_later(make):
     )
 
 
-@pytest.mark.parametrize("computed", [True, False])
-def test_in_lockstep_it_flies_on_request_from_where_the_other_left(make, computed):
-    node, own = make(), "/shadow_position_controller"
-    warm(node, seconds=0.1)
-    assert called(node)[0]
-    assert topics_of(node, 55) == ASIDE  # says that it flies from 155 on
-    for step in range(60, 165, 5):
-        heard(node, step)
-        assert topics_of(node, step) == ASIDE  # the other may have answered 155, and says so
-    told(node, SHADOW, 155, sender=own)  # its own message comes back
-    assert topics_of(node, 165) == ASIDE
-    told(node, SHADOW, 165 if computed else 170)
-    if computed:  # the plant waits for this answer: it goes out at once
-        assert [publisher.topic_name for publisher, _ in node.answers] == [*FLYING, *ASIDE]
-    assert topics_of(node, 170) == BOTH
-
-
 @pytest.mark.parametrize(
     ("role", "run_id", "stands_by"),
     [(SHADOW, "run", True), ("shadow_attitude_controller", "run", False), (SHADOW, "another", False)],
@@ -146,18 +85,13 @@ def test_in_lockstep_it_flies_on_request_from_where_the_other_left(make, compute
 def test_who_is_replaced_stands_by(make, role, run_id, stands_by):
     node = make("flight.run_id:=run", shadow=False)
     told(node, role, 10, run_id=run_id)
-    node.answers = [("publisher", b"")]
-    node.on_repeat(5)
-    assert node.answers
     assert topics_of(node, 5) == FLYING
-    node.on_repeat(10)
-    assert bool(node.answers) != stands_by
     assert topics_of(node, 10) == ([] if stands_by else FLYING)
-    assert node.exchange.flies != stands_by
+    assert node.standby.flies != stands_by
 
 
 def test_who_was_replaced_may_come_back_without_a_pause(make):
-    node = make(REALTIME, shadow=False)
+    node = make(shadow=False)
     answered(node, 0)
     told(node, SHADOW, 5)
     assert topics_of(node, 5) == []
@@ -173,34 +107,96 @@ def test_who_was_replaced_may_come_back_without_a_pause(make):
 
 
 def test_who_was_replaced_takes_over_again_when_nothing_comes_of_the_other(make):
-    node = make(REALTIME, shadow=False)
+    node = make(shadow=False)
     answered(node, 0)
     told(node, SHADOW, 5)
     assert [topics_of(node, step) for step in (5, 10)] == [[], []]
-    node.exchange._heard -= 1.0
+    node.standby._heard -= 1.0
     assert topics_of(node, 15) == FLYING  # more than 20 ms after its own last answer
 
 
 def test_it_announces_itself_ahead_of_what_the_other_has_answered(make):
-    node = make(REALTIME)
+    node = make()
     answered(node, 0)
     heard(node, 200)  # this node is slow
     assert called(node)[0]
     answered(node, 5)
-    assert node.exchange._announced == 300
+    assert node.standby._from == 300
 
 
 @pytest.mark.parametrize("shadow", [True, False])
 def test_only_who_stands_by_leaves_out_a_step_whose_input_is_past(make, shadow):
     node = make(shadow=shadow)
-    taken = node._inputs[0]
-    assert not node.leaves_out(taken, 100)
+    taken = node.inputs[0]
+    assert not node.leaves_out(100)
     taken.put(Arrival(95, 100, None, 0.0))
-    assert not node.leaves_out(taken, 100)  # it may be on its way
+    assert not node.leaves_out(100)  # it may be on its way
     taken.put(Arrival(105, 110, None, 0.0))
-    assert node.leaves_out(taken, 100) == shadow
+    assert node.leaves_out(100) == shadow
 
 
 @pytest.mark.parametrize(("standby", "found"), [("true", {"attitude_setpoint", INSIDE}), ("false", set())])
 def test_two_senders_are_right_only_where_one_stands_by(make, standby, found):
     assert set(make(f"flight.standby:={standby}").standby_topics) == found
+
+
+@pytest.mark.parametrize("shadow", [True, False])
+def test_who_comes_late_stands_by_whatever_its_role_and_flies_only_with_a_warm_memory(make, shadow):
+    node = make(shadow=shadow)
+    told(node, node.role, 50)  # of its former life
+    assert node.comes_late(100)
+    step = warm(node, 100, 1.9)
+    node.standby._heard -= 1.0
+    assert topics_of(node, step + 50) == (ASIDE if shadow else [])  # the other is silent, and so is this one: too cold
+    assert called(node) == (False, "its memory is 0.00 s old, expected 2 s of answers without a gap")
+    assert node.counters["not_warm"] == 1
+    last = warm(node, step + 50) - 5
+    node.standby._heard -= 1.0
+    assert topics_of(node, last + 10) == (ASIDE if shadow else [])
+    assert topics_of(node, last + 15) == (BOTH if shadow else FLYING)  # more than 20 ms
+    assert node.standby._takeover == (last + 15, not shadow)
+    told(node, MAIN if shadow else SHADOW, last + 10)
+    assert topics_of(node, last + 20) == (BOTH if shadow else FLYING)
+
+
+def test_who_has_heard_nothing_of_the_other_does_not_replace_it(make):
+    node = make(shadow=False)
+    node.comes_late(100)
+    for step in range(100, 1200, 5):
+        answered(node, step)
+    assert called(node) == (False, "nothing heard of shadow_position_controller")
+
+
+@pytest.mark.parametrize(("gap", "accepted"), [(10, True), (15, False)])
+def test_a_gap_is_what_a_controller_would_have_been_replaced_for(make, gap, accepted):
+    node = make()
+    last = warm(node) - 5
+    heard(node, last + gap)
+    answered(node, last + gap)
+    assert called(node)[0] == accepted
+
+
+@pytest.mark.parametrize(("words", "takes_part"), [(["flight.standby:=false"], [True, False]), ([], [True, True])])
+def test_without_a_standby_a_controller_that_comes_late_is_silent_and_a_shadow_computes(make, words, takes_part):
+    assert make(*words).comes_late(100) == takes_part[0]
+    rclpy.try_shutdown()
+    node = make(*words, shadow=False)
+    assert [node.comes_late(100) for _ in range(2)] == [takes_part[1]] * 2
+    assert node.counters["came_late"] == (not takes_part[1])
+
+
+def test_an_answer_of_an_absurd_step_does_not_hide_that_the_other_is_silent(make):
+    node = make()
+    heard(node, 5)
+    for step in (5, 10, 15, 20, 25):
+        assert topics_of(node, step) == ASIDE
+    heard(node, 2**40)
+    node.standby._heard = time.monotonic() - 0.05
+    assert topics_of(node, 30) == BOTH
+
+
+def test_a_standby_in_lockstep_is_refused(make):
+    with pytest.raises(
+        ParameterError, match=r"flight\.standby: found true with flight\.mode lockstep, expected realtime"
+    ):
+        make("flight.mode:=lockstep")

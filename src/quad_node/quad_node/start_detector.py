@@ -1,23 +1,23 @@
-"""Whether a node was there when its flight began, or comes into one that is under way. No ROS calls.
+"""Whether a node saw the start of its flight, or joins one that is under way. No ROS calls.
 
-In lockstep the first state tells: a flight that begins has step 0. In real time a first state may be a later one (an
-estimator that was on before the flight, a node that slept), so there the times do: a flight begins only when all have
-said READY, so it is younger than every one of its nodes is ready. Before both are known nothing is answered.
+In lockstep the first state tells: a flight that begins has step 0. In real time the first state may be a later one (an
+estimator that was on before the flight, a node that slept), so there the times decide: a flight starts after every node
+is READY, so its start is later than this node's READY. Before both are known nothing is answered.
 """
 
 import math
 from enum import Enum
 
 
-class Place(Enum):
-    """What a node knows of its place in the flight."""
+class Start(Enum):
+    """What a node knows of the start of its flight."""
 
     UNKNOWN = "unknown"
-    FROM_THE_START = "from the start"
-    LATE = "late"
+    SEEN = "seen"
+    MISSED = "missed"
 
 
-class Joining:
+class StartDetector:
     """When this node was ready, and when the flight began; times in s on the steady clock."""
 
     def __init__(self) -> None:
@@ -35,11 +35,11 @@ class Joining:
         if is_flying:
             self._began = min(self._began, now - wall_time)
 
-    def place(self, lockstep: bool, step: int) -> Place:
+    def find(self, lockstep: bool, step: int) -> Start:
         """Return what the first state, that of ``step``, means."""
         if step == 0:
-            return Place.FROM_THE_START
+            return Start.SEEN
         if lockstep or self._began < self._ready:
-            return Place.LATE
+            return Start.MISSED
         known = self._heard and self._ready < math.inf
-        return Place.FROM_THE_START if known else Place.UNKNOWN
+        return Start.SEEN if known else Start.UNKNOWN

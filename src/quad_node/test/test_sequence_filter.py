@@ -2,7 +2,7 @@
 
 import pytest
 
-from quad_node.succession import LARGEST_GAP, QUIET, Succession
+from quad_node.sequence_filter import LARGEST_GAP, QUIET, SequenceFilter
 
 pytestmark = pytest.mark.unit
 
@@ -15,7 +15,7 @@ class Flight:
     """States in their order, each ``STEP`` after the one before unless ``after`` says otherwise."""
 
     def __init__(self):
-        self.order, self.now, self.believed = Succession(PERIOD), 100.0, []
+        self.order, self.now, self.believed = SequenceFilter(PERIOD), 100.0, []
 
     def say(self, *steps, after=STEP):
         for step in steps:
@@ -62,7 +62,7 @@ def test_a_plant_that_asks_again_is_heard_after_a_stranger():
 
 
 def test_what_is_far_ahead_is_told_from_what_is_old():
-    order = Succession(PERIOD)
+    order = SequenceFilter(PERIOD)
     order.take(1000, 0.0)
     largest = round(LARGEST_GAP / STEP)
     assert [order.is_far_ahead(step) for step in (0, 999, 1000 + largest, 1001 + largest)] == [False] * 3 + [True]

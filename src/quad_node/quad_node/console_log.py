@@ -1,4 +1,4 @@
-"""What a node says on its terminal: starting, waiting for which topic of whom, flying, ended and why."""
+"""What a node prints: starting, waiting for which topic of which node, flying, ended and why."""
 
 import time
 from typing import Protocol
@@ -22,11 +22,11 @@ class Logger(Protocol):
         """Log a line about a failure."""
 
 
-class Voice:
-    """Says each thing once; what is waited for only when it has changed, and not too often."""
+class ConsoleLog:
+    """Prints each thing once; what is waited for only when it has changed, and not too often."""
 
     def __init__(self, logger: Logger) -> None:
-        """Say nothing yet."""
+        """Print nothing yet."""
         self._logger = logger
         self._said: set[str] = set()
         self._waiting = ""
