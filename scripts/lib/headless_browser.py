@@ -23,7 +23,7 @@ _FLAGS = (
 
 
 def browser_path() -> str | None:
-    """Return the path of an installed browser, None if there is none."""
+    """Return the path of an installed browser, or None."""
     return next((path for path in map(shutil.which, BROWSERS) if path), None)
 
 

@@ -40,7 +40,7 @@ class StallMeter:
         self.began = time.monotonic()
 
     def longest(self) -> float:
-        """Return the longest stall since ``begin`` in s, 0 if there was none."""
+        """Return the longest stall since ``begin`` in s, or 0."""
         files = sorted(Path(self._folder.name).iterdir()) if self._folder else []
         return longest_stall([file.read_text(encoding="ascii") for file in files], self.began)
 

@@ -74,7 +74,7 @@ def next_rotation(
 def way_to(q: Quat) -> Vec3:
     """Return the turn that ``q`` is as (tilt about body x, tilt about body y, turn about the tilted z), rad.
 
-    Each is within (-pi, pi]. Upside down the axis of the tilt is that of ``q``; where it has none, body x.
+    Each is within (-pi, pi]. Upside down the axis of the tilt is that of ``q``; else body x.
     """
     twist = math.sqrt(q.z * q.z + q.w * q.w)
     swing = math.sqrt(q.x * q.x + q.y * q.y)

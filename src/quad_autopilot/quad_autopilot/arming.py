@@ -177,7 +177,7 @@ def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, i
     if inputs.autopilot.armed:
         return _release(memory, f"{profile.name} is armed already, in {inputs.autopilot.mode}: disarm it first")
     if inputs.state_age > parameters.state_timeout:
-        return _release(memory, f"no {profile.state} from {profile.name} that can be believed") if late else memory
+        return _release(memory, f"no {profile.state} from {profile.name} that can be accepted") if late else memory
     if memory.beats < parameters.beats:
         return memory
     if profile.loss_limit and math.isnan(memory.noticed):

@@ -15,13 +15,13 @@ _SHOWN = 6  # reasons in a line
 
 
 class Control(IntEnum):
-    """Whose the vehicle is."""
+    """The party that controls the vehicle."""
 
     OTHER = 0
     OURS = 1
     LANDING = 2
     UNSAID = 3
-    """Not ours any more; whose it is has not come yet."""
+    """No longer ours; the autopilot has not yet said which mode took over."""
 
 
 class Autopilot(NamedTuple):

@@ -51,7 +51,9 @@ class AutopilotNode(VehicleNode):
         super().__init__(kind)
         self.settings, self.profile = self.resolved.node, profile
         if self.lockstep:
-            raise ParameterError("flight.mode: found lockstep, expected realtime: nobody can halt an autopilot's clock")
+            raise ParameterError(
+                "flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted"
+            )
         if self.commanded:
             raise ParameterError(f"flight.roles: found commander, expected none: {profile.name} itself arms and lands")
         self.sequence, self.estimator = arming.Memory(), profile.name
@@ -119,7 +121,7 @@ class AutopilotNode(VehicleNode):
         return self.publisher(topic), packer(kind, message_type(kind), self.run)
 
     def on_sample(self, sample: odometry.Sample) -> None:
-        """Take an estimate: believe or drop it, and answer it."""
+        """Take an estimate: accept or drop it, and answer it."""
         if self.phase in (FlightState.ENDED, FlightState.FAILED):
             return
         last = self.sample
@@ -154,7 +156,7 @@ class AutopilotNode(VehicleNode):
         return ours and not self._is_landing
 
     def drop_sample(self, why: str) -> None:
-        """Count and report an estimate that is not believed."""
+        """Count and report an estimate that is not accepted."""
         self.counters["rejected"] += 1
         text = f"{self.profile.state}: {why}; dropped"
         self.event(FlightEvent.WARNING, "rejected_odometry", text, self.elapsed_ns)
@@ -275,7 +277,7 @@ class AutopilotNode(VehicleNode):
             super().end(FlightState.FAILED if output.failed else FlightState.ENDED, output.reason)
 
     def _note_pause(self, now: float) -> None:
-        """Hold a pause of this process against nobody: the states that came meanwhile are still to be read."""
+        """Blame no other node for a pause of this process: the states that came meanwhile are still to be read."""
         paused, self._beat_at = now - self._beat_at - BEAT, now
         self.stood_still = f"{self.role} stood still for {paused:.2f} s" if paused > _STOOD_STILL else ""
         if self.stood_still:

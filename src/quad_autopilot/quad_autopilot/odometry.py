@@ -1,4 +1,4 @@
-"""From an autopilot's estimate to the state of the flight: what is believed, what is dropped, what is a jump."""
+"""From an autopilot's estimate to the state of the flight: what is accepted, what is dropped, what is a jump."""
 
 import math
 from typing import NamedTuple
@@ -36,7 +36,7 @@ class Jump(NamedTuple):
 
 
 def refusal(sample: Sample, newest: int) -> str:
-    """Return why a sample is dropped, empty if it is believed; ``newest``: the last timestamp_sample, -1 before."""
+    """Return why a sample is dropped, empty if it is accepted; ``newest``: the last timestamp_sample, -1 before."""
     if sample.pose_frame != NED or sample.velocity_frame != NED:
         return f"pose_frame {sample.pose_frame}, velocity_frame {sample.velocity_frame}, expected 1 and 1 (NED)"
     numbers = (*sample.position, *sample.q, *sample.velocity, *sample.angular_velocity)

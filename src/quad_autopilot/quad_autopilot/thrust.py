@@ -1,7 +1,7 @@
 """From newtons to an autopilot's thrust 0..1, whatever curve it takes the motors to have; rates towards an attitude.
 
 A curve says u -> thrust / T_m = k u^2 + (1 - k) u for a motor signal u, 0..1: PX4's THR_MDL_FAC, ArduPilot's
-MOT_THST_EXPO. The autopilot inverts the curve that it believes in; the motors follow the true one.
+MOT_THST_EXPO. The autopilot inverts the curve that it assumes; the motors follow the true one.
 """
 
 import math
@@ -16,7 +16,7 @@ RESERVE = 1.05
 """Least thrust over weight."""
 HOVER_SAMPLES = 50
 HELD = 0.3
-"""Share of the weight below which a mean thrust is no hover: somebody holds the vehicle."""
+"""Share of the weight below which a mean thrust is no hover: a person holds the vehicle."""
 
 
 def signal(fraction: float, factor: float) -> float:

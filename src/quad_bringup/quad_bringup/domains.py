@@ -10,7 +10,7 @@ from domain_coordinator import domain_id
 
 from quad_core.parameters import ParameterError
 
-# Above 101 the ports of the default transport may collide with ephemeral ones; 0 is where everybody else is.
+# Above 101 the ports of the default transport may collide with ephemeral ones; 0 is the default of all other nodes.
 DOMAINS = range(1, 102)
 LAST_DOMAIN = 232  # the middleware crashes beyond
 _FIRST_PORT, _PORTS_EACH = 7400, 250
@@ -22,7 +22,7 @@ def reserved_domain(requested: int | None) -> Iterator[int]:
     """Hold a domain for the time of a flight; flights of every user of this machine avoid it.
 
     ``requested``: exactly this one, which other flights may want too (namespaces tell them apart). None: one that no
-    other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if there is none.
+    other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if no domain is free.
     """
     if requested is not None:
         if not 0 <= requested <= LAST_DOMAIN:

@@ -151,7 +151,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--scenario",
         metavar="NAME|FILE",
-        help=f"weather and trouble: {', '.join(configuration.names(configuration.SCENARIOS))}, or a parameter file",
+        help=f"wind, load, failures: {', '.join(configuration.names(configuration.SCENARIOS))}, or a parameter file",
     )
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the disturbance (default: 1)")
     parser.add_argument(
@@ -168,7 +168,7 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="LAW",
-        help="a second controller, recorded and not obeyed; position=LAW or attitude=LAW where both have the name",
+        help="a second controller, recorded and not used; position=LAW or attitude=LAW where both have the name",
     )
     parser.add_argument(
         "--one-process", action="store_true", help="the five nodes in one process: the same bits, several times faster"
@@ -187,7 +187,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_surroundings(parser: argparse.ArgumentParser) -> None:
-    """Add where a flight is recorded, what it is held to and who sees it."""
+    """Add where a flight is recorded, its limits and its visibility."""
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
         "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
@@ -253,7 +253,9 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
-        raise ParameterError("--own: a node of one's own is a process of its own: leave out --one-process")
+        raise ParameterError(
+            "--own: found --one-process too; a node of your own is a process of its own: leave out --one-process"
+        )
     return found
 
 

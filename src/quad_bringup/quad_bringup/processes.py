@@ -79,7 +79,7 @@ class Processes:
         self._logs, self._environment, self._kept = logs, dict(environment), tuple(kept)
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.codes: dict[str, int] = {}
-        self._asked = False  # the owner of the vehicle: a second signal would stop the motors
+        self._asked = False  # the vehicle interface of the vehicle: a second signal would stop the motors
 
     def start(self, role: str, command: Sequence[str | Path]) -> None:
         """Start the process of ``role``; raises OSError if it cannot be started."""
@@ -105,7 +105,7 @@ class Processes:
         return [line for line in text.splitlines() if line.strip()][-count:]
 
     def move_logs(self, directory: Path) -> str:
-        """Move all that was printed, and whatever else lies beside it, into ``directory``; it must not exist.
+        """Move all that was printed, and all other files next to it, into ``directory``; it must not exist.
 
         Returns why the disk did not take all of it, empty if it did.
         """
@@ -149,7 +149,7 @@ class Processes:
             owner.send_signal(signal.SIGINT)
 
     def _owner(self) -> "subprocess.Popen[bytes] | None":
-        if SIMULATOR in self.codes:  # it has left, and the vehicle is nobody else's
+        if SIMULATOR in self.codes:  # it has left, and the vehicle is no other user's
             return None
         return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
 

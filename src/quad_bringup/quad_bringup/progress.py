@@ -1,4 +1,4 @@
-"""How far a flight is, on the terminal: one line that moves, or a line now and then where there is none."""
+"""How far a flight is, on the terminal: one line that moves, or a line now and then elsewhere."""
 
 import time
 from typing import TextIO

@@ -30,7 +30,7 @@ _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after wh
 class Patience(NamedTuple):
     """Wall-clock limits in s after which the flight is stopped from outside.
 
-    ``landing``: what the vehicle's owner then has to bring the vehicle down, 0 if it stops at once. ``commanded``:
+    ``landing``: what the vehicle interface then has to bring the vehicle down, 0 if it stops at once. ``commanded``:
     whether a commander flies, whom the cause is said to first.
     """
 
@@ -61,7 +61,7 @@ class Patience(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """``cause``: what ended the flight from outside, empty if nothing did. ``late``: who had to be stopped after it."""
+    """``cause``: what ended the flight from outside, or empty. ``late``: what had to be stopped after it."""
 
     cause: str
     late: tuple[str, ...] = ()
@@ -141,11 +141,11 @@ def supervise(
 ) -> Outcome:
     """Return when all processes have left, stopping those that do not.
 
-    Where a vehicle can be brought down its owner is first asked to, even if no news says that it flies: news may be
-    late. The first signal of an operator is never more than that request; a second one stops the motors at once.
-    A commander first receives the cause, so that the record names the node that failed.
-    A process that hangs while it leaves a flight that has ended is not a cause: what it had to do is in the bag.
-    ``spared``: roles without which the flight goes on.
+    Where a vehicle can be brought down its interface is first asked to, even if no message says that it flies: news may
+    be late. The first signal of an operator is never more than that request; a second one stops the motors at once. A
+    commander first receives the cause, so that the record names the node that failed. A process that hangs while it
+    leaves a flight that has ended is not a cause: what it had to do is in the bag. ``spared``: roles without which the
+    flight goes on.
     """
     supervision = _Supervision(processes, watch, patience, interrupted, spared)
     while processes.running():
@@ -186,7 +186,7 @@ class _Supervision:
         if any(ended.values()):
             # The end of the flight may have been published, but not received here yet.
             self.state = self._watch.poll(_LAST_NEWS)
-        # first: a terminal's Ctrl-C goes to all processes, and who ends by it is not why the flight ends
+        # first: a terminal's Ctrl-C goes to all processes, and a process that ends by it is not the cause
         if len(self._interrupted.names) > self._heeded:
             self._on_signal()
         for role, code in ended.items():

@@ -8,7 +8,7 @@ from quad_flight_log.errors import printable
 
 
 def write(text: str, out: TextIO) -> None:
-    """Write ``text`` to ``out`` at once; if nobody reads it any more, to nowhere, as all that follows."""
+    """Write ``text`` to ``out`` at once; if no node reads it any more, to nowhere, as all that follows."""
     try:
         out.write(text)
         out.flush()

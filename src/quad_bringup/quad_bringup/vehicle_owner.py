@@ -32,14 +32,14 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     if not Path(file).is_file():
         raise ParameterError(f"--vehicle-owner: {name}: found no file {file!r}, expected its parameters, {page}")
     if not options.realtime:
-        raise ParameterError("--vehicle-owner: found lockstep, expected --realtime: nobody can halt a vehicle's clock")
+        raise ParameterError("--vehicle-owner: found lockstep, expected --realtime: a vehicle's clock cannot be halted")
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
         raise ParameterError("--vehicle-owner: found --own simulator as well, expected one of them")
     return {SIMULATOR: [str(executable(BRIDGES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]}
 
 
 def settings(options: argparse.Namespace) -> list[str]:
-    """Return what the owner needs of the other nodes, as --set takes it; what the user sets comes after it."""
+    """Return what the bridge needs of the other nodes, as --set takes it; the user's settings come after it."""
     name = (options.vehicle_owner or "").partition("=")[0]
     if name not in BRIDGES:
         return []

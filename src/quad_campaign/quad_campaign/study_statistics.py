@@ -33,7 +33,7 @@ def summary(flights: Any, controllers: Sequence[str], metrics: Sequence[str], re
 
 
 def spread(values: NDArray[np.float64]) -> dict[str, float]:
-    """Return median, 5 % and 95 % quantile of the numbers among ``values``; NaN if there are none."""
+    """Return median, 5 % and 95 % quantile of the numbers among ``values``; NaN without any."""
     values = values[np.isfinite(values)]
     if len(values) == 0:
         return dict.fromkeys(("median", "low", "high"), float("nan"))

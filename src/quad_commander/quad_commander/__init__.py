@@ -10,9 +10,9 @@ done at each of the node's steps (100 Hz; in lockstep a multiple of the plant st
 4. Refer: if ``decision.changed``, plan from the reference sent last (``references.from_state`` after DESCEND); MISSION
    takes ``plan_hand_over`` and ``handed_over``, the other modes ``plan_mode`` and ``sample``. ``reference_done`` is
    ``time >= plan.duration``, ``done_time`` how long ago that was.
-5. Say: mode, reason and reference travel in one message; ``decision.guard_request`` goes to the vehicle's owner, which
-   hands it to ``quad_guard.guard.step`` at every plant step until the next one comes. In DISARMED the owner keeps the
-   motors off and does not run the guard; in PILOT it sends nothing.
+5. Say: mode, reason and reference travel in one message; ``decision.guard_request`` goes to the vehicle
+   interface, which hands it to ``quad_guard.guard.step`` at every plant step until the next one comes. In DISARMED
+   the vehicle interface keeps the motors off and does not run the guard; in PILOT it sends nothing.
 
 Each request is recorded with its step, answer and ``blocked_by``; a refused one is reported when it changes, not at
 every step of a mission that keeps asking.

@@ -69,7 +69,7 @@ def outside(fence: Fence, position: Vec3, ground_z: float) -> bool:
 def _identity(observed: Observed) -> list[str]:
     found = []
     if not observed.run_id:
-        found.append("run id: found none, expected one: an empty run id is nobody's")
+        found.append("flight.run_id is empty; arming needs a run id")
     strangers = sorted(set(observed.run_ids) - {observed.run_id})
     if strangers:
         found.append(f"run ids: found {', '.join(map(repr, strangers))} too, expected {observed.run_id!r} alone")

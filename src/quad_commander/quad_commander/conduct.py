@@ -39,7 +39,7 @@ class Observed(NamedTuple):
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
     time since it arrived); None before the first. ``thrust`` is over weight. Ages in s. ``refusals``: reasons against
     arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``: whether
-    nobody records any more. ``end_asked``: why the flight shall end, empty if it shall not.
+    no recorder is left. ``end_asked``: why the flight shall end, empty if it shall not.
     """
 
     step: int
@@ -289,7 +289,7 @@ class Conduct:
         )
 
     def _outcome(self, seen: Observed) -> str:
-        """Return why the mission was not flown to its end; empty if it was, or if there was none and nothing failed."""
+        """Return why the mission was not flown to its end; empty if it was, or without a mission if nothing failed."""
         if seen.end_asked and (not self._flown or self._cut_by_end):
             return f"landed: {seen.end_asked}" if self._flown else seen.end_asked
         if self._memory.mode == Mode.KILL or not self._flown:

@@ -75,7 +75,8 @@ class Row(NamedTuple):
     """One condition: the limit in words, the mode that follows in the air, whether it lasts until disarmed.
 
     ``text`` may name parameters in braces. ``only``: the modes in which it means anything; empty: all in the air.
-    ``on_ground``: the mode that follows in ARMING. ``giver``: the role that is silent where the row is about silence.
+    ``on_ground``: the mode that follows in ARMING. ``publisher``: the role that is silent where the row is about
+    silence.
     """
 
     condition: Condition
@@ -84,7 +85,7 @@ class Row(NamedTuple):
     lasts: bool = False
     only: tuple[Mode, ...] = ()
     on_ground: Mode = Mode.DISARMED
-    giver: str = ""
+    publisher: str = ""
 
 
 IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
@@ -97,7 +98,7 @@ FAULTS = (
         Mode.HOLD,
         only=(Mode.MISSION,),
         on_ground=Mode.ARMING,
-        giver=TRAJECTORY,
+        publisher=TRAJECTORY,
     ),
     Row(
         Condition.REFERENCE_LOST,
@@ -105,22 +106,22 @@ FAULTS = (
         Mode.LAND,
         only=(Mode.MISSION, Mode.HOLD),
         on_ground=Mode.ARMING,
-        giver=TRAJECTORY,
+        publisher=TRAJECTORY,
     ),
     Row(
         Condition.SETPOINT_LOST,
         "attitude setpoint older than {setpoint_lost}",
         Mode.DESCEND,
         only=FLOWN_BY_REFERENCE,
-        giver=POSITION,
+        publisher=POSITION,
     ),
     Row(
         Condition.WRENCH_LOST,
         "wrench older than {wrench_lost}",
         Mode.DESCEND,
-        giver=ATTITUDE,
+        publisher=ATTITUDE,
     ),
-    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, giver=SIMULATOR),
+    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, publisher=SIMULATOR),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
     Row(Condition.TILT, "tilt above {tilt} for {tilt_time}", Mode.DESCEND),

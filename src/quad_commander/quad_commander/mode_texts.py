@@ -33,7 +33,7 @@ def reason_text(parameters: ModeParameters, mode: int, reason: int, sender: str)
         return ""
     if reason == ON_REQUEST:
         return f"asked for by {sender}"
-    rows = {row.condition: f"{row.giver} is silent: {row.text}" if row.giver else row.text for row in FAULTS}
+    rows = {row.condition: f"{row.publisher} is silent: {row.text}" if row.publisher else row.text for row in FAULTS}
     texts = [text for _, condition, then, text in PROGRESS if condition == reason and then == mode]
     text = rows.get(Condition(reason)) or (texts[0] if texts else words(Condition(reason).name))
     return text.format(**limits(parameters))

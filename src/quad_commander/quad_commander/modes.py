@@ -3,7 +3,7 @@
 A node calls ``step`` at its rate (100 Hz) and needs nothing else to decide:
 
     decision, memory = modes.step(parameters, memory, health, request, dt)
-    # decision.guard_request goes to the vehicle's owner
+    # decision.guard_request goes to the vehicle interface
     if decision.changed: plan the mode's reference from the current one (quad_commander.references)
 
 Per step: first what is achieved moves on, then the request is answered, then the most severe of what is wrong wins.
@@ -37,7 +37,7 @@ CONDITIONS = len(Condition)
 FLAGS = tuple(1 << condition.value for condition in Condition)
 NO_REASON = -1
 ON_REQUEST = -2
-"""Reasons that are no condition: none yet, and because somebody asked."""
+"""Reasons that are no condition: none yet, and on request."""
 
 NOT_ASKED = 0
 DONE = 1
@@ -105,7 +105,7 @@ class Decision(NamedTuple):
     """The mode, why (a Condition or ON_REQUEST), what is raised (one bit per Condition), and the request's answer.
 
     ``answer``: NOT_ASKED, DONE or NOT_DONE; ``blocked_by`` is the condition that forbids the request, or NO_REASON.
-    ``guard_request`` is what the vehicle's owner asks of the guard.
+    ``guard_request`` is what the vehicle interface asks of the guard.
     """
 
     mode: int

@@ -186,7 +186,7 @@ class Commander(Responder):
             self.event(FlightEvent.WARNING, "recorder_lost", text)
 
     def _slept(self, now: float) -> None:
-        """Let nothing grow old over the time in which this node itself stood still and could hear nobody."""
+        """Let nothing grow old over the time in which this node itself stood still and received nothing."""
         slept, self._awake = now - self._awake, now
         if slept > _STOOD_STILL:
             self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}

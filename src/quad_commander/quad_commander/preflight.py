@@ -56,12 +56,12 @@ class Preflight:
         self._counts[topic] += 1
 
     def on_node(self, status: NodeStatus) -> None:
-        """Take in what a node says of itself; in a flight with a run id one without belongs to nobody."""
+        """Take in what a node says of itself; in a flight with a run id a status without one is dropped."""
         if status.run_id or not self._flight.run_id:
             self._nodes[status.node] = status
 
     def on_plan(self, plan: FlightPlan, flying: bool) -> None:
-        """Take in a plan; a repetition is none, and in flight a new one replaces the old."""
+        """Take in a plan; a repetition changes nothing; in flight a new one replaces the old."""
         if plan != self._plan:
             self._plan, self._plans = plan, max(self._plans, 1) if flying else self._plans + 1
 

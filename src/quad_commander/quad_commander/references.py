@@ -151,7 +151,7 @@ def from_state(state: VehicleState) -> TrajectoryPoint:
 
 
 def above(point: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
-    """Return ``point`` moved to where the vehicle is, at its own height: who stands on the ground is not to tilt."""
+    """Return ``point`` moved to where the vehicle is, at its own height: a vehicle on the ground must not tilt."""
     return point._replace(p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z))
 
 

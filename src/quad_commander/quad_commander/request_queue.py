@@ -18,7 +18,7 @@ _RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
 
 
 class Asked(NamedTuple):
-    """A request and who makes it; ``overtaken``: the more severe mode that a fault began meanwhile, if any."""
+    """A request and its sender; ``overtaken``: the more severe mode that a fault began meanwhile, if any."""
 
     request: Request
     sender: str
@@ -38,7 +38,7 @@ class RequestQueue:
         self._granted: dict[tuple[str, Request], float] = {}  # s since it was asked for last
 
     def add(self, asked: Asked) -> bool:
-        """Take in a request; returns whether there was room for it."""
+        """Take in a request; returns whether the queue could take it."""
         key = (asked.sender, asked.request)
         if key in self._granted:
             self._granted[key] = 0.0

@@ -51,7 +51,7 @@ def stream(publishers=1, rate=500.0):
 
 
 @pytest.mark.parametrize(("changes", "reason"), [
-    ({"run_id": "", "run_ids": ("",)}, "run id: found none"),
+    ({"run_id": "", "run_ids": ("",)}, "flight.run_id is empty"),
     ({"run_ids": ("a1", "b2")}, "run ids: found 'b2' too, expected 'a1' alone"),
     ({"interface_hashes": ("f00d", "beef")}, "interface hashes: found 2 different ones"),
     ({"faulty_nodes": ("trajectory",)}, "trajectory: found FAULT"),

@@ -61,15 +61,15 @@ class ModeParameters(NamedTuple):
     landing_late: Annotated[
         float, Real("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "", live=False)
     ] = 5.0
-    contact_speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "safety.md", live=False)] = 0.1
+    contact_speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "addition", live=False)] = 0.1
     contact_time: Annotated[
-        float, Real("s", "at rest with low thrust for so long: contact", 0.05, 10.0, "safety.md", live=False)
+        float, Real("s", "at rest with low thrust for so long: contact", 0.05, 10.0, "addition", live=False)
     ] = 0.5
     contact_thrust: Annotated[
-        float, Real("", "thrust over weight below which the ground bears the vehicle", 0.05, 1.0, "", live=False)
+        float, Real("", "thrust over weight below which the vehicle counts as standing", 0.05, 1.0, "", live=False)
     ] = 0.7
     contact_height: Annotated[
-        float, Real("m", "no contact higher above the ground than this", 0.0, 10.0, "safety.md", live=False)
+        float, Real("m", "no contact higher above the ground than this", 0.0, 10.0, "addition", live=False)
     ] = 0.3
     release_time: Annotated[
         float, Real("s", "time that the guard has to give back after a request", 0.01, 10.0, "addition", live=False)
@@ -80,22 +80,22 @@ class ArmingLimits(NamedTuple):
     """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
     rate_tolerance: Annotated[
-        float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0, "safety.md", live=False)
+        float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0, "addition", live=False)
     ] = 0.2
     spacing_factor: Annotated[
         float,
-        Real("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0, "safety.md", live=False),
+        Real("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0, "addition", live=False),
     ] = 2.0
-    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5, "safety.md", live=False)] = (
+    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5, "addition", live=False)] = (
         0.2617993877991494
     )
     speed: Annotated[
         float,
-        Real("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0, "safety.md", live=False),
+        Real("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0, "addition", live=False),
     ] = 0.1
     rate: Annotated[float, Real("rad/s", "turning slower: at rest", 0.001, 10.0, "addition", live=False)] = 0.1
     battery: Annotated[float, Real("", "least share of a full battery", 0.0, 1.0, "addition", live=False)] = 0.3
-    disk: Annotated[float, Real("GB", "least free space where the bag goes", 0.0, 1e6, "safety.md", live=False)] = 1.0
+    disk: Annotated[float, Real("GB", "least free space where the bag goes", 0.0, 1e6, "addition", live=False)] = 1.0
     longest_flight: Annotated[
         float, Real("s", "longest flight that a plan may announce", 1.0, 1e6, "addition", live=False)
     ] = 3600.0
@@ -104,9 +104,9 @@ class ArmingLimits(NamedTuple):
 class Corner(NamedTuple):
     """A corner of the fence: world frame, its height above where the vehicle stands at arming."""
 
-    x: Annotated[float, Real("m", "east", -1e4, 1e4, "addition", live=False)] = 100.0
-    y: Annotated[float, Real("m", "north", -1e4, 1e4, "addition", live=False)] = 100.0
-    z: Annotated[float, Real("m", "above the ground", -1e4, 1e4, "EASA open category: 120 m", live=False)] = 120.0
+    x: Annotated[float, Real("m", "bound along x (east)", -1e4, 1e4, "addition", live=False)] = 100.0
+    y: Annotated[float, Real("m", "bound along y (north)", -1e4, 1e4, "addition", live=False)] = 100.0
+    z: Annotated[float, Real("m", "above the ground", -1e4, 1e4, "addition", live=False)] = 120.0
 
 
 class Fence(NamedTuple):
@@ -127,11 +127,13 @@ class FlightLimits(NamedTuple):
 class AxisLimits(NamedTuple):
     """What one axis may use; where the start has more of it, that is given up as quickly as the limits allow."""
 
-    speed: Annotated[float, Real("m/s, rad/s", "largest speed", 0.01, 100.0, "addition", live=False)] = 1.0
+    speed: Annotated[float, Real("m/s, rad/s", "largest speed (yaw: rad/s)", 0.01, 100.0, "addition", live=False)] = 1.0
     acceleration: Annotated[
-        float, Real("m/s^2, rad/s^2", "largest acceleration", 0.01, 100.0, "addition", live=False)
+        float, Real("m/s^2, rad/s^2", "largest acceleration (yaw: rad/s^2)", 0.01, 100.0, "addition", live=False)
     ] = 2.0
-    jerk: Annotated[float, Real("m/s^3, rad/s^3", "largest jerk", 0.01, 1e4, "addition", live=False)] = 6.0
+    jerk: Annotated[float, Real("m/s^3, rad/s^3", "largest jerk (yaw: rad/s^3)", 0.01, 1e4, "addition", live=False)] = (
+        6.0
+    )
 
 
 class ReferenceLimits(NamedTuple):
@@ -142,7 +144,15 @@ class ReferenceLimits(NamedTuple):
     landing: AxisLimits = AxisLimits(0.7, 1.5, 5.0)
     yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
     landing_depth: Annotated[
-        float, Real("m", "a landing ends so far below the ground: the feet carry", 0.0, 10.0, "addition", live=False)
+        float,
+        Real(
+            "m",
+            "the landing reference ends this far below the ground, so that thrust drops after touchdown",
+            0.0,
+            10.0,
+            "addition",
+            live=False,
+        ),
     ] = 0.5
 
 
@@ -154,7 +164,8 @@ class CommanderParameters(NamedTuple):
         str, Text("items flown by themselves: takeoff[:height], a trajectory, hold:seconds, land; empty: on request")
     ] = ""
     recordings: Annotated[
-        str, Text("folder that the recorder writes to: its disk must have room before arming; empty: where this runs")
+        str,
+        Text("folder that the recorder writes to: its disk must have space before arming; empty: the working folder"),
     ] = ""
     takeoff_height: Annotated[
         float, Real("m", "height above the ground of a take-off that names none", 0.1, 1000.0, "addition", live=False)

@@ -1,6 +1,6 @@
 """Limits and times of the guard: every default is a row of ``docs/explanation/safety.md``.
 
-All are fixed before a flight (``live=False``): nobody widens a limit while it protects something.
+All are fixed before a flight (``live=False``): a limit cannot be widened while it protects something.
 """
 
 from typing import Annotated, NamedTuple
@@ -48,7 +48,7 @@ class CommandLimits(NamedTuple):
 
 
 class StateLimits(NamedTuple):
-    """What a state sample must be to be believed, and how long the last believed one may serve."""
+    """What a state sample must be to be accepted, and how long the last accepted one may serve."""
 
     ahead: Annotated[
         float, Real("s", "refused: a sample so far ahead of the vehicle's own time", 0.0, 10.0, "MRS", live=False)
@@ -81,18 +81,18 @@ class StateLimits(NamedTuple):
         ),
     ] = 1e-9
     warn_age: Annotated[
-        float, Real("s", "warning: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
+        float, Real("s", "warning: the last accepted sample is older", 0.001, 10.0, "MRS", live=False)
     ] = 0.05
     lost_age: Annotated[
-        float, Real("s", "backup law: the last believed sample is older", 0.001, 10.0, "MRS", live=False)
+        float, Real("s", "backup law: the last accepted sample is older", 0.001, 10.0, "MRS", live=False)
     ] = 0.1
     blind_age: Annotated[
         float,
-        Real("s", "sink faster: the last believed sample and body rate are older", 0.001, 100.0, "MRS", live=False),
+        Real("s", "sink faster: the last accepted sample and body rate are older", 0.001, 100.0, "MRS", live=False),
     ] = 0.5
     gone_age: Annotated[
         float,
-        Real("s", "motors off: the last believed sample and body rate are older", 0.001, 100.0, "addition", live=False),
+        Real("s", "motors off: the last accepted sample and body rate are older", 0.001, 100.0, "addition", live=False),
     ] = 3.0
 
 
@@ -162,7 +162,7 @@ class BackupLaw(NamedTuple):
         float,
         Real(
             "",
-            "thrust over weight that roll and pitch may take where less was asked for: below 1, or it climbs on torque",
+            "limit, in weights, on the thrust that roll and pitch torque may add; keep below 1 or the vehicle climbs",
             0.1,
             1.0,
             "addition",
@@ -176,7 +176,7 @@ class BackupLaw(NamedTuple):
         float,
         Real(
             "",
-            "unknown torque across body z over that of one rotor in hover, from which on it is taken off",
+            "unknown roll or pitch torque, in hover torques of one rotor, from which on it is compensated",
             0.01,
             10.0,
             "addition",
@@ -232,7 +232,12 @@ class GuardParameters(NamedTuple):
     settle_time: Annotated[
         float,
         Real(
-            "s", "commands and state must have been good for so long to be released", 0.0, 10.0, "addition", live=False
+            "s",
+            "commands and state must be good for this long before the controllers get the vehicle back",
+            0.0,
+            10.0,
+            "addition",
+            live=False,
         ),
     ] = 0.2
     release_tilt: Annotated[

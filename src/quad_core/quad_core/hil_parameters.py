@@ -1,4 +1,4 @@
-"""The parameters of the plant under an autopilot's simulator interface: where, how its sensors err, when it ends."""
+"""The parameters of the plant under an autopilot's simulator interface: address, sensor errors, end of the flight."""
 
 from typing import Annotated, NamedTuple
 

@@ -112,7 +112,7 @@ def level(inputs: AttitudeInputs) -> AttitudeInputs:
 
 
 def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
-    """Return how far in m, and with which speed in m/s, the vehicle is beside its reference in the horizontal plane."""
+    """Return how far in m, and with which speed in m/s, the vehicle is off its reference in the horizontal plane."""
     p, v, reference = inputs.state.p_w, inputs.state.v_w, inputs.reference
     return (
         Vec3(p.x - reference.p_w.x, p.y - reference.p_w.y, 0.0),
@@ -121,7 +121,7 @@ def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
 
 
 def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> PositionInputs:
-    """Return ``inputs`` with the reference ``distance`` m, ``speed`` m/s and ``pull`` m/s^2 beside where it is."""
+    """Return ``inputs`` with the reference ``distance`` m, ``speed`` m/s and ``pull`` m/s^2 away from where it is."""
     reference = inputs.reference
     moved = TrajectoryPoint(
         reference.trajectory_time,

@@ -1,4 +1,4 @@
-"""Folders and files that nobody else may change: what is run, or locked, is ours (or root's), or it is refused."""
+"""Folders and files that no other user may change: what is run, or locked, is ours (or root's), or it is refused."""
 
 import os
 import stat
@@ -8,13 +8,13 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class NotOursError(PermissionError):
-    """A folder or file that somebody else owns or may change; the text names it and what was expected."""
+    """A folder or file that another user owns or may change; the text names it and what was expected."""
 
 
 def private_folder(path: Path) -> Path:
     """Return the absolute ``path`` of a folder that only we can change; it is made (mode 0700) if it lacks.
 
-    Raises NotOursError if somebody else owns it or can write to it, or can put another one in its place; another
+    Raises NotOursError if another user owns it or can write to it, or can put another one in its place; another
     OSError if it cannot be made.
     """
     path = Path(os.path.realpath(path))
@@ -27,7 +27,7 @@ def private_folder(path: Path) -> Path:
 
 
 def check_file(path: Path) -> None:
-    """Raise NotOursError if ``path`` is no plain file (a link is none), or not ours alone to change."""
+    """Raise NotOursError if ``path`` is not a plain file, a link included, or another user may change it."""
     status = path.lstat()
     if not stat.S_ISREG(status.st_mode):
         raise NotOursError(f"{path}: found a link or special file, expected a plain file")
@@ -39,7 +39,9 @@ def _check(path: Path, status: os.stat_result, kind: str) -> None:
         raise NotOursError(f"{path}: found a {kind} of user {status.st_uid}, expected one of user {os.geteuid()}")
     if status.st_mode & _OTHERS_WRITE:
         mode = stat.S_IMODE(status.st_mode)
-        raise NotOursError(f"{path}: found mode {mode:04o}, expected a {kind} that only its owner writes: chmod go-w")
+        raise NotOursError(
+            f"{path}: found mode {mode:04o}, expected a {kind} that no other user can write to: chmod go-w"
+        )
 
 
 def _check_parent(path: Path) -> None:

@@ -96,7 +96,7 @@ def load_yaml(text: str, loader: Any = SafeLoader) -> Any:
 def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
     """Return {node pattern: {dotted name: value}} of a ROS 2 parameter file.
 
-    Raises ParameterError naming file and line or key: not readable, broken YAML, duplicate keys, a node that is none
+    Raises ParameterError naming file and line or key: not readable, broken YAML, duplicate keys, an unknown
     of ours, or a section without ``ros__parameters``.
     """
     try:

@@ -4,7 +4,7 @@ import signal
 import time
 
 ONE_REQUEST = 0.5
-"""s within which signals are one request: of one Ctrl-C a node hears from its terminal, and from who passes it on."""
+"""s within which signals are one request: one Ctrl-C reaches a node by its terminal and by its parent."""
 
 
 def ending() -> tuple[signal.Signals, ...]:

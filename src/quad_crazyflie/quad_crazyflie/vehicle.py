@@ -47,7 +47,7 @@ def load() -> tuple[Any, Any, Any]:
         )
     except ImportError as error:
         raise ParameterError(
-            f"cflib: not found ({error}); install it beside the stack: "
+            f"cflib: not found ({error}); install it in addition: "
             "pip install --no-deps --require-hashes -r requirements/vehicles/lock.txt (GPL-3)"
         ) from error
 

@@ -23,7 +23,7 @@ def names(kind: str) -> list[str]:
 def find(kind: str, name: str) -> Path:
     """Return the file that ``name`` stands for: one that comes with the stack, or the path of a YAML file.
 
-    Raises ParameterError if there is none.
+    Raises ParameterError if there is no such file.
     """
     shipped = root() / kind / f"{name}.yaml"
     if name in names(kind):

@@ -168,7 +168,7 @@ def _plot(options: Options) -> int:
     figures = flight_figures([run_from_flight(*each) for each in zip(flights, names_of(flights), strict=True)])
     chosen = [figure for figure in figures if figure.key.startswith(options.only)]
     if not chosen:
-        have = ", ".join(figure.key for figure in figures) or "no figure: the bag has none of the topics needed"
+        have = ", ".join(figure.key for figure in figures) or "no figure: the bag lacks all topics needed"
         raise FlightLogError(f"--only {options.only}: there is {have}")
     directory: Path = options.out or flights[0].path.parent / "figures"
     write_figures(chosen, directory, options.format or ("png", "pdf"), done=lambda path: print(path, flush=True))

@@ -1,8 +1,8 @@
-"""What a wrench and a state sample must be before the guard believes them.
+"""What a wrench and a state sample must be before the guard accepts them.
 
 A check returns 0 (``ACCEPTED``) or the number of the first rule that is broken; ``COMMAND_REFUSALS`` and
-``STATE_REFUSALS`` hold the words. Time is the owner's plant step: age = (step - stamp's step) * period, in lockstep
-and in real time alike.
+``STATE_REFUSALS`` hold the words. Time is the vehicle interface's plant step: age = (step - stamp's step) * period, in
+lockstep and in real time alike.
 """
 
 import math
@@ -54,10 +54,11 @@ DIAGONAL = math.sqrt(0.5)
 
 
 class WrenchCommand(NamedTuple):
-    """The newest wrench that the vehicle's owner has; it stays the same until another arrives.
+    """The newest wrench that the vehicle interface has; it stays the same until another arrives.
 
     ``step`` and ``stamp`` (ns) are those of the state from which it was computed. ``arrived``: since the guard's last
-    step. ``accepted``: run id, sender, length, encapsulation and frame were in order, which only the owner can tell.
+    step. ``accepted``: run id, sender, length, encapsulation and frame were in order, which only that interface can
+    tell.
     """
 
     wrench: Wrench = Wrench()
@@ -68,7 +69,7 @@ class WrenchCommand(NamedTuple):
 
 
 class StateSample(NamedTuple):
-    """The newest state that the vehicle's owner has; ``step``, ``stamp``, ``arrived``, ``accepted`` as above."""
+    """The newest state that the vehicle interface has; ``step``, ``stamp``, ``arrived``, ``accepted`` as above."""
 
     state: VehicleState = VehicleState()
     step: int = 0

@@ -10,11 +10,11 @@ wrench and state are in and before the rotors get their command:
     inputs = Inputs(step, period, newest wrench, newest state, request)
     wrench, memory, report = guard.step(parameters, vehicle, memory, inputs, dt)
 
-Time is the owner's own plant step: in lockstep the step itself, in real time the steady clock over the period. The text
-is one for both. A refused wrench or sample is dropped, counted and named in the report; it never raises and never
-feeds a watchdog. A mode is left upwards only by request, and KILL never. Between samples, and when they stay away, the
-state is predicted with the nominal model and, if it still arrives, the measured body rate. Without either, the
-prediction is flown for ``state.gone_age``, then the motors are off.
+Time is the vehicle interface's plant step: in lockstep the step itself, in real time the steady clock over the period.
+The text is one for both. A refused wrench or sample is dropped, counted and named in the report; it never raises and
+never feeds a watchdog. A mode is left upwards only by request, and KILL never. Between samples, and when they stay
+away, the state is predicted with the nominal model and, if it still arrives, the measured body rate. Without either,
+the prediction is flown for ``state.gone_age``, then the motors are off.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Which state the guard believes: the newest good sample, else a prediction with the nominal model."""
+"""Which state the guard accepts: the newest good sample, else a prediction with the nominal model."""
 
 from typing import NamedTuple
 
@@ -25,10 +25,10 @@ RATE_SERVES = (False, True, False, False, False, False, False, True, True, False
 
 
 class Belief(NamedTuple):
-    """The state as the guard knows it, and the last believed sample. Steps are -1 before the first one.
+    """The state as the guard knows it, and the last accepted sample. Steps are -1 before the first one.
 
-    ``step`` is that of the last believed sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
-    body rate in rad/s of the estimator's newest reading, believed or not. ``still``: the last believed sample repeated
+    ``step`` is that of the last accepted sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
+    body rate in rad/s of the estimator's newest reading, accepted or not. ``still``: the last accepted sample repeated
     the one before, first under the wrench ``held``.
     """
 
@@ -42,7 +42,7 @@ class Belief(NamedTuple):
 
 
 class Refusals(NamedTuple):
-    """Refused samples: in all, and within the window that began at step ``start``; ``reset``: a jump was believed."""
+    """Refused samples: in all, and within the window that began at step ``start``; ``reset``: a jump was accepted."""
 
     total: int
     start: int
@@ -70,7 +70,7 @@ def observe(
 ) -> tuple[Belief, Refusals, int]:
     """Return the belief at plant step ``now``, the counts and the refusal of ``sample``; ``flown`` is the last wrench.
 
-    After too many refusals the next sample that only jumped is believed: the estimator was reset, and the backup law
+    After too many refusals the next sample that only jumped is accepted: the estimator was reset, and the backup law
     flies better on its new attitude and velocity than on a prediction. Of other samples the body rate is used, unless
     it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
     """
@@ -116,7 +116,7 @@ def observe(
 
 
 def accepted(sample: StateSample, still: bool, held: Wrench) -> Belief:
-    """Return what is known from a sample that is believed; ``still`` and ``held`` as in ``Belief``."""
+    """Return what is known from a sample that is accepted; ``still`` and ``held`` as in ``Belief``."""
     return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, still, held)
 
 

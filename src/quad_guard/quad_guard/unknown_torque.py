@@ -5,7 +5,7 @@
 h is the angular momentum that the commanded torque tau leads to, through the rotors' nominal lag; d is the unknown
 torque behind a filter of bandwidth L (a momentum observer: De Luca and Mattone, 2003). A rotor that gives half of its
 thrust shows in d, so does a load off the centre. The backup law subtracts d once its part across body z has been larger
-than a share of what one rotor gives in hover; until then it flies as if there were none.
+than a share of what one rotor gives in hover; until then it flies without it.
 
 Four rotors cannot make a torque across body z without thrust: 2 max(|F_4 - F_2|, |F_1 - F_3|) at least (Eqs. 3, 8). An
 allocation that keeps roll and pitch to the last raises thrust for it. A vehicle that cannot be levelled asks for all of

@@ -1,6 +1,6 @@
 """MAVLink messages over UDP by pymavlink, which is the user's: found at start, not shipped.
 
-pymavlink is under the LGPL-3: whoever ships it together with this stack has that licence's duties; this package only
+pymavlink is under the LGPL-3: shipping both together brings that licence's duties; this package only
 imports it.
 """
 
@@ -28,7 +28,7 @@ def load() -> ModuleType:
         return importlib.import_module("pymavlink.dialects.v20.common")
     except ImportError as error:
         raise ParameterError(
-            f"pymavlink: not found ({error}); install it beside the stack: "
+            f"pymavlink: not found ({error}); install it in addition: "
             "pip install --no-deps --require-hashes -r requirements/vehicles/lock.txt (LGPL-3)"
         ) from error
 
@@ -45,7 +45,7 @@ class Link:
     """One autopilot over UDP."""
 
     def __init__(self, mavlink: ModuleType, listen: str, connect: str, source_system: int, target_system: int) -> None:
-        """Open the port; raises ParameterError for addresses that are none, OSError for a port that is taken."""
+        """Open the port; raises ParameterError for bad addresses, OSError for a port that is taken."""
         self.mavlink, self.target_system = mavlink, target_system
         self.peer = address(connect, "connect") if connect else None
         self.strangers = self.lost = 0
@@ -85,7 +85,7 @@ class Link:
             except BlockingIOError:
                 break
             except OSError:
-                continue  # nobody listens at the peer's port yet
+                continue  # nothing listens at the peer's port yet
             for message in self._codec.parse_buffer(data) or ():
                 if message.get_type() == "BAD_DATA":
                     self.lost += 1

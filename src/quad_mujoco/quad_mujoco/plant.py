@@ -47,7 +47,7 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
 
 
 def floor(ground: Ground, vehicle: Vehicle) -> Floor | None:
-    """Return the ground under the feet of ``vehicle``, None if there is none."""
+    """Return the ground under the feet of ``vehicle``, or None."""
     if not ground.enabled:
         return None
     first, arm = 0.25 * math.pi if vehicle.layout == Layout.X else 0.0, vehicle.arm_length

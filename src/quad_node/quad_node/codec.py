@@ -38,7 +38,7 @@ Packer = Callable[[Any, int, int, int], bytes]
 
 
 class Stamped(NamedTuple):
-    """What a payload held: ``next_step`` is step + 1 where the message has none; whether all numbers are finite."""
+    """What a payload held: ``next_step`` is step + 1 where the message lacks it; whether all numbers are finite."""
 
     step: int
     next_step: int
@@ -48,7 +48,7 @@ class Stamped(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """Format of a payload up to ``extra``, its fields beside those of ``head``, which of _HEAD it begins with."""
+    """Format of a payload up to ``extra``, its fields other than those of ``head``, which of _HEAD it begins with."""
 
     code: str
     names: tuple[str, ...]
@@ -59,7 +59,7 @@ def packer(cls: type[Any], message_type: type[Any], run: int = 0) -> Packer:
     """Return ``pack(value, step, next_step, stamp_ns)``, which gives the CDR payload of a ``cls``.
 
     ``run``: the number of the sender's run. Fields that ``cls`` has not are zero; fields that the message has not go,
-    in order, into its ``extra`` sequence. Raises TypeError if there is none, or for a message that is not flat.
+    in order, into its ``extra`` sequence. Raises TypeError if it is missing, or for a message that is not flat.
     """
     if cls is Wrench:
         return _pack_stamped_wrench
@@ -246,7 +246,7 @@ def _pack_stamped_wrench(wrench: Wrench, step: int, next_step: int, stamp: int) 
 
 
 def _expect_body(frame: bytes) -> None:
-    """Refuse the wrench of another frame than [NAME/]base_link; who names none is believed to mean the body."""
+    """Refuse the wrench of another frame than [NAME/]base_link; an empty frame means the body."""
     if frame and frame != _FRAME and not frame.endswith(b"/" + _FRAME):
         raise ValueError(f"frame {frame.decode(errors='replace')!r}, expected {FRAME!r}")
 

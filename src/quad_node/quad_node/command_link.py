@@ -1,4 +1,4 @@
-"""What the vehicle's owner has to do with a commander: its mode of each step, and asking for the end of the flight."""
+"""What the vehicle interface has to do with a commander: its mode of each step, and the request to end."""
 
 import os
 import time
@@ -53,7 +53,7 @@ class CommandLink:
 
     @property
     def is_lost(self) -> bool:
-        """Whether no mode has come for so long that nobody decides any more."""
+        """Whether no mode has come for so long that no node decides any more."""
         return self.mode is not None and time.monotonic() - self._heard > _LOST
 
     @property

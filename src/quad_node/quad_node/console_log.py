@@ -34,7 +34,7 @@ class ConsoleLog:
         self._next = time.monotonic() + _FIRST
 
     def starting(self, role: str, run_id: str, lockstep: bool, seen_by: str) -> None:
-        """Say who starts, in which run, by which clock, and who can see it."""
+        """Print role, run, clock and visibility at the start."""
         clock = "lockstep" if lockstep else "real time"
         self._once("starting", f"starting: {role}, run {run_id or 'not named'}, {clock}; {seen_by}")
 

@@ -35,7 +35,7 @@ class FlightNode(Node):
     def __init__(self, role: str) -> None:
         """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted."""
         super().__init__(role, automatically_declare_parameters_from_overrides=True)
-        # A controller whose node is named shadow_<role> answers beside the one that is obeyed.
+        # A controller whose node is named shadow_<role> answers in parallel to the one that flies.
         self.shadow = self.get_name() in SHADOWS
         kind = self.get_name() if self.shadow else role
         # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
@@ -204,7 +204,7 @@ class FlightNode(Node):
     def on_signal(self, name: str) -> bool:
         """Return whether this node goes on after the first signal, because something has to come down first.
 
-        Where a commander flies, a terminal's Ctrl-C or its end lands the vehicle, and nobody leaves before.
+        Where a commander flies, a terminal's Ctrl-C or its end lands the vehicle, and no node leaves before.
         """
         if not (self.commanded and self.flying) or name not in ("SIGINT", "SIGHUP"):
             return False
@@ -254,7 +254,7 @@ class FlightNode(Node):
 
     def _housekeeping(self) -> None:
         self._ticks += 1
-        # Asking for every link costs; who has waited for seconds may be asked less often.
+        # Asking for every link costs; a node that has waited for seconds asks less often.
         look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
         if self.status == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")

@@ -42,7 +42,7 @@ _TAKEN = (
 
 
 def is_foreign(run_id: str, ours: str) -> bool:
-    """Return whether a message that names ``run_id`` is none of the run ``ours``: an empty id belongs to nobody.
+    """Return whether a message that names ``run_id`` is not of the run ``ours``: an empty id belongs to no run.
 
     A flight without a run id, as of nodes started by hand, cannot tell and takes every one.
     """

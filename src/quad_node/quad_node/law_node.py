@@ -85,7 +85,7 @@ class LawNode(Responder):
         return not self.standby.flies and any(taken.is_lost(step) for taken in self.inputs)
 
     def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
-        """Return the law's inputs beside the state, None if one is too old and has no replacement.
+        """Return the law's inputs other than the state, None if one is too old and has no replacement.
 
         The second result has bit k set if a safe value replaces input k.
         """
@@ -102,7 +102,7 @@ class LawNode(Responder):
         return values, replaced
 
     def on_flight_ended(self, message: FlightState) -> None:
-        """Leave; a shadow first answers what it has not answered yet, because nobody waited for it."""
+        """Leave; a shadow first answers what it has not answered yet, because no node waited for it."""
         if self._ended is None:
             self._ended = (message, time.monotonic())
         if not self.shadow or self._caught_up():

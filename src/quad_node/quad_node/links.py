@@ -84,14 +84,14 @@ def second_senders(
 
 
 def strangers(names: Iterable[str], pair: Collection[str]) -> list[str]:
-    """Return those of the full ``names`` of nodes that are none of ``pair``; one without a name as yet may be."""
+    """Return those of the full ``names`` of nodes that are not of ``pair``; one without a name as yet may be."""
     return [name for name in names if name.rpartition("/")[2] not in (*pair, _UNNAMED)]
 
 
 def senders(graph: Graph, topic: str, standby: Pairs = _NOBODY) -> int:
     """Return how many send ``topic``, a controller that stands by not counted: without one, the one that flies is not.
 
-    A node that was started again counts once with the ghost that it left in the graph.
+    A restarted node counts once with its killed process, which stays in the graph.
     """
     if topic not in standby:
         return graph.count_publishers(topic)

@@ -11,8 +11,8 @@ _TASKS = Path("/proc/self/task")
 def settle(priority: int, aside: bool = False) -> str:
     """Ready this process for a flight; returns why the system refused, empty if it did not.
 
-    ``priority``: of SCHED_FIFO for all threads of the process, 0: as it is. ``aside``: nobody waits for this process;
-    without a priority, a message that wakes it then does not take the core from who sent it.
+    ``priority``: of SCHED_FIFO for all threads of the process, 0: as it is. ``aside``: no node waits for this process;
+    without a priority, a message that wakes it then does not take the core from its sender.
     """
     # What was made so far stays for the flight: collecting it again and again costs stalls of milliseconds.
     gc.collect()

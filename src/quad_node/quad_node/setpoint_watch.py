@@ -34,7 +34,7 @@ class SetpointWatch:
             node.subscribe(topic, partial(self._on_setpoint, topic), raw=True)
 
     def rest(self) -> None:
-        """Miss nobody: for an owner whose time waits for its controllers, however slow."""
+        """Report nothing: for a vehicle interface whose time waits for its controllers, however slow."""
         self._watched = {}
 
     def silent(self, asked_at: float) -> str:

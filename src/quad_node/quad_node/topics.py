@@ -67,7 +67,7 @@ REQUIRED = frozenset(
     | {"mission/reference", "flight/mode"}
     | {stage.gives for stage in STAGES}
 )
-"""Topics without which there is no flight. Whoever sends another one may leave it out; a step topic then altogether."""
+"""Topics without which there is no flight. Others may be left out; a step topic then altogether."""
 
 
 class Topic(NamedTuple):
@@ -101,7 +101,7 @@ class Topic(NamedTuple):
 
     @property
     def required(self) -> bool:
-        """Return whether a flight needs it: nobody waits for a topic that its publisher may leave out."""
+        """Return whether a flight needs it: no node waits for a topic that its publisher may leave out."""
         return self.name in REQUIRED
 
     def history(self, lockstep: bool) -> int:

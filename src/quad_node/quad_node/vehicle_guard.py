@@ -1,4 +1,4 @@
-"""The guard of ``quad_guard.guard`` in a vehicle owner: stepped, reported as ``flight/guard`` and as events."""
+"""The guard of ``quad_guard.guard`` in a vehicle interface: stepped, reported as ``flight/guard`` and as events."""
 
 from typing import NamedTuple
 
@@ -143,7 +143,7 @@ class VehicleGuard:
 def culprit(reason: int, quiet: float, stood_still: str, missing: str, estimator: str) -> str:
     """Return who or what made the guard take over for ``reason``, empty if it was the flight itself.
 
-    ``quiet``: s since a wrench of any quality arrived. ``stood_still``: why the vehicle's owner could not hear one,
+    ``quiet``: s since a wrench of any quality arrived. ``stood_still``: why the vehicle interface could not hear one,
     empty if it could. ``missing`` names who does not answer, ``estimator`` where the states come from.
     """
     if reason == WRENCH_LOST:

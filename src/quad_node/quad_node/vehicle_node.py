@@ -127,7 +127,7 @@ class VehicleNode(FlightNode):
 
     @property
     def failure(self) -> str:
-        """Why the flight failed: who or what failed, and what the guard did about it."""
+        """Why the flight failed: which node or what failed, and what the guard did about it."""
         return "; ".join(part for part in (self.cause, self.guard.describe()) if part)
 
     def give_up(self, cause: str) -> None:
@@ -249,7 +249,7 @@ class VehicleNode(FlightNode):
         self.progress()
 
     def _on_recorded(self, message: RecorderAck) -> None:
-        if message.step > self.current_step:  # believed, it would let the plant run away from its recorder
+        if message.step > self.current_step:  # accepted, it would let the plant run away from its recorder
             self.reject("rejected_future", f"step {message.step} is not flown yet", self.elapsed_ns, "flight/recorded")
         elif not self.is_foreign("flight/recorded", message.run):
             self.recorded_step = max(self.recorded_step, message.step)
@@ -290,7 +290,7 @@ class VehicleNode(FlightNode):
         return True
 
     def reject(self, kind: str, found: str, stamp: int, topic: str = COMMAND) -> None:
-        """Count and report a message that was not obeyed; ``stamp`` in ns of the flight."""
+        """Count and report a message that was not used; ``stamp`` in ns of the flight."""
         self.counters["rejected"] += 1
         self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
 

@@ -51,7 +51,7 @@ class Sighting(NamedTuple):
 class FlightWatch:
     """The newest ``flight/state`` of one run in one domain and namespace, and the changes of mode.
 
-    ``changes``: (flight time in s, text) of each change of mode that nobody has taken out yet.
+    ``changes``: (flight time in s, text) of each change of mode that no node has taken out yet.
     """
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:

@@ -77,7 +77,7 @@ def step(
 ) -> tuple[AttitudeThrust, Memory, Internals]:
     """Return setpoint, memory and internals of one step of ``dt`` s. Raises nothing on flyable inputs.
 
-    ``disturbance_estimate`` of the internals is minus the I part: what the law believes d to be.
+    ``disturbance_estimate`` of the internals is minus the I part: what the law accepts d to be.
     """
     state, reference = inputs.state, inputs.reference
     xy, z = parameters.xy, parameters.z

@@ -59,7 +59,7 @@ class ControlMode(NamedTuple):
 
 
 def autopilot(status: Status, mode: ControlMode | None, flags: Flags) -> Autopilot:
-    """Return what PX4 says of itself: whose the vehicle is by the newer of the two messages, why by the status."""
+    """Return what PX4 says of itself: its controlling party by the newer of the two messages, why by the status."""
     name, whose, armed = mode_name(status.nav_state), control(status.nav_state), status.arming_state == ARMED
     if mode is not None and mode.timestamp > status.timestamp:
         armed = mode.armed

@@ -68,7 +68,7 @@ def load() -> ModuleType:
 
 
 def version(message_type: Any) -> int:
-    """Return the version of a message, 0 if it has none."""
+    """Return the version of a message, or 0."""
     return int(getattr(message_type, "MESSAGE_VERSION", 0))
 
 

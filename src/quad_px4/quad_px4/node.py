@@ -144,7 +144,7 @@ class Px4Bridge(AutopilotNode):
             self.stop = self.stop or self.failure
 
     def refusal(self) -> str:
-        """Return why the vehicle must not fly: rotors that cannot lift it, or nobody to say when a pilot takes it."""
+        """Return why the vehicle must not fly: rotors that cannot lift it, or no message that tells of a pilot."""
         if self._control_mode is None:
             return "no vehicle_control_mode from PX4: is it among the topics of its uXRCE-DDS client?"
         return self.setpoints.weakness()

@@ -1,4 +1,4 @@
-"""What the laws believed beside what was true: sliding variables, adaptive bounds, disturbance estimates.
+"""The laws' estimates and the truth: sliding variables, adaptive bounds, disturbance estimates.
 
 Tables as in ``quad_flight_log.analysis.metrics``. A law that lacks a quantity records zeros; such a metric is None.
 """
@@ -13,7 +13,7 @@ from quad_flight_log.analysis.arrays import Floats, Stamps, aligned, by_stamp, e
 
 ATTITUDE = "attitude_controller/internals"
 POSITION = "position_controller/internals"
-SURFACE_BOUND = 0.3  # rad/s, the dead zone of Eq. 55
+SURFACE_BOUND = 0.3  # rad/s, dead zone of Eq. 55
 SURFACE_DWELL = 1.0  # s
 
 
@@ -59,7 +59,7 @@ def disturbance_estimate(tables: Mapping[str, NDArray[np.void]]) -> Belief | Non
 
 
 def sliding(tables: Mapping[str, NDArray[np.void]]) -> tuple[Stamps, Floats] | None:
-    """Return stamps and sliding variables (n, 3) in rad/s (Eq. 45); None if the law has none."""
+    """Return stamps and sliding variables (n, 3) in rad/s (Eq. 45); None for other laws."""
     if ATTITUDE not in tables:
         return None
     inside = by_stamp(tables[ATTITUDE])

@@ -29,7 +29,7 @@ from quad_flight_log.recorder.provenance import STOPPED
 IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode", "flight/takeover")
 """Topics whose messages name the run of their sender."""
 
-SILENCE = 0.5  # s without the flown path in real time: as long as the guard bears no state at all
+SILENCE = 0.5  # s without the flown path in real time: as long as the guard tolerates no state at all
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
@@ -50,7 +50,7 @@ class Flown(NamedTuple):
 
 
 class Check(NamedTuple):
-    """What is demanded, and the fault that ``found`` names, empty if there is none.
+    """What is demanded, and the fault that ``found`` names, or empty.
 
     ``of_failed``: also looked for where the flight failed anyway.
     """
@@ -61,7 +61,7 @@ class Check(NamedTuple):
 
 
 def failed_checks(flight: Flight) -> list[str]:
-    """Return what speaks against a flight beside its metrics, one line each, in the order of CHECKS.
+    """Return what speaks against a flight apart from its metrics, one line each, in the order of CHECKS.
 
     Raises FlightLogError as the metrics do where the bag cannot be read.
     """
@@ -88,7 +88,7 @@ def run_ids(flown: Flown) -> str:
 
 
 def equal_stamps(flown: Flown) -> str:
-    """Name the topics on which two different messages carry one stamp; a repeat to the last bit is none.
+    """Name the topics on which two different messages carry one stamp; a bit-identical repeat does not count.
 
     In lockstep the recorder keeps the first one, counts the others and says so.
     """

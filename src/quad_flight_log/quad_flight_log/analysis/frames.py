@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def measured(flight: Flight) -> FlightMetrics:
     """Return the metrics of an opened flight from whatever of the needed topics it has.
 
-    Raises TopicError if it has none of them.
+    Raises TopicError if it lacks all of them.
     """
     tables = flight_tables(flight)
     if not tables:
@@ -59,7 +59,7 @@ def aligned_arrays(flight: Flight, *topics: str, forward_fill: bool = False) -> 
 def frame(flight: Flight, topic: str) -> "pd.DataFrame":
     """Return a topic as a pandas data frame: one column per number (``p_w[0]``), indexed by ``time`` in s.
 
-    ``time`` is the message's stamp, or the time of recording where the type has none.
+    ``time`` is the message's stamp, or the time of recording if the type has no stamp.
     """
     return _frame(flight, {topic: flight.array(topic)}, prefix=False)
 

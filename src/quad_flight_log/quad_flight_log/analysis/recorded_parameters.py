@@ -104,7 +104,7 @@ def retold(
     later = [Phase(change.step, _resolved(role, change.values, law, settings or {})) for change in known]
     phases = [Phase(0, first), *later]
     now = {field.name: field.default for field in first.all_fields()}
-    # Parameters that came after the bag have their defaults: nobody changed them.
+    # Parameters that came after the bag have their defaults: no node changed them.
     return phases, any(now.get(name) != value for name, value in record.values.items())
 
 

@@ -133,10 +133,10 @@ class _Memories:
         self._known: dict[int, Any] = {}
         self._last: tuple[int, Flier, dict[int, tuple[Any, Any]]] = (-1, flown[0], {})
         self.in_place: dict[int, tuple[Any, Any]] = {}
-        """What who flew next had computed for the last step before that, and may have sent in the place of the dead."""
+        """What the next controller had computed for the last step before, and may have sent for the killed one."""
 
     def answer(self, step: int, parameters: Any, inputs: Any, dt: float) -> tuple[Any, Any]:
-        """Return output and internals of who flew at ``step``; the others compute along."""
+        """Return output and internals of the controller that flew at ``step``; the others compute along."""
         flier = next(one for one in reversed(self._flown) if one.step <= step or one is self._flown[0])
         given: dict[int, tuple[Any, Any]] = {}
         for began, until in self._until.items():
@@ -162,14 +162,14 @@ def _sent_by_the_next(
     recorded: Mapping[str, Columns],
     replayed: Mapping[str, Columns],
 ) -> list[str]:
-    """Put what the next flier has computed for a step where that was recorded; returns a note for each topic."""
+    """Put what the next controller has computed for a step where that was recorded; returns a note for each topic."""
     row, notes = int(np.flatnonzero(stamps == stamp)[0]), []
     for topic, columns in recorded.items():
         there = tables[topic]["stamp_ns"] == stamp
         if _takes_the_place(
             {name: values[there] for name, values in columns.items()}, replayed[topic], row, given[topic]
         ):
-            notes.append(f"{topic} of step {step} was sent by who flew next")
+            notes.append(f"{topic} of step {step} was sent by the next controller")
     return notes
 
 

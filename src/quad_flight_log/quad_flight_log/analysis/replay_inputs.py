@@ -114,7 +114,7 @@ class _Given:
             yield from self.as_recorded({step: StepRecord(dt, InputSteps(*steps))})
 
     def _holding(self, place: int, step: int, ordered: Any) -> int:
-        """Return the step of the value of an input that holds at ``step``, -1 if there is none."""
+        """Return the step of the value of an input that holds at ``step``, or -1."""
         lag = self._stage.takes[place].lag
         if lag:
             return step - lag if step - lag in self._inputs[place] else -1

@@ -58,7 +58,7 @@ class Flier(NamedTuple):
 
 
 def fliers(flight: Flight, role: str) -> list[Flier]:
-    """Return who flew the stage of ``role`` in order: the controller itself, from the start, and who took over.
+    """Return which nodes flew the stage of ``role`` in order: the controller, then each that took over.
 
     Each message replaces one of the same node: that from where the other really left. Of an older bag that does not
     say when memories began all did so at the start.
@@ -107,13 +107,13 @@ def exchanges(flight: Flight) -> list[Exchange]:
 
 
 def _of_its_run(flight: Flight, table: Table) -> Table:
-    """Return the messages of the flight's own run: one that names no run is nobody's. All where the flight has none."""
+    """Return the messages of the flight's own run: one without a run is left out. All without a run id."""
     run_id = flight.metadata.get("run_id", "")
     return table[table["run_id"] == run_id] if run_id and "run_id" in (table.dtype.names or ()) else table
 
 
 def _last_of_truth(flight: Flight) -> list[int]:
-    """Return the last stamp of ``truth`` in ns, none where the bag has none."""
+    """Return the last stamp of ``truth`` in ns, or None."""
     return [int(stamp) for stamp in flight.array("truth")["stamp_ns"][-1:]] if flight.has("truth") else []
 
 

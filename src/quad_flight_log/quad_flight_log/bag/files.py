@@ -80,7 +80,7 @@ def _channel(connection: Any) -> Channel:
 
 
 def files_of(path: Path) -> Files:
-    """Return the files of a bag; raises NotAFlightError where there is none, or none that can be read."""
+    """Return the files of a bag; raises NotAFlightError where no file is there or readable."""
     if path.is_file():
         return Files([_file(path)], [path.name], [])
     if not path.is_dir():

@@ -260,7 +260,7 @@ def _dtype(types: Fields, name: str) -> np.dtype[Any]:
 
 
 def _stamp_path(dtype: np.dtype[Any]) -> tuple[str, ...]:
-    """Return where the stamp of a message stands, empty where it has none."""
+    """Return where the stamp of a message stands, or empty."""
     for path in (("stamp",), ("header", "stamp"), ("clock",)):
         part: Any = dtype
         for name in path:

@@ -19,7 +19,7 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
     """Return {topic: SHA-256 over the CDR of each step in step order}; topics that the bag lacks are left out.
 
     Repeats are dropped after they were found equal, fields marked @wall or @run are masked with zeros. Raises
-    TopicError if the bag has none of the topics, ConflictError if two messages of one step differ, SchemaError if a
+    TopicError if the bag lacks all of the topics, ConflictError if two messages of one step differ, SchemaError if a
     topic has no stamp.
     """
     present = [topic for topic in topics if flight.has(topic)]

@@ -25,7 +25,7 @@ from quad_flight_log.errors import (
     TopicError,
 )
 
-SHADOW = "shadow/"  # where controllers that are logged and not obeyed answer
+SHADOW = "shadow/"  # where controllers that are logged and not used answer
 BATCH = 16 << 20  # bytes of payload in one block
 KEPT = 256 << 20  # bytes of payload up to which a bag is kept in memory once it was read
 MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
@@ -111,7 +111,7 @@ class Flight:
         return sorted(found)
 
     def record(self, name: str) -> dict[str, str]:
-        """Return the last metadata record of that name, empty if there is none."""
+        """Return the last metadata record of that name, or empty."""
         notes = [note for file in self._files for note in file.notes]
         return next((dict(values) for found, values in reversed(notes) if found == name), {})
 
@@ -127,7 +127,7 @@ class Flight:
     def resolve(self, topic: str) -> str:
         """Return the full name of a topic given in full or relative to the flight's namespace.
 
-        Raises TopicError if there is none, AmbiguousTopicError if there are several and no namespace was given.
+        Raises TopicError if it is missing, AmbiguousTopicError if there are several and no namespace was given.
         """
         relative = topic.lstrip("/")
         for name in (topic, f"{self.namespace}/{relative}"):

@@ -132,7 +132,7 @@ class BagWriter:
 
     @property
     def backlog(self) -> int:
-        """Bytes that wait for the disk; none after it failed, so that nobody waits for it."""
+        """Bytes that wait for the disk; none after it failed, so that no node waits for it."""
         return 0 if self.error else self._queued_size - self._taken_size
 
     def add_topic(self, name: str, definition: Definition, qos: Qos | None = None) -> int:

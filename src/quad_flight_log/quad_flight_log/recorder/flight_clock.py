@@ -5,7 +5,7 @@ _PACE = 2.0  # flight time over steady time, at most, while nothing came
 
 
 class FlightClock:
-    """``newest``: the largest stamp in ns that was believed; a stranger's far-future one must not move it."""
+    """``newest``: the largest stamp in ns that was accepted; a foreign node's far-future one must not move it."""
 
     def __init__(self, now: float) -> None:
         """Begin at stamp 0; ``now`` in s on the steady clock, as below."""

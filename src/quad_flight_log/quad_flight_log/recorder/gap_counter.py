@@ -1,4 +1,4 @@
-"""Which steps of a real-time flight are not in the bag: there nobody waits for the recorder, and a late plant skips."""
+"""Which steps of a real-time flight are not in the bag: no node waits for the recorder, a late plant skips."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ class GapCounter:
     def missing_through(self, stamp_ns: int) -> dict[str, int]:
         """Return {topic: messages that never came} of a flight that ended at ``stamp_ns``, where there are any.
 
-        A topic of which nothing came is nobody's.
+        A topic without messages does not count.
         """
         spoke = {topic: newest for topic, newest in self._newest.items() if newest >= 0}
         ends = {topic: (stamp_ns - newest) // self._periods[topic] - 1 for topic, newest in spoke.items()}

@@ -34,7 +34,7 @@ _STAMP = struct.Struct("<iI")
 _STEP_DEPTH = topics.REALTIME_HISTORY
 _LATCHED_DEPTH = 64
 _SILENCE = 1.0  # s without a message of any step after which a failed flight has no more
-_GRACE = 0.15  # s in which the last words of the other nodes still arrive
+_GRACE = 0.15  # s in which the last messages of the other nodes still arrive
 _TAIL_NS = 100_000_000  # before the end, in real time: what a late plant left out there
 _TOO_LARGE = f"a message of {{}} bytes, more than the {MESSAGE_LIMIT} that are recorded"
 
@@ -178,7 +178,7 @@ class Recorder(FlightNode):
             text = f"{name}: a second, different message for stamp {stamp} ns; not recorded"
             self.event(FlightEvent.WARNING, "conflict", text, stamp)
         elif kind is Arrival.OFF_STEP:
-            self.event(FlightEvent.WARNING, "off_step", f"{name}: stamp {stamp} ns is none of its steps", stamp)
+            self.event(FlightEvent.WARNING, "off_step", f"{name}: stamp {stamp} ns belongs to no step of it", stamp)
         else:
             self.counters["repeat"] += 1
 
@@ -233,7 +233,7 @@ class Recorder(FlightNode):
         if self.tracker is None:
             self.current_step = self._flight_ns // self.flight.plant_period
             if self.asked_to_end and self._last is None and now - self._arrived > _SILENCE:
-                self.finish(1, f"stopped by {self.asked_to_end}, and nobody flies any more")
+                self.finish(1, f"stopped by {self.asked_to_end}, and no node flies any more")
         if self._last is None or self.done.done():
             return
         # Of a flight that failed some messages never come: silence is enough.
@@ -250,7 +250,7 @@ class Recorder(FlightNode):
 
     def _leave(self, last: FlightState) -> None:
         ended = last.state == FlightState.ENDED
-        if self.tracker is None:  # nobody waited for us, and a late plant skips steps: counted, no fault
+        if self.tracker is None:  # no node waited for us, and a late plant skips steps: counted, no fault
             missing = self._gaps.missing_through(last.step * self.flight.plant_period)
             problem, severity = "", FlightEvent.INFO
         else:

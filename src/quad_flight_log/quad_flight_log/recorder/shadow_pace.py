@@ -10,7 +10,7 @@ from quad_node import topics
 _ROOM = topics.LOCKSTEP_HISTORY // 2
 """Steps that a shadow may be behind what is acknowledged; the plant's window comes on top."""
 PATIENCE = 2.0
-"""s without a word after which nobody waits for a shadow any more, until it speaks again."""
+"""s without a word after which no node waits for a shadow any more, until it speaks again."""
 
 
 class ShadowPace:

@@ -9,7 +9,7 @@ class Arrival(Enum):
     NEW = "new"
     REPEAT = "repeat"  # equal to what came before for that step: not recorded again
     CONFLICT = "conflict"  # differs from what came before for that step
-    OFF_STEP = "off step"  # its stamp or step is none at which the topic has a message
+    OFF_STEP = "off step"  # the topic has no message at its stamp or step
 
 
 class _Topic:
@@ -86,11 +86,11 @@ class StepTracker:
             known.expected += known.period
 
     def complete_through(self) -> int:
-        """Return the last step up to which every topic has all its messages, -1 if there is none."""
+        """Return the last step up to which every topic has all its messages, or -1."""
         return min((known.expected for known in self._topics.values()), default=0) - 1
 
     def behind(self, step: int) -> str:
-        """Return the first topic that has not all its messages of the steps before ``step``, empty if there is none."""
+        """Return the first topic that has not all its messages of the steps before ``step``, or empty."""
         return next((topic for topic, known in self._topics.items() if known.expected < step), "")
 
     def missing_through(self, step: int) -> dict[str, int]:

@@ -101,7 +101,7 @@ def thin(line: Line, limit: int = POINTS) -> Line:
 
 
 def height(panel: Panel, span: tuple[float, float]) -> tuple[float, float] | None:
-    """Return the y range that shows all of a panel's lines inside ``span``, with some room; None if none is there."""
+    """Return the y range that shows all of a panel's lines inside ``span``, with a margin; None without lines."""
     inside = [
         y[(x >= span[0]) & (x <= span[1]) & np.isfinite(y)] for x, y in (line.columns[:2] for line in panel.lines)
     ]

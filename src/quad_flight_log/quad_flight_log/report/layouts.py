@@ -70,7 +70,7 @@ def tabs(kinds: Mapping[str, type], namespace: str = "") -> list[Tab]:
 
 
 def foxglove(found: list[Tab], namespace: str = "") -> str:
-    """Return a Foxglove layout (JSON): the 3-D view of the markers beside the tabs."""
+    """Return a Foxglove layout (JSON): the 3-D view of the markers next to the tabs."""
     panels: dict[str, Any] = {}
     listed = []
     for tab in found:

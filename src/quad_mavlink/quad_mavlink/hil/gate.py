@@ -18,7 +18,7 @@ Still = Callable[[], bool | None]
 
 
 def unwatched() -> bool | None:
-    """Return that nobody knows whether a state is on its way."""
+    """Return that it is unknown whether a state is on its way."""
     return None
 
 
@@ -87,7 +87,7 @@ class Gate:
         """Return whether the reading of time ``following`` may go out, ``idle`` s after the last step.
 
         Before and after the flight (not ``is_flying``) no answer is awaited, and a state only for a moment:
-        ``is_still`` says whether one can still be on its way, None if nobody knows.
+        ``is_still`` says whether one can still be on its way, None if unknown.
         """
         if is_flying and self._open:
             return Decision.UNANSWERED if idle > self._parameters.answer_timeout else Decision.WAIT

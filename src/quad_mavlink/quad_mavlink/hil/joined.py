@@ -95,7 +95,7 @@ class JoinedPlant(Px4Bridge):
         if self.autopilot is None:
             return ["vehicle_status from PX4: is its uXRCE-DDS agent running?"]
         if self.state is None:
-            return ["vehicle_odometry from PX4 that can be believed"]
+            return ["vehicle_odometry from PX4 that can be accepted"]
         if self.sequence.phase == Phase.STREAM and not self.autopilot.checks_pass:
             return [f"PX4's pre-flight checks ({listed(self.autopilot.reasons) or 'no reason given'})"]
         return super().prepare()
@@ -197,14 +197,14 @@ class JoinedPlant(Px4Bridge):
         if not is_over and waited >= self.settings.gate.overdue:
             is_over, self._watch = True, None  # who never sleeps would cost that wait at every step
             text = (
-                f"awake for {self.settings.gate.overdue:g} s: the plant waits gate.settle and gate.linger from now on"
+                f"running for {self.settings.gate.overdue:g} s: the plant waits gate.settle and gate.linger from now on"
             )
             self.event(FlightEvent.WARNING, "not_watched", text, self.elapsed_ns)
         self._still_at = self._looks if is_over else math.inf
         return is_over
 
     def _is_still(self) -> bool | None:
-        """Return whether no state is on its way any more; None where nobody can be watched."""
+        """Return whether no state is on its way any more; None where threads cannot be watched."""
         if self._watch is None:
             return None
         if self._still_at == math.inf:

@@ -30,7 +30,7 @@ SUMMARY = """Our plant under PX4's simulator interface: sensors over TCP, motor 
   ros2 run quad_mavlink hil_plant --ros-args --params-file x500.yaml -p flight.roles:=simulator,recorder
 Then start PX4: it connects to port 4560 by itself. Exit codes: 0 flown to the end, 1 failed, 2 bad set-up."""
 ALONE = ["-p", "flight.roles:=simulator", "-p", "flight.plant_period:=4000000"]
-"""What this node takes if it is not told otherwise: nobody else, and the 250 Hz of PX4's simulated IMU."""
+"""What this node takes if it is not told otherwise: no other client, and the 250 Hz of PX4's simulated IMU."""
 
 
 class HilPlant(VehicleNode):

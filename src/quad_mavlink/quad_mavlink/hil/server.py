@@ -13,10 +13,10 @@ _STUCK = 5.0  # s in which an autopilot that reads nothing counts as gone
 
 
 class Server:
-    """Waits for one autopilot; once it is there nobody else can connect."""
+    """Waits for one autopilot; once it is there no other client can connect."""
 
     def __init__(self, mavlink: ModuleType, listen: str) -> None:
-        """Open the port; raises ParameterError for an address that is none or a port that is taken."""
+        """Open the port; raises ParameterError for a bad address or a port that is taken."""
         self.listen, self.lost = listen, 0
         self.is_closed = False
         self._codec = mavlink.MAVLink(None, srcSystem=1, srcComponent=51)

@@ -118,12 +118,12 @@ class Watch:
         self._active: list[Thread] = []
         self._ran: dict[tuple[int, str], bytes] = {}
         self._until_refresh = 0
-        self._busiest: Thread | None = None  # seen awake at the last look
+        self._busiest: Thread | None = None  # running at the last look
 
     def is_quiet(self) -> bool:
         """Return whether every thread sleeps, all at one time.
 
-        Each is seen asleep, and between two readings of how often each ran nobody did: so nobody woke a thread that had
+        Each is seen waiting, and between two readings of how often each ran none ran: so no thread woke one that had
         been seen before, to sleep by the time it was itself looked at.
         """
         if self._until_refresh == 0:
