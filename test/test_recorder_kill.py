@@ -39,7 +39,7 @@ def test_a_flight_goes_on_when_the_disk_is_full(tmp_path):
     assert recorder.count("recording_stopped: ") == 1
     assert "File too large" in recorder
     assert "flight_failed" not in simulator
-    assert "recorder ended with exit code 1" in done.stderr or "bag was not closed" in done.stderr
+    assert "recorder ended with exit code 1" in done.stderr or "the bag is cut" in done.stderr
 
 
 @pytest.mark.flight

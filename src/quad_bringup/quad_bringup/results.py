@@ -4,16 +4,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_flight_log.analysis.flight_checks import ends_early, failed_checks
+from quad_flight_log.analysis.flight_checks import ends_early
 from quad_flight_log.analysis.frames import measured
-from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
+from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.text import judged, table
+from quad_flight_log.report.text import table
+from quad_flight_log.report.verdict import judgement
 
 STATES = {0: "waiting", 1: "flying", 2: "ended", 3: "failed"}
-ENDED = 2
 
 
 class Report(NamedTuple):
@@ -37,23 +37,14 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     """Return the results of the bag in ``directory``, checked against ``limits`` ({metric: largest value})."""
     try:
         flight = open_flight(directory, namespace=namespace)
-        state, reason, flight_time, wall_time = _last_state(flight)
-        metrics, note, safety = measured(flight), truth_note(flight), failed_checks(flight)
+        state, flight_time, wall_time = _last_state(flight)
+        metrics = measured(flight)
+        problems = judgement(flight, metrics, limits).problems
+        note = truth_note(flight)
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
-    problems = []
-    if state != STATES[ENDED] and not (safety and ends_early(flight)):
-        problems.append(reason or f"the flight did not end: flight/state is {state}")
-    problems += safety
-    if flight.truncated:
-        problems.append(f"the bag was not closed: {flight.damage}")
-    for verdict in judged(metrics, limits):
-        if not verdict.met:
-            found = "not available" if verdict.value is None else f"{verdict.value:.4g}"
-            unit = METRICS[verdict.metric].unit
-            problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
     factor = flight_time / wall_time if wall_time > 0.0 else 0.0
-    return Report(state, flight_time, factor, metrics, limits, problems, note, ends_early(flight))
+    return Report(state, flight_time, factor, metrics, limits, list(problems), note, ends_early(flight))
 
 
 def text(name: str, seed: int, found: Report) -> str:
@@ -67,12 +58,10 @@ def text(name: str, seed: int, found: Report) -> str:
     )
 
 
-def _last_state(flight: Flight) -> tuple[str, str, float, float]:
-    if not flight.has("flight/state"):
-        return "unknown", "", 0.0, 0.0
-    rows = flight.array("flight/state")
-    if len(rows) == 0:
-        return "unknown", "", 0.0, 0.0
+def _last_state(flight: Flight) -> tuple[str, float, float]:
+    """Return the last phase, and flight and wall time in s."""
+    rows = flight.array("flight/state") if flight.has("flight/state") else None
+    if rows is None or len(rows) == 0:
+        return "unknown", 0.0, 0.0
     last = rows[-1]
-    state = STATES.get(int(last["state"]), "unknown")
-    return state, str(last["reason"]), float(last["stamp_ns"]) * 1e-9, float(last["wall_time"])
+    return STATES.get(int(last["state"]), "unknown"), float(last["stamp_ns"]) * 1e-9, float(last["wall_time"])

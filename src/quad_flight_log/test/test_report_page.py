@@ -121,10 +121,10 @@ def test_the_page_opens_with_the_verdict_and_the_limits(bag):
     head = good[good.index("</h1>") : good.index("<pre>")]
     assert '<p class="verdict good">Good: ended as planned, within its limits (position_rmse at most 0.5 m)</p>' in head
     bad = page_text(flight_page(flight, "circle", "c", {"position_rmse": 0.25}))
-    assert '<p class="verdict bad">Failed: position_rmse is 0.3742, limit 0.25 m</p>' in bad
+    assert '<p class="verdict bad">Failed: position_rmse: found 0.3742, expected at most 0.25 m</p>' in bad
     flight.metadata["limit.position_max"] = "0.3"
     noted = page_text(flight_page(flight, "circle", "c"))
-    assert "Failed: position_max is 0.3742, limit 0.3 m" in noted
+    assert "Failed: position_max: found 0.3742, expected at most 0.3 m" in noted
     assert "<th>limit</th>" in noted
 
 

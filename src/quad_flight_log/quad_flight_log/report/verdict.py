@@ -1,7 +1,7 @@
 """What a report opens with: whether the flight counts, and the limits that it was held to."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from quad_flight_log.analysis.flight_checks import failed_checks
@@ -12,11 +12,26 @@ from quad_flight_log.report.text import judged
 
 
 class Judgement(NamedTuple):
-    """Whether a flight counts, in one line, and the limits {metric: largest value}."""
+    """What speaks against a flight, one line each, and the limits {metric: largest value} that it was held to."""
 
-    good: bool
-    text: str
+    problems: tuple[str, ...]
     limits: Mapping[str, float]
+
+    @property
+    def good(self) -> bool:
+        """Whether the flight counts."""
+        return not self.problems
+
+    @property
+    def text(self) -> str:
+        """The judgement in one line."""
+        if self.problems:
+            return "Failed: " + "; ".join(self.problems)
+        limits = (f"{name} at most {limit:g} {METRICS[name].unit}".rstrip() for name, limit in self.limits.items())
+        listed = ", ".join(limits)
+        if not listed:
+            return "Ended as planned, held to no limits"
+        return f"Good: ended as planned, within its limits ({listed})"
 
 
 def recorded_limits(flight: Flight) -> dict[str, float]:
@@ -41,17 +56,11 @@ def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float
     outcome = flight.metadata.get("outcome", "unknown")
     if outcome != "ended" and not (flight.truncated and outcome == "unknown"):
         reason = flight.metadata.get("reason", "")
-        problems.append(f"the flight did not end as planned: {reason or outcome}")
+        problems.append(reason or f"the flight did not end as planned: {outcome}")
     problems += failed_checks(flight)
     for verdict in judged(metrics, limits_used):
         if not verdict.met:
-            value = "not available" if verdict.value is None else f"{verdict.value:.4g}"
-            problems.append(f"{verdict.metric} is {value}, limit {verdict.limit:g} {METRICS[verdict.metric].unit}")
-    return Judgement(not problems, _text(problems, limits_used), limits_used)
-
-
-def _text(problems: Sequence[str], limits: Mapping[str, float]) -> str:
-    if problems:
-        return "Failed: " + "; ".join(problems)
-    listed = ", ".join(f"{name} at most {limit:g} {METRICS[name].unit}".rstrip() for name, limit in limits.items())
-    return f"Good: ended as planned, within its limits ({listed})" if limits else "Ended as planned, held to no limits"
+            found = "not available" if verdict.value is None else f"{verdict.value:.4g}"
+            unit = METRICS[verdict.metric].unit
+            problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
+    return Judgement(tuple(problems), limits_used)
