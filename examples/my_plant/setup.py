@@ -1,4 +1,4 @@
-"""Install with: python -m pip install --no-build-isolation examples/my_plant."""
+"""Install with: python -m pip install --no-build-isolation --no-deps examples/my_plant."""
 
 from setuptools import setup
 

@@ -1,4 +1,4 @@
-"""Install with: python -m pip install --no-build-isolation examples/my_trajectory."""
+"""Install with: python -m pip install --no-build-isolation --no-deps examples/my_trajectory."""
 
 from setuptools import setup
 

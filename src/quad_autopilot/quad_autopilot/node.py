@@ -29,7 +29,7 @@ BEAT = 0.02
 """Seconds between two steps of the sequence, and between two heartbeats."""
 _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
-"""Jumps that are flown through. PX4 turns its heading by up to 16 degrees when it first trusts the compass in the air;
+"""Jumps that are flown through. PX4 turns its heading by 4 to 26 degrees when it first trusts the compass in the air;
 the guard refuses samples from 20 degrees on."""
 _STOOD_STILL = 0.03
 """Seconds beyond a beat from which on this process, or its host, is to blame for what came late."""

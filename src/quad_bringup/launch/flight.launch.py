@@ -28,9 +28,9 @@ from quad_flight_log.report.text import LimitsError, read_limits, table
 from quad_node.middleware import OPEN, close, close_unless_asked
 
 ARGUMENTS = {
-    "case": ("case1", "scenario: case1, case2, hover, or a parameter file"),
-    "vehicle": ("paper", "vehicle: paper, or a parameter file"),
-    "preset": ("tuned", "controllers: tuned, minimal, printed, or a parameter file"),
+    "case": ("case1", "a scenario or trajectory (docs/reference/laws.md), or a parameter file"),
+    "vehicle": ("paper", "a vehicle (docs/reference/laws.md), or a parameter file"),
+    "preset": ("tuned", "a preset (docs/reference/laws.md), or a parameter file"),
     "params_file": ("", "parameter file that is read last and wins"),
     "directory": ("", "directory of the bag; must not exist; empty: flights/<case>-launch-<n>"),
     "limits": (

@@ -43,7 +43,7 @@ _EXAMPLES = """examples:
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
   scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 
-NODE is simulator, trajectory, position_controller, attitude_controller or recorder; flight and vehicle go to all nodes.
+NODE: a role (docs/reference/parameters lists them), or flight or vehicle for all nodes.
 Parameters: docs/reference/parameters. Exit codes: 0 ended on time and within the limits, 1 not, 2 usage or set-up."""
 
 
@@ -168,10 +168,10 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="LAW",
-        help="a second controller, recorded and not used; position=LAW or attitude=LAW where both have the name",
+        help="a shadow controller: it computes and is recorded, not used; position=LAW or attitude=LAW if both have it",
     )
     parser.add_argument(
-        "--one-process", action="store_true", help="the five nodes in one process: the same bits, several times faster"
+        "--one-process", action="store_true", help="the five nodes in one process: the same bits, about twice as fast"
     )
     parser.add_argument(
         "--own",
@@ -193,7 +193,10 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
         "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
     )
     parser.add_argument(
-        "--limits", action="append", metavar="FILE|METRIC=VALUE", help="errors to be held to (default: by --start)"
+        "--limits",
+        action="append",
+        metavar="FILE|METRIC=VALUE",
+        help="limits of the verdict (default: limits/<start>.yaml, position_rmse 0.1 m, ...)",
     )
     parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
     parser.add_argument(
