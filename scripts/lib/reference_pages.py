@@ -3,6 +3,7 @@
 import argparse
 import re
 import sys
+import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -178,8 +179,13 @@ def shown(value: object) -> str:
 
 
 def page(parts: Iterable[str]) -> str:
-    """Return a whole page."""
-    return GENERATED + "\n" + "\n".join(part.rstrip("\n") + "\n" for part in parts)
+    """Return a whole page; lines of prose are at most 118 characters long."""
+    lines, code = [], False
+    for line in "\n".join(part.rstrip("\n") + "\n" for part in parts).split("\n"):
+        code ^= line.startswith("```")
+        prose = not code and not line.startswith(("|", "#", "```", "-", "!"))
+        lines += textwrap.wrap(line, 118, break_on_hyphens=False) if prose and len(line) > 118 else [line]
+    return GENERATED + "\n" + "\n".join(lines)
 
 
 def main() -> int:
