@@ -110,8 +110,8 @@ def nodes(given: dict[str, str], conclude: Callable[..., Any]) -> list[Node]:
             output="screen",
             on_exit=conclude,
             # launch sends SIGTERM after 5 s; a vehicle that is still landing would drop
-            sigterm_timeout="300",
-            sigkill_timeout="305",
+            sigterm_timeout="14400",
+            sigkill_timeout="14405",
         )
         for role in roles
     ]

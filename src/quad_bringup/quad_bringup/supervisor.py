@@ -22,7 +22,7 @@ _STARTUP_MARGIN = 30.0
 _LEFT_EARLY = 10.0  # s in which a flight must begin once a node of it has left
 _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
-_LANDING = 300.0  # s for the longest way down
+_LANDING = 4.0 * 3600.0  # s for the longest way down, 1 km on a busy machine
 _SECOND = "a second signal (Ctrl-C) stops the motors where it is"
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
 
@@ -171,7 +171,7 @@ class _Supervision:
         self.cause = self._early = self._untold = ""
         self.late: tuple[str, ...] = ()
         self._deadline = time.monotonic() + patience.start
-        self._heeded = 0
+        self._heeded, self._landed_by = 0, 0.0
         self._lands = False
 
     def look(self) -> None:
@@ -204,8 +204,8 @@ class _Supervision:
             self._deadline = now + _limit(state, patience)
         elif state.over or not patience.landing:
             self._deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
-        elif self._lands and _flies(state) and not _flies(before):
-            self._deadline = now + patience.landing
+        elif self._lands and _flies(state):
+            self._deadline = min(self._landed_by, now + patience.silence)
 
     def _on_signal(self) -> None:
         """The first signal lands what can be landed, or leaves a landing alone; the second one stops."""
@@ -260,7 +260,10 @@ class _Supervision:
         if self._patience.commanded and flies and not self._interrupted.names:
             self._watch.ask_to_end(self.cause)
         self._processes.interrupt_owner()
-        self._deadline = time.monotonic() + (self._patience.landing if flies else self._patience.answer)
+        self._landed_by = time.monotonic() + self._patience.landing
+        self._deadline = min(self._landed_by, time.monotonic() + self._patience.silence)
+        if not flies:
+            self._deadline = time.monotonic() + self._patience.answer
 
 
 def _flies(state: Sighting | None) -> bool:

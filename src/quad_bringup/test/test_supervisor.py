@@ -311,6 +311,25 @@ def test_a_recorder_that_dies_ends_no_flight_of_a_commander(monkeypatch, capsys)
     assert len(bare.asked_at) == 1
 
 
+def test_a_landing_from_high_up_has_its_time_as_long_as_there_is_news_of_it(monkeypatch):
+    """From 1 km it takes 20 minutes; after 5 of them the motors were stopped."""
+    lands = patience_of("simulator,trajectory,commander,position_controller,attitude_controller,recorder", "realtime")
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    script = [(n, state(FLYING, n), {}) for n in range(1, 1300)]
+    high = Flight([*script, (1300, state(ENDED, 1300), ALL_LEFT)], monkeypatch)
+    high.poll(1.0)
+    assert high.supervise(asked, lands) == Outcome("interrupted by SIGINT")
+    assert (high.stopped, len(high.asked_at)) == (0, 1)
+    hung = Flight(script[:20], monkeypatch)
+    hung.poll(1.0)
+    asked = Interrupts()
+    asked.names.append("SIGINT")
+    hung.supervise(asked, lands)
+    assert hung.stopped == 1
+    assert hung.now == pytest.approx(20.0 + lands.silence, abs=0.5)
+
+
 def test_a_landing_has_a_bound(monkeypatch):
     asked = Interrupts()
     asked.names.append("SIGINT")
