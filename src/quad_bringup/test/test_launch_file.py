@@ -218,7 +218,7 @@ def test_a_mission_adds_the_commander_a_ground_and_time_to_land(launch_file):
 def test_launch_lets_a_vehicle_land_before_it_asks_again(launch_file, mission):
     """The second signal to a vehicle's owner stops the motors; by itself launch sends it 5 s after Ctrl-C."""
     nodes = started_nodes(launch_file, mission=mission)
-    assert {(node.sigterm_timeout, node.sigkill_timeout) for node in nodes.values()} == {("300", "305")}
+    assert {(node.sigterm_timeout, node.sigkill_timeout) for node in nodes.values()} == {("14400", "14405")}
 
 
 def test_a_mission_that_cannot_be_flown_is_refused(launch_file, capsys):
