@@ -1,13 +1,19 @@
 """The report in a real browser: every figure is drawn, the console stays clean, the switches switch."""
 
 import drawn_flights
+import metric_tables
+import numpy as np
 import pytest
 from headless_browser import Browser, browser_path
 
-from quad_flight_log.report.figures import REFERENCE
+from quad_flight_log.analysis.takeovers import Takeover
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
 from quad_flight_log.report.html_page import Page, Section, write_page
 from quad_flight_log.report.inside_figures import inside_figures
+from quad_flight_log.report.pages import flight_page
 from quad_flight_log.report.paper_figures import paper_figures
+from quad_flight_log.report.run import Run, with_bands
 
 pytest.importorskip("plotly")
 pytest.importorskip("websockets")
@@ -89,3 +95,46 @@ def test_zoomed_time_is_shared(page):
     )
     page.wait(f"{ranges}.every(r => r[0] === 1 && r[1] === 2)")
     assert len(page.value(ranges)) == 14
+
+
+PHONE, DESK = (390, 844), (1150, 900)
+OVERLAPPING = """(() => {
+    const boxes = [...document.querySelectorAll('.annotation-text')].map(each => each.getBoundingClientRect());
+    return boxes.flatMap((one, at) => boxes.slice(at + 1).filter(other =>
+        one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom)).length;
+})()"""
+
+
+@pytest.mark.parametrize("size", [PHONE, DESK])
+def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_screen(size, tmp_path):
+    times = np.array([0.0, 1.0, 2.0, 2.3, 2.6, 5.5, 5.8, 6.2, 8.0])
+    modes = np.array([0, 1, 2, 4, 3, 4, 5, 6, 0], dtype=np.uint8)
+    names = np.array(["DISARMED", "ARMING", "TAKEOFF", "HOLD", "MISSION", "HOLD", "RETURN", "LAND", "DISARMED"], object)
+    flown = {"flight/mode": metric_tables.table(metric_tables.seconds(*times), mode=modes, name=names)}
+    takeover = Takeover("descend", "no good wrench", 1500, 3_000_000_000, 4_000_000_000)
+    line = Line("a", "a", (times, times))
+    figure = Figure("height", "Height", "", (Panel("z [m]", (line,)),), span=(0.0, 8.0))
+    figures = tuple(with_bands([figure], [Run("a", "hover", flown, (takeover,))]))
+    path = write_page(Page("Title", "command", (), (Section("", figures=figures),)), tmp_path / "page.html")
+    with Browser(tmp_path / "profile", size) as browser:
+        browser.open(path.as_uri())
+        browser.wait("document.body.dataset.drawn")
+        assert browser.value("document.querySelectorAll('.annotation-text').length") == 7
+        assert browser.value(OVERLAPPING) == 0
+        assert browser.value("document.documentElement.scrollWidth") == size[0]
+
+
+@pytest.mark.parametrize("size", [PHONE, DESK])
+def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, tmp_path):
+    flight = open_flight(drawn_flights.bag(tmp_path / "bag", steps=400))
+    path = write_page(flight_page(flight, "circle", "command", {"position_rmse": 0.5}), tmp_path / "page.html")
+    with Browser(tmp_path / "profile", size) as browser:
+        browser.open(path.as_uri())
+        browser.wait("document.body.dataset.drawn")
+        places = "[...document.querySelectorAll('.verdict, .numbers b, figure:first-of-type .plot')]"
+        tops = browser.value(f"{places}.slice(0, 5).map(each => each.getBoundingClientRect().top)")
+        assert len(tops) == 5
+        assert tops == sorted(tops)
+        assert tops[-1] < 0.6 * size[1]
+        assert browser.value("document.documentElement.scrollWidth") == size[0]
+        assert browser.value("[...document.querySelectorAll('details')].every(each => !each.open)")

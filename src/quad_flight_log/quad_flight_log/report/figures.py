@@ -32,12 +32,13 @@ class Panel(NamedTuple):
 
 
 class Band(NamedTuple):
-    """A part of the x axis that is shaded in every panel, its label, and how strongly (0 to 1)."""
+    """A part of the x axis that is shaded in every panel, its label, how strongly (0 to 1), and its colour."""
 
     begin: float
     end: float
     label: str
     opacity: float = 0.12
+    colour: str = "#d55e00"
 
 
 class Figure(NamedTuple):

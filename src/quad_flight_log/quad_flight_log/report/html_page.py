@@ -4,7 +4,7 @@ import base64
 import hashlib
 import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib import resources
 from itertools import zip_longest
 from pathlib import Path
@@ -20,19 +20,21 @@ LARGEST = 14_500_000  # bytes of a page; a bigger one is slow to open
 
 
 class Section(NamedTuple):
-    """One part of a page: figures, tables, and texts that are folded away (title, text)."""
+    """One part of a page: figures, tables, texts (title, text) that are folded, and tables ``more`` that are folded."""
 
     title: str
     note: str = ""
     figures: tuple[Figure, ...] = ()
     tables: tuple[Table, ...] = ()
     folded: tuple[tuple[str, str], ...] = ()
+    more: tuple[Table, ...] = ()
 
 
 class Page(NamedTuple):
-    """A whole report. ``command`` made it; ``facts`` are lines of name and value under the title.
+    """A whole report. ``command`` made it; ``facts`` are lines of name and value, folded at its end.
 
-    ``verdict``: (whether it is good, the line that says so), first of all; None where nothing was judged.
+    ``verdict``: (whether it is good, the line that says so), first of all; None where nothing was judged. ``numbers``:
+    (value, what it is), under the verdict.
     """
 
     title: str
@@ -40,6 +42,7 @@ class Page(NamedTuple):
     facts: tuple[tuple[str, str], ...]
     sections: tuple[Section, ...]
     verdict: tuple[bool, str] | None = None
+    numbers: tuple[tuple[str, str], ...] = ()
 
 
 def write_page(page: Page, path: Path) -> Path:
@@ -87,11 +90,11 @@ def _assembled(page: Page, library: str, points: int) -> str:
 </head>
 <body>
 <header><h1>{html.escape(page.title)}</h1>
-{_verdict(page)}{_facts(page)}</header>
+{_verdict(page)}{_numbers(page)}</header>
 {_bar(runs, colour)}
 <main>
-{_contents(page)}
 {body}
+{_facts(page)}
 </main>
 <script>{library}</script>
 <script type="application/json" id="report-data">{_json(data)}</script>
@@ -122,12 +125,13 @@ def _verdict(page: Page) -> str:
 def _facts(page: Page) -> str:
     rows = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>" for name, value in page.facts)
     table = f'<div class="scroll"><table class="facts">{rows}</table></div>' if rows else ""
-    return f'{table}<p class="note">Made by</p><pre>{html.escape(page.command)}</pre>'
+    made = f'<p class="note">Made by</p><pre>{html.escape(page.command)}</pre>'
+    return f"<details><summary>Where this comes from</summary>{table}{made}</details>"
 
 
-def _contents(page: Page) -> str:
-    links = [f'<a href="#part-{index}">{html.escape(part.title)}</a>' for index, part in enumerate(page.sections)]
-    return f'<p class="contents">{" · ".join(links)}</p>'
+def _numbers(page: Page) -> str:
+    items = [f"<div><b>{html.escape(value)}</b>{html.escape(name)}</div>" for value, name in page.numbers]
+    return f'<div class="numbers">{"".join(items)}</div>\n' if items else ""
 
 
 def _bar(runs: list[str], colour: dict[str, str]) -> str:
@@ -142,13 +146,17 @@ def _bar(runs: list[str], colour: dict[str, str]) -> str:
 
 
 def _section(index: int, section: Section) -> str:
-    parts = [f'<section id="part-{index}"><h2>{html.escape(section.title)}</h2>']
+    title = f"<h2>{html.escape(section.title)}</h2>" if section.title else ""
+    parts = [f'<section id="part-{index}">{title}']
     if section.note:
         parts.append(f'<p class="note">{html.escape(section.note)}</p>')
     parts += [_table(table) for table in section.tables]
     parts += [_figure(figure) for figure in section.figures]
-    for title, text in section.folded:
-        parts.append(f"<details><summary>{html.escape(title)}</summary><pre>{html.escape(text)}</pre></details>")
+    for table in section.more:
+        inside = _table(table._replace(title=""))
+        parts.append(f"<details><summary>{html.escape(table.title)}</summary>{inside}</details>")
+    for head, text in section.folded:
+        parts.append(f"<details><summary>{html.escape(head)}</summary><pre>{html.escape(text)}</pre></details>")
     return "\n".join([*parts, "</section>"])
 
 
@@ -176,18 +184,26 @@ def _titles(hints: Sequence[str]) -> list[str]:
 
 
 def metric_table(
-    names: Sequence[str], values: Sequence[FlightMetrics], title: str, limits: Mapping[str, float] | None = None
+    names: Sequence[str],
+    values: Sequence[FlightMetrics],
+    title: str,
+    limits: Mapping[str, float] | None = None,
+    shown: Collection[str] = tuple(METRICS),
 ) -> Table:
-    """Return a table of all metrics, a column per flight, with the limits that one flight was held to, if any."""
+    """Return a table of metrics, a column per flight, with the limits that one flight was held to, if any."""
     limits = limits or {}
     rows = []
     for name, about in METRICS.items():
+        if name not in shown:
+            continue
         numbers = [getattr(item, name) for item in values]
         cells = ["n/a" if number is None else f"{number:.5g}" for number in numbers]
         limit = [f"{limits[name]:.5g}" if name in limits else ""] if limits else []
         rows.append((name, *cells, about.unit, *limit))
     head = ("metric", *names, "unit", *(("limit",) if limits else ()))
-    return Table(title, head, tuple(rows), hints=tuple(about.meaning for about in METRICS.values()))
+    return Table(
+        title, head, tuple(rows), hints=tuple(about.meaning for name, about in METRICS.items() if name in shown)
+    )
 
 
 def _json(data: dict[str, Any]) -> str:

@@ -10,7 +10,8 @@ from quad_flight_log.report.figures import POINTS, REFERENCE, Band, Figure, Floa
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")  # Okabe and Ito's
 REFERENCE_COLOUR = "#222222"
 _PANEL_HEIGHT, _DOTS_HEIGHT, _SPATIAL_HEIGHT, _MARGIN = 190, 150, 560, 85
-BAND_COLOUR = "#d55e00"
+WANTED_OPACITY, WANTED_WIDTH = 0.3, 3.0  # of lines that were wanted; the width is over that of a flown line
+_LETTER, _ROW = 0.028, 13  # width of a letter as a share of a figure on a phone, pixels between two rows of labels
 _GAP = 18  # pixels between two panels
 _GRID = {"gridcolor": "#e3e6ea", "zerolinecolor": "#b9c0c8", "linecolor": "#8a939c", "showline": True}
 
@@ -27,7 +28,7 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     for index, panel in enumerate(figure.panels):
-        for line in panel.lines:
+        for line in sorted(panel.lines, key=lambda each: not each.dashed):  # what was wanted lies under what was flown
             trace = _trace(thin(line, points), panel, index, colour[line.run], figure.spatial)
             trace["showlegend"] = line.label not in named
             named.add(line.label)
@@ -43,7 +44,7 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
     }
     if figure.bands and figure.over_time:
         layout["shapes"] = [_shade(band) for band in figure.bands]
-        layout["annotations"] = [_note(band) for band in figure.bands]
+        layout["annotations"] = _notes(figure)
     layout.update(_scene(figure.panels[0]) if figure.spatial else _axes(figure))
     return {"data": data, "layout": layout}
 
@@ -53,16 +54,26 @@ def _shade(band: Band) -> dict[str, Any]:
     return {
         "type": "rect",
         **across,
-        "fillcolor": BAND_COLOUR,
+        "fillcolor": band.colour,
         "opacity": band.opacity,
         "line": {"width": 0},
         "layer": "below",
     }
 
 
-def _note(band: Band) -> dict[str, Any]:
-    place = {"xref": "x", "yref": "paper", "x": band.begin, "y": 1, "xanchor": "left", "yanchor": "top"}
-    return {**place, "text": band.label, "showarrow": False, "font": {"size": 11, "color": BAND_COLOUR}}
+def _notes(figure: Figure) -> list[dict[str, Any]]:
+    """Return the labels of the bands, each in the first row in which none before it reaches that far."""
+    low, high = figure.span or (min(b.begin for b in figure.bands), max(b.end for b in figure.bands))
+    reach: list[float] = []  # of each row, up to where its labels go
+    notes = []
+    for band in sorted(figure.bands, key=lambda each: each.begin):
+        begin = max(band.begin, low)
+        row = next((row for row, end in enumerate(reach) if end <= begin), len(reach))
+        reach[row:] = [begin + _LETTER * (len(band.label) + 1) * (high - low), *reach[row + 1 :]]
+        place = {"xref": "x", "yref": "paper", "x": band.begin, "y": 1, "xanchor": "left", "yanchor": "top"}
+        font = {"size": 11, "color": band.colour}
+        notes.append({**place, "yshift": -_ROW * row, "text": band.label, "showarrow": False, "font": font})
+    return notes
 
 
 def packed(column: Floats) -> dict[str, str]:
@@ -73,9 +84,9 @@ def packed(column: Floats) -> dict[str, str]:
 
 
 def _trace(line: Line, panel: Panel, index: int, colour: str, spatial: bool) -> dict[str, Any]:
-    style: dict[str, Any] = {"color": colour, "width": (4 if spatial else 1.6) * (0.75 if line.dashed else 1.0)}
-    if line.dashed:
-        style["dash"] = "dash"
+    # what was wanted is broad and pale, so that it is seen on both sides of what was flown
+    width = (12 if spatial else 6) if line.dashed else (4 if spatial else 1.6)
+    style: dict[str, Any] = {"color": colour, "width": width}
     trace: dict[str, Any] = {
         "type": "scatter3d" if spatial else "scatter",
         "mode": "markers" if line.dots else "lines",
@@ -84,6 +95,8 @@ def _trace(line: Line, panel: Panel, index: int, colour: str, spatial: bool) -> 
         "meta": {"run": line.run},
         "line": style,
     }
+    if line.dashed:
+        trace.update(opacity=WANTED_OPACITY, legendrank=1001)  # drawn first, named last
     for axis, column in zip("xyz", line.columns, strict=False):
         trace[axis] = packed(column)
     if spatial:
@@ -104,7 +117,7 @@ def _scene(panel: Panel) -> dict[str, Any]:
     ratio = widths / np.cbrt(widths.prod())
     away = max(1.5, float(ratio.max()))
     axes = {
-        f"{axis}axis": {"title": {"text": f"{axis} [m]"}, "range": list(span)}
+        f"{axis}axis": {"title": {"text": f"{axis} [m]"}, "range": list(span), "nticks": 5}
         for axis, span in zip("xyz", spans, strict=True)
     }
     return {

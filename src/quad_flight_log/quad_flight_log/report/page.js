@@ -3,9 +3,22 @@
 (function () {
   const report = JSON.parse(document.getElementById("report-data").textContent);
   const config = { responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" } };
+  if (window.innerWidth <= 600) config.displayModeBar = false;
   const drawn = new Map();
   const boxes = new Map();
   let linking = false;
+
+  // On a phone axes get the room that their titles and margins take on a desk.
+  function fitted(layout) {
+    if (window.innerWidth > 600) return layout;
+    layout.font.size = 10;
+    Object.assign(layout.margin, { l: 52, r: 8, b: 36 });
+    if (layout.scene) {
+      layout.height = Math.round(0.9 * window.innerWidth);
+      Object.assign(layout.margin, { l: 0, r: 0, t: 28, b: 0 });
+    }
+    return layout;
+  }
 
   function shown(run) {
     return !boxes.has(run) || boxes.get(run).checked;
@@ -39,7 +52,7 @@
     const figure = report[plot.dataset.figure];
     drawn.set(plot, figure);
     for (const trace of figure.data) if (trace.meta && !shown(trace.meta.run)) trace.visible = "legendonly";
-    await Plotly.newPlot(plot, figure.data, figure.layout, config);
+    await Plotly.newPlot(plot, figure.data, fitted(figure.layout), config);
     plot.on("plotly_legendclick", (event) => {
       const run = event.data[event.curveNumber].meta.run;
       if (!boxes.has(run)) return true;

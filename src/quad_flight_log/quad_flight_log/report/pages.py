@@ -1,9 +1,10 @@
 """Reports of one flight and of several side by side."""
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from quad_flight_log.analysis.metrics import METRICS
+from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import text_table, truth_note
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.report.figures import Figure, Table
@@ -13,6 +14,7 @@ from quad_flight_log.report.paper_figures import CASES, paper_figures
 from quad_flight_log.report.run import Run, run_from_flight, with_bands
 from quad_flight_log.report.verdict import judgement
 
+_METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
 _FACTS = (
     "run_id",
     "outcome",
@@ -44,18 +46,18 @@ def flight_page(flight: Flight, name: str, command: str, limits: Mapping[str, fl
     """
     run = run_from_flight(flight, name)
     judged = judgement(flight, run.metrics, limits)
-    facts = [(key, flight.metadata[key]) for key in _FACTS if flight.metadata.get(key)]
+    facts = [("bag", str(flight.path))] + [(key, flight.metadata[key]) for key in _FACTS if flight.metadata.get(key)]
     if flight.truncated:
         facts.insert(0, ("damage", f"the bag is truncated, this is its readable part: {flight.damage}"))
-    if truth_note(flight):
-        facts.insert(0, ("note", truth_note(flight)))
+    path = [figure for figure in paper_figures([run]) if figure.spatial]
     sections = [
-        *_case_sections([run], judged.limits),
+        Section("", truth_note(flight), tuple(path)),
+        *_case_sections([run], judged.limits, spatial=False),
         Section("Inside the flight", figures=tuple(with_bands(inside_figures([run]), [run]))),
         _flown_with([flight], [name]),
     ]
-    lines = (("bag", str(flight.path)), *facts)
-    return Page(f"Flight {name}", command, lines, tuple(sections), (judged.good, judged.text))
+    title, verdict = f"Flight {name}", (judged.good, judged.text)
+    return Page(title, command, tuple(facts), tuple(sections), verdict, _numbers(run.metrics))
 
 
 def comparison_page(flights: Sequence[Flight], names: Sequence[str], command: str) -> Page:
@@ -88,19 +90,32 @@ def by_trajectory(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
     return [(name, list(group)) for name, group in groupby(ranked, key=lambda run: run.trajectory)]
 
 
-def _case_sections(runs: Sequence[Run], limits: Mapping[str, float] | None = None) -> list[Section]:
+def _numbers(metrics: FlightMetrics) -> tuple[tuple[str, str], ...]:
+    """Return the three numbers that a flight's page opens with, those that are available."""
+    found = []
+    for name, text in (("position_rmse", "position error, RMS"), ("position_max", "largest position error")):
+        value = getattr(metrics, name)
+        if value is not None:
+            found.append((f"{value:.3g} m" if value >= 0.1 else f"{1000.0 * value:.3g} mm", text))
+    if metrics.attitude_rmse is not None:
+        found.append((f"{math.degrees(metrics.attitude_rmse):.3g}°", "attitude error, RMS"))
+    return tuple(found)
+
+
+def _case_sections(
+    runs: Sequence[Run], limits: Mapping[str, float] | None = None, *, spatial: bool = True
+) -> list[Section]:
     sections = []
     for trajectory, group in by_trajectory(runs):
         title = CASES.get(trajectory, f"Trajectory {trajectory}" if trajectory else "The flight")
         note = "t = 0 is the start of the trajectory; double-click a figure to see the approach before it."
-        sections.append(
-            Section(title, note, tuple(with_bands(paper_figures(group), group)), (_metrics_table(group, limits),))
-        )
+        figures = [figure for figure in paper_figures(group) if spatial or not figure.spatial]
+        names, values = [run.name for run in group], [run.metrics for run in group]
+        chosen = {*_METRICS, *(limits or {})}
+        main = metric_table(names, values, "Metrics", limits, chosen)
+        others = metric_table(names, values, "More metrics", limits, METRICS.keys() - chosen)
+        sections.append(Section(title, note, tuple(with_bands(figures, group)), (main,), more=(others,)))
     return sections
-
-
-def _metrics_table(runs: Sequence[Run], limits: Mapping[str, float] | None) -> Table:
-    return metric_table([run.name for run in runs], [run.metrics for run in runs], "Metrics", limits)
 
 
 def _flown_with(flights: Sequence[Flight], names: Sequence[str]) -> Section:

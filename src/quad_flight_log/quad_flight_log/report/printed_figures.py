@@ -6,7 +6,7 @@ from typing import Any
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure, Panel, bounds, height, runs_of, thin
-from quad_flight_log.report.interactive_figures import BAND_COLOUR, colours
+from quad_flight_log.report.interactive_figures import WANTED_OPACITY, WANTED_WIDTH, colours
 
 FORMATS = ("png", "pdf", "svg")
 _WIDTH = 5.4  # inch: one and a half columns
@@ -74,7 +74,7 @@ def drawn(figure: Figure, colour: dict[str, str]) -> Any:
                 _draw_panel(ax, panel, colour)
                 for band in figure.bands if figure.over_time else ():
                     ax.axvspan(
-                        band.begin, band.end, color=BAND_COLOUR, alpha=band.opacity, linewidth=0.0, label=band.label
+                        band.begin, band.end, color=band.colour, alpha=band.opacity, linewidth=0.0, label=band.label
                     )
             axes[-1].set_xlabel(figure.x_label)
             if figure.span:
@@ -95,10 +95,11 @@ def _draw_panel(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
         ax.plot(
             *kept.columns,
             color=colour[line.run],
-            linestyle="" if line.dots else "--" if line.dashed else "-",
-            linewidth=0.8,
+            linestyle="" if line.dots else "-",
+            linewidth=0.8 * (WANTED_WIDTH if line.dashed else 1.0),
             marker="." if line.dots else "",
-            alpha=0.5 if line.dots else 1.0,
+            alpha=0.5 if line.dots else WANTED_OPACITY if line.dashed else 1.0,
+            zorder=1.9 if line.dashed else 2.0,
             drawstyle="steps-post" if panel.steps else "default",
             label=line.label,
         )
@@ -110,8 +111,8 @@ def _draw_panel(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
 def draw_path(ax: Any, panel: Panel, colour: dict[str, str]) -> None:
     """Draw the lines of a spatial panel on Matplotlib's 3-D axes, all three axes to the same scale."""
     for line in panel.lines:
-        style = "--" if line.dashed else "-"
-        ax.plot(*thin(line).columns, color=colour[line.run], linestyle=style, linewidth=0.9, label=line.label)
+        wide, alpha = (WANTED_WIDTH, WANTED_OPACITY) if line.dashed else (1.0, 1.0)
+        ax.plot(*thin(line).columns, color=colour[line.run], linewidth=0.9 * wide, alpha=alpha, label=line.label)
     spans = bounds(panel)
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", xlim=spans[0], ylim=spans[1], zlim=spans[2])
     widest = max(high - low for low, high in spans)

@@ -14,7 +14,8 @@ from quad_flight_log.bag.reader import Flight
 from quad_flight_log.report.figures import Band, Figure
 
 _ARMING = 1  # of flight/mode
-_SHADES = (0.03, 0.08)  # of modes that follow each other, lighter than a takeover
+_SHADES = (0.05, 0.14)  # of modes that follow each other
+_MODE_COLOUR = "#33658a"  # unlike that of a takeover
 
 
 class Run(NamedTuple):
@@ -85,7 +86,7 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
     first = np.flatnonzero(np.r_[True, np.diff(table["mode"].astype(int)) != 0])
     ends = np.append(times[first[1:]], times[-1])
     return tuple(
-        Band(float(times[at]), float(end), str(table["name"][at]), _SHADES[place % 2])
+        Band(float(times[at]), float(end), str(table["name"][at]), _SHADES[place % 2], _MODE_COLOUR)
         for place, (at, end) in enumerate(zip(first, ends, strict=True))
         if table["mode"][at] > _ARMING
     )
