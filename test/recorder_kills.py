@@ -17,9 +17,11 @@ LIMIT = 0.3  # s of wall clock
 _STREAM = """
 import struct, sys, time
 from quad_flight_log.bag.writer import BagWriter
+from quad_flight_log.recorder.message_fields import definition_of
+from quad_msgs.msg import VehicleState
 
 bag = BagWriter(sys.argv[1], metadata={"seed": "7"})
-topics = [bag.add_topic(f"/t{i}", "quad_msgs/msg/VehicleState") for i in range(5)]
+topics = [bag.add_topic(f"/t{i}", definition_of(VehicleState)) for i in range(5)]
 print("ready", flush=True)
 index = 0
 while True:
