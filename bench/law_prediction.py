@@ -13,8 +13,9 @@ Examples:
 
 import argparse
 import sys
-from types import ModuleType
 
+from quad_core.cascade import STAGE
+from quad_core.compensated import compensated
 from quad_core.geometry import ZERO, add, scale, turned
 from quad_core.prediction import Shown, ahead, angular_acceleration, explained, held_for
 from quad_core.types import VehicleState
@@ -66,20 +67,16 @@ def flown(delay, settings, form=0.0):
         settings = [*settings, *(f"{role}.prediction.smoothing={form}" for role in CONTROLLERS)]
     flight = from_names("case2", settings=[f"simulator.sensor.delay={delay}", *settings])
     if form:
-        stages = PerStage(*(simpler(module) for module in flight.modules.stages))
+        laws = [resolved.plugins["law"].module for resolved in (flight.resolved[role] for role in CONTROLLERS)]
+        kinds = [STAGE[role].inputs for role in CONTROLLERS]
+        stages = PerStage(
+            *(compensated(law, kind, frozenset({"prediction"}), simple) for law, kind in zip(laws, kinds, strict=True))
+        )
         flight = flight._replace(modules=flight.modules._replace(stages=stages))
     result = fly(flight, compiled=not form, logging=False)
     if result.outcome != "ended":
         return f"{result.outcome}"
     return f"{1e3 * result.rmse:.2f} mm, {result.score.torque_variation:.1f}"
-
-
-def simpler(module):
-    """Return a predicted law with the prediction above; CPython runs it, so one text serves all forms."""
-    other = ModuleType(f"{module.__name__}[simple]")
-    vars(other).update({name: value for name, value in vars(module).items() if not name.startswith("__")})
-    vars(other).update(step=module.assembled(simple, module.PARTS[1]))
-    return other
 
 
 def lags(settings):

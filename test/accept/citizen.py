@@ -64,7 +64,7 @@ def open_cache(folder):
     (folder / "cache").mkdir()
     (folder / "cache").chmod(0o777)
     code, said, _ = ended(
-        [sys.executable, "-c", "from quad_core.sources import cache_root; cache_root()"],
+        [sys.executable, "-c", "from quad_flight.engine import cache_root; cache_root()"],
         QUAD_CACHE_DIR=str(folder / "cache"),
     )
     return code == 1 and "NotOursError" in said and "0777" in said, said.strip().splitlines()[-1]
@@ -73,7 +73,7 @@ def open_cache(folder):
 @finding("XDG_CACHE_HOME=''", "compiled code in the working directory")
 def empty_cache_home(folder):
     text = (
-        "import os; os.environ.pop('QUAD_CACHE_DIR', 0); from quad_core.sources import cache_root; print(cache_root())"
+        "import os; os.environ.pop('QUAD_CACHE_DIR', 0); from quad_flight.engine import cache_root; print(cache_root())"
     )
     environment = {**os.environ, "XDG_CACHE_HOME": "", "HOME": str(folder)}
     done = subprocess.run(

@@ -8,130 +8,97 @@ without ROS, compiled) runs this in its place, so that all give the same bits.
 
 from collections.abc import Callable
 from functools import cache
-from types import FunctionType, ModuleType
-from typing import Any, NamedTuple, cast
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from quad_core.prediction import Known, Prediction, Shown, predict, unknown
 from quad_core.records import field_kinds
 from quad_core.rotor_lead import Given, LeadShown, RotorLead, ahead_of_rotors
 
-
-class _Part(NamedTuple):
-    """Something before or after a law: its function with its text in ``step``, its types, its first memory.
-
-    ``name`` is that of its parameters in the node and here; ``memory``, ``first`` and ``shown`` are names in the text.
-    """
-
-    name: str
-    function: Callable[..., Any]
-    text: str
-    after: bool
-    parameters: type[Any]
-    memory: str
-    memory_kind: type[Any]
-    first: str
-    shown: str
-    shown_kind: type[Any]
-
-
-_PARTS = (
-    _Part(
-        name="prediction",
-        function=predict,
-        text="state, known, shown = predict("
-        "parameters.prediction, vehicle, memory.known, inputs.state, inputs.actuation, dt)",
-        after=False,
-        parameters=Prediction,
-        memory="known",
-        memory_kind=Known,
-        first="unknown()",
-        shown="shown",
-        shown_kind=Shown,
-    ),
-    _Part(
-        name="rotor_lead",
-        function=ahead_of_rotors,
-        text="output, given, led = ahead_of_rotors(parameters.rotor_lead, vehicle, memory.given, output, dt)",
-        after=True,
-        parameters=RotorLead,
-        memory="given",
-        memory_kind=Given,
-        first="Given()",
-        shown="led",
-        shown_kind=LeadShown,
-    ),
-)
-
-COMPENSATIONS = tuple(part.name for part in _PARTS)
+COMPENSATIONS = ("prediction", "rotor_lead")
 """Parameter groups of a controller that may stand around its law, each with its own ``enabled``."""
 
-_TEXT = '''\
-def step(parameters, vehicle, memory, inputs, dt):
-    """Return output, memory and internals of one step of ``dt`` s of the law and what stands around it."""
-    state = inputs.state
-    {before}
-    output, law, internals = law_step(parameters.law, vehicle, memory.law, Inputs({inputs}), dt)
-    {after}
-    return output, Memory({memory}), Internals({internals})
-
-
-def init(parameters, vehicle):
-    """Return the memory before the first step."""
-    return Memory({first})
-'''
+Function = Callable[..., Any]
 
 
 @cache
-def compensated(law: ModuleType, inputs: type[Any], names: frozenset[str]) -> ModuleType:
+def compensated(law: ModuleType, inputs: type[Any], names: frozenset[str], predicted: Function = predict) -> ModuleType:
     """Return the module of ``law`` with those COMPENSATIONS that ``names`` has around it.
 
-    ``inputs`` is the class of what the law's stage takes. ``Parameters`` are (law, one per name), ``Memory`` is (law,
-    one per name), ``Internals`` are the law's and what each shows.
+    ``inputs`` is the class of what the law's stage takes, the state first. ``Parameters`` are (law, one per name),
+    ``Memory`` is (law, one per name), ``Internals`` are the law's and what each shows. ``predicted`` predicts.
     """
-    parts = [part for part in _PARTS if part.name in names]
-    title = "_".join(part.name for part in parts)
-    shown = {key: kind for part in parts for key, kind in field_kinds(part.shown_kind).items()}
-    kinds = {
-        "Parameters": {"law": law.Parameters, **{part.name: part.parameters for part in parts}},
-        "Memory": {"law": law.Memory, **{part.memory: part.memory_kind for part in parts}},
-        "Internals": {**field_kinds(law.Internals), **shown},
-    }
+    first: dict[str, Any] = {"law": law.Memory}
+    parameters: dict[str, Any] = {"law": law.Parameters}
+    internals = field_kinds(law.Internals)
+    before, after = _as_it_is, _as_asked
+    if "prediction" in names:
+        before = _predicting(predicted)
+        parameters["prediction"], first["known"] = Prediction, Known
+        internals |= field_kinds(Shown)
+    if "rotor_lead" in names:
+        after = _leading
+        parameters["rotor_lead"], first["given"] = RotorLead, Given
+        internals |= field_kinds(LeadShown)
+    title = "_".join(name for name in COMPENSATIONS if name in names)
+    suffix = f"{law.__name__}_{title}"
     module = ModuleType(f"{law.__name__}[{title}]", __doc__)
-    found: dict[str, Any] = {
-        **{name: _kind(name, f"{law.__name__}_{title}", fields) for name, fields in kinds.items()},
-        "COMPILES": getattr(law, "COMPILES", True),
-        "PARTS": (*(part.function for part in parts), law.step),
-    }
-    scope: dict[str, Any] = {**found, "Inputs": inputs, "law_init": law.init, "unknown": unknown, "Given": Given}
-    text = _text(law, inputs, parts)
-
-    def assembled(*functions: Any) -> FunctionType:
-        """Return ``step`` with these functions in the place of ``PARTS``, as they are or as machine code."""
-        called = {part.function.__name__: own for part, own in zip(parts, functions[:-1], strict=True)}
-        own = {**scope, **called, "law_step": functions[-1], "__name__": __name__}
-        # below the end of this file, so that no traceback shows a line of it that was not run
-        exec(compile("\n" * 1000 + text, __file__, "exec"), own)
-        for name in ("step", "init"):
-            own[name].__qualname__ = f"{name}[{law.__name__}, {title}]"
-        vars(module).setdefault("init", own["init"])
-        return cast("FunctionType", own["step"])
-
-    vars(module).update(found, assembled=assembled, step=assembled(*found["PARTS"]))
+    memory_kind, shown_kind = _kind("Memory", suffix, first), _kind("Internals", suffix, internals)
+    vars(module).update(
+        Parameters=_kind("Parameters", suffix, parameters),
+        Memory=memory_kind,
+        Internals=shown_kind,
+        COMPILES=getattr(law, "COMPILES", True),
+        init=_init(law.init, memory_kind, [kind for name, kind in first.items() if name != "law"]),
+        step=_step(law.step, inputs, memory_kind, shown_kind, before, after),
+    )
     return module
 
 
-def _text(law: ModuleType, inputs: type[Any], parts: list[_Part]) -> str:
-    """Return the text of ``step`` and ``init``."""
-    shown = [f"internals.{name}" for name in law.Internals._fields]
-    shown += [f"{part.shown}.{name}" for part in parts for name in part.shown_kind._fields]
-    return _TEXT.format(
-        before="\n    ".join(part.text for part in parts if not part.after),
-        after="\n    ".join(part.text for part in parts if part.after),
-        inputs=", ".join("state" if name == "state" else f"inputs.{name}" for name in inputs._fields),
-        memory=", ".join(["law", *(part.memory for part in parts)]),
-        internals=", ".join(shown),
-        first=", ".join(["law_init(parameters.law, vehicle)", *(part.first for part in parts)]),
-    )
+def _step(
+    law: Function, inputs_kind: Any, memory_kind: Any, shown_kind: Any, before: Function, after: Function
+) -> Function:
+    """Return ``step`` of the law with what stands before and after it."""
+
+    def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        state, known, shown = before(parameters, vehicle, memory, inputs, dt)
+        output, own, internals = law(parameters.law, vehicle, memory.law, inputs_kind(state, *inputs[1:]), dt)
+        output, given, led = after(parameters, vehicle, memory, output, dt)
+        return output, memory_kind(own, *(known + given)), shown_kind(*(internals[:] + shown[:] + led[:]))
+
+    return step
+
+
+def _as_it_is(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:  # noqa: ARG001
+    return inputs.state, (), ()
+
+
+def _predicting(predicted: Function) -> Function:
+    def before(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        state, known, shown = predicted(
+            parameters.prediction, vehicle, memory.known, inputs.state, inputs.actuation, dt
+        )
+        return state, (known,), shown
+
+    return before
+
+
+def _as_asked(parameters: Any, vehicle: Any, memory: Any, output: Any, dt: float) -> Any:  # noqa: ARG001
+    return output, (), ()
+
+
+def _leading(parameters: Any, vehicle: Any, memory: Any, output: Any, dt: float) -> Any:
+    output, given, led = ahead_of_rotors(parameters.rotor_lead, vehicle, memory.given, output, dt)
+    return output, (given,), led
+
+
+def _init(law: Function, memory_kind: Any, others: list[Any]) -> Function:
+    """Return ``init``: the memory before the first step."""
+
+    def init(parameters: Any, vehicle: Any) -> Any:
+        return memory_kind(law(parameters.law, vehicle), *(unknown() if kind is Known else kind() for kind in others))
+
+    return init
 
 
 def _kind(name: str, suffix: str, kinds: dict[str, type[Any]]) -> type[Any]:

@@ -7,7 +7,7 @@ guards before whatever raises in CPython and gives inf or NaN in Numba.
 
 import dis
 from collections.abc import Callable
-from types import FunctionType, ModuleType
+from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 _COMPILED: dict[FunctionType, Any] = {}
@@ -30,12 +30,17 @@ def compiled(function: Callable[..., Any]) -> Any:
                 scope[name] = compiled(value)
             elif isinstance(value, ModuleType) and value.__name__ != "math":
                 raise TypeError(f"{function.__module__}.{function.__name__}: import functions from {name} by name")
-        twin = FunctionType(function.__code__, scope, function.__name__, function.__defaults__, function.__closure__)
+        closure = tuple(CellType(_twin_of(cell.cell_contents)) for cell in function.__closure__ or ())
+        twin = FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
         twin.__kwdefaults__ = function.__kwdefaults__
         twin.__module__ = function.__module__
         twin.__qualname__ = function.__qualname__
         _COMPILED[function] = numba.njit(twin, error_model="numpy", nogil=True, forceinline=True)
     return _COMPILED[function]
+
+
+def _twin_of(value: Any) -> Any:
+    return compiled(value) if isinstance(value, FunctionType) else value
 
 
 def _globals_read(function: FunctionType) -> set[str]:

@@ -6,7 +6,6 @@ import stat
 import pytest
 
 from quad_core.ownership import NotOursError, check_file, private_folder
-from quad_core.sources import cache_root
 
 
 @pytest.fixture
@@ -76,21 +75,3 @@ def test_files_are_plain_and_written_by_their_owner_only(own):
     (own / "good.so").chmod(0o664)
     with pytest.raises(NotOursError, match="found mode 0664"):
         check_file(own / "good.so")
-
-
-@pytest.mark.parametrize("value", ["", "relative/cache"])
-def test_no_cache_in_the_working_directory(own, monkeypatch, value):
-    """The XDG specification: an empty or relative XDG_CACHE_HOME counts as none."""
-    monkeypatch.delenv("QUAD_CACHE_DIR", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", value)
-    monkeypatch.setenv("HOME", str(own))
-    monkeypatch.chdir(own)
-    assert cache_root() == own / ".cache" / "quad_campaign"
-
-
-def test_a_chosen_cache_that_all_may_write_is_refused(own, monkeypatch):
-    (own / "shared").mkdir()
-    (own / "shared").chmod(0o777)
-    monkeypatch.setenv("QUAD_CACHE_DIR", str(own / "shared"))
-    with pytest.raises(NotOursError, match="shared: found mode 0777"):
-        cache_root()

@@ -1,15 +1,21 @@
 """The loop bound to plug-ins: plain Python, or compiled by Numba with a cache that knows its sources."""
 
+import hashlib
 import inspect
-from collections.abc import Callable, Mapping
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from enum import IntEnum
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
-from quad_core import compilation, sources
+from quad_core import compilation
 from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
+from quad_core.ownership import private_folder
 from quad_flight import loop, rows, stages
 
 
@@ -44,19 +50,10 @@ def python_engine(modules: Modules) -> Engine:
 @cache
 def compiled_engine(modules: Modules) -> Engine:
     """Return the loop compiled by Numba; compiled once per state of the sources, kept in the user's cache."""
-    directory = sources.cache_root() / source_hash(modules)
-    plain = _bound(modules, rows.writer(modules.stages))
-    return Engine(*(_cached(compiled(function), directory) for function in plain))
-
-
-def source_hash(modules: Modules) -> str:
-    """Return a hash over the stages and over every source file that the bound loop reaches, plug-ins included."""
-    bound = _functions(modules)
-    names = " ".join(f"{name} {function.__module__}.{function.__qualname__}" for name, function in bound.items())
-    made = "\n".join([names, stages.text(), *rows.names(modules.stages)])
-    steps = [module.step for module in modules.stages]
-    files = [Path(inspect.getfile(module)) for module in (compilation, rows, stages)]
-    return sources.source_hash([*python_engine(modules), *steps], files, made)
+    directory = cache_root() / source_hash(modules)
+    return Engine(
+        *(_cached(compiled(function), directory) for function in _bound(modules, rows.writer(modules.stages)))
+    )
 
 
 def explain(modules: Modules, error: Exception) -> EngineError:
@@ -65,9 +62,58 @@ def explain(modules: Modules, error: Exception) -> EngineError:
     return EngineError(f"cannot be compiled ({names}): {' '.join(str(error).split())[:600]}")
 
 
-def _functions(modules: Modules) -> dict[str, Callable[..., Any]]:
-    """Return {name in ``loop``: function}."""
-    return {
+def cache_root() -> Path:
+    """Return the folder that holds compiled code: QUAD_CACHE_DIR, else quad_campaign in the user's cache.
+
+    It is made if it lacks. What lies there is run: a folder that others may change raises NotOursError, one that cannot
+    be made another OSError. XDG_CACHE_HOME counts only where it is absolute, as its specification says.
+    """
+    user = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    user = user if user.is_absolute() else Path.home() / ".cache"
+    return private_folder(Path(os.environ.get("QUAD_CACHE_DIR") or user / "quad_campaign"))
+
+
+def source_hash(modules: Modules) -> str:
+    """Return a hash over Python, Numba and all that the bound loop reaches, plug-ins included.
+
+    Numba itself looks only at the file of the function that it caches.
+    """
+    columns = " ".join(rows.names(modules.stages))
+    digest = hashlib.sha256(f"{sys.version} {version('numba')} {columns}\n".encode())
+    files = {Path(inspect.getfile(compilation))}
+    seen: set[FunctionType] = set()
+    for function in python_engine(modules):
+        for line in reached(function, seen, files):
+            digest.update(line.encode())
+    for path in sorted(files):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def reached(function: FunctionType, seen: set[FunctionType], files: set[Path]) -> Iterator[str]:
+    """Yield a line for each function that ``function`` reaches and each constant that one reads; adds their files."""
+    if function in seen:
+        return
+    seen.add(function)
+    files.add(Path(inspect.getfile(function.__code__)))
+    yield f"{function.__module__}.{function.__qualname__}\n"
+    values = [(name, function.__globals__.get(name)) for name in function.__code__.co_names]
+    values += zip(
+        function.__code__.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True
+    )
+    for name, value in values:
+        if isinstance(value, FunctionType):
+            yield from reached(value, seen, files)
+        elif isinstance(value, int | float | tuple):
+            yield f"{name} = {value!r}\n"
+        elif isinstance(value, type) and issubclass(value, IntEnum):
+            yield f"{name} = {list(value)!r}\n"
+        elif isinstance(value, type) and value.__module__ in sys.modules and hasattr(value, "_fields"):
+            files.add(Path(inspect.getfile(value)))
+
+
+def _bound(modules: Modules, write: Callable[..., Any]) -> Engine:
+    functions = {
         "plant_init": modules.plant.init,
         "plant_step": modules.plant.step,
         "plant_observe": modules.plant.observe,
@@ -80,10 +126,6 @@ def _functions(modules: Modules) -> dict[str, Callable[..., Any]]:
         "answer": stages.answer_of(modules.stages),
         "distance_behind": behind_check(modules.stages.position_controller.Internals),
     }
-
-
-def _bound(modules: Modules, write: Callable[..., Any]) -> Engine:
-    functions = _functions(modules)
     return Engine(
         _twin(loop.take_off, "take_off", functions),
         _twin(loop.fly, "fly", {**functions, "LOGGING": False}),

@@ -1,15 +1,15 @@
-"""What the stages of ``quad_core.cascade`` answer in one plant step, as text made from the table.
+"""What the stages of ``quad_core.cascade`` answer in one plant step: one function per row of the table, in a chain.
 
-    python -m quad_flight.stages    prints that text
+    answer(setup, memory, signals, internals, state, reference, actuation, k) -> signals, memory, internals, refused
 
-A new row of ``STAGES`` needs no change here or in ``loop``.
+A new row of ``STAGES`` needs no change here or in ``loop``. The functions are closures over what the table says, so
+that CPython and Numba run the same text.
 """
 
-import sys
 from collections import namedtuple
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from types import FunctionType
+from types import ModuleType
 from typing import Any
 
 from quad_core.cascade import STAGES, Stage
@@ -26,82 +26,81 @@ OUTSIDE = ("state", "reference")
 BEFORE = ("actuation",)
 """What a stage may take in addition to outputs of any stage, of the plant step before."""
 
-_HEAD = '''\
-def answer(setup, memory, signals, internals, state, reference, actuation, k):
-    """Return signals, memory and internals after plant step ``k``, and the number of the stage that was refused.
+Function = Callable[..., Any]
 
-    Stages are numbered from 1; 0: none. A stage is refused if a number in its output or its memory is not finite.
-    ``actuation`` is that of the step before.
+
+def places(stages: Sequence[Stage], number: int) -> tuple[int, ...]:
+    """Return where the inputs of stage ``number``, from 1, stand: the state, then what it takes.
+
+    Counted in (state, reference, actuation, signals of the step before, outputs of the stages before it in this step).
+    Raises ValueError for an input that the stage cannot have when it is due.
     """
-    steps = setup.schedule.stage_steps
-    period = setup.schedule.plant_period
-    refused = 0
-'''
-
-
-def text(stages: Sequence[Stage] = STAGES) -> str:
-    """Return the text of ``answer``; raises ValueError for an input that a stage cannot have when it is due."""
-    answers = [_answer(stage, number, _inputs(stages, number)) for number, stage in enumerate(stages, start=1)]
-    roles = [stage.role for stage in stages]
-    outputs = ", ".join(stage.gives for stage in stages)
-    memories = ", ".join(f"{role}_memory" for role in roles)
-    internals = ", ".join(f"{role}_internals" for role in roles)
-    end = f"    return Signals({outputs}), PerStage({memories}), PerStage({internals}), refused\n"
-    return "".join([_HEAD, *answers, end])
-
-
-def _answer(stage: Stage, number: int, inputs: str) -> str:
-    """Return the text of one stage."""
-    role, gives = stage.role, stage.gives
-    return f"""\
-    # {role}: {stage.paper}
-    {gives} = signals.{gives}
-    {role}_memory = memory.{role}
-    {role}_internals = internals.{role}
-    if refused == 0 and k % steps.{role} == 0:
-        {gives}, {role}_memory, {role}_internals = {role}_step(
-            setup.stages.{role},
-            setup.vehicle,
-            memory.{role},
-            {role}_inputs({inputs}),
-            seconds(steps.{role}, period),
-        )
-        if not (is_finite_{gives}({gives}) and is_finite_{role}_memory({role}_memory)):
-            refused = {number}
-"""
-
-
-def _inputs(stages: Sequence[Stage], number: int) -> str:
-    """Return what the stage of this number gets: the state and what it takes."""
-    earlier = [stage.gives for stage in stages[: number - 1]]
     every = [stage.gives for stage in stages]
-    names = ["state"]
+    earlier = every[: number - 1]
+    now = [*OUTSIDE, *[""] * (len(BEFORE) + len(every)), *earlier]
+    before = [*[""] * len(OUTSIDE), *BEFORE, *every]
+    found = [0]
     for topic, lag in stages[number - 1].takes:
-        if (lag == 0 and topic in (*OUTSIDE, *earlier)) or (lag == 1 and topic in BEFORE):
-            names.append(topic)
-        elif lag == 1 and topic in every:
-            names.append(f"signals.{topic}")
-        else:
+        offered = {0: now, 1: before}.get(lag, [])
+        if topic not in offered:
             known = f"{', '.join((*OUTSIDE, *earlier))} or, with lag 1, {', '.join((*BEFORE, *every))}"
             raise ValueError(f"{stages[number - 1].role}: found {topic} with lag {lag}, expected {known}")
-    return ", ".join(names)
+        found.append(offered.index(topic))
+    return tuple(found)
 
 
 @cache
-def answer_of(modules: Any) -> FunctionType:
-    """Return ``answer`` with the ``step`` of each of ``modules`` (a ``PerStage``) in its place."""
-    scope: dict[str, Any] = {"PerStage": PerStage, "Signals": Signals, "seconds": seconds, "__name__": __name__}
-    for stage, module in zip(STAGES, modules, strict=True):
-        scope[f"{stage.role}_step"] = module.step
-        scope[f"{stage.role}_inputs"] = stage.inputs
-        scope[f"is_finite_{stage.gives}"] = finite_check(stage.output)
-        scope[f"is_finite_{stage.role}_memory"] = finite_check(module.Memory)
-    # below the end of this file, so that no traceback shows a line of it that was not run
-    exec(compile("\n" * 1000 + text(), __file__, "exec"), scope)
-    function = scope["answer"]
-    assert isinstance(function, FunctionType)
-    return function
+def answer_of(modules: Any) -> Function:
+    """Return ``answer`` of the stages whose modules are ``modules``, a ``PerStage``.
+
+    It returns signals, memory and internals after plant step ``k``, and the number of the stage that was refused: from
+    1, 0 for none. A stage is refused if a number in its output or its memory is not finite. ``actuation`` is that of
+    the step before.
+    """
+    chain = _none
+    for number, (stage, module) in enumerate(zip(STAGES, modules, strict=True), start=1):
+        chain = _followed_by(chain, number, stage, module)
+
+    def answer(
+        setup: Any, memory: Any, signals: Any, internals: Any, state: Any, reference: Any, actuation: Any, k: int
+    ) -> Any:
+        given = (state, reference, actuation) + signals[:]  # noqa: RUF005 (Numba adds plain tuples)
+        outputs, memories, shown, refused = chain(setup, memory, signals, internals, given, k)
+        return Signals(*outputs), PerStage(*memories), PerStage(*shown), refused
+
+    return answer
 
 
-if __name__ == "__main__":
-    sys.stdout.write(text())
+def _none(setup: Any, memory: Any, signals: Any, internals: Any, given: Any, k: int) -> Any:  # noqa: ARG001
+    """Return what the stages before the first one answer."""
+    return (), (), (), 0
+
+
+def _followed_by(earlier: Function, number: int, stage: Stage, module: ModuleType) -> Function:
+    """Return ``earlier`` and after it stage ``number`` with the ``step`` of ``module``."""
+    at = number - 1
+    step, inputs = module.step, stage.inputs
+    taken = _taken(places(STAGES, number))
+    is_finite, is_memory_finite = finite_check(stage.output), finite_check(module.Memory)
+
+    def answer(setup: Any, memory: Any, signals: Any, internals: Any, given: Any, k: int) -> Any:
+        outputs, memories, shown, refused = earlier(setup, memory, signals, internals, given, k)
+        output, own, inside = signals[at], memory[at], internals[at]
+        steps = setup.schedule.stage_steps[at]
+        if refused == 0 and k % steps == 0:
+            dt = seconds(steps, setup.schedule.plant_period)
+            output, own, inside = step(setup.stages[at], setup.vehicle, own, inputs(*taken(given + outputs)), dt)
+            if not (is_finite(output) and is_memory_finite(own)):
+                refused = number
+        return outputs + (output,), memories + (own,), shown + (inside,), refused  # noqa: RUF005
+
+    return answer
+
+
+def _taken(chosen: tuple[int, ...]) -> Function:
+    """Return a function that takes the parts at ``chosen`` out of a tuple of several types."""
+    last = chosen[-1]
+    if len(chosen) == 1:
+        return lambda given: (given[last],)
+    first = _taken(chosen[:-1])
+    return lambda given: first(given) + (given[last],)  # noqa: RUF005

@@ -2,11 +2,13 @@
 
 import importlib
 import sys
+from enum import IntEnum
 
 import pytest
 import stand_in
 from stand_in import Internals, small_flight, with_stages
 
+from quad_core.ownership import NotOursError
 from quad_flight import engine
 from quad_flight.flight import fly
 
@@ -58,3 +60,48 @@ def test_a_plugin_that_cannot_be_compiled_is_named():
 
     with pytest.raises(engine.EngineError, match="Difficult"):
         fly(small_flight(modules=with_stages(position_controller=Difficult)), compiled=True)
+
+
+@pytest.mark.parametrize("value", ["", "relative/cache"])
+def test_no_cache_in_the_working_directory(tmp_path, monkeypatch, value):
+    """The XDG specification: an empty or relative XDG_CACHE_HOME counts as none."""
+    monkeypatch.delenv("QUAD_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", value)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert engine.cache_root() == tmp_path / ".cache" / "quad_campaign"
+
+
+def test_a_chosen_cache_that_all_may_write_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared").chmod(0o777)
+    monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path / "shared"))
+    with pytest.raises(NotOursError, match="shared: found mode 0777"):
+        engine.cache_root()
+
+
+LIMIT = 2.0
+Form = IntEnum("Form", {"ROUND": 0, "SQUARE": 1})
+
+
+def chosen(form: int) -> float:
+    """Return what depends on both."""
+    return LIMIT if form == Form.SQUARE else 0.0
+
+
+def test_a_constant_an_enum_and_what_a_closure_holds_count(monkeypatch):
+    def holder(number):
+        return lambda form: chosen(form) + number
+
+    def lines(number):
+        return "".join(engine.reached(holder(number), set(), set()))
+
+    before = lines(1.0)
+    assert lines(1.0) == before
+    monkeypatch.setitem(globals(), "LIMIT", 3.0)
+    other = lines(1.0)
+    monkeypatch.undo()
+    monkeypatch.setitem(globals(), "Form", IntEnum("Form", {"SQUARE": 0, "ROUND": 1}))
+    turned = lines(1.0)
+    monkeypatch.undo()
+    assert len({before, other, turned, lines(2.0)}) == 4
