@@ -20,7 +20,7 @@ from law_additions import FLYING, held_by, printed_with, without
 from tqdm import tqdm
 
 from quad_campaign.paper_flight import CASES, FIRST_POINT, PaperCase, paper_flight, worst_rmse
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 
 LIMIT = 0.25
 LARGEST_SET = 4

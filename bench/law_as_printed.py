@@ -17,7 +17,7 @@ from quad_campaign.paper_flight import CASES, PaperCase, paper_flight
 from quad_core.geometry import body_z
 from quad_core.types import Quat
 from quad_flight.flight import fly
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 
 MOMENTS = (0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 4.0, 7.0)
 

@@ -18,7 +18,7 @@ from law_surface import convergence
 
 from quad_campaign.paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, PaperCase, paper_flight
 from quad_flight.flight import fly
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 from quad_flight_log.analysis.metrics import flight_metrics
 from quad_position_ctrl.stability import static_error
 

@@ -8,7 +8,7 @@ The interval of a ratio is that of Welch's t on the logarithms of the costs of t
 all, so it says what another seed of the tuner would change, not what other flights would.
 
 Examples:
-  python bench/law_tunings.py src/quad_campaign/quad_campaign/config/real_x500.yaml
+  python bench/law_tunings.py studies/real_x500.yaml
   python bench/law_tunings.py PLAN --gains studies/mine --seeds 50 --against aibs-pid
 """
 
@@ -21,10 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t, ttest_ind
 
-from quad_campaign.study_plan import flight_of, read_plan
-from quad_campaign.tune import flight_cost
 from quad_core.parameter_files import read_parameter_file
 from quad_flight.flight import fly
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+from study_plan import flight_of, read_plan
+from tune import flight_cost
 
 LOST = 0.3
 

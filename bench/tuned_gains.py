@@ -6,18 +6,23 @@ tuning, by the scales of the plan ``paper``.
 
 import argparse
 import statistics
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from quad_campaign.batch import fly_numbers, prepared
+from quad_campaign.campaign import shipped
 from quad_campaign.definition import Definition, Distribution, read_definition, settings_of
-from quad_campaign.study_plan import find_plan, read_plan
 from quad_core.parameter_files import read_parameter_file
 
-CONFIG = Path(__file__).resolve().parents[1] / "src" / "quad_campaign" / "quad_campaign" / "config"
-GAINS = CONFIG / "study_gains" / "proposed.yaml"
-OBJECTIVE = read_plan(find_plan("paper")).tuning.objective
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+from study_plan import find_plan, gains_file, read_plan
+
+PLAN = read_plan(find_plan("paper"))
+GAINS = gains_file(PLAN, "proposed")
+
+OBJECTIVE = PLAN.tuning.objective
 _SEEDS = {"flight.seed": Distribution("uniform", (1000, 2**31 - 1), None)}  # tuned on 1, 2, 3
 _NOMINAL = {
     case: Definition(f"nominal {case}", "", {"case": case}, _SEEDS, {"rmse": 0.15}, 1) for case in ("case1", "case2")
@@ -54,7 +59,7 @@ def cost(row: dict[str, Any]) -> float:
 def main(flights: int = 200, gains: Path = GAINS) -> None:
     """Print both, campaign by campaign."""
     changed = settings(gains)
-    campaigns = [*_NOMINAL.values(), read_definition(CONFIG / "campaign_case2.yaml")]
+    campaigns = [*_NOMINAL.values(), read_definition(shipped()["campaign_case2"])]
     print("campaign        gains    successes  RMSE median  worst, m  torque variation, N m/s  cost    cheaper")
     for definition in campaigns:
         preset = flown(definition, [], flights)

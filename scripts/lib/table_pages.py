@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import io
 import re
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,8 @@ COMMANDS = {
     "scripts/fly": "quad_bringup.fly",
     "scripts/log": "quad_flight_log.cli",
     "scripts/campaign": "quad_campaign.campaign_cli",
-    "scripts/study": "quad_campaign.study",
-    "scripts/tune": "quad_campaign.tune",
+    "scripts/study": "study",
+    "scripts/tune": "tune",
     "ros2 run quad_commander command": "quad_commander.command",
 }
 COMMAND_HEAD = """# Command line
@@ -244,6 +245,7 @@ def parser_of(module: str) -> argparse.ArgumentParser:
     original = argparse.ArgumentParser.parse_args
     argparse.ArgumentParser.parse_args = capture  # type: ignore[assignment,method-assign]
     try:
+        sys.path.insert(0, str(ROOT / "studies"))
         with contextlib.redirect_stderr(io.StringIO()):
             importlib.import_module(module).main([])
     except _CapturedError as captured:

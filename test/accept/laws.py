@@ -11,7 +11,7 @@ from quad_campaign.paper_flight import (
     arrival,
     paper_flight,
 )
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 
 SEEDS = range(1, 21)
 RMSE_LIMITS = {"tuned": 0.02, "minimal": 0.08}

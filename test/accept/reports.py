@@ -12,9 +12,10 @@ import pandas
 from figures import Figures
 
 sys.path.insert(0, str(flying.ROOT / "scripts" / "lib"))
+sys.path.insert(0, str(flying.ROOT / "studies"))
 from headless_browser import Browser, browser_path
+from study_report import write_report
 
-from quad_campaign.study_report import write_report
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.report.html_page import write_page

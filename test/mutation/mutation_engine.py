@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 # Loaded once before forking: most of a short test run is importing these.
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
-COPIED = ("src", "test/paper", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
+COPIED = ("src", "studies", "test/paper", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
     "quad_autopilot": [],
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
@@ -84,7 +84,8 @@ def split(function: str) -> tuple[list[str], list[str]]:
 def source_file(root: Path, mutation: Mutation) -> Path:
     """Return the file that holds the mutated function."""
     module, _ = split(mutation.function)
-    return root / "src" / module[0] / Path(*module).with_suffix(".py")
+    folder = root / "src" / module[0] if len(module) > 1 else root / "studies"
+    return folder / Path(*module).with_suffix(".py")
 
 
 def mutated(source: str, mutation: Mutation) -> str:
@@ -186,9 +187,10 @@ def test_paths(root: Path, function: str) -> list[list[str]]:
 
     The module's own, then those of the paper, then the others of its package, first of them those that name it.
     """
-    package, *_, module = split(function)[0]
-    stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS[package]]
-    files = sorted((root / "src" / package / "test").glob("test_*.py"))
+    package, module = split(function)[0][0], split(function)[0][-1]
+    stages = [[f"test/paper/test_{name}.py" for name in stage.split()] for stage in PAPER_TESTS.get(package, [])]
+    folder = root / "studies" if package == module else root / "src" / package
+    files = sorted((folder / "test").glob("test_*.py"))
     mirror = [file for file in files if file.stem.endswith(f"_{module}")]
     names_it = re.compile(rf"\b{module}\b")
     rest = [file for file in files if file not in mirror]

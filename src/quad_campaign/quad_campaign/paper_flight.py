@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_core.parameters import Value
 from quad_flight.flight import Flight, flight_from_parameters
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 
 CASES = ("case1", "case2")
 FIRST_POINT = {"case1": (5.0, 5.0, 11.0), "case2": (10.0, 0.0, 10.0)}

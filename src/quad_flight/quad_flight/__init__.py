@@ -1,1 +1,1 @@
-"""A flight without ROS: set-up, configuration, loop, engine, score and sweep."""
+"""A flight without ROS: set-up, configuration, loop, engine, score; and many of them."""

@@ -9,6 +9,7 @@ from enum import IntEnum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from threading import Lock
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
@@ -17,6 +18,8 @@ from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
 from quad_core.ownership import private_folder
 from quad_flight import loop, rows, stages
+
+_ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
 
 
 class EngineError(RuntimeError):
@@ -47,9 +50,14 @@ def python_engine(modules: Modules) -> Engine:
     return _bound(modules, rows.quick_writer(modules.stages))
 
 
-@cache
 def compiled_engine(modules: Modules) -> Engine:
     """Return the loop compiled by Numba; compiled once per state of the sources, kept in the user's cache."""
+    with _ONE_AT_A_TIME:
+        return _compiled_engine(modules)
+
+
+@cache
+def _compiled_engine(modules: Modules) -> Engine:
     directory = cache_root() / source_hash(modules)
     return Engine(
         *(_cached(compiled(function), directory) for function in _bound(modules, rows.writer(modules.stages)))

@@ -8,7 +8,7 @@ from quad_campaign.batch import row
 from quad_campaign.definition import Definition
 from quad_core import plugins
 from quad_flight.flight import flight_from_parameters, fly
-from quad_flight.sweep import sweep
+from quad_flight.many import sweep
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.PLANT), reason="plug-ins are not installed: run scripts/setup"

@@ -3,9 +3,9 @@
 import math
 
 import pytest
+import sensitivity
+from sensitivity import ASSUMED, Job, Outcome, curve, jobs, middle, overrides
 
-from quad_campaign import sensitivity
-from quad_campaign.sensitivity import ASSUMED, Job, Outcome, curve, jobs, middle, overrides
 from quad_core import plugins
 from quad_core.parameters import fields
 from quad_flight.flight import flight_from_parameters

@@ -10,7 +10,6 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
@@ -18,6 +17,7 @@ from typing import NamedTuple
 from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import resolve
 from quad_flight.flight import flight_from_parameters, fly
+from quad_flight.many import run_many
 from quad_flight_log.analysis.metrics import flight_metrics
 
 FACTORS = tuple(2.0 ** (step / 2.0) for step in range(-4, 5))
@@ -26,8 +26,8 @@ PRESETS = ("minimal", "tuned")
 _ATTITUDE = ("roll", "pitch", "yaw")
 
 _EXAMPLES = """examples:
-  python -m quad_campaign.sensitivity --out docs/images            the study of docs/results/sensitivity.md
-  python -m quad_campaign.sensitivity --out /tmp/s --preset minimal --case case2 --seeds 1
+  python studies/sensitivity.py --out docs/images            the study of docs/results/sensitivity.md
+  python studies/sensitivity.py --out /tmp/s --preset minimal --case case2 --seeds 1
 
 writes sensitivity.csv (one row per flight) and sensitivity-PRESET.png. Exit codes: 0 flown, 2 bad usage."""
 
@@ -212,22 +212,19 @@ def summary(outcomes: Sequence[Outcome], preset: str, case: str) -> list[str]:
 
 
 def study(chosen: Sequence[Job], threads: int) -> list[Outcome]:
-    """Fly ``chosen``, the first alone since it may have to compile; returns the outcomes in their order."""
-    done = [fly_job(chosen[0])]
-    found: dict[Job, Outcome] = {chosen[0]: done[0]}
-    with ThreadPoolExecutor(threads) as pool:
-        futures = [pool.submit(fly_job, job) for job in chosen[1:]]
-        for count, future in enumerate(as_completed(futures), start=2):
-            found[future.result().job] = future.result()
-            if count % 20 == 0 or count == len(chosen):
-                sys.stderr.write(f"sensitivity: {count} of {len(chosen)} flights\n")
-    return [found[job] for job in chosen]
+    """Fly ``chosen``; returns the outcomes in their order."""
+    found: dict[int, Outcome] = {}
+    for place, outcome in run_many(fly_job, chosen, threads=threads):
+        found[place] = outcome
+        if len(found) % 20 == 0 or len(found) == len(chosen):
+            sys.stderr.write(f"sensitivity: {len(found)} of {len(chosen)} flights\n")
+    return [found[place] for place in range(len(chosen))]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly the study and write its table and pictures; returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="python -m quad_campaign.sensitivity",
+        prog="python studies/sensitivity.py",
         description=__doc__,
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -4,11 +4,11 @@ import csv
 import io
 
 import pytest
+import tune as tuning_module
+from study_plan import Objective
 from test_study_plan import content, read
+from tune import defaults, flight_cost, main, parameter_file, trial_table, tune
 
-from quad_campaign import tune as tuning_module
-from quad_campaign.study_plan import Objective
-from quad_campaign.tune import defaults, flight_cost, main, parameter_file, trial_table, tune
 from quad_core import plugins
 from quad_flight.flight import Result, flight_from_files
 from quad_flight.score import Score

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 def summary(flights: Any, controllers: Sequence[str], metrics: Sequence[str], resamples: int, seed: int) -> Any:
-    """Return the table ``summary.parquet`` of ``quad_campaign.study`` (pandas) from the table of flights.
+    """Return the table ``summary.parquet`` of ``study`` (pandas) from the table of flights.
 
     ``resamples`` bootstrap samples per interval, drawn with ``seed`` anew for each, so that no row depends on another.
     """

@@ -4,15 +4,13 @@ Every square is the largest RMSE of Case 2 over the seeds, first 20 s of the cur
 delay below and the plant off by what stands on the left; grey: a flight left its bounds.
 
 Examples:
-  python -m quad_campaign.robustness --out robustness.png
-  python -m quad_campaign.robustness --pairs aibs+abfnitsm pid+pid --seeds 1 2 3 --out robustness.png
+  python studies/robustness.py --out robustness.png
+  python studies/robustness.py --pairs aibs+abfnitsm pid+pid --seeds 1 2 3 --out robustness.png
 """
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +24,7 @@ from quad_core import plugins
 from quad_core.parameters import ParameterError, Value
 from quad_core.plugins import PluginError
 from quad_flight.flight import Flight, fly
+from quad_flight.many import all_of
 from quad_flight.variation import SEED, Variation
 
 DELAY = "simulator.sensor.delay"
@@ -62,10 +61,7 @@ def maps(pair: str, seeds: Sequence[int], *, compiled: bool = True) -> list[Map]
             )
 
         squares = list(product(SHARES, DELAYS))
-        first = worst(squares[0])
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            found = [first, *pool.map(worst, squares[1:])]
-        return Map(pair, what, np.reshape(found, (len(SHARES), len(DELAYS))))
+        return Map(pair, what, np.reshape(all_of(worst, squares), (len(SHARES), len(DELAYS))))
 
     mass = base.setup.vehicle.mass
     return [

@@ -1,6 +1,6 @@
-"""The report of a study: one HTML page, and figures for a paper, from the files that ``quad_campaign.study`` describes.
+"""The report of a study: one HTML page, and figures for a paper, from the files that ``study`` describes.
 
-``python -m quad_campaign.study_report DIR`` builds ``DIR/report.html`` again from the stored flights.
+``python studies/study_report.py DIR`` builds ``DIR/report.html`` again from the stored flights.
 """
 
 import argparse
@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
+from study_figures import metric_figures
 
-from quad_campaign.study_figures import metric_figures
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure, Table
 from quad_flight_log.report.html_page import Page, Section, write_page
@@ -99,7 +99,7 @@ def write_report(directory: Path, command: str = "", formats: Sequence[str] = ()
     Raises FlightLogError as ``read_study``, or if a file cannot be written.
     """
     study = read_study(directory)
-    again = f"python -m quad_campaign.study_report {shlex.quote(str(directory))}"
+    again = f"python studies/study_report.py {shlex.quote(str(directory))}"
     path = write_page(study_page(study, command or again), directory / "report.html")
     if formats:
         from quad_flight_log.report.printed_figures import write_figures
@@ -215,10 +215,10 @@ def _folded(study: Study) -> list[tuple[str, str]]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     parser = argparse.ArgumentParser(
-        prog="python -m quad_campaign.study_report",
+        prog="python studies/study_report.py",
         description="Build the report of a study from its stored flights.",
-        epilog="examples:\n  python -m quad_campaign.study_report results\n"
-        "  python -m quad_campaign.study_report results --format png --format pdf",
+        epilog="examples:\n  python studies/study_report.py results\n"
+        "  python studies/study_report.py results --format png --format pdf",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("directory", type=Path, metavar="DIR", help="directory that scripts/study wrote")

@@ -34,15 +34,13 @@ import json
 import platform
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from quad_campaign.study_plan import (
+from study_plan import (
     Controller,
     Overrides,
     StudyPlan,
@@ -52,11 +50,13 @@ from quad_campaign.study_plan import (
     read_plan,
     tuned_overrides,
 )
-from quad_campaign.study_statistics import summary
+from study_statistics import summary
+
 from quad_core.parameters import ParameterError, flatten
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError
 from quad_flight.flight import Flight, fly
+from quad_flight.many import run_many
 from quad_flight_log.analysis.metrics import METRICS, flight_metrics
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import git_commit
@@ -65,10 +65,10 @@ FLIGHT_KEYS = ("controller", "case", "plant", "seed", "outcome", "steps")
 CHUNK = 10  # flights per file of parts/: what a killed study flies again at most
 VERSIONS = ("numpy", "numba", "scipy", "pandas", "pyarrow", "optuna")
 EXAMPLES = """examples:
-  scripts/study paper --seeds 50 --out studies/paper       fly, compare, write studies/paper/report.html
-  scripts/study paper --seeds 50 --out studies/paper       again: goes on where it was stopped
-  scripts/study paper --seeds 50 --plant rigid_body --out studies/paper      a part of it
-  python -m quad_campaign.study_report studies/paper       the report alone, from the stored flights
+  scripts/study paper --seeds 50 --out flights/paper       fly, compare, write flights/paper/report.html
+  scripts/study paper --seeds 50 --out flights/paper       again: goes on where it was stopped
+  scripts/study paper --seeds 50 --plant rigid_body --out flights/paper      a part of it
+  python studies/study_report.py flights/paper       the report alone, from the stored flights
   scripts/tune paper                       tune the controllers first (gains are committed)
 """
 
@@ -80,6 +80,13 @@ class Block(NamedTuple):
     case: str
     plant: str
     flight: Flight
+
+
+class Part(NamedTuple):
+    """Some seeds of a block, flown and stored together."""
+
+    block: Block
+    seeds: Sequence[int]
 
 
 def blocks(plan: StudyPlan) -> Iterator[Block]:
@@ -118,14 +125,13 @@ def run(plan: StudyPlan, seeds: int, out: Path, command: str, threads: int = 2, 
     _claim(out, identity(plan))
     chosen = plan.study.seeds(seeds)
     bar = _bar(len(every) * len(chosen)) if progress else None
-    parts = []
-    for block in every:
-        for first in range(0, len(chosen), CHUNK):
-            parts.append(_part(out, block, chosen[first : first + CHUNK], threads))
-            if bar is not None:
-                bar.set_postfix_str(f"{block.controller} {block.case} {block.plant}")
-                bar.update(len(parts[-1]))
-    flights = pandas.concat(parts, ignore_index=True)
+    parts = [Part(block, chosen[first : first + CHUNK]) for block in every for first in range(0, len(chosen), CHUNK)]
+    missing = [part for part in parts if not _path(out, part).is_file()]
+    for place, table in run_many(_flown, missing, threads=threads):
+        _write_table(table, _path(out, missing[place]))
+        if bar is not None:
+            bar.update(len(table))
+    flights = pandas.concat([pandas.read_parquet(_path(out, part)) for part in parts], ignore_index=True)
     _write_table(flights, out / "flights.parquet")
     names = [controller.name for controller in plan.controllers]
     study = plan.study
@@ -178,19 +184,17 @@ def _about(plan: StudyPlan, controller: Controller, flight: Flight) -> dict[str,
     }
 
 
-def _part(out: Path, block: Block, seeds: Sequence[int], threads: int) -> Any:
-    """Return the rows of some seeds of a block: read back if they were flown, else flown and stored."""
+def _path(out: Path, part: Part) -> Path:
+    block, seeds = part
+    return out / "parts" / f"{block.controller}-{block.case}-{block.plant}-{seeds[0]}-{len(seeds)}.parquet"
+
+
+def _flown(part: Part) -> Any:
+    """Fly a part; returns its rows as a table."""
     import pandas
 
-    path = out / "parts" / f"{block.controller}-{block.case}-{block.plant}-{seeds[0]}-{len(seeds)}.parquet"
-    if path.is_file():
-        return pandas.read_parquet(path)
-    fly(block.flight._replace(seed=seeds[0]), compiled=True)  # compiled here, once, before the threads
-    with ThreadPoolExecutor(threads) as pool:
-        rows = list(pool.map(lambda seed: _row(block, seed), seeds))
-    table = pandas.DataFrame(rows, columns=[*FLIGHT_KEYS, *METRICS])
+    table = pandas.DataFrame([_row(part.block, seed) for seed in part.seeds], columns=[*FLIGHT_KEYS, *METRICS])
     table[list(METRICS)] = table[list(METRICS)].astype(float)
-    _write_table(table, path)
     return table
 
 
@@ -258,7 +262,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
+    parser.add_argument("plan", help="paper, or the path of a plan (as studies/study.yaml)")
     parser.add_argument("--seeds", type=int, default=50, metavar="N", help="held-out seeds (default: 50)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where all files of the study go")
     parser.add_argument(
@@ -277,7 +281,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"study: {error}\n")
         return 2
     try:
-        from quad_campaign.study_report import write_report
+        from study_report import write_report
 
         path = write_report(options.out, command)
     except (FlightLogError, OSError) as error:

@@ -1,4 +1,4 @@
-"""The tables of a study as Markdown, from its ``summary.parquet``: ``python -m quad_campaign.study_table DIR``."""
+"""The tables of a study as Markdown, from its ``summary.parquet``: ``python studies/study_table.py DIR``."""
 
 import argparse
 import json
@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_campaign.study_statistics import summary as compared
+from study_statistics import summary as compared
 
 RESAMPLES = 9999
 EXAMPLES = """examples:
-  python -m quad_campaign.study_table studies/paper
-  python -m quad_campaign.study_table studies/paper --against paper-law --metric position_rmse
-  python -m quad_campaign.study_table studies/paper --plant rigid_body --metric position_rmse --metric attitude_rmse
+  python studies/study_table.py flights/paper
+  python studies/study_table.py flights/paper --against paper-law --metric position_rmse
+  python studies/study_table.py flights/paper --plant rigid_body --metric position_rmse --metric attitude_rmse
 """
 
 
@@ -79,7 +79,7 @@ def cell(row: Mapping[str, Any]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the tables: 0 done, 2 usage."""
     parser = argparse.ArgumentParser(
-        prog="python -m quad_campaign.study_table",
+        prog="python studies/study_table.py",
         description=__doc__,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,

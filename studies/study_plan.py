@@ -98,15 +98,10 @@ class StudyPlan(NamedTuple):
     controllers: tuple[Controller, ...]
 
 
-def config_directory() -> Path:
-    """Return the folder of the plans that come with the package."""
-    return Path(__file__).parent / "config"
-
-
 def find_plan(name: str) -> Path:
     """Return the plan ``name`` stands for: ``paper``, or the path of a YAML file. Raises ParameterError if none."""
     if name == "paper":
-        return config_directory() / "study.yaml"
+        return Path(__file__).with_name("study.yaml")
     if name.endswith((".yaml", ".yml")) and Path(name).is_file():
         return Path(name)
     raise ParameterError(f"plan: found {name!r}, expected paper or the path of a YAML file")

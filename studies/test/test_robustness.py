@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from quad_campaign import robustness
-from quad_campaign.robustness import DELAYS, SHARES, Map, borne, draw, main
+import robustness
+from robustness import DELAYS, SHARES, Map, borne, draw, main
 
 
 def flown(limit_of_row):

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 import pytest
+import study_report
 
-from quad_campaign import study_report
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.errors import FlightLogError
 

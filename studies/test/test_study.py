@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pandas
 import pytest
+import study
+import study_table
+from study_plan import gains_file
+from study_statistics import paired, spread, summary
 from test_study_plan import content, read
 
-from quad_campaign import study, study_table
-from quad_campaign.study_plan import gains_file
-from quad_campaign.study_statistics import paired, spread, summary
 from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_flight.flight import Result

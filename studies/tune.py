@@ -11,13 +11,12 @@ import csv
 import io
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-
-from quad_campaign.study_plan import (
+from study_plan import (
     Controller,
     Knob,
     Objective,
@@ -28,18 +27,20 @@ from quad_campaign.study_plan import (
     gains_file,
     read_plan,
 )
+
 from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError
-from quad_flight.flight import Flight, Result, fly
+from quad_flight.flight import Result, fly
+from quad_flight.many import all_of
 
 EXAMPLES = """examples:
   scripts/tune paper                         every controller of the plan, gains next to the plan
   scripts/tune paper --only pid --trials 20  a quick look at one of them
   scripts/tune mine.yaml --storage tune.log  goes on where it was stopped
   scripts/tune mine.yaml --sampler-seed 2 --out gains/2    again with another seed of the sampler: how much is luck
-  scripts/fly case1 --preset src/quad_campaign/quad_campaign/config/study_gains/pid.yaml   fly the gains over ROS
+  scripts/fly case1 --preset studies/study_gains/pid.yaml   fly the gains over ROS
 """
 
 
@@ -81,24 +82,10 @@ def cost(controller: Controller, values: Mapping[str, float], tuning: Tuning, th
         for case in tuning.cases
         for seed in tuning.seeds
     ]
-    # one flight per pair of plug-ins first: two threads would compile the same
-    heads = {(flight.modules, type(flight.setup.trajectory)): flight for flight in flights}
-    for head in heads.values():
-        _warm(head)
-    with ThreadPoolExecutor(threads) as pool:
-        results = list(pool.map(lambda flight: fly(flight, compiled=True, logging=False), flights))
+    results = all_of(partial(fly, compiled=True, logging=False), flights, threads=threads)
     periods = [flight.setup.schedule.plant_period for flight in flights]
     costs = [flight_cost(result, tuning.objective, period) for result, period in zip(results, periods, strict=True)]
     return sum(costs) / len(costs)
-
-
-_WARM: set[Any] = set()
-
-
-def _warm(flight: Flight) -> None:
-    if flight.modules not in _WARM:
-        fly(flight, compiled=True, logging=False)
-        _WARM.add(flight.modules)
 
 
 def defaults(controller: Controller) -> dict[str, float]:
@@ -202,7 +189,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plan", help="paper, or the path of a plan (as quad_campaign/config/study.yaml)")
+    parser.add_argument("plan", help="paper, or the path of a plan (as studies/study.yaml)")
     parser.add_argument("--only", action="append", metavar="CONTROLLER", help="may be repeated (default: all)")
     parser.add_argument("--trials", type=int, metavar="N", help="budget of each controller (default: the plan's)")
     parser.add_argument("--sampler-seed", type=int, metavar="N", help="of the search (default: the plan's)")

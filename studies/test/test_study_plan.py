@@ -1,9 +1,9 @@
 """The plan of a study: what is read, what is refused, and that the shipped one holds together."""
 
 import pytest
+import study_plan
 import yaml
 
-from quad_campaign import study_plan
 from quad_core import plugins
 from quad_core.parameters import ParameterError
 

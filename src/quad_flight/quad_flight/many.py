@@ -1,0 +1,75 @@
+"""Many flights: one function over many jobs, on the cores of this machine or on a Dask cluster."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+from quad_flight.flight import Flight, fly
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
+
+
+def run_many(
+    function: Callable[[Job], Done], jobs: Sequence[Job], *, threads: int = 0, scheduler: str = ""
+) -> Iterator[tuple[int, Done]]:
+    """Yield (place in ``jobs``, what ``function`` returns for that job) as the jobs end, in any order.
+
+    ``threads``: 0 for one per core; compiled flights run side by side, plain Python gains nothing. ``scheduler``:
+    address of a Dask scheduler whose workers have this stack installed; ``function`` and jobs must pickle. Raises what
+    ``function`` raises, and OSError if the scheduler does not answer.
+    """
+    if scheduler:
+        yield from _on_cluster(function, jobs, scheduler)
+        return
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        futures = {pool.submit(function, job): place for place, job in enumerate(jobs)}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def all_of(function: Callable[[Job], Done], jobs: Sequence[Job], *, threads: int = 0) -> list[Done]:
+    """Return what ``function`` returns for each job, in order; see ``run_many``."""
+    done = dict(run_many(function, jobs, threads=threads))
+    return [done[place] for place in range(len(jobs))]
+
+
+def _on_cluster(function: Callable[[Job], Done], jobs: Sequence[Job], scheduler: str) -> Iterator[tuple[int, Done]]:
+    from distributed import Client
+    from distributed import as_completed as as_they_come
+
+    with Client(scheduler, set_as_default=False) as client:
+        # a job that two workers ran, because one was lost, is yielded once
+        futures = {client.submit(function, job, pure=False, retries=2): place for place, job in enumerate(jobs)}
+        for future in as_they_come(list(futures), loop=client.loop):
+            yield futures[future], future.result()
+
+
+class SeedResult(NamedTuple):
+    """How the flight of one seed went; errors in m over the counted steps; ``reason`` as in ``Result``."""
+
+    seed: int
+    outcome: str
+    steps: int
+    rmse: float
+    largest_error: float
+    last_error: float
+    reason: str = ""
+
+
+def sweep(flight: Flight, seeds: Iterable[int], *, compiled: bool = True, threads: int = 0) -> list[SeedResult]:
+    """Return the result of ``flight`` for each seed, in order. Raises EngineError as ``fly``."""
+    return all_of(partial(_with_seed, flight, compiled), list(seeds), threads=threads if compiled else 1)
+
+
+def _with_seed(flight: Flight, compiled: bool, seed: int) -> SeedResult:
+    result = fly(flight._replace(seed=seed), compiled=compiled, logging=False)
+    score = result.score
+    errors = (result.rmse, score.largest_error, score.last_error)
+    return SeedResult(seed, result.outcome, result.steps, *errors, result.reason)
