@@ -18,9 +18,9 @@ from fake_autopilot import FakeAutopilot  # noqa: E402
 from quad_autopilot import arming, odometry  # noqa: E402
 from quad_autopilot.arming import Inputs, Phase, Setpoint  # noqa: E402
 from quad_autopilot.autopilot import Stamps  # noqa: E402
-from quad_core.mavlink_parameters import MavlinkBridgeParameters, MavlinkMode  # noqa: E402
 from quad_core.types import AttitudeThrust, Quat  # noqa: E402
 from quad_mavlink import link, setpoints, vehicle  # noqa: E402
+from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode  # noqa: E402
 
 MASS, WEIGHT = 2.064, 2.064 * 9.81
 BEAT = 5  # steps of the fake's 4 ms

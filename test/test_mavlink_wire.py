@@ -7,8 +7,8 @@ import pytest
 from mavlink_flights import FakeAutopilot, Flight, hover
 
 from quad_autopilot.arming import Phase
-from quad_core.autopilot_parameters import ArmingParameters
-from quad_core.mavlink_parameters import MavlinkMode
+from quad_autopilot.parameters import ArmingParameters
+from quad_mavlink.parameters import MavlinkMode
 
 pytestmark = pytest.mark.unit
 QUICK = {"arming": ArmingParameters(step_timeout=2.0)}

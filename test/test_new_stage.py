@@ -1,18 +1,16 @@
-"""A new stage between attitude law and plant: its own files, a patch of two places, and it flies without ROS."""
+"""A stage of a user between attitude law and plant: a package of its own, flown without ROS and over it."""
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-pytestmark = pytest.mark.unit
+from scratch_workspace import built, changed_files
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "torque_filter"
-FLY = """
+LOOP = """
 import math, sys
 import numpy as np
 from quad_core.cascade import COMMAND, STAGES
@@ -42,30 +40,58 @@ if sys.argv[1] == "compiled":
 print("flown")
 """
 
+FLIGHT = ("hover", "--duration", "2", "--seed", "5", "--set", "torque_filter.low_pass.time_constant=0.006")
+COMPARE = """
+import sys
+from pathlib import Path
+from quad_core.cascade import COMMAND, COMMANDING, SIGNALS
+from quad_flight import flight
+from quad_flight_log.bag.reader import open_flight
+from test_same_bits import assert_same
+assert (COMMAND, COMMANDING) == ("wrench_filtered", "torque_filter")
+bag = open_flight(Path(sys.argv[1]))
+assert {COMMAND, "torque_filter/internals"} <= {topic for topic in SIGNALS if bag.has(topic)}
+settings = ["torque_filter.low_pass.time_constant=0.006"]
+assert_same(bag, flight.fly(flight.from_names("hover", duration=2.0, seed=5, settings=settings)))
+"""
 
-def patched(tree):
-    """Copy the sources to ``tree``, put the example's files into their places and apply its patch."""
-    shutil.copytree(ROOT / "src", tree / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "test"))
-    shutil.copytree(EXAMPLE / "quad_torque_filter", tree / "src" / "quad_torque_filter")
-    shutil.copy2(EXAMPLE / "TorqueFilterInternals.msg", tree / "src" / "quad_msgs" / "msg")
-    subprocess.run(["git", "apply", str(EXAMPLE / "stage.patch")], cwd=tree, check=True, timeout=60)
-    metadata = tree / "site" / "quad_torque_filter-0.2.0.dist-info"
-    metadata.mkdir(parents=True)
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: quad_torque_filter\nVersion: 0.2.0\n", "utf-8")
-    points = "[quad.torque_filter]\nlow_pass = quad_torque_filter.low_pass\n"
+
+def installed(folder):
+    """Make the example importable from ``folder`` and write the metadata that pip would write of its setup."""
+    metadata = folder / "quad_torque_filter-0.1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: quad_torque_filter\nVersion: 0.1.0\n", "utf-8")
+    points = "[quad.stages]\ntorque_filter = quad_torque_filter.stage:STAGE\n"
+    points += "[quad.torque_filter]\nlow_pass = quad_torque_filter.low_pass\n"
     (metadata / "entry_points.txt").write_text(points, "utf-8")
-    paths = [*map(str, (tree / "src").iterdir()), str(tree / "site"), os.environ.get("PYTHONPATH", "")]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "QUAD_CACHE_DIR": str(tree / "cache")}
+    paths = [str(EXAMPLE / "quad_torque_filter"), str(folder), os.environ.get("PYTHONPATH", "")]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "QUAD_CACHE_DIR": str(folder / "cache")}
 
 
-def test_two_places_are_edited():
-    assert (EXAMPLE / "stage.patch").read_text(encoding="utf-8").count("\n@@ ") == 2
-
-
+@pytest.mark.unit
 @pytest.mark.parametrize("engine", ["plain", pytest.param("compiled", marks=pytest.mark.long)])
 def test_it_flies_without_ros(tmp_path, engine):
-    environment = patched(tmp_path)
-    command = [sys.executable, "-c", FLY, engine]
+    environment = installed(tmp_path)
+    command = [sys.executable, "-c", LOOP, engine]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=280, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "flown\n"
+
+
+@pytest.mark.flight
+@pytest.mark.long
+def test_it_flies_over_ros_is_recorded_and_replayed_and_no_file_here_changes(tmp_path):
+    from flying import FLY  # needs ROS, which the other tests here do not
+
+    before = changed_files()
+    environment = built(tmp_path / "workspace", "torque_filter/torque_filter_msgs", "torque_filter/quad_torque_filter")
+    bag = tmp_path / "bag"
+    for command in (
+        [str(FLY), *FLIGHT, "--out", str(bag)],
+        [sys.executable, "-m", "quad_flight_log.cli", "verify", str(bag)],
+        [sys.executable, "-m", "quad_flight_log.cli", "replay", str(bag)],
+        [sys.executable, "-c", COMPARE, str(bag)],
+    ):
+        done = subprocess.run(command, env=environment, cwd=ROOT / "test", capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert changed_files() == before

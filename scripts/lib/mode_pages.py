@@ -2,7 +2,7 @@
 
 from quad_commander.mode_table import ANSWERS, FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE, Mode, Request
 from quad_commander.mode_texts import limits, words
-from quad_core.commander_parameters import ModeParameters
+from quad_commander.parameters import ModeParameters
 
 
 def fault_table() -> str:

@@ -14,6 +14,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["attitude_controller = quad_attitude_ctrl.node:main"],
+        "quad.stages": ["attitude_controller = quad_attitude_ctrl.stage:STAGE"],
         "quad.attitude_law": [
             "abfnitsm = quad_attitude_ctrl.abfnitsm",
             "abfnitsm_so3 = quad_attitude_ctrl.abfnitsm_so3",

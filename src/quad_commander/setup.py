@@ -14,5 +14,6 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["commander = quad_commander.node:main", "command = quad_commander.command:main"],
+        "quad.nodes": ["commander = quad_commander.role:ROLE"],
     },
 )

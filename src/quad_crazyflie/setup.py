@@ -12,5 +12,8 @@ setup(
         ("share/quad_crazyflie", ["package.xml"]),
     ],
     zip_safe=False,
-    entry_points={"console_scripts": ["crazyflie_bridge = quad_crazyflie.node:main"]},
+    entry_points={
+        "console_scripts": ["crazyflie_bridge = quad_crazyflie.node:main"],
+        "quad.vehicles": ["crazyflie_bridge = quad_crazyflie.interface:INTERFACE"],
+    },
 )

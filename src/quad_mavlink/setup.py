@@ -17,6 +17,11 @@ setup(
             "hil_plant = quad_mavlink.hil.node:main",
             "joined_plant = quad_mavlink.hil.joined:main",
             "mavlink_bridge = quad_mavlink.node:main",
-        ]
+        ],
+        "quad.vehicles": [
+            "hil_plant = quad_mavlink.interface:HIL_PLANT",
+            "joined_plant = quad_mavlink.interface:JOINED_PLANT",
+            "mavlink_bridge = quad_mavlink.interface:BRIDGE",
+        ],
     },
 )

@@ -14,6 +14,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["position_controller = quad_position_ctrl.node:main"],
+        "quad.stages": ["position_controller = quad_position_ctrl.stage:STAGE"],
         "quad.position_law": [
             "aibs = quad_position_ctrl.aibs",
             "ibs = quad_position_ctrl.ibs",

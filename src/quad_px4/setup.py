@@ -12,5 +12,8 @@ setup(
         ("share/quad_px4", ["package.xml"]),
     ],
     zip_safe=False,
-    entry_points={"console_scripts": ["px4_bridge = quad_px4.node:main"]},
+    entry_points={
+        "console_scripts": ["px4_bridge = quad_px4.node:main"],
+        "quad.vehicles": ["px4_bridge = quad_px4.interface:INTERFACE"],
+    },
 )

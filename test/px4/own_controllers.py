@@ -13,14 +13,16 @@ import math
 import sys
 
 from quad_autopilot import frames
-from quad_core.cascade import JOINED, PX4, SIGNALS
+from quad_core.cascade import SIGNALS
 from quad_core.geometry import euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3
 from quad_mavlink.hil.joined import JoinedPlant
+from quad_mavlink.interface import JOINED
 from quad_node.codec import MALFORMED, unpacker
 from quad_node.main import run
 from quad_node.topics import message_type
 from quad_px4 import messages
+from quad_px4.interface import PX4
 from quad_px4.node import Px4Bridge
 
 

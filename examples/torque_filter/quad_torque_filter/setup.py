@@ -13,6 +13,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": ["torque_filter = quad_torque_filter.node:main"],
+        "quad.stages": ["torque_filter = quad_torque_filter.stage:STAGE"],
         "quad.torque_filter": ["low_pass = quad_torque_filter.low_pass"],
     },
 )

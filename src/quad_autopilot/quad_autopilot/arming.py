@@ -29,7 +29,7 @@ from quad_autopilot.autopilot import (
     because,
     taken,
 )
-from quad_core.autopilot_parameters import ArmingParameters
+from quad_autopilot.parameters import ArmingParameters
 
 NAMED_WITHIN = 0.5
 """Seconds in which an autopilot says in which mode it is now (PX4: 0.2)."""

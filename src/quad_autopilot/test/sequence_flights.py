@@ -5,7 +5,7 @@ import math
 from quad_autopilot import arming
 from quad_autopilot.arming import Inputs
 from quad_autopilot.autopilot import DO_SET_MODE, Ack, Autopilot, Control, Profile, Request
-from quad_core.autopilot_parameters import ArmingParameters
+from quad_autopilot.parameters import ArmingParameters
 
 TICK = 0.02
 PARAMETERS = ArmingParameters()

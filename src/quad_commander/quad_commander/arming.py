@@ -9,7 +9,7 @@ was found and what was expected, so that it can be shown to the operator as it i
 import math
 from typing import NamedTuple
 
-from quad_core.commander_parameters import ArmingLimits, Fence, FlightLimits
+from quad_commander.parameters import ArmingLimits, Fence, FlightLimits
 from quad_core.extent import Extent
 from quad_core.types import Vec3
 

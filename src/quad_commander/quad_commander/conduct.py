@@ -13,8 +13,8 @@ from quad_commander.missions import Item, Kind, MissionMemory
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import reason_text, refusal_text
 from quad_commander.observation import position_error, tilt
+from quad_commander.parameters import CommanderParameters
 from quad_commander.request_queue import Asked, RequestQueue
-from quad_core.commander_parameters import CommanderParameters
 from quad_core.geometry import norm
 from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, VehicleState
 from quad_guard import guard

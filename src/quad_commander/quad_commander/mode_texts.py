@@ -4,7 +4,7 @@ import math
 
 from quad_commander.mode_table import FAULTS, PROGRESS, Condition, Mode, Request
 from quad_commander.modes import NO_REASON, ON_REQUEST
-from quad_core.commander_parameters import ModeParameters
+from quad_commander.parameters import ModeParameters
 from quad_core.parameters import fields
 
 

@@ -14,7 +14,7 @@ once is refused, naming the condition. KILL is final; PILOT ends on the ground o
 from typing import NamedTuple
 
 from quad_commander.mode_table import ANSWERS, FAULT_COUNT, LASTING, TABLE, Condition, Mode, Request
-from quad_core.commander_parameters import ModeParameters
+from quad_commander.parameters import ModeParameters
 from quad_guard.guard import ASK_DESCEND, ASK_KILL, NO_REQUEST, RELEASE
 from quad_guard.guard import DESCEND as GUARD_DESCEND
 from quad_guard.guard import GOOD as GUARD_GOOD

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from quad_commander.arming import Observed, Stream
 from quad_commander.observation import tilt
+from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
-from quad_core.commander_parameters import CommanderParameters
 from quad_core.cycle import seconds
 from quad_core.extent import Extent
 from quad_core.flight_parameters import FlightParameters

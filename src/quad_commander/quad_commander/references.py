@@ -19,7 +19,7 @@ import math
 from typing import NamedTuple
 
 from quad_commander.mode_table import Mode
-from quad_core.commander_parameters import AxisLimits, ReferenceLimits
+from quad_commander.parameters import AxisLimits, ReferenceLimits
 from quad_core.geometry import add, euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 

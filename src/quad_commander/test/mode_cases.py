@@ -5,7 +5,7 @@ import math
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import Health, Memory, Timers
-from quad_core.commander_parameters import ModeParameters
+from quad_commander.parameters import ModeParameters
 from quad_guard import guard
 
 LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from quad_commander.conduct import Conduct, GuardSeen, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
+from quad_commander.parameters import CommanderParameters
 from quad_commander.request_queue import Asked
-from quad_core.commander_parameters import CommanderParameters
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_guard import guard

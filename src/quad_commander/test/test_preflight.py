@@ -6,7 +6,7 @@ from collections import namedtuple
 import pytest
 
 from quad_commander import preflight
-from quad_core.commander_parameters import CommanderParameters
+from quad_commander.parameters import CommanderParameters
 from quad_core.flight_parameters import FlightParameters
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import NodeStatus

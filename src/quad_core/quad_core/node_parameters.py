@@ -4,8 +4,6 @@ from typing import Annotated, NamedTuple
 
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Flag, Real, Text, Whole
-from quad_core.prediction import Prediction
-from quad_core.rotor_lead import RotorLead
 
 
 class SimulatorParameters(NamedTuple):
@@ -44,35 +42,6 @@ class TrajectoryParameters(NamedTuple):
 
     trajectory: Annotated[str, Text("plug-in of group quad.trajectory; its parameters stand under its name")] = "hover"
     period_steps: Annotated[int, Whole("steps", "plant steps between two references", 1, 100_000)] = 5
-
-
-class PositionControllerParameters(NamedTuple):
-    """The position controller node."""
-
-    law: Annotated[str, Text("plug-in of group quad.position_law; its parameters stand under its name")] = "aibs"
-    preset: Annotated[str, Text("starting values of the law's parameters: tuned (its defaults) or one it offers")] = (
-        "tuned"
-    )
-    period_steps: Annotated[int, Whole("steps", "plant steps between two attitude setpoints", 1, 100_000)] = 5
-    input_timeout: Annotated[
-        float, Real("s", "real time: age of the reference after which the position is held", 0.01, 60.0, live=False)
-    ] = 0.2
-    prediction: Prediction = Prediction()
-
-
-class AttitudeControllerParameters(NamedTuple):
-    """The attitude controller node."""
-
-    law: Annotated[str, Text("plug-in of group quad.attitude_law; its parameters stand under its name")] = "abfnitsm"
-    preset: Annotated[str, Text("starting values of the law's parameters: tuned (its defaults) or one it offers")] = (
-        "tuned"
-    )
-    period_steps: Annotated[int, Whole("steps", "plant steps between two wrenches", 1, 100_000)] = 1
-    input_timeout: Annotated[
-        float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0, live=False)
-    ] = 0.1
-    prediction: Prediction = Prediction()
-    rotor_lead: RotorLead = RotorLead()
 
 
 class RecorderParameters(NamedTuple):

@@ -13,11 +13,11 @@ from quad_autopilot import odometry, thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
-from quad_core.cascade import CRAZYFLIE
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, Rotors, VehicleState
 from quad_crazyflie import setpoints
+from quad_crazyflie.interface import CRAZYFLIE
 from quad_crazyflie.vehicle import PROFILE, CrazyflieVehicle
 from quad_msgs.msg import FlightState
 from quad_node.main import run

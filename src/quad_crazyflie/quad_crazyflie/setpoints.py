@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from quad_autopilot import frames, thrust
 from quad_autopilot.odometry import NED, Sample
-from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_core.geometry import body_z, clamp, euler_from_quaternion, wrap_angle
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
+from quad_crazyflie.parameters import CrazyflieBridgeParameters
 
 LEAST, LARGEST, WHOLE = 10001.0, 60000.0, 65535.0
 """thrust16 at 0 %, at 100 %, and of the largest thrust."""

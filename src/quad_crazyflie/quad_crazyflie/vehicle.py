@@ -20,8 +20,8 @@ from quad_autopilot.autopilot import (
     Profile,
     Request,
 )
-from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_core.parameters import ParameterError
+from quad_crazyflie.parameters import CrazyflieBridgeParameters
 from quad_crazyflie.setpoints import BLOCK, Manual
 
 PERIOD = 10

@@ -5,8 +5,8 @@ from unittest.mock import Mock, call
 import pytest
 
 from quad_autopilot.autopilot import ARM_DISARM, DO_SET_MODE, NAV_LAND, Control, Request
-from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_crazyflie import vehicle as module
+from quad_crazyflie.parameters import CrazyflieBridgeParameters
 from quad_crazyflie.setpoints import Manual
 
 ARMED, FLYING, TUMBLED, HIGH_LEVEL = 2, 16, 32, 256

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from quad_autopilot import odometry
-from quad_core.crazyflie_parameters import CrazyflieBridgeParameters
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_crazyflie import setpoints
+from quad_crazyflie.parameters import CrazyflieBridgeParameters
 
 SETTINGS = CrazyflieBridgeParameters(max_rotor_thrust=0.15, tilt_limit=1.0)
 angles = st.floats(-0.6, 0.6)

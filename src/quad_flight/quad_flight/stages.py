@@ -12,8 +12,9 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from quad_core.cascade import STAGES, Stage
+from quad_core.cascade import STAGES
 from quad_core.cycle import finite_check, seconds
+from quad_core.roles import Stage
 
 PerStage: Any = namedtuple("PerStage", [stage.role for stage in STAGES])  # type: ignore[misc]
 """One value for each stage: its module, its parameters, its memory, its period in plant steps, ..."""

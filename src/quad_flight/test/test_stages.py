@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import pytest
 
-from quad_core.cascade import ATTITUDE, POSITION, STAGES, Input
+from quad_core.cascade import ATTITUDE, POSITION, STAGES
+from quad_core.roles import Input
 from quad_core.types import Actuation, AttitudeThrust, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_flight import stages

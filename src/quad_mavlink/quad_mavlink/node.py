@@ -14,12 +14,12 @@ from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
-from quad_core.cascade import MAVLINK
-from quad_core.mavlink_parameters import MavlinkMode
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, modes, setpoints
+from quad_mavlink.interface import MAVLINK
+from quad_mavlink.parameters import MavlinkMode
 from quad_mavlink.vehicle import MavlinkVehicle
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run

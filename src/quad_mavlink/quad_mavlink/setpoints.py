@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from quad_autopilot import frames, thrust
 from quad_core.geometry import body_z, clamp
-from quad_core.mavlink_parameters import MavlinkBridgeParameters, MavlinkMode
 from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, VehicleState
+from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode
 
 ATTITUDE_ONLY, RATES_ONLY = 7, 128
 _LEAST_COSINE = 0.1  # ArduPilot boosts no further

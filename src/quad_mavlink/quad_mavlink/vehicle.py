@@ -10,9 +10,9 @@ from typing import Any
 from quad_autopilot import odometry
 from quad_autopilot.autopilot import Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
-from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_mavlink import estimate, modes, reasons
 from quad_mavlink.link import AUTOPILOT, Link
+from quad_mavlink.parameters import MavlinkBridgeParameters
 from quad_mavlink.setpoints import AttitudeTarget
 
 SET_MESSAGE_INTERVAL = 511

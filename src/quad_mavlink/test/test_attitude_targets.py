@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from quad_core.mavlink_parameters import MavlinkBridgeParameters, MavlinkMode
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_mavlink import setpoints
+from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode
 
 TM = 5.0
 SETTINGS = MavlinkBridgeParameters(max_rotor_thrust=TM)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from quad_core.hil_parameters import HomeParameters
 from quad_core.types import Vec3
 from quad_mavlink.hil import earth
+from quad_mavlink.hil.parameters import HomeParameters
 
 # ISO 2533: geopotential height m, pressure Pa, temperature degrees C
 STANDARD = [(0.0, 101325.0, 15.0), (500.0, 95460.8, 11.75), (1000.0, 89874.6, 8.5), (5000.0, 54019.9, -17.5)]

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from quad_core.hil_parameters import HilPlantParameters
 from quad_core.types import Vec3, VehicleState
 from quad_mavlink.hil.exchange import Exchange, RefusedError
+from quad_mavlink.hil.parameters import HilPlantParameters
 from quad_mavlink.hil.suite import Suite
 
 CALM = Vec3(0.0, 0.0, 0.0)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quad_core.hil_parameters import (
+from quad_core.types import Quat, Vec3, VehicleState
+from quad_mavlink.hil import sensors
+from quad_mavlink.hil.parameters import (
     AccelerometerParameters,
     BarometerParameters,
     GpsParameters,
@@ -13,8 +15,6 @@ from quad_core.hil_parameters import (
     MagnetometerParameters,
     RateGyroParameters,
 )
-from quad_core.types import Quat, Vec3, VehicleState
-from quad_mavlink.hil import sensors
 
 G = 9.81
 FRD = np.diag([1.0, -1.0, -1.0])

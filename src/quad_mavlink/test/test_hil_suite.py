@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from quad_core.hil_parameters import GpsParameters, HilPlantParameters, MagnetometerParameters
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_mavlink.hil import sensors
+from quad_mavlink.hil.parameters import GpsParameters, HilPlantParameters, MagnetometerParameters
 from quad_mavlink.hil.suite import Suite
 
 CALM = Vec3(0.0, 0.0, 0.0)

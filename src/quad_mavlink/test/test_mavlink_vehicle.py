@@ -7,8 +7,8 @@ import pytest
 
 from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.odometry import Sample
-from quad_core.mavlink_parameters import MavlinkBridgeParameters
 from quad_core.types import Vec3
+from quad_mavlink.parameters import MavlinkBridgeParameters
 from quad_mavlink.setpoints import AttitudeTarget
 from quad_mavlink.vehicle import MavlinkVehicle
 

@@ -4,6 +4,7 @@ The step topics come from ``quad_core.cascade``; here stand their messages, the 
 """
 
 from collections.abc import Collection
+from importlib import import_module
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import WrenchStamped
@@ -12,7 +13,6 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
-import quad_msgs.msg
 from quad_core.cascade import (
     COMMAND,
     COMMANDER,
@@ -119,8 +119,12 @@ class Topic(NamedTuple):
 
 
 def message_type(kind: type[Any]) -> type[Any]:
-    """Return the message class that carries a NamedTuple of ``quad_core.types``: the one of the same name."""
-    return WrenchStamped if kind is Wrench else getattr(quad_msgs.msg, kind.__name__)
+    """Return the message class of the name of a NamedTuple: of ``quad_core.types``, or what a stage shows of itself."""
+    if kind is Wrench:
+        return WrenchStamped
+    package = next((stage.messages for stage in STAGES if stage.internals is kind), "quad_msgs")
+    found: type[Any] = getattr(import_module(f"{package}.msg"), kind.__name__)
+    return found
 
 
 _OPTIONAL_PUBLISHERS = {"state": RELAY, "reference": COMMANDER}

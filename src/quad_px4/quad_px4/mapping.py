@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from quad_autopilot import frames, thrust
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
-from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, Wrench
+from quad_px4.parameters import AirframeParameters
 
 MOTORS = 12
 """Controls in an ActuatorMotors message; those without a motor are NaN."""

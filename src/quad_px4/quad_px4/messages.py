@@ -12,9 +12,9 @@ from typing import Any
 from quad_autopilot.autopilot import Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
-from quad_core.px4_parameters import Mode
 from quad_px4.autopilot import ControlMode, Flags, Status
 from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
+from quad_px4.parameters import Mode
 
 NEEDED = {
     "OffboardControlMode": ("timestamp", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"),

@@ -12,8 +12,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
-from quad_core.cascade import PX4
-from quad_core.px4_parameters import AirframeParameters
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND
@@ -22,6 +20,8 @@ from quad_node.main import run
 from quad_node.vehicle_guard import Command
 from quad_px4 import messages
 from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, autopilot
+from quad_px4.interface import PX4
+from quad_px4.parameters import AirframeParameters
 from quad_px4.setpoints import Setpoints
 
 

@@ -5,11 +5,11 @@ from typing import Any
 
 from quad_autopilot import thrust
 from quad_autopilot.autopilot import Stamps
-from quad_core.px4_parameters import AirframeParameters, Mode, Px4BridgeParameters
 from quad_core.safe import level_hover
 from quad_core.types import Actuation, AttitudeThrust, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_px4 import mapping, messages
+from quad_px4.parameters import AirframeParameters, Mode, Px4BridgeParameters
 
 
 class Setpoints:

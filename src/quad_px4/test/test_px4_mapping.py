@@ -10,9 +10,9 @@ from px4_oracle import BODY, allocated, made, ned_frd
 from scipy.spatial.transform import Rotation
 
 from quad_core.parameters import ParameterError
-from quad_core.px4_parameters import AirframeParameters, RotorPlace
 from quad_core.types import AttitudeThrust, Quat, Vec3, Wrench
 from quad_px4 import mapping
+from quad_px4.parameters import AirframeParameters, RotorPlace
 
 TM, LX, LY, KQ = 5.0, 0.14, 0.14, 0.05
 S = math.sqrt(0.5)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from quad_autopilot.autopilot import Request
-from quad_core.px4_parameters import Mode
 from quad_core.types import Quat, Vec3
 from quad_px4 import messages
 from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
+from quad_px4.parameters import Mode
 
 NOW, SAMPLED = 5_000_700, 5_000_000
 THRUST = Vec3(0.0, 0.0, -0.5)

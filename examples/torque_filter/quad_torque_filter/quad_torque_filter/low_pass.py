@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from quad_core.parameters import Real
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle
-from quad_torque_filter.types import TorqueFilterInputs, TorqueFilterInternals
+from quad_torque_filter.stage import TorqueFilterInputs, TorqueFilterInternals
 
 
 class Parameters(NamedTuple):

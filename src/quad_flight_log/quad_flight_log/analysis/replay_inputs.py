@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quad_core.cascade import SIGNALS, STAGE, Stage
+from quad_core.cascade import SIGNALS, STAGE
 from quad_core.cycle import is_flyable, seconds
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.resolution import Resolved
+from quad_core.roles import Stage
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_flight_log.analysis.tuples import tuples_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, CRAZYFLIE, JOINED, MAVLINK, PX4, SIGNALS, STAGES
+from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
 from quad_flight_log.bag.messages import Table
@@ -92,12 +92,12 @@ def recorded_nodes(flight: Flight) -> set[str]:
 
 def flies_on_estimate(flight: Flight) -> bool:
     """Return whether an autopilot's own estimator made `state` of a plant of ours."""
-    return JOINED in recorded_nodes(flight)
+    return any(OWNERS[node].flies_on_estimate for node in recorded_nodes(flight) & OWNERS.keys())
 
 
 def autopilot_lands(flight: Flight) -> bool:
     """Return whether a flight that is given up ends with an autopilot in command: what it does then is not recorded."""
-    return not recorded_nodes(flight).isdisjoint((PX4, MAVLINK, JOINED, CRAZYFLIE))
+    return any(OWNERS[node].autopilot_lands for node in recorded_nodes(flight) & OWNERS.keys())
 
 
 def estimate_note(flight: Flight) -> str:

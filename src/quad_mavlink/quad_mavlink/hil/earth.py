@@ -12,8 +12,8 @@ The world is the tangent plane at home: over 1 km its height differs from the el
 import math
 from typing import NamedTuple
 
-from quad_core.hil_parameters import HomeParameters
 from quad_core.types import Vec3
+from quad_mavlink.hil.parameters import HomeParameters
 
 SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE = 101_325.0, 288.15
 """Pa, K."""

@@ -16,8 +16,7 @@ from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
 from quad_autopilot.node import BEAT
-from quad_core.cascade import COMMAND, JOINED, STAGES, TRAJECTORY
-from quad_core.px4_parameters import AirframeParameters
+from quad_core.cascade import COMMAND, STAGES, TRAJECTORY
 from quad_core.types import Actuation, Disturbance, VehicleState
 from quad_dynamics.plant_output import Announcer
 from quad_mavlink.hil import motors
@@ -25,10 +24,12 @@ from quad_mavlink.hil.exchange import RefusedError
 from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
 from quad_mavlink.hil.sleepers import Watch
 from quad_mavlink.hil.vehicle import BEFORE_STEP_0, HilVehicle
+from quad_mavlink.interface import JOINED
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import head_of
 from quad_node.main import run
 from quad_px4.node import Px4Bridge
+from quad_px4.parameters import AirframeParameters
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
 _LOOK, _LONGEST_LOOK = 0.0001, 0.002  # s between two looks at who sleeps: rarer the longer it takes, for looking costs

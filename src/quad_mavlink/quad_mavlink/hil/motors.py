@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from quad_autopilot import frames
 from quad_core.parameters import ParameterError
-from quad_core.px4_parameters import AirframeParameters, RotorPlace
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 from quad_px4.mapping import Mapping, product
+from quad_px4.parameters import AirframeParameters, RotorPlace
 
 ARMED, LOCKSTEP = 128, 1
 """MAV_MODE_FLAG_SAFETY_ARMED; HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP."""

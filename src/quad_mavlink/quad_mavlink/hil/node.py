@@ -7,7 +7,7 @@ only with them. ``state``, ``truth``, ``actuation`` and ``disturbance`` are publ
 import sys
 import time
 
-from quad_core.cascade import HIL, RECORDER
+from quad_core.cascade import RECORDER
 from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.types import VehicleState
@@ -15,6 +15,7 @@ from quad_dynamics.plant_output import PlantOutput
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.exchange import RefusedError
 from quad_mavlink.hil.vehicle import HilVehicle
+from quad_mavlink.interface import HIL
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode

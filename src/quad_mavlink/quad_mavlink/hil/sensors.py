@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from quad_autopilot import frames
 from quad_core.geometry import add, rotate_inverse, scale
-from quad_core.hil_parameters import BarometerParameters, GpsParameters, HilPlantParameters, HomeParameters
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_mavlink.hil import earth
+from quad_mavlink.hil.parameters import BarometerParameters, GpsParameters, HilPlantParameters, HomeParameters
 
 STREAM_FAMILY = 4
 BLOCK = 4096

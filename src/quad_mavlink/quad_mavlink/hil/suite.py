@@ -4,10 +4,10 @@ from collections import deque
 from typing import NamedTuple
 
 from quad_core.cycle import seconds
-from quad_core.hil_parameters import HilPlantParameters
 from quad_core.parameters import ParameterError
 from quad_core.types import Vec3, VehicleState
 from quad_mavlink.hil import earth, messages, sensors
+from quad_mavlink.hil.parameters import HilPlantParameters
 
 _MICROSECOND = 1000
 

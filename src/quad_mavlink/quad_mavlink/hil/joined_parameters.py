@@ -2,9 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
-from quad_core.hil_parameters import (
+from quad_core.parameters import Choice, Flag, Real, Text, Whole
+from quad_mavlink.hil.parameters import (
     AccelerometerParameters,
     BarometerParameters,
     GpsParameters,
@@ -16,8 +17,7 @@ from quad_core.hil_parameters import (
     TruthPeriod,
     Weather,
 )
-from quad_core.parameters import Choice, Flag, Real, Text, Whole
-from quad_core.px4_parameters import LossLimit, Mode
+from quad_px4.parameters import LossLimit, Mode
 
 
 class GateParameters(NamedTuple):

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ThrustCurve
+from quad_autopilot.parameters import ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Flag, Real, Text, Whole
 

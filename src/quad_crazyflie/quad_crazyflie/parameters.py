@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text
 

@@ -1,8 +1,9 @@
-"""What the stage takes and shows, and the parameters of its node: what its row of the cascade names."""
+"""The stage of the torque filter: its row in the cascade, the parameters of its node, what it takes and shows."""
 
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real, Text, Whole
+from quad_core.roles import Input, Stage
 from quad_core.types import Vec3, VehicleState, Wrench
 
 
@@ -27,3 +28,17 @@ class TorqueFilterParameters(NamedTuple):
     input_timeout: Annotated[
         float, Real("s", "real time: age of the wrench after which nothing is answered", 0.01, 60.0, live=False)
     ] = 0.1
+
+
+STAGE = Stage(
+    role="torque_filter",
+    package="quad_torque_filter",
+    group="quad.torque_filter",
+    parameters=TorqueFilterParameters,
+    inputs=TorqueFilterInputs,
+    takes=(Input("wrench_setpoint"),),
+    gives="wrench_filtered",
+    output=Wrench,
+    internals=TorqueFilterInternals,
+    messages="torque_filter_msgs",
+)

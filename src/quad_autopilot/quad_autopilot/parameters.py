@@ -20,6 +20,12 @@ ResetLimit = Annotated[
 ]
 
 
+def rates(plant_period: int) -> tuple[str, ...]:
+    """Return what the other nodes need: states every ``plant_period`` ns, and an answer to every second one."""
+    nodes = ("trajectory", "position_controller", "attitude_controller")
+    return (f"flight.plant_period={plant_period}", *(f"{node}.period_steps=2" for node in nodes))
+
+
 class ArmingParameters(NamedTuple):
     """The way from the ground to the flight and back (``arming.*``)."""
 

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.autopilot_parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 

@@ -1,0 +1,1 @@
+"""A vehicle interface: a node that owns the vehicle of a flight."""
