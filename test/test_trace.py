@@ -13,7 +13,7 @@ def test_both_ways_are_traced_from_their_first_file_to_their_last():
         [sys.executable, SCRIPT, "--max", "20", "8"], capture_output=True, text=True, timeout=240, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
-    step, gain, node = re.split(r"\n(?=aibs\.)", found.stdout)
+    step, gain, node, *_ = re.split(r"\n(?=aibs\.|one thrust)", found.stdout)
     assert "quad_dynamics/rigid_body.py" in step
     assert "quad_attitude_ctrl/abfnitsm.py" in step
     for way in (gain, node):
@@ -21,5 +21,8 @@ def test_both_ways_are_traced_from_their_first_file_to_their_last():
         assert "quad_position_ctrl/aibs.py" in way
     assert "quad_node/law_node.py" in node
     counted = [int(number) for number in re.findall(r": (\d+) files, ", found.stdout)]
-    assert len(counted) == 3  # the step, the gain without ROS, the gain over ROS
+    assert len(counted) == 5  # the step, the gain without ROS and over it, the thrust without ROS and over it
     assert all(5 <= number <= 40 for number in counted)
+    without, over = counted[3:]
+    assert without <= 14
+    assert over <= 21

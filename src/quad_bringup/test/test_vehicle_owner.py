@@ -54,7 +54,7 @@ def test_what_is_missing_is_named(tmp_path):
     file = tmp_path / "airframe.yaml"
     file.write_text("", "utf-8")
     for given, words in (
-        ({"given": "mavros"}, "px4, joined, mavlink, crazyflie"),
+        ({"given": "mavros"}, "crazyflie, joined, mavlink, px4"),
         ({"given": "joined"}, "docs/how_to/px4.md"),
         ({"given": "mavlink"}, "docs/how_to/mavlink.md"),
         ({"given": f"px4={tmp_path / 'none.yaml'}"}, "found no file"),
