@@ -1,4 +1,4 @@
-"""Folders and files that no other user may change: what is run, or locked, is ours (or root's), or it is refused."""
+"""Folders that no other user can change: what lies there is run, so it belongs to this user or root."""
 
 import os
 import stat
@@ -8,13 +8,13 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class NotOursError(PermissionError):
-    """A folder or file that another user owns or may change; the text names it and what was expected."""
+    """A folder that another user owns or can change; the text names it and what was expected."""
 
 
 def private_folder(path: Path) -> Path:
     """Return the absolute ``path`` of a folder that only we can change; it is made (mode 0700) if it lacks.
 
-    Raises NotOursError if another user owns it or can write to it, or can put another one in its place; another
+    Raises NotOursError if somebody else owns it or can write to it, or can put another one in its place; another
     OSError if it cannot be made.
     """
     path = Path(os.path.realpath(path))
@@ -22,26 +22,13 @@ def private_folder(path: Path) -> Path:
         if parent.exists():
             _check_parent(parent)
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
-    _check(path, path.stat(), "folder")
-    return path
-
-
-def check_file(path: Path) -> None:
-    """Raise NotOursError if ``path`` is not a plain file, a link included, or another user may change it."""
-    status = path.lstat()
-    if not stat.S_ISREG(status.st_mode):
-        raise NotOursError(f"{path}: found a link or special file, expected a plain file")
-    _check(path, status, "file")
-
-
-def _check(path: Path, status: os.stat_result, kind: str) -> None:
+    status = path.stat()
     if status.st_uid not in _trusted():
-        raise NotOursError(f"{path}: found a {kind} of user {status.st_uid}, expected one of user {os.geteuid()}")
+        raise NotOursError(f"{path}: found a folder of user {status.st_uid}, expected one of user {os.geteuid()}")
     if status.st_mode & _OTHERS_WRITE:
         mode = stat.S_IMODE(status.st_mode)
-        raise NotOursError(
-            f"{path}: found mode {mode:04o}, expected a {kind} that no other user can write to: chmod go-w"
-        )
+        raise NotOursError(f"{path}: found mode {mode:04o}, expected a folder that only its owner writes: chmod go-w")
+    return path
 
 
 def _check_parent(path: Path) -> None:
