@@ -22,6 +22,8 @@ def installed(tmp_path, monkeypatch):
     for example in EXAMPLES.glob("*/setup.cfg"):
         read = configparser.ConfigParser()
         read.read(example)
+        if "metadata" not in read:  # a package that colcon builds; its test is test_vehicle_interface
+            continue
         name, version = read["metadata"]["name"], read["metadata"]["version"]
         folder = tmp_path / f"{name}-{version}.dist-info"
         folder.mkdir()
