@@ -15,8 +15,9 @@ from typing import Any
 from rclpy.publisher import Publisher
 from std_srvs.srv import Trigger
 
-from quad_core.cascade import COMMAND, SHADOW, Stage
+from quad_core.cascade import COMMAND, SHADOW
 from quad_core.cycle import seconds
+from quad_core.roles import Stage
 from quad_msgs.msg import FlightEvent, NodeStatus, Takeover
 from quad_node.codec import MALFORMED, head_of, unpack_wrench
 from quad_node.conversion import NANOSECONDS
