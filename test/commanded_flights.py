@@ -10,9 +10,10 @@ import math
 from guard_faults import ATTITUDE, POSITION
 
 from quad_attitude_ctrl import abfnitsm
-from quad_commander.conduct import Asked, Conduct, GuardSeen, Observed
+from quad_commander.conduct import Conduct, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
+from quad_commander.request_queue import Asked
 from quad_commander.parameters import CommanderParameters
 from quad_core.cycle import seconds
 from quad_core.geometry import norm
@@ -22,6 +23,7 @@ from quad_core.types import (
     Actuation,
     AttitudeInputs,
     AttitudeThrust,
+    GuardStatus,
     PositionInputs,
     SensorFault,
     TrajectoryPoint,
@@ -122,9 +124,10 @@ class Flight:
 
     def decide(self, state, asked):
         report, before = self.report, self.mode
-        seen = GuardSeen()
+        seen = GuardStatus()
         if report is not None:
-            seen = GuardSeen(report.mode, report.condition, report.land, report.stopped)
+            told = report._asdict()
+            seen = GuardStatus(**{name: told[name] for name in GuardStatus._fields})
         self.said = self.conduct.step(
             Observed(
                 step=self.k,
@@ -132,7 +135,6 @@ class Flight:
                 state=state,
                 mission=None,
                 mission_lag=0.0,
-                thrust=self.actuation.thrust / (self.vehicle.mass * self.vehicle.gravity),
                 guard=seen,
                 refusals=[] if before == Mode.ARMING else None,
             ),

@@ -11,7 +11,7 @@ from quad_commander.mode_table import FAULTS, Mode
 
 def test_limits_are_shown_as_people_read_them():
     table = mode_pages.fault_table()
-    assert "tilt above 60 deg for 0.3 s" in table
+    assert "position error above 1.5 m" in table
     assert "battery below 20 %" in table
     assert "mission reference older than 0.2 s" in table
     assert "{" not in mode_pages.page()

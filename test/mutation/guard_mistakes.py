@@ -34,6 +34,7 @@ GUARD = {
     ],
     "quad_guard.state.is_gone": [("state gone", "belief.step >= 0", "belief.step < 0")],
     "quad_guard.state.observe": [("stale rate", "not repeats", "repeats")],
+    "quad_guard.guard.watch": [("contact", "timers.on_ground + dt if stands", "timers.on_ground + dt if not stands")],
     "quad_guard.guard.fly": [("state gone", "rate_age <= parameters", "state_age <= parameters")],
     "quad_guard.guard.next_mode": [
         ("kill", "wrong >= STATE_GONE", "wrong > STATE_GONE"),
@@ -70,9 +71,6 @@ COMMANDER = {
         ("pilot", "not raised & FLAGS[CONTACT]", "raised & FLAGS[CONTACT]"),
     ],
     "quad_commander.modes.most_severe": [("severity", "following > worst", "following < worst")],
-    "quad_commander.modes.watch": [
-        ("contact", "health.thrust < parameters.contact_thrust", "health.thrust > parameters.contact_thrust"),
-    ],
     "quad_commander.modes.faults_of_inputs": [("guard", "wrong or unseen", "wrong and unseen")],
     "quad_commander.modes.guard_request": [("release", "release > 0.0", "release >= 0.0")],
     "quad_commander.references.stopped": [

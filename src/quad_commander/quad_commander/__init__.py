@@ -3,7 +3,8 @@
 Between the trajectory and the position controller: ``mission/reference`` comes in, ``reference`` goes out. What is
 done at each of the node's steps (100 Hz; in lockstep a multiple of the plant step) stands in ``conduct``:
 
-1. Observe: fill ``modes.Health`` (``observation`` has the arithmetic; ages are own steps times period in both clocks).
+1. Observe: fill ``modes.Health`` (ages are own steps times period in both clocks; tilt, wrench
+   and contact are the guard's, whose report is an input).
    While ARMING also ``arming.Observed``, every 0.3 s; ``checks_passed`` is that ``arming.refusals`` gave none.
 2. Ask: an operator's request, else what ``missions.next_request`` asks for, given the last decision.
 3. Decide: ``decision, memory = modes.step(parameters, memory, health, request, dt)``.

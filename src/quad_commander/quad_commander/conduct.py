@@ -12,34 +12,23 @@ from quad_commander.arming import outside
 from quad_commander.missions import Item, Kind, MissionMemory
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import reason_text, refusal_text
-from quad_commander.observation import position_error, tilt
-from quad_commander.parameters import CommanderParameters
 from quad_commander.request_queue import Asked, RequestQueue
-from quad_core.geometry import norm
-from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, VehicleState
-from quad_guard import guard
+from quad_commander.parameters import CommanderParameters
+from quad_core.geometry import norm, subtract
+from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, VehicleState
 
 MISSION_SENDER = "mission"
 _ON_GROUND = (Mode.DISARMED, Mode.ARMING)
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
 
 
-class GuardSeen(NamedTuple):
-    """What the guard said last: mode, what is wrong now, whether to land, whether its landing is over."""
-
-    mode: int = guard.PASS
-    condition: int = guard.GOOD
-    land: bool = False
-    stopped: bool = False
-
-
 class Observed(NamedTuple):
     """What the node saw at one of its steps.
 
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
-    time since it arrived); None before the first. ``thrust`` is over weight. Ages in s. ``refusals``: reasons against
-    arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``: whether
-    no recorder is left. ``end_asked``: why the flight shall end, empty if it shall not.
+    time since it arrived); None before the first. ``guard``: what the guard last did. Ages in s. ``refusals``: reasons
+    against arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``:
+    the recorder has left. ``end_asked``: why the flight shall end, empty if it shall not.
     """
 
     step: int
@@ -47,12 +36,10 @@ class Observed(NamedTuple):
     state: VehicleState
     mission: TrajectoryPoint | None
     mission_lag: float
-    thrust: float
     setpoint_age: float = 0.0
-    wrench_age: float = 0.0
     state_age: float = 0.0
     overruns: float = 0.0
-    guard: GuardSeen = GuardSeen()
+    guard: GuardStatus = GuardStatus()
     battery: float = 1.0
     refusals: list[str] | None = None
     recorder_lost: bool = False
@@ -154,19 +141,14 @@ class Conduct:
         return modes.Health(
             reference_age=max(lag, self._unbegun),
             setpoint_age=seen.setpoint_age,
-            wrench_age=seen.wrench_age,
             state_age=seen.state_age,
             guard_mode=seen.guard.mode,
             guard_condition=seen.guard.condition,
             guard_land=seen.guard.land,
-            guard_stopped=seen.guard.stopped,
-            tilt=tilt(seen.state),
-            height=seen.state.p_w.z - seen.state.ground_z,
-            speed=norm(seen.state.v_w),
-            thrust=seen.thrust,
+            contact=seen.guard.contact or seen.guard.stopped,
             position_error=0.0
             if mode in _ON_GROUND or mode >= Mode.DESCEND
-            else position_error(seen.state, self._sent),
+            else norm(subtract(seen.state.p_w, self._sent.p_w)),
             battery=seen.battery,
             outside_fence=outside(parameters.fence, seen.state.p_w, seen.state.ground_z),
             overruns=seen.overruns,
@@ -215,7 +197,9 @@ class Conduct:
             news.append(("request", f"{asked.request.name} of {asked.sender}: {answer}"))
         if decision.changed:
             mode = Mode(decision.mode)
-            self._text = reason_text(self._parameters.modes, mode, decision.reason, self._last.sender)
+            self._text = reason_text(
+                self._parameters.modes, mode, decision.reason, self._last.sender, seen.guard.reason
+            )
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
                 self._text += "".join(f"; {reason}" for reason in self._refusals or [])
@@ -253,7 +237,7 @@ class Conduct:
         if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
             point = references.sample(self._plan, self._time)
             sideways = self._time < max(self._plan.x.duration, self._plan.y.duration)
-            on_ground = mode == Mode.LAND and self._memory.timers.rest > 0.0
+            on_ground = mode == Mode.LAND and seen.guard.on_ground
             return references.above(point, seen.state) if on_ground and not sideways else point
         point = references.continued(seen.mission, seen.mission_lag)
         if self._hand_over is None:
@@ -282,7 +266,7 @@ class Conduct:
 
     def _is_over(self, seen: Observed) -> bool:
         if self._memory.mode == Mode.KILL:
-            return self._in_mode >= _KILLED_FOR or self._memory.timers.rest >= self._parameters.modes.contact_time
+            return self._in_mode >= _KILLED_FOR or seen.guard.contact
         done = self._flown and bool(self._mission)
         return self._memory.mode == Mode.DISARMED and (
             done or bool(seen.end_asked) or (self._gave_up and self._mission != ())

@@ -7,7 +7,7 @@ walk them, and ``modes.step`` follows them. The rows below are the source.
 from enum import IntEnum
 from typing import NamedTuple
 
-from quad_core.cascade import ATTITUDE, POSITION, SIMULATOR, TRAJECTORY
+from quad_core.cascade import POSITION, SIMULATOR, TRAJECTORY
 
 
 class Mode(IntEnum):
@@ -30,31 +30,27 @@ class Condition(IntEnum):
     REFERENCE_LATE = 0
     REFERENCE_LOST = 1
     SETPOINT_LOST = 2
-    WRENCH_LOST = 3
-    STATE_LOST = 4
-    STATE_REFUSED = 5
-    POSITION_LOST = 6
-    TILT = 7
-    EXTREME_TILT = 8
-    EXTREME_TILT_LOW = 9
-    POSITION_ERROR = 10
-    LARGE_POSITION_ERROR = 11
-    FENCE = 12
-    BATTERY_LOW = 13
-    ESTIMATOR_RESET = 14
-    OVERRUNS = 15
-    RECORDER_LOST = 16
-    GUARD_DESCENDS = 17
-    GUARD_KILLED = 18
-    PILOT_TOOK_OVER = 19
-    END_ASKED = 20
-    TAKEOFF_LATE = 21
-    LANDING_LATE = 22
-    ARMING_LATE = 23
-    READY = 24
-    AT_HEIGHT = 25
-    PLAN_ENDED = 26
-    CONTACT = 27
+    STATE_LOST = 3
+    STATE_REFUSED = 4
+    POSITION_LOST = 5
+    POSITION_ERROR = 6
+    LARGE_POSITION_ERROR = 7
+    FENCE = 8
+    BATTERY_LOW = 9
+    ESTIMATOR_RESET = 10
+    OVERRUNS = 11
+    RECORDER_LOST = 12
+    GUARD_DESCENDS = 13
+    GUARD_KILLED = 14
+    PILOT_TOOK_OVER = 15
+    END_ASKED = 16
+    TAKEOFF_LATE = 17
+    LANDING_LATE = 18
+    ARMING_LATE = 19
+    READY = 20
+    AT_HEIGHT = 21
+    PLAN_ENDED = 22
+    CONTACT = 23
 
 
 class Request(IntEnum):
@@ -115,18 +111,9 @@ FAULTS = (
         only=FLOWN_BY_REFERENCE,
         publisher=POSITION,
     ),
-    Row(
-        Condition.WRENCH_LOST,
-        "wrench older than {wrench_lost}",
-        Mode.DESCEND,
-        publisher=ATTITUDE,
-    ),
     Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, publisher=SIMULATOR),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
-    Row(Condition.TILT, "tilt above {tilt} for {tilt_time}", Mode.DESCEND),
-    Row(Condition.EXTREME_TILT, "tilt above {extreme_tilt} for {extreme_tilt_time}", Mode.DESCEND),
-    Row(Condition.EXTREME_TILT_LOW, "the same below {low_height}", Mode.KILL),
     Row(
         Condition.POSITION_ERROR,
         "position error above {position_error}",
@@ -148,7 +135,7 @@ FAULTS = (
         "recorder lost, and asked to land then",
         Mode.LAND,
     ),
-    Row(Condition.GUARD_DESCENDS, "guard flies its backup law", Mode.DESCEND),
+    Row(Condition.GUARD_DESCENDS, "the guard flies its backup law", Mode.DESCEND),
     Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
     Row(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
     Row(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
@@ -174,12 +161,7 @@ PROGRESS = (
     (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up} of spool-up"),
     (Mode.TAKEOFF, Condition.AT_HEIGHT, Mode.HOLD, "at the height of take-off"),
     (Mode.MISSION, Condition.PLAN_ENDED, Mode.HOLD, "the trajectory has ended"),
-    (
-        Mode.LAND,
-        Condition.CONTACT,
-        Mode.DISARMED,
-        "slower than {contact_speed} for {contact_time} at low thrust, at most {contact_height} high",
-    ),
+    (Mode.LAND, Condition.CONTACT, Mode.DISARMED, "the guard sees the vehicle stand on the ground"),
     (Mode.DESCEND, Condition.CONTACT, Mode.DISARMED, "the same, or the guard has landed"),
 )
 """What is achieved: the only way on without a request."""

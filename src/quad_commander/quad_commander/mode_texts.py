@@ -4,8 +4,10 @@ import math
 
 from quad_commander.mode_table import FAULTS, PROGRESS, Condition, Mode, Request
 from quad_commander.modes import NO_REASON, ON_REQUEST
+from quad_core.cascade import ATTITUDE
 from quad_commander.parameters import ModeParameters
 from quad_core.parameters import fields
+from quad_guard.guard import GOOD, REASONS, WRENCH_LOST
 
 
 def words(name: str) -> str:
@@ -27,8 +29,11 @@ def limits(parameters: ModeParameters) -> dict[str, str]:
     return shown
 
 
-def reason_text(parameters: ModeParameters, mode: int, reason: int, sender: str) -> str:
-    """Return why ``mode`` was entered, who is silent first; ``sender`` made the last request."""
+def reason_text(parameters: ModeParameters, mode: int, reason: int, sender: str, guard_reason: int = GOOD) -> str:
+    """Return why ``mode`` was entered, who is silent first; ``sender`` made the last request.
+
+    ``guard_reason``: why the guard acted, of ``quad_guard.guard.REASONS``.
+    """
     if reason == NO_REASON:
         return ""
     if reason == ON_REQUEST:
@@ -36,6 +41,8 @@ def reason_text(parameters: ModeParameters, mode: int, reason: int, sender: str)
     rows = {row.condition: f"{row.publisher} is silent: {row.text}" if row.publisher else row.text for row in FAULTS}
     texts = [text for _, condition, then, text in PROGRESS if condition == reason and then == mode]
     text = rows.get(Condition(reason)) or (texts[0] if texts else words(Condition(reason).name))
+    if reason in (Condition.GUARD_DESCENDS, Condition.GUARD_KILLED) and guard_reason != GOOD:
+        text += f": {REASONS[guard_reason]}" + (f" from {ATTITUDE}" if guard_reason == WRENCH_LOST else "")
     return text.format(**limits(parameters))
 
 

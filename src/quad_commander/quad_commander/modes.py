@@ -21,14 +21,13 @@ from quad_guard.guard import GOOD as GUARD_GOOD
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_guard.guard import PASS as GUARD_PASS
 from quad_guard.guard import REQUESTED as GUARD_REQUESTED
-from quad_guard.guard import WRENCH_LOST as GUARD_WRENCH_LOST
 
 DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL = (mode.value for mode in Mode)
 # fmt: off
 (
-    REFERENCE_LATE, REFERENCE_LOST, SETPOINT_LOST, WRENCH_LOST, STATE_LOST,
-    STATE_REFUSED, POSITION_LOST, TILT, EXTREME_TILT, EXTREME_TILT_LOW, POSITION_ERROR,
-    LARGE_POSITION_ERROR, FENCE, BATTERY_LOW, ESTIMATOR_RESET, OVERRUNS, RECORDER_LOST,
+    REFERENCE_LATE, REFERENCE_LOST, SETPOINT_LOST, STATE_LOST,
+    STATE_REFUSED, POSITION_LOST, POSITION_ERROR, LARGE_POSITION_ERROR,
+    FENCE, BATTERY_LOW, ESTIMATOR_RESET, OVERRUNS, RECORDER_LOST,
     GUARD_DESCENDS, GUARD_KILLED, PILOT_TOOK_OVER, END_ASKED, TAKEOFF_LATE, LANDING_LATE,
     ARMING_LATE, READY, AT_HEIGHT, PLAN_ENDED, CONTACT,
 ) = (condition.value for condition in Condition)
@@ -45,27 +44,23 @@ NOT_DONE = 2
 
 
 class Health(NamedTuple):
-    """What the commander observes in one step; the defaults are a healthy vehicle on the ground.
+    """What the commander observes in one step; the defaults are a healthy vehicle in the air.
 
     Ages in s (steps times period in lockstep, steady clock in real time); ``reference_age`` is that of the mission's.
-    ``guard_mode``, ``guard_condition`` and ``guard_land`` come from ``guard.Report``. ``thrust``: over weight.
-    ``position_error``: distance from the reference in m. ``battery``: share of full, 1 if unknown. ``reference_done``:
-    the reference of this mode has come to rest at its end, ``done_time`` s ago. ``checks_passed``: see ``arming``.
+    ``guard_mode``, ``guard_condition``, ``guard_land``: see ``quad_guard.guard.Report``; ``contact``: the guard, or the
+    vehicle itself, sees it stand. ``position_error``: distance from the reference in m. ``battery``: share of full, 1
+    if unknown. ``reference_done``: the reference of this mode has come to rest at its end, ``done_time`` s ago.
+    ``checks_passed``: see ``arming``.
     """
 
     reference_age: float = 0.0
     setpoint_age: float = 0.0
-    wrench_age: float = 0.0
     state_age: float = 0.0
     guard_mode: int = GUARD_PASS
     guard_condition: int = GUARD_GOOD
     guard_land: bool = False
-    guard_stopped: bool = False
+    contact: bool = False
     position_good: bool = True
-    tilt: float = 0.0
-    height: float = 0.0
-    speed: float = 0.0
-    thrust: float = 1.0
     position_error: float = 0.0
     outside_fence: bool = False
     battery: float = 1.0
@@ -81,11 +76,8 @@ class Health(NamedTuple):
 
 
 class Timers(NamedTuple):
-    """For how long in s: large tilt, extreme tilt, at rest on the ground, this mode; time left for the guard."""
+    """For how long in s this mode holds; time in s left for the guard to give back."""
 
-    tilt: float = 0.0
-    extreme_tilt: float = 0.0
-    rest: float = 0.0
     mode: float = 0.0
     release: float = 0.0
 
@@ -119,14 +111,15 @@ class Decision(NamedTuple):
 
 def init() -> Memory:
     """Return the memory before the first step: disarmed."""
-    return Memory(DISARMED, NO_REASON, 0, False, False, Timers(0.0, 0.0, 0.0, 0.0, 0.0))
+    return Memory(DISARMED, NO_REASON, 0, False, False, Timers(0.0, 0.0))
 
 
 def step(
     parameters: ModeParameters, memory: Memory, health: Health, request: int, dt: float
 ) -> tuple[Decision, Memory]:
     """Return the decision of one step of ``dt`` s and the next memory. ``request`` is a ``Request``."""
-    timers = watch(parameters, memory, health, dt)
+    left = memory.timers.release - dt
+    timers = Timers(memory.timers.mode + dt, left if left > 0.0 else 0.0)
     raised = memory.lasting | conditions(parameters, memory, health, timers)
     mode, reason = memory.mode, memory.reason
     for condition in range(FAULT_COUNT, CONDITIONS):
@@ -153,39 +146,14 @@ def step(
         0 if mode == DISARMED else lasting(raised),
         in_mission and reason != PLAN_ENDED,
         takeoff_asked,
-        Timers(timers.tilt, timers.extreme_tilt, timers.rest, 0.0 if changed else timers.mode, release),
+        Timers(0.0 if changed else timers.mode, release),
     )
     return Decision(mode, reason, changed, raised, answer, blocked_by, guard_request(mode, release)), after
 
 
-def watch(parameters: ModeParameters, memory: Memory, health: Health, dt: float) -> Timers:
-    """Return the timers after a step of ``dt`` s."""
-    timers = memory.timers
-    rests = (
-        health.speed < parameters.contact_speed
-        and health.thrust < parameters.contact_thrust
-        and health.height <= parameters.contact_height
-        and health.state_age <= parameters.state_lost
-        and sees_state(health.guard_condition)
-    )
-    release = timers.release - dt
-    return Timers(
-        timers.tilt + dt if health.tilt > parameters.tilt else 0.0,
-        timers.extreme_tilt + dt if health.tilt > parameters.extreme_tilt else 0.0,
-        timers.rest + dt if rests else 0.0,
-        timers.mode + dt,
-        release if release > 0.0 else 0.0,
-    )
-
-
-def sees_state(guard_condition: int) -> bool:
-    """Return whether the guard sees the vehicle whatever else is wrong: without a state nothing says that it stands."""
-    return guard_condition <= GUARD_WRENCH_LOST or guard_condition == GUARD_REQUESTED
-
-
 def conditions(parameters: ModeParameters, memory: Memory, health: Health, timers: Timers) -> int:
     """Return what is raised now, one bit per Condition."""
-    found = faults_of_inputs(parameters, memory, health) | faults_of_flight(parameters, health, timers)
+    found = faults_of_inputs(parameters, memory, health) | faults_of_flight(parameters, health)
     mode, time = memory.mode, timers.mode
     found |= flag(TAKEOFF_LATE, mode == TAKEOFF and time > parameters.takeoff_late)
     found |= flag(LANDING_LATE, mode == LAND and health.done_time > parameters.landing_late)
@@ -194,8 +162,7 @@ def conditions(parameters: ModeParameters, memory: Memory, health: Health, timer
     found |= flag(READY, mode == ARMING and ready)
     found |= flag(AT_HEIGHT, mode == TAKEOFF and health.reference_done)
     found |= flag(PLAN_ENDED, mode == MISSION and health.plan_ended)
-    rests = timers.rest >= parameters.contact_time
-    return found | flag(CONTACT, rests or health.guard_stopped)
+    return found | flag(CONTACT, health.contact)
 
 
 def faults_of_inputs(parameters: ModeParameters, memory: Memory, health: Health) -> int:
@@ -204,7 +171,6 @@ def faults_of_inputs(parameters: ModeParameters, memory: Memory, health: Health)
     found = flag(REFERENCE_LATE, waits and health.reference_age > parameters.reference_late)
     found |= flag(REFERENCE_LOST, waits and health.reference_age > parameters.reference_lost)
     found |= flag(SETPOINT_LOST, health.setpoint_age > parameters.setpoint_lost)
-    found |= flag(WRENCH_LOST, health.wrench_age > parameters.wrench_lost)
     found |= flag(STATE_LOST, health.state_age > parameters.state_lost)
     found |= flag(STATE_REFUSED, health.guard_land)
     found |= flag(POSITION_LOST, not health.position_good)
@@ -221,14 +187,9 @@ def faults_of_inputs(parameters: ModeParameters, memory: Memory, health: Health)
     return found | flag(END_ASKED, health.end_asked)
 
 
-def faults_of_flight(parameters: ModeParameters, health: Health, timers: Timers) -> int:
-    """Return what is wrong with how the vehicle flies."""
-    extreme = timers.extreme_tilt > parameters.extreme_tilt_time
-    low = health.height < parameters.low_height
-    found = flag(TILT, timers.tilt > parameters.tilt_time)
-    found |= flag(EXTREME_TILT, extreme and not low)
-    found |= flag(EXTREME_TILT_LOW, extreme and low)
-    found |= flag(POSITION_ERROR, health.position_error > parameters.position_error)
+def faults_of_flight(parameters: ModeParameters, health: Health) -> int:
+    """Return what is wrong with where the vehicle is and what it has left."""
+    found = flag(POSITION_ERROR, health.position_error > parameters.position_error)
     found |= flag(LARGE_POSITION_ERROR, health.position_error > parameters.large_position_error)
     found |= flag(FENCE, health.outside_fence)
     return found | flag(BATTERY_LOW, health.battery < parameters.battery_low)

@@ -14,17 +14,16 @@ from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.arming import refusals
-from quad_commander.conduct import Conduct, GuardSeen, Observed, Said
+from quad_commander.conduct import Conduct, Observed, Said
 from quad_commander.mode_table import Mode, Request
-from quad_commander.observation import thrust_over_weight
 from quad_commander.preflight import Preflight, free_space
 from quad_commander.request_queue import MOST_SENDERS, Asked, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
-from quad_core.types import TrajectoryPoint
+from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
-from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan, FlightRequest, GuardStatus, NodeStatus
+from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan, FlightRequest, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links
 from quad_node.codec import head_of, packer
@@ -61,20 +60,18 @@ class Commander(Responder):
         self._cycles: deque[int] = deque()
         self._lost: set[str] = set()
         self._last: Sample | None = None
-        self._guard = GuardSeen()
         self._battery: float | None = None
         self._stepped_at = 0.0
         self._awake = time.monotonic()
         self._sent = -1
         self._heard = {"attitude_setpoint": self.started, COMMAND: self.started}
         self._mission_in = self.take("mission/reference")
-        self.take("actuation", lag=1)
+        self._guard_in = self.take("flight/guard", lag=1, kind=GuardStatus)
         for topic in self._heard:
             self.subscribe(topic, partial(self._on_life, topic), raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/request", self._on_request, depth=_REQUESTS)
-        self.subscribe("flight/guard", self._on_guard)
         self.subscribe("battery_state", self._on_battery)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
@@ -107,7 +104,6 @@ class Commander(Responder):
     def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Said:
         if self._conduct is None:
             self._conduct = Conduct(self.settings, self._mission, sample.state, self._requests)
-        _, actuation = arrivals
         mission = self._mission_in.newest()
         lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
         seen = Observed(
@@ -116,12 +112,10 @@ class Commander(Responder):
             state=sample.state,
             mission=mission.value if mission else None,
             mission_lag=max(lag, 0.0),
-            thrust=thrust_over_weight(self.vehicle, actuation.value) if actuation else 1.0,
             setpoint_age=self._age("attitude_setpoint"),
-            wrench_age=self._age(COMMAND),
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
-            guard=self._guard_now(),
+            guard=self._guard_said(arrivals[1]),
             battery=1.0 if self._battery is None else self._battery,
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
@@ -236,14 +230,12 @@ class Commander(Responder):
         """Return how many publish ``topic``, a controller in standby not counted."""
         return links.senders(self, topic, self.standby_topics)
 
-    def _on_guard(self, message: GuardStatus) -> None:
-        if not self.flight.run_id or message.run_id == self.flight.run_id:
-            self._guard = GuardSeen(message.mode, message.condition, message.land, message.stopped)
-
-    def _guard_now(self) -> GuardSeen:
-        """Return what the guard said last; disarmed it rests, and what it did before is over."""
+    def _guard_said(self, arrival: Arrival | None) -> GuardStatus:
+        """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
+        newest = arrival or self._guard_in.newest()
+        said: GuardStatus = newest.value if newest else GuardStatus()
         on_ground = self._conduct is None or self._conduct.mode <= Mode.ARMING
-        return GuardSeen() if on_ground and self._guard.mode != GUARD_KILL else self._guard
+        return GuardStatus() if on_ground and said.mode != GUARD_KILL else said
 
     def _on_battery(self, message: BatteryState) -> None:
         share = message.percentage

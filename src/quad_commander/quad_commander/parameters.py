@@ -17,23 +17,7 @@ class ModeParameters(NamedTuple):
     setpoint_lost: Annotated[
         float, Real("s", "attitude setpoint older: DESCEND", 0.001, 100.0, "ArduPilot", live=False)
     ] = 0.3
-    wrench_lost: Annotated[float, Real("s", "wrench older: DESCEND", 0.001, 100.0, "", live=False)] = 0.05
     state_lost: Annotated[float, Real("s", "state older: DESCEND", 0.001, 100.0, "MRS", live=False)] = 0.1
-    tilt: Annotated[float, Real("rad", "tilt that may not last", 0.1, 3.2, "PX4 FailureDetector", live=False)] = (
-        1.0471975511965976
-    )
-    tilt_time: Annotated[
-        float, Real("s", "tilt above ``tilt`` for longer: DESCEND", 0.0, 100.0, "PX4 FailureDetector", live=False)
-    ] = 0.3
-    extreme_tilt: Annotated[float, Real("rad", "tilt of a vehicle that falls over", 0.1, 3.2, "MRS", live=False)] = (
-        1.3089969389957472
-    )
-    extreme_tilt_time: Annotated[
-        float, Real("s", "tilt above ``extreme_tilt`` for longer: DESCEND or KILL", 0.0, 100.0, "MRS", live=False)
-    ] = 0.1
-    low_height: Annotated[
-        float, Real("m", "extreme tilt below this height above the ground: KILL", 0.0, 100.0, "", live=False)
-    ] = 1.0
     position_error: Annotated[
         float, Real("m", "distance from the reference above: LAND", 0.01, 1000.0, "MRS", live=False)
     ] = 1.5
@@ -61,16 +45,6 @@ class ModeParameters(NamedTuple):
     landing_late: Annotated[
         float, Real("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "", live=False)
     ] = 5.0
-    contact_speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "addition", live=False)] = 0.1
-    contact_time: Annotated[
-        float, Real("s", "at rest with low thrust for so long: contact", 0.05, 10.0, "addition", live=False)
-    ] = 0.5
-    contact_thrust: Annotated[
-        float, Real("", "thrust over weight below which the vehicle counts as standing", 0.05, 1.0, "", live=False)
-    ] = 0.7
-    contact_height: Annotated[
-        float, Real("m", "no contact higher above the ground than this", 0.0, 10.0, "addition", live=False)
-    ] = 0.3
     release_time: Annotated[
         float, Real("s", "time that the guard has to give back after a request", 0.01, 10.0, "addition", live=False)
     ] = 0.5

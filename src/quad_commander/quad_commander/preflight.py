@@ -6,13 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from quad_commander.arming import Observed, Stream
-from quad_commander.observation import tilt
 from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
 from quad_core.cycle import seconds
 from quad_core.extent import Extent
 from quad_core.flight_parameters import FlightParameters
-from quad_core.geometry import norm
+from quad_core.geometry import norm, tilt
 from quad_core.standing import Standing
 from quad_core.types import Vec3
 from quad_msgs.msg import FlightPlan, NodeStatus
@@ -92,7 +91,7 @@ class Preflight:
             streams=tuple(streams),
             announced_spacing=seconds(1, period),
             state_spacing=elapsed / max(states - self._first_states, 1),
-            tilt=tilt(sample.state),
+            tilt=tilt(sample.state.q_wb),
             speed=norm(sample.state.v_w),
             drift=max(self._standing.drift, self._standing.speed),
             ground_z=sample.state.ground_z,

@@ -1,7 +1,5 @@
 """The mode table as a person wrote it from docs/explanation/safety.md, and how each condition comes about."""
 
-import math
-
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import Health, Memory, Timers
@@ -15,13 +13,9 @@ GRID = """
 REFERENCE_LATE        D A T H H L S P K
 REFERENCE_LOST        D A T L L L S P K
 SETPOINT_LOST         D D S S S S S P K
-WRENCH_LOST           D D S S S S S P K
 STATE_LOST            D D S S S S S P K
 STATE_REFUSED         D D L L L L S P K
 POSITION_LOST         D D S S S S S P K
-TILT                  D D S S S S S P K
-EXTREME_TILT          D D S S S S S P K
-EXTREME_TILT_LOW      D D K K K K K P K
 POSITION_ERROR        D D L L L L S P K
 LARGE_POSITION_ERROR  D D S S S S S P K
 FENCE                 D D L L L L S P K
@@ -47,18 +41,13 @@ EXPECTED = {
     for mode, letter in zip(Mode, letters, strict=True)
 }
 
-HIGH = {"height": 5.0}
 HEALTH = {
     Condition.REFERENCE_LATE: {"reference_age": 0.21},
     Condition.REFERENCE_LOST: {"reference_age": 2.1},
     Condition.SETPOINT_LOST: {"setpoint_age": 0.31},
-    Condition.WRENCH_LOST: {"wrench_age": 0.051},
     Condition.STATE_LOST: {"state_age": 0.101},
     Condition.STATE_REFUSED: {"guard_land": True},
     Condition.POSITION_LOST: {"position_good": False},
-    Condition.TILT: {"tilt": math.radians(61.0)},
-    Condition.EXTREME_TILT: {"tilt": math.radians(76.0)},
-    Condition.EXTREME_TILT_LOW: {"tilt": math.radians(76.0), "height": 0.9},
     Condition.POSITION_ERROR: {"position_error": 1.6},
     Condition.LARGE_POSITION_ERROR: {"position_error": 2.6},
     Condition.FENCE: {"outside_fence": True},
@@ -79,8 +68,8 @@ LONG = 0.6
 
 
 def health(*conditions, **changes):
-    """Return what is observed when ``conditions`` are raised, 5 m above the ground."""
-    seen = dict(HIGH)
+    """Return what is observed when ``conditions`` are raised."""
+    seen = {}
     for condition in conditions:
         seen |= HEALTH[condition]
     return Health(**{**seen, **changes})

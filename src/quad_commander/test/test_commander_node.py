@@ -20,7 +20,7 @@ def make(monkeypatch):
     yield from commanders(monkeypatch)
 
 
-def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_actuation(make):
+def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_guard(make):
     node = make()
     node.state(0)
     assert node.modes == []
@@ -31,7 +31,7 @@ def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and
     node.mission(5)
     node.state(5)
     assert len(node.modes) == 1
-    node.actuation(4)
+    node.guard(4)
     assert [mode.step for mode in node.modes] == [0, 5]
 
 
@@ -114,16 +114,16 @@ def test_a_low_battery_lands_the_vehicle_and_one_that_is_unknown_does_not(make):
     node.plan()
     node.battery(math.nan)
     node.ask(FlightRequest.TAKEOFF)
-    node.fly(0, 520, thrust=20.0)
+    node.fly(0, 520)
     node.battery(0.21)
-    node.fly(520, 530, thrust=20.0)
+    node.fly(520, 530)
     assert node.modes[-1].name == "TAKEOFF"
     node.battery(0.19)
-    node.fly(530, 540, thrust=20.0)
+    node.fly(530, 540)
     assert (node.modes[-1].name, node.modes[-1].reason) == ("LAND", Condition.BATTERY_LOW)
     node.battery(0.9)  # nothing goes back up when a battery recovers
     node.ask(FlightRequest.HOLD)
-    node.fly(540, 550, thrust=20.0)
+    node.fly(540, 550)
     assert node.modes[-1].name == "LAND"
 
 
@@ -173,7 +173,7 @@ def test_what_is_wrong_keeps_it_on_the_ground_and_is_said(make, spoil, reason):
     assert reason in node.modes[-1].answer_text
     for step in range(300, 6000, 5):
         node.mission(step)
-        node.actuation(step - 1)
+        node.guard(step - 1)
         node.state(step)
     assert (node.modes[-1].name, node.modes[-1].is_over) == ("DISARMED", True)
     assert node.modes[-1].outcome.startswith("not armed: ")
@@ -188,7 +188,7 @@ def test_a_mission_that_cannot_be_read_is_refused_by_name(make):
 def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_a_while(make):
     node = make()
     node.fly(0, 6)
-    node.actuation(9)
+    node.guard(9)
     node.state(10)
     node.state_heard -= 0.9
     node.on_tick()
@@ -197,7 +197,7 @@ def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_a_whi
     node.on_tick()
     assert [mode.step for mode in node.modes] == [0, 5, 10]
     assert [kind for _, kind, _ in node.events] == ["mission_lost"]
-    node.actuation(14)
+    node.guard(14)
     node.state(15)
     assert node.modes[-1].step == 15
 
@@ -211,7 +211,7 @@ def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node.state_heard -= 0.7
     node.on_tick()
     assert len(node.modes) == count + 1
-    assert node.modes[-1].raised >> 4 & 1  # state lost
+    assert node.modes[-1].raised >> Condition.STATE_LOST & 1
     assert node.modes[-1].step == 5 + 350
     time.sleep(0.05)
     node.fly(5 + 349, 5 + 360)  # the second state after a gap is believed
@@ -226,13 +226,13 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
     clock.now += 1.0
     node.on_tick()  # what came meanwhile is still to be read
     assert [mode.step for mode in node.modes] == [0, 5]
-    for step in range(10, 60, 5):
+    for step in range(10, 260, 5):
         node.mission(step)
         node.state(step)
         clock.now += 0.01
-    raised = [mode.raised >> Condition.SETPOINT_LOST & 7 for mode in node.modes[2:]]  # setpoint, wrench, state
-    assert raised[:5] == [0] * 5
-    assert raised[-1] == 2
+    raised = [mode.raised >> Condition.SETPOINT_LOST & 3 for mode in node.modes[2:]]  # setpoint, state
+    assert raised[:29] == [0] * 29
+    assert raised[-1] == 1
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
@@ -250,18 +250,30 @@ def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(
 def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over(make):
     node = make()
     node.plan()
-    descends = msg.GuardStatus(mode=1, reason=1, condition=1, run_id="a1")
-    node.callbacks["flight/guard"](descends)
+    descends = {"mode": 1, "reason": 1, "condition": 1}
     node.ask(FlightRequest.TAKEOFF)
-    node.fly(0, 250)
+    node.fly(0, 250, **descends)
     assert node.modes[-1].name == "ARMING"
-    node.callbacks["flight/guard"](msg.GuardStatus(run_id="a1"))
-    node.fly(250, 520, thrust=5.0)
+    node.fly(250, 520)
     assert node.modes[-1].name == "TAKEOFF"
-    node.callbacks["flight/guard"](msg.GuardStatus(mode=1, reason=1, condition=1, run_id="b2"))
-    node.fly(520, 530, thrust=5.0)
+    node.guard(524, run_id="b2", **descends)
+    node.fly(520, 530)
     assert node.modes[-1].name == "TAKEOFF"
-    node.callbacks["flight/guard"](descends)
-    node.fly(530, 540, thrust=5.0)
-    assert (node.modes[-1].name, node.modes[-1].text) == ("DESCEND", "guard flies its backup law")
+    node.fly(530, 540, **descends)
+    text = "the guard flies its backup law: no good wrench from attitude_controller"
+    assert (node.modes[-1].name, node.modes[-1].text) == ("DESCEND", text)
     assert node.modes[-1].guard_request == 2
+
+
+def test_in_lockstep_a_step_waits_for_the_guard_s_report_of_the_step_before(make):
+    node = make()
+    node.plan()
+    node.fly(0, 6)
+    node.setpoint(10)
+    node.mission(10)
+    node.state(10)
+    assert node.modes[-1].step == 5
+    node.guard(8)
+    assert node.modes[-1].step == 5
+    node.guard(9)
+    assert node.modes[-1].step == 10

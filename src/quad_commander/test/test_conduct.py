@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_commander.conduct import Conduct, GuardSeen, Observed
+from quad_commander.conduct import Conduct, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
 from quad_commander.parameters import CommanderParameters
 from quad_commander.request_queue import Asked
 from quad_core.geometry import quaternion_from_euler
-from quad_core.types import NOT_BEGUN, Quat, TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_guard import guard
 
 DT = 0.01
@@ -32,7 +32,7 @@ class Flight:
         self.length, self.flown, self.step, self.dead = length, 0.0, 0, False
         self.state, self.point, self.lag = GROUND, TrajectoryPoint(NOT_BEGUN), 0.0
         self.said, self.modes, self.references, self.news = None, [], [], []
-        self.refusals = []
+        self.refusals, self.stood = [], 0.0
 
     def go(self, seconds, *asked, **changes):
         for index in range(round(seconds / DT)):
@@ -43,7 +43,7 @@ class Flight:
                 state=self.state,
                 mission=self.point,
                 mission_lag=self.lag,
-                thrust=0.5 if self.state.p_w.z <= 0.0 else 1.0,
+                guard=self.guard(),
                 refusals=self.refusals if mode == Mode.ARMING else None,
             )
             self.said = self.conduct.step(seen._replace(**changes), asked if index == 0 else ())
@@ -58,6 +58,12 @@ class Flight:
             self.step += 5
             self.trajectory()
         return self
+
+    def guard(self):
+        """Return what the guard reports: whether the vehicle stands, and has stood for half a second."""
+        stands = self.state.p_w.z <= 0.0
+        self.stood = self.stood + DT if stands else 0.0
+        return GuardStatus(on_ground=stands, contact=self.stood >= 0.5)
 
     def trajectory(self):
         """Answer as the trajectory node does: at rest but in MISSION, and when its time is over."""
@@ -179,11 +185,11 @@ def test_no_change_of_mode_steps_the_reference_in_the_air():
 def test_after_a_descent_the_reference_begins_with_the_vehicle_s_own_motion(request, velocity, angles):
     """The guard has flown it away from its reference, with a motion of its own."""
     flight = Flight("takeoff,case1,land").go(5.0)
-    flight.go(0.5, guard=GuardSeen(mode=guard.DESCEND, condition=guard.WRENCH_LOST))
+    flight.go(0.5, guard=GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST))
     assert flight.conduct.mode == Mode.DESCEND
     state = VehicleState(Vec3(3.0, -2.0, 8.0), velocity, quaternion_from_euler(angles), Vec3(1.0, -2.0, 0.5))
     flight.state = state
-    flight.go(DT, Asked(request, "pilot"), guard=GuardSeen(mode=guard.DESCEND, condition=guard.GOOD))
+    flight.go(DT, Asked(request, "pilot"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
     assert flight.conduct.mode == Mode[request.name], flight.news[-3:]
     first = flight.references[-1]
     assert (first.p_w, first.v_w) == (state.p_w, state.v_w)
@@ -215,9 +221,9 @@ def test_an_operator_holds_goes_on_and_lands():
 def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
     """6 cm beside its reference a vehicle tilted by 5 degrees towards it before its motors stopped."""
     aside = VehicleState(Vec3(0.05, -0.06, 0.0), Vec3(), Quat(), Vec3())
-    for thrust, x in ((1.0, 0.0), (0.5, 0.05)):  # in the air it does
+    for stands, x in ((False, 0.0), (True, 0.05)):  # in the air it does
         landing = Flight("takeoff,hold:600").go(8.0).go(1.0, Asked(Request.LAND, "me"))
-        landing.go(0.1, state=aside, thrust=thrust)
+        landing.go(0.1, state=aside, guard=GuardStatus(on_ground=stands))
         assert landing.conduct.mode == Mode.LAND
         reference = landing.references[-1]
         assert reference.p_w.x == pytest.approx(x, abs=1e-9)
@@ -268,15 +274,15 @@ def test_a_flood_of_one_sender_does_not_take_a_landing_back():
 def test_a_request_from_before_a_descent_does_not_take_the_vehicle_back():
     asked = [Asked(Request.HOLD, f"operator {number}") for number in range(5)]
     flight = Flight("takeoff,hold:600,land").go(8.0)
-    descends = GuardSeen(guard.DESCEND, guard.WRENCH_LOST)
+    descends = GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)
     flight.go(DT, *asked, guard=descends)
     assert flight.conduct.mode == Mode.DESCEND
     for number in range(1, 5):
-        flight.go(DT, guard=GuardSeen(guard.DESCEND, guard.GOOD))
+        flight.go(DT, guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
         assert flight.conduct.mode == Mode.DESCEND
         assert flight.said.answer_text == "HOLD was asked for before DESCEND began"
         assert flight.said.sender == f"operator {number}"
-    flight.go(DT, Asked(Request.HOLD, "operator 1"), guard=GuardSeen(guard.DESCEND, guard.GOOD))
+    flight.go(DT, Asked(Request.HOLD, "operator 1"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
     assert flight.conduct.mode == Mode.HOLD, "what is asked for during the descent counts"
 
 
@@ -343,9 +349,9 @@ def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds()
     flight = Flight("takeoff,hold:60,land").go(6.0)
     flight.go(DT, Asked(Request.KILL, "pilot"))
     for _ in range(990):
-        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), thrust=0.0)
+        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), guard=GuardStatus())
     assert not flight.said.mode.is_over
     for _ in range(20):
-        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), thrust=0.0)
+        flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), guard=GuardStatus())
     assert flight.said.mode.is_over
     assert flight.said.outcome.startswith("KILL at step")

@@ -58,10 +58,7 @@ def test_a_healthy_vehicle_stays_in_its_mode(mode):
 def test_of_two_faults_at_once_the_more_severe_wins(mode):
     for pair in itertools.combinations(HEALTH, 2):
         decision, _ = after(in_mode(mode), *pair)
-        low = Condition.EXTREME_TILT_LOW in pair
         expected = max(EXPECTED[mode, fault] for fault in pair)
-        if low and pair != (Condition.TILT, Condition.EXTREME_TILT_LOW):
-            expected = max(expected, EXPECTED[mode, Condition.EXTREME_TILT_LOW])
         assert Mode(decision.mode) == expected, [fault.name for fault in pair]
 
 

@@ -60,8 +60,8 @@ class Wired(Commander):
         point = TrajectoryPoint(step=step, run=RUN, next_step=step + 5, trajectory_time=trajectory_time)
         self.callbacks["mission/reference"](serialize_message(point))
 
-    def actuation(self, step, thrust=0.0):
-        self.callbacks["actuation"](serialize_message(msg.Actuation(step=step, run=RUN, thrust=thrust)))
+    def guard(self, step, run_id=RUN_ID, **seen):
+        self.callbacks["flight/guard"](serialize_message(msg.GuardStatus(step=step, run_id=run_id, **seen)))
 
     def setpoint(self, step, run=RUN):
         self.callbacks["attitude_setpoint"](serialize_message(msg.AttitudeThrust(step=step, run=run)))
@@ -71,15 +71,18 @@ class Wired(Commander):
         plan.high[2] = high
         self.callbacks["flight/plan"](plan)
 
-    def fly(self, first, last, thrust=0.0):
-        """Answer the states of the plant steps from ``first`` to before ``last``, all inputs there."""
+    def fly(self, first, last, **seen):
+        """Answer the states of the plant steps from ``first`` to before ``last``, all inputs there.
+
+        ``seen`` is what the guard reports.
+        """
         for step in range(first, last):
             self.callbacks["wrench_setpoint"](b"")
             if step % 5 == 0:
                 self.setpoint(step)
                 self.mission(step)
             if step:
-                self.actuation(step - 1, thrust)
+                self.guard(step - 1, **seen)
             self.state(step)
 
     def ask(self, request, sender="pilot", run_id=""):

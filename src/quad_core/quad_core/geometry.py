@@ -147,6 +147,14 @@ def body_z(q: Quat) -> Vec3:
     )
 
 
+def tilt(q: Quat) -> float:
+    """Return the angle in rad, 0 to pi, between body z and the vertical."""
+    cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+    if cosine >= 1.0:
+        return 0.0
+    return math.acos(cosine) if cosine > -1.0 else math.pi
+
+
 def euler_rates(angles: Vec3, omega_b: Vec3) -> Vec3:
     """Return Euler angle rates from body rates, rad/s (Eq. 13, full 3x3).
 

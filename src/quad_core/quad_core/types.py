@@ -89,6 +89,28 @@ class FlightMode(NamedTuple):
     is_over: bool = False
 
 
+class GuardStatus(NamedTuple):
+    """What the guard did in a plant step, in numbers: those of ``quad_guard.guard``.
+
+    ``mode`` holds since step ``since`` for ``reason``; ``condition`` is wrong now. ``on_ground``: low, at rest, under
+    too little thrust to fly; ``contact``: for long enough. ``land``, ``stopped``, ``warning``: see ``guard.Report``.
+    """
+
+    since: int = 0  # [1]
+    refused_commands: int = 0  # [1]
+    refused_samples: int = 0  # [1]
+    command_age: float = 0.0  # [s]
+    state_age: float = 0.0  # [s]
+    mode: int = 0  # [1]
+    reason: int = 0  # [1]
+    condition: int = 0  # [1]
+    warning: bool = False
+    land: bool = False
+    stopped: bool = False
+    on_ground: bool = False
+    contact: bool = False
+
+
 class AttitudeThrust(NamedTuple):
     """Attitude and collective thrust commanded by the position law (eq. 38).
 

@@ -24,7 +24,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import Descent, descend, fresh_descent
-from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
+from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
 from quad_guard.state import Belief, Refusals, is_full, is_gone, no_belief, observe
 
 PASS = 0
@@ -74,11 +74,12 @@ class Inputs(NamedTuple):
 
 
 class Timers(NamedTuple):
-    """For how long in s: large tilt, extreme tilt, everything good enough to be released."""
+    """For how long in s: large tilt, extreme tilt, everything good enough to be released, on the ground."""
 
     large_tilt: float
     extreme_tilt: float
     good: float
+    on_ground: float
 
 
 class Memory(NamedTuple):
@@ -111,7 +112,8 @@ class Report(NamedTuple):
     ``command_refusal`` and ``state_refusal`` number the words of ``checks``, 0 if nothing was refused.
     ``condition`` is what is wrong now (``REASONS``), whatever the latched mode. ``warning``: a wrench or state is late.
     ``land``: samples were refused, but the position is good: a commander should land.
-    ``stopped``: the backup law has landed and stopped the motors.
+    ``stopped``: the backup law has landed and stopped the motors. ``on_ground``: low, at rest, under too little thrust
+    to fly, as an accepted state has it; ``contact``: for ``contact.time``.
     """
 
     mode: int
@@ -127,6 +129,8 @@ class Report(NamedTuple):
     warning: bool
     land: bool
     stopped: bool
+    on_ground: bool
+    contact: bool
 
 
 def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
@@ -143,7 +147,7 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
         refused_commands=0,
         belief=no_belief(),
         refusals=Refusals(0, 0, 0, False),
-        timers=Timers(0.0, 0.0, 0.0),
+        timers=Timers(0.0, 0.0, 0.0, 0.0),
         flown=none,
         descent=fresh_descent(),
     )
@@ -172,7 +176,7 @@ def step(
     command_age = age(now, answered, first, period)
     state_age = age(now, belief.step, first, period)
     rate_age = age(now, belief.rate_step, first, period)
-    timers = watch(parameters, memory.timers, belief, command_age, state_age, dt)
+    timers = watch(parameters, vehicle, memory, belief, command_age, state_age, dt)
     refused = is_full(parameters.state, refusals)
     land = refused and not refusals.reset and state_age <= parameters.state.warn_age
     wrong = condition(
@@ -192,22 +196,14 @@ def step(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
         belief, refusals, timers, flown, descent,
     )
-    # fmt: on
     report = Report(
-        mode,
-        reason,
-        since,
-        wrong,
-        command_age,
-        state_age,
-        refused_command,
-        refused_state,
-        refused_commands,
-        refusals.total,
+        mode, reason, since, wrong, command_age, state_age,
+        refused_command, refused_state, refused_commands, refusals.total,
         command_age > parameters.command.warn_age or state_age > parameters.state.warn_age,
-        land,
-        mode == DESCEND and descent.stopped,
+        land, mode == DESCEND and descent.stopped,
+        timers.on_ground > 0.0, timers.on_ground >= parameters.contact.time,
     )
+    # fmt: on
     return flown, after, report
 
 
@@ -257,20 +253,33 @@ def answered_until(before: int, command_step: int, state_step: int, now: int) ->
 
 
 def watch(
-    parameters: GuardParameters, timers: Timers, belief: Belief, command_age: float, state_age: float, dt: float
+    parameters: GuardParameters,
+    vehicle: Vehicle,
+    memory: Memory,
+    belief: Belief,
+    command_age: float,
+    state_age: float,
+    dt: float,
 ) -> Timers:
     """Return the timers after a step of ``dt`` s; ages in s."""
-    q = belief.state.q_wb
+    q, timers = belief.state.q_wb, memory.timers
     cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+    height = belief.state.p_w.z - belief.sample.ground_z
     good = (
         command_age <= parameters.command.warn_age
         and state_age <= parameters.state.warn_age
         and cosine >= math.cos(parameters.release_tilt)
     )
+    stands = (
+        belief.step >= 0
+        and state_age <= parameters.state.warn_age
+        and is_on_ground(parameters.contact, vehicle, belief.state, height, memory.flown.thrust)
+    )
     return Timers(
         timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,
         timers.extreme_tilt + dt if cosine < math.cos(parameters.tilt.extreme) else 0.0,
         timers.good + dt if good else 0.0,
+        timers.on_ground + dt if stands else 0.0,
     )
 
 

@@ -7,7 +7,7 @@ from guard_cases import DT, HOVER, Owner, flying, leaning, no_state, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_core.types import Quat, Vec3, Wrench
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_guard import guard
 from quad_guard.checks import WrenchCommand
 
@@ -289,3 +289,37 @@ def test_whatever_arrives_the_rotors_get_finite_numbers(rows):
         owner.once(command, owner.sample(state)._replace(accepted=accepted), request)
         assert all(map(math.isfinite, (owner.wrench.thrust, *owner.wrench.torque_b)))
         assert owner.report.mode >= before or request == guard.RELEASE
+
+
+IDLE = Wrench(0.5 * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
+
+
+def standing(height=0.1, speed=0.05):
+    """Return a source of samples of a vehicle at rest, each with other low-order bits."""
+
+    def sample(it):
+        p, v = Vec3(1e-9 * it.step, 0.0, height), Vec3(0.0, 0.0, speed)
+        return it.sample(VehicleState(p, v, Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0)))
+
+    return sample
+
+
+def stood(seconds, wrench=IDLE, **state):
+    """Return the guard's report after a vehicle stood for some time under ``wrench``."""
+    owner = Owner()
+    return owner.run(seconds, lambda it: it.good_command(wrench), standing(**state))
+
+
+def test_contact_is_half_a_second_at_rest_low_and_under_too_little_thrust_to_fly():
+    assert (stood(0.4).on_ground, stood(0.4).contact) == (True, False)
+    assert (stood(0.52).on_ground, stood(0.52).contact) == (True, True)
+    for changes in ({"height": 0.31}, {"speed": 0.11}, {"wrench": HOVER}):
+        assert not stood(3.0, **changes).on_ground, changes
+
+
+def test_without_an_accepted_state_there_is_no_contact():
+    owner = Owner()
+    owner.run(0.4, lambda it: it.good_command(IDLE), standing())
+    assert owner.report.on_ground
+    owner.run(0.4, lambda it: it.good_command(IDLE), no_state)
+    assert not owner.report.on_ground

@@ -65,10 +65,13 @@ class Responder(FlightNode):
         """Whether a state waits for its inputs."""
         return bool(self._pending)
 
-    def take(self, topic: str, lag: int = 0) -> InputTopic:
-        """Subscribe to a topic whose values belong to steps; malformed messages are refused."""
+    def take(self, topic: str, lag: int = 0, kind: type[Any] | None = None) -> InputTopic:
+        """Subscribe to a topic whose values belong to steps; malformed messages are refused.
+
+        ``kind``: the NamedTuple that it carries, for a topic that is not among the signals.
+        """
         taken = InputTopic(topic, lag)
-        kind, message = SIGNALS[topic].kind, topics.TOPICS[topic].type
+        kind, message = kind or SIGNALS[topic].kind, topics.TOPICS[topic].type
         read, flat = unpacker(kind, message, self.flight.plant_period, self.run), flattener(kind)
         run_id = self.flight.run_id.encode() if "run_id" in message.get_fields_and_field_types() else b""
 

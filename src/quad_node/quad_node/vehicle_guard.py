@@ -1,5 +1,6 @@
 """The guard of ``quad_guard.guard`` in a vehicle interface: stepped, reported as ``flight/guard`` and as events."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from quad_core.cascade import COMMAND
@@ -15,6 +16,7 @@ from quad_node.flight_node import FlightNode
 
 _SECOND = 1_000_000_000  # ns
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
+_RESTING = Report(PASS, guard.GOOD, 0, guard.GOOD, 0.0, 0.0, 0, 0, 0, 0, False, False, False, False, False)
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
 
 
@@ -29,8 +31,11 @@ class Command(NamedTuple):
 class VehicleGuard:
     """Holds the guard's memory between plant steps; ``report`` is that of the last step, None before the first."""
 
-    def __init__(self, node: FlightNode, parameters: GuardParameters) -> None:
-        """Make the guard of ``node`` and its publisher."""
+    def __init__(self, node: FlightNode, parameters: GuardParameters, period_of: Callable[[], int]) -> None:
+        """Make the guard of ``node`` and its publisher; ``period_of`` gives the commander's period in steps, 0: none.
+
+        The step before each of its decisions is reported: in lockstep it waits for that.
+        """
         self.parameters = parameters
         self.memory = guard.init(parameters, node.vehicle)
         self.report: Report | None = None
@@ -41,7 +46,7 @@ class VehicleGuard:
         self._dropped = 0
         self._said = (PASS, guard.GOOD, False)
         self._reported: dict[str, int] = {}
-        self._due = 0
+        self._due, self._period_of = 0, period_of
         self._status_out = node.publisher("flight/guard", match=False)
 
     @property
@@ -49,9 +54,10 @@ class VehicleGuard:
         """Whether the controller's wrench no longer reaches the rotors."""
         return self.memory.mode != PASS
 
-    def reset(self) -> None:
-        """Begin anew: ages count from the next step, no mode is latched."""
+    def rest(self, step: int) -> None:
+        """Let ``step`` pass without a look at it: ages count from the next one, no mode is latched."""
         self.memory = guard.init(self.parameters, self._node.vehicle)
+        self._tell(step, _RESTING)
 
     def step(self, step: int, command: WrenchCommand, sample: StateSample, request: int) -> Wrench:
         """Return the wrench for the rotors over plant step ``step``."""
@@ -90,7 +96,8 @@ class VehicleGuard:
         found = (report.mode, report.reason, bool(self.last_refusal))
         if found[:2] != self._said[:2]:
             self._tell_mode(step, report)
-        if found == self._said and step < self._due:
+        commanders = self._period_of()
+        if found == self._said and step < self._due and not (commanders and (step + 1) % commanders == 0):
             return
         self._said = found
         self._due = step + max(1, _STATUS_PERIOD // self._period)
@@ -121,19 +128,21 @@ class VehicleGuard:
     def _publish(self, step: int, report: Report) -> None:
         message = GuardStatus(
             step=step,
-            mode=report.mode,
-            reason=report.reason,
-            reason_text=REASONS[report.reason],
             since=report.since,
-            condition=report.condition,
-            command_age=report.command_age,
-            state_age=report.state_age,
             refused_commands=report.refused_commands + self._dropped,
             refused_samples=report.refused_samples,
-            refusal=self.last_refusal,
+            command_age=report.command_age,
+            state_age=report.state_age,
+            mode=report.mode,
+            reason=report.reason,
+            condition=report.condition,
             warning=report.warning,
             land=report.land,
             stopped=report.stopped,
+            on_ground=report.on_ground,
+            contact=report.contact,
+            reason_text=REASONS[report.reason],
+            refusal=self.last_refusal,
             run_id=self._node.flight.run_id,
         )
         set_stamp(message.stamp, step * self._period)

@@ -6,8 +6,9 @@ it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` i
 
 import time
 
-from quad_core.cascade import COMMAND, RECORDER, TRAJECTORY
+from quad_core.cascade import COMMAND, COMMANDER, RECORDER, TRAJECTORY
 from quad_core.cycle import seconds
+from quad_core.parameters import ParameterError
 from quad_core.records import all_finite
 from quad_core.types import Wrench
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal
@@ -45,7 +46,10 @@ class VehicleNode(FlightNode):
         self.asked_at = self.begun_at = 0.0
         self.missed_commands = 0
         self.armed, self.guard_request = True, NO_REQUEST
-        self.guard = VehicleGuard(self, self.resolved.node.guard._replace(has_commander=self.commanded))
+        limits = self.resolved.node.guard._replace(has_commander=self.commanded)
+        if self.commanded and not limits.enabled:
+            raise ParameterError("guard.enabled: found false, expected true: a commander reads what the guard reports")
+        self.guard = VehicleGuard(self, limits, self._commander_period)
         self.cause = self.suspect = self.stood_still = ""
         self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
@@ -114,10 +118,10 @@ class VehicleNode(FlightNode):
         """
         if self.link is not None and not self.gives_up:
             self.armed, self.guard_request = self.link.armed, self.link.guard_request
-        if not self.armed:
-            self.guard.reset()
-            return Wrench()
         step = self.current_step if step is None else step
+        if not self.armed:
+            self.guard.rest(step)
+            return Wrench()
         flown = self.guard.step(step, command, sample, severest(self.guard_request, self.gives_up))
         if self.guard.taken_over and self.guard.memory.since == step:
             self.suspect = self._culprit() or self.suspect
@@ -149,6 +153,10 @@ class VehicleNode(FlightNode):
         if flies:
             self._interrupted_by = name
         return flies
+
+    def _commander_period(self) -> int:
+        """Return the plant steps between two decisions of the commander; 0: the flight has none."""
+        return self.handshake.period(COMMANDER) if self.commanded else 0
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over."""

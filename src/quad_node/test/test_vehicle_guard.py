@@ -48,7 +48,7 @@ def kinds(node):
 
 def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters())
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
     for k in range(501):
         assert step(ours, k) == HOVER
     assert [(message.step, message.mode) for message in node.said] == [(k, GuardStatus.PASS) for k in range(0, 501, 50)]
@@ -56,9 +56,20 @@ def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
     assert (ours.taken_over, ours.describe()) == (False, "")
 
 
+def test_with_a_commander_the_step_before_each_of_its_decisions_is_reported_at_rest_too():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters(), lambda: 5)
+    for k in range(10):
+        ours.rest(k)
+    for k in range(10, 30):
+        step(ours, k)
+    assert [message.step for message in node.said] == [0, 4, 9, 14, 19, 24, 29]
+    assert not any(message.on_ground or message.mode for message in node.said)
+
+
 def test_a_takeover_is_said_at_its_step_with_the_reason():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters())
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
     for k in range(40):
         step(ours, k, arrived=k < 10)
     # the last wrench is that of step 9; 50 ms are 25 steps
@@ -72,7 +83,7 @@ def test_a_takeover_is_said_at_its_step_with_the_reason():
 
 def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters())
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
     step(ours, 0)
     for k in range(1, 401):
         ours.refused(k, NOT_NEWER if k % 2 else THRUST)
@@ -89,7 +100,7 @@ def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
 
 def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters())
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
     step(ours, 0)
     for k in range(1, 40):
         step(ours, k, wrench=Wrench(1e6, Vec3(0.0, 0.0, 0.0)))
@@ -102,7 +113,7 @@ def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
 
 def test_a_kill_is_an_error_and_a_release_is_said():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters())
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
     step(ours, 0, request=guard.ASK_DESCEND)
     for k in range(1, 120):
         step(ours, k, request=guard.RELEASE)
@@ -113,7 +124,7 @@ def test_a_kill_is_an_error_and_a_release_is_said():
 
 def test_a_guard_that_is_off_looks_at_nothing():
     node = Node()
-    ours = VehicleGuard(node, GuardParameters(enabled=False))
+    ours = VehicleGuard(node, GuardParameters(enabled=False), lambda: 0)
     absurd = Wrench(1e6, Vec3(0.0, 0.0, 0.0))
     assert step(ours, 0, wrench=absurd) == absurd
     assert (node.said, ours.taken_over) == ([], False)
