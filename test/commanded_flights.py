@@ -13,8 +13,8 @@ from quad_attitude_ctrl import abfnitsm
 from quad_commander.conduct import Conduct, Observed
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
-from quad_commander.request_queue import Asked
 from quad_commander.parameters import CommanderParameters
+from quad_commander.request_queue import Asked
 from quad_core.cycle import seconds
 from quad_core.geometry import norm
 from quad_core.guard_parameters import GuardParameters

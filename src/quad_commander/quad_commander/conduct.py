@@ -12,8 +12,8 @@ from quad_commander.arming import outside
 from quad_commander.missions import Item, Kind, MissionMemory
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import reason_text, refusal_text
-from quad_commander.request_queue import Asked, RequestQueue
 from quad_commander.parameters import CommanderParameters
+from quad_commander.request_queue import Asked, RequestQueue
 from quad_core.geometry import norm, subtract
 from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, VehicleState
 

@@ -4,8 +4,8 @@ import math
 
 from quad_commander.mode_table import FAULTS, PROGRESS, Condition, Mode, Request
 from quad_commander.modes import NO_REASON, ON_REQUEST
-from quad_core.cascade import ATTITUDE
 from quad_commander.parameters import ModeParameters
+from quad_core.cascade import ATTITUDE
 from quad_core.parameters import fields
 from quad_guard.guard import GOOD, REASONS, WRENCH_LOST
 

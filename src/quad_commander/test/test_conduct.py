@@ -127,9 +127,9 @@ def test_heights_count_from_the_estimate_at_arming(ground):
         if not armed:  # as the vehicle's owner marks it
             z = ground + 0.0005 * min(k, 40)
             state = VehicleState(p_w=Vec3(0.0, 0.0, z), ground_z=z, on_ground=True)
-        seen = Observed(step, DT, state, TrajectoryPoint(NOT_BEGUN), 0.0, 1.0, refusals=[] if not armed else None)
+        seen = Observed(step, DT, state, TrajectoryPoint(NOT_BEGUN), 0.0, refusals=[] if not armed else None)
         if armed and said.reference.p_w.z <= state.ground_z:
-            seen = seen._replace(thrust=0.5)
+            seen = seen._replace(guard=GuardStatus(on_ground=True, contact=True))
         said, step = conduct.step(seen), step + 5
         if armed:
             p, v = said.reference.p_w, said.reference.v_w
@@ -150,7 +150,7 @@ def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
     conduct = Conduct(PARAMETERS, parse("takeoff:3,hold:60", []), VehicleState())
     state, points = VehicleState(on_ground=True), []
     for k in range(1000):
-        said = conduct.step(Observed(5 * k, DT, state, None, 0.0, 1.0, refusals=[]))
+        said = conduct.step(Observed(5 * k, DT, state, None, 0.0, refusals=[]))
         if conduct.mode < Mode.TAKEOFF:
             continue
         points.append(said.reference)

@@ -33,7 +33,7 @@ class Simulator(VehicleNode):
         self.model = PlantModel(self.resolved)
         self.model.stand(self.guard.parameters.ground_height)
         self._output = PlantOutput(self, self.model)
-        self._received_step = self._published_step = -1
+        self._published_step = -1
         self._timer: Any = None
         self._clock_start = 0.0
 
@@ -121,12 +121,9 @@ class Simulator(VehicleNode):
 
     def _received(self) -> WrenchCommand:
         """Return the newest command that came through the link; none new once the flight was given up."""
-        step, period = self.current_step, self.flight.plant_period
         if self.command is None or self.gives_up:
             return WrenchCommand()
-        wrench, answered = self.model.receive(step, self.command.wrench, self.command.step)
-        arrived, self._received_step = answered > self._received_step, answered
-        return WrenchCommand(wrench, answered, answered * period, arrived, True)
+        return self.model.receive(self.current_step, self.command.wrench, self.command.step)
 
     def _ending(self, truth: VehicleState) -> tuple[int, str] | None:
         """Return phase and reason if the flight ends with the step that led to ``truth``."""

@@ -1,60 +1,60 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
 from quad_core.cycle import seconds
-from quad_core.lift_off import airborne, lifted_off, marked, standing
+from quad_core.lift_off import airborne, marked, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
+from quad_dynamics.plant_side import Drawn, Side, bound, functions_of
+from quad_guard.checks import WrenchCommand
 from quad_guard.ending import has_ground, stands
 
 _FIRST_LENGTH = 120.0
 
 
 class PlantModel:
-    """Holds what the plant, its sensors and its link remember between steps. Step k covers [k, k+1) plant periods.
+    """Holds what the vehicle's side remembers between steps (``plant_side``). Step k covers [k, k+1) plant periods.
 
     ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
-    that comes next. ``lift`` marks the state while ``armed`` says whether the motors may turn.
-    ``actuation`` is that of the last step, ``actuated_step``. ``step`` and ``lumped`` are the plant's
-    functions.
+    that comes next. ``armed``: the motors may turn. ``actuated_step``: the step of ``actuation``.
     """
 
     def __init__(self, resolved: Resolved) -> None:
         """Put the plant at its initial state at step 0; raises ValueError as the plug-ins' ``init`` and ``draw``."""
-        self._vehicle, self._seed = resolved.vehicle, resolved.flight.seed
-        self._period = resolved.flight.plant_period
-        self._dt = seconds(1, self._period)
-        self._plant, self._weather, self._sensing = (
-            resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing")
-        )
-        module = self._plant.module
-        self.step, self.lumped = module.step, module.lumped
-        self._state = module.init(self._plant.parameters, self._vehicle)
+        plant, weather, sensing = (resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing"))
+        self._plant, self._weather, self._sensing = plant, weather, sensing
+        self._seed, period = resolved.flight.seed, resolved.flight.plant_period
+        self._side = Side(resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters)
+        self._do = bound(functions_of(plant.module, weather.module, sensing.module))
+        self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
+        self._link_line, linked = link.init()
         self._commanded = Wrench()
-        self.truth: VehicleState = module.observe(self._plant.parameters, self._vehicle, self._state)
-        self._sensing_line, self._sensing_memory = self._sensing.module.init(self._sensing.parameters, self._period)
-        self._link_line, self._link_memory = link.init()
-        self._applied = Wrench()
-        self._sent_steps = [-1] * link.SLOTS
-        self.lift, self.armed = airborne(0.0), True
-        self.state: VehicleState = self.truth
-        self.actuation = Actuation()
-        self.actuated_step = -1
-        self.cover(round(_FIRST_LENGTH / self._dt))
+        self.truth: VehicleState
+        self.state: VehicleState
+        self.conditions: Conditions
+        self.truth, self._memory = self._do["begin"](self._side, sensed, linked)
+        self.armed, self.actuated_step = True, -1
+        self.cover(round(_FIRST_LENGTH / seconds(1, period)))
         self._look(0)
 
     def cover(self, steps: int) -> None:
         """Draw what is random for a flight of ``steps`` plant steps; what was drawn for its beginning stays."""
-        self._covered = steps
-        self._table = self._weather.module.draw(
-            self._weather.parameters, self._vehicle, self._seed, seconds(steps, self._period)
-        )
-        self._noise = self._sensing.module.draw(self._sensing.parameters, self._seed, steps)
+        self._covered, side = steps, self._side
+        weather = self._weather.module.draw(side.disturbance, side.vehicle, self._seed, seconds(steps, side.period))
+        noise = self._sensing.module.draw(side.sensing, self._seed, steps)
+        self._drawn = Drawn(weather, noise, self._sensing_line, self._link_line)
+
+    @property
+    def actuation(self) -> Actuation:
+        """What the rotors made of the last wrench."""
+        found: Actuation = self._memory.actuation
+        return found
 
     def disturbance(self) -> Disturbance:
         """Return what acts over the coming step; the lumped terms are those of the wrench commanded last."""
-        found: Disturbance = self.lumped(
-            self._plant.parameters, self._vehicle, self._state, self._commanded, self.conditions
+        side = self._side
+        found: Disturbance = self._plant.module.lumped(
+            side.plant, side.vehicle, self._memory.plant, self._commanded, self.conditions
         )
         return found
 
@@ -66,35 +66,29 @@ class PlantModel:
 
     def stand(self, ground_height: float) -> None:
         """Begin on the ground if the plant stands there, else in the air above a ground at ``ground_height`` m."""
-        self.lift = standing(self.state.p_w.z) if stands(self._plant.parameters) else airborne(ground_height)
-        self.state = marked(self.state, self.lift)
+        lift = standing(self.state.p_w.z) if stands(self._plant.parameters) else airborne(ground_height)
+        self._memory, self.state = self._memory._replace(lift=lift), marked(self.state, lift)
 
     @property
     def has_ground(self) -> bool:
         """Whether the plant has a ground on which the vehicle can come to rest."""
         return has_ground(self._plant.parameters)
 
-    def receive(self, step: int, wrench: Wrench, command_step: int) -> tuple[Wrench, int]:
-        """Return the wrench that comes through the command link at ``step``, and the step of the state it answers.
+    def receive(self, step: int, wrench: Wrench, command_step: int) -> WrenchCommand:
+        """Return what comes through the command link at ``step``.
 
-        ``wrench`` is what is sent at ``step``, the answer to the state of ``command_step``; -1: none has come yet.
+        ``wrench`` is what is sent at ``step``, the answer to the state of ``command_step``.
         """
-        fault = self.conditions.link
         self._commanded = wrench
-        self._sent_steps[step % link.SLOTS] = command_step
-        self._applied, self._link_memory = link.step(
-            self._link_line, self._link_memory, fault, wrench, self._applied, step, self._dt
+        found: WrenchCommand
+        found, self._memory = self._do["receive"](
+            self._side, self._drawn, self._memory, self.conditions, wrench, command_step, step
         )
-        if fault.delay <= 0.0 and not fault.lost:
-            return self._applied, command_step
-        sent = self._link_memory.applied
-        return self._applied, self._sent_steps[sent % link.SLOTS] if sent >= 0 else -1
+        return found
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
         """Integrate over ``step`` with ``wrench`` for the rotors; returns the true state at its end."""
-        plant, vehicle = self._plant.parameters, self._vehicle
-        self._state, self.actuation = self.step(plant, vehicle, self._state, wrench, self.conditions, self._dt)
-        self.truth = self._plant.module.observe(plant, vehicle, self._state)
+        self.truth, self._memory = self._do["move"](self._side, self._memory, self.conditions, wrench)
         self.actuated_step = step
         if step + 1 >= self._covered:
             self.cover(2 * self._covered)
@@ -102,18 +96,6 @@ class PlantModel:
         return self.truth
 
     def _look(self, step: int) -> None:
-        self.conditions: Conditions = self._weather.module.sample(
-            self._weather.parameters, self._table, seconds(step, self._period)
+        self.conditions, self.state, self._memory = self._do["sense"](
+            self._side, self._drawn, self._memory, self.truth, self.armed, step
         )
-        self.state, self._sensing_memory = self._sensing.module.step(
-            self._sensing.parameters,
-            self._noise,
-            self._sensing_line,
-            self._sensing_memory,
-            self.truth,
-            self.conditions.sensor,
-            step,
-        )
-        if self.lift.on_ground or self.lift.ground_z != 0.0 or not self.armed:
-            self.lift = lifted_off(self.lift, self.state, self.armed, self._dt)
-            self.state = marked(self.state, self.lift)

@@ -15,10 +15,12 @@ def sent(k):
 
 
 def flown(faults, step=link.step):
-    (line, memory), applied, seen = link.init(), Wrench(-1.0, Vec3()), []
+    (line, memory), seen = link.init(), []
+    memory = memory._replace(wrench=Wrench(-1.0, Vec3(0.0, 0.0, 0.0)))
     for k, fault in enumerate(faults):
-        applied, memory = step(line, memory, fault, sent(k), applied, k, DT)
-        seen.append(applied)
+        memory = step(line, memory, fault, sent(k), k - k % 3, k, DT)
+        assert memory.answered == memory.wrench.thrust // 3 * 3 or memory.wrench.thrust < 0.0
+        seen.append(memory.wrench)
     return seen
 
 
@@ -33,9 +35,9 @@ def newest_arrived(faults):
 
 def test_a_perfect_link_passes_the_command_itself():
     command = sent(3)
-    applied, memory = link.step(*link.init(), LinkFault(), command, Wrench(), 3, DT)
-    assert applied is command
-    assert memory.last == -2
+    memory = link.step(*link.init(), LinkFault(), command, 3, 3, DT)
+    assert memory.wrench is command
+    assert (memory.last, memory.answered) == (-2, 3)
 
 
 @pytest.mark.parametrize("steps", [1, 5, 200])

@@ -17,6 +17,7 @@ from quad_core import compilation
 from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
 from quad_core.ownership import private_folder
+from quad_dynamics import plant_side
 from quad_flight import loop, rows, stages
 
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
@@ -121,13 +122,11 @@ def reached(function: FunctionType, seen: set[FunctionType], files: set[Path]) -
 
 
 def _bound(modules: Modules, write: Callable[..., Any]) -> Engine:
+    side = plant_side.functions_of(modules.plant, modules.disturbance, modules.sensing)
     functions = {
-        "plant_init": modules.plant.init,
-        "plant_step": modules.plant.step,
-        "plant_observe": modules.plant.observe,
+        **side,
+        **plant_side.bound(side),
         "plant_lumped": modules.plant.lumped,
-        "disturbance_sample": modules.disturbance.sample,
-        "sensing_step": modules.sensing.step,
         "trajectory_plan": modules.trajectory.plan,
         "trajectory_sample": modules.trajectory.sample,
         "trajectory_duration": modules.trajectory.duration,

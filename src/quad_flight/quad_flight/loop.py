@@ -9,15 +9,16 @@ loop logs at step k.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.cycle import Behind, followed, is_faulty, is_flyable, seconds, steps_to_cover
+from quad_core.cycle import Behind, followed, is_flyable, seconds, steps_to_cover
 from quad_core.guard_parameters import GuardParameters
-from quad_core.lift_off import LiftOff, airborne, lifted_off, marked, standing
-from quad_core.types import Actuation, Disturbance, Rotors, TrajectoryPoint, Vec3, VehicleState, Wrench, fresh
+from quad_core.lift_off import airborne, marked, standing
+from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
-from quad_dynamics.link import step as link_step
+from quad_dynamics.plant_side import Drawn, Side
+from quad_dynamics.plant_side import Memory as SideMemory
 from quad_flight.score import Score, scored, with_torque_change
-from quad_guard.checks import StateSample, WrenchCommand
+from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
 from quad_guard.guard import NO_REQUEST, PASS
 from quad_guard.guard import Inputs as GuardInputs
@@ -43,12 +44,11 @@ def unbound(*_: Any) -> Any:
 
 Function = Callable[..., Any]
 
-plant_init: Function = unbound
-plant_step: Function = unbound
-plant_observe: Function = unbound
 plant_lumped: Function = unbound
-disturbance_sample: Function = unbound
-sensing_step: Function = unbound
+begin: Function = unbound
+sense: Function = unbound
+receive: Function = unbound
+move: Function = unbound
 trajectory_plan: Function = unbound
 trajectory_sample: Function = unbound
 trajectory_duration: Function = unbound
@@ -89,18 +89,6 @@ class Setup(NamedTuple):
     stands: bool = False
 
 
-class Drawn(NamedTuple):
-    """The 2-D arrays of one flight: what disturbance and sensing drew, and the delay lines of sensors and command link.
-
-    They stand apart from what a step hands to the next, because Numba counts references to an array at every hand-over.
-    """
-
-    weather: Any
-    noise: Any
-    sensing_line: Any
-    link_line: Any
-
-
 class Start(NamedTuple):
     """What sensors, command link and stages remember, and what the stages have said, before step 0."""
 
@@ -113,26 +101,20 @@ class Start(NamedTuple):
 class Carry(NamedTuple):
     """All that one step hands to the next. ``step`` is the next plant step, ``end`` the first not flown.
 
-    ``refused``: number of the stage that was refused, from 1; 0: none. ``applied``: what came through the link last,
-    ``applied_step``: the step of the state that it answers, -1 before the first one.
+    ``refused``: number of the stage that was refused, from 1; 0: none. ``side``: what the vehicle's side remembers.
     """
 
     step: int
     end: int
     outcome: int
     refused: int
-    plant: Any
-    sensing: Any
-    link: LinkMemory
+    truth: VehicleState
+    side: SideMemory
     plan: Any
     memory: Any
     reference: TrajectoryPoint
     signals: Any
-    applied: Wrench
-    applied_step: int
     guard: GuardMemory
-    lift: LiftOff
-    actuation: Actuation
     score: Score
     behind: Behind
 
@@ -149,25 +131,24 @@ class Row(NamedTuple):
     internals: Any
 
 
-def seen_of(motion: VehicleState) -> VehicleState:
-    """Return what a plant observes with every field: one that is compiled may leave out those after the body rates."""
-    return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
+def side_of(setup: Setup) -> Side:
+    """Return what does not change of the vehicle's side."""
+    return Side(setup.vehicle, setup.schedule.plant_period, setup.plant, setup.disturbance, setup.sensing)
 
 
 def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
     """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
-    plant = plant_init(setup.plant, setup.vehicle)
-    truth = seen_of(plant_observe(setup.plant, setup.vehicle, plant))
-    conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
-    state, _ = sensing_step(setup.sensing, drawn.noise, drawn.sensing_line, start.sensing, truth, conditions.sensor, 0)
+    side = side_of(setup)
+    truth, memory = begin(side, start.sensing, start.link)
+    _, state, _ = sense(side, drawn, memory, truth, True, 0)
     lift = airborne(setup.guard.ground_height)
     if setup.stands:
         lift = standing(state.p_w.z)
         state = marked(state, lift)
+    memory = SideMemory(memory.plant, start.sensing, memory.link, lift, memory.actuation)
     plan = trajectory_plan(setup.trajectory, setup.vehicle, state)
     duration = trajectory_duration(setup.trajectory, plan)
     zero = Vec3(0.0, 0.0, 0.0)
-    none = Rotors(0.0, 0.0, 0.0, 0.0)
     # not within the call: Numba takes no branch among so many keywords
     outcome = FLYING if is_flyable(truth) else DIVERGED
     return Carry(
@@ -175,18 +156,13 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
         end=steps_to_cover(duration, setup.schedule.plant_period),
         outcome=outcome,
         refused=0,
-        plant=plant,
-        sensing=start.sensing,
-        link=start.link,
+        truth=truth,
+        side=memory,
         plan=plan,
         memory=start.memory,
         reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
         signals=start.signals,
-        applied=Wrench(0.0, zero),
-        applied_step=-1,
         guard=guard_init(setup.guard, setup.vehicle),
-        lift=lift,
-        actuation=Actuation(none, none, 0.0, zero, False, False, False, False, False),
         score=Score(0, 0.0, 0.0, 0.0, 0.0),
         behind=Behind(),
     )
@@ -206,19 +182,14 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     k = carry.step
     outcome = carry.outcome
     refused = carry.refused
-    plant = carry.plant
-    truth = seen_of(plant_observe(setup.plant, vehicle, plant))
-    sensing = carry.sensing
-    link = carry.link
+    fixed = side_of(setup)
+    side = carry.side
+    truth = carry.truth
     memory = carry.memory
     reference = carry.reference
     signals = carry.signals
-    applied = carry.applied
-    applied_step = carry.applied_step
     guard = carry.guard
-    lift = carry.lift
     command_steps = schedule.stage_steps[-1]
-    actuation = carry.actuation
     score = carry.score
     behind = carry.behind
     stop = k + steps
@@ -227,26 +198,21 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
 
     while outcome == FLYING and k < stop:
         time = seconds(k, schedule.plant_period)
-        conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
-        state = truth
-        if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
-            state, sensing = sensing_step(
-                setup.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
-            )
-        if lift.on_ground or lift.ground_z != 0.0:
-            lift = lifted_off(lift, state, True, plant_dt)
-            state = marked(state, lift)
+        conditions, state, side = sense(fixed, drawn, side, truth, True, k)
         # the last stage's output is the command that the vehicle obeys
         before = signals[-1]
         if LOGGING:
-            disturbance = plant_lumped(setup.plant, vehicle, plant, before, conditions)
+            disturbance = plant_lumped(setup.plant, vehicle, side.plant, before, conditions)
 
         if k % schedule.trajectory_steps == 0:
             reference = trajectory_sample(setup.trajectory, carry.plan, time)
             if reference.trajectory_time >= schedule.score_from:
                 score = scored(score, truth, reference)
 
-        signals, memory, internals, refused = answer(setup, memory, signals, internals, state, reference, actuation, k)
+        signals, memory, internals, refused = answer(
+            setup, memory, signals, internals, state, reference, side.actuation, k
+        )
+        after = truth
         if refused == 0:
             if k % schedule.stage_steps.position_controller == 0:
                 distance = distance_behind(internals.position_controller)
@@ -254,28 +220,20 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             command = signals[-1]
             if score.samples > 0:
                 score = with_torque_change(score, before.torque_b, command.torque_b)
-            if conditions.link.delay <= 0.0 and not conditions.link.lost:
-                applied, sent = command, k
-            else:
-                applied, link = link_step(drawn.link_line, link, conditions.link, command, applied, k, plant_dt)
-                sent = link.applied
-            flown = applied
+            # a command holds until the next one: it is that of the step which the last stage answered
+            received, side = receive(fixed, drawn, side, conditions, command, k - k % command_steps, k)
+            flown = received.wrench
             if setup.guard.enabled:
-                # a command holds until the next one: it is that of the step which the last stage answered
-                if command_steps > 1:
-                    sent -= sent % command_steps
-                received = WrenchCommand(applied, sent, sent * schedule.plant_period, sent > applied_step, True)
                 sample = StateSample(state, k, k * schedule.plant_period, True, True)
                 inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
                 flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
-                applied_step = sent
-            plant, actuation = plant_step(setup.plant, vehicle, plant, flown, conditions, plant_dt)
+            after, side = move(fixed, side, conditions, flown)
         if LOGGING:
-            write(rows, k - carry.step, Row(truth, state, disturbance, actuation, reference, signals, internals))
+            write(rows, k - carry.step, Row(truth, state, disturbance, side.actuation, reference, signals, internals))
         if refused > 0:
             outcome = REFUSED
         else:
-            truth = seen_of(plant_observe(setup.plant, vehicle, plant))
+            truth = after
             k += 1
             if not is_flyable(truth):
                 outcome = DIVERGED
@@ -291,18 +249,13 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         end=carry.end,
         outcome=outcome,
         refused=refused,
-        plant=plant,
-        sensing=sensing,
-        link=link,
+        truth=truth,
+        side=side,
         plan=carry.plan,
         memory=memory,
         reference=reference,
         signals=signals,
-        applied=applied,
-        applied_step=applied_step,
         guard=guard,
-        lift=lift,
-        actuation=actuation,
         score=score,
         behind=behind,
     )

@@ -134,7 +134,6 @@ _CONSUMERS = {
     "mission/reference": (COMMANDER,),
     "flight/mode": (SIMULATOR, TRAJECTORY),
     "attitude_setpoint": (COMMANDER,),
-    "actuation": (COMMANDER,),
     COMMAND: (SIMULATOR, COMMANDER),
 }
 _COMMANDERS = ("mission/reference", "flight/mode")

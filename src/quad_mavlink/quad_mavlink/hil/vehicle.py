@@ -93,7 +93,7 @@ class HilVehicle:
         """Return the true state after ``step``, over which the motors do what ``answer`` says."""
         wrench = motors.wrench(self._mapping, answer)
         if step > BEFORE_STEP_0:
-            wrench, _ = self.model.receive(step, wrench, step)
+            wrench = self.model.receive(step, wrench, step).wrench
         return self.model.advance(step, wrench if answer.armed else Wrench())
 
     def divergence(self, truth: VehicleState, step: int) -> str:

@@ -1,0 +1,148 @@
+"""The vehicle's side of a plant step, in this order: sensors, command link, guard, plant.
+
+    state[k]     = sensing(truth[k])                              ``sense``
+    received[k]  = link(command[k])                               ``receive``
+    wrench[k]    = guard(received[k], state[k])                   ``quad_guard.guard.step``
+    truth[k + 1] = plant(wrench[k])                               ``move``
+
+The loop without ROS and the simulator's node call these functions, so both give the same bits. Some names here stand
+for functions of the chosen plug-ins: ``bound`` puts those in their place.
+"""
+
+from collections.abc import Callable, Mapping
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from quad_core.cycle import is_faulty, seconds
+from quad_core.lift_off import LiftOff, airborne, lifted_off, marked
+from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench, fresh
+from quad_core.vehicle import Vehicle
+from quad_dynamics.link import Memory as LinkMemory
+from quad_dynamics.link import step as link_step
+from quad_guard.checks import WrenchCommand
+
+
+def unbound(*_: Any) -> Any:
+    """Stand for a function of a plug-in."""
+    raise RuntimeError("a function of a plug-in is not bound; see quad_dynamics.plant_side.bound")
+
+
+plant_init: Callable[..., Any] = unbound
+plant_step: Callable[..., Any] = unbound
+plant_observe: Callable[..., Any] = unbound
+disturbance_sample: Callable[..., Any] = unbound
+sensing_step: Callable[..., Any] = unbound
+
+
+class Side(NamedTuple):
+    """What does not change over a flight: vehicle, plant period in ns, parameters of the plug-ins."""
+
+    vehicle: Vehicle
+    period: int
+    plant: Any
+    disturbance: Any
+    sensing: Any
+
+
+class Drawn(NamedTuple):
+    """The 2-D arrays of one flight: what disturbance and sensing drew, and the delay lines of sensors and command link.
+
+    They stand apart from what a step hands to the next, because Numba counts references to an array at every hand-over.
+    """
+
+    weather: Any
+    noise: Any
+    sensing_line: Any
+    link_line: Any
+
+
+class Memory(NamedTuple):
+    """What one step hands to the next: state of the plant, memories of sensors and link.
+
+    ``lift``: whether the vehicle has left the ground. ``actuation``: what the rotors made of the last wrench.
+    """
+
+    plant: Any
+    sensing: Any
+    link: LinkMemory
+    lift: LiftOff
+    actuation: Actuation
+
+
+def begin(side: Side, sensing: Any, linked: LinkMemory) -> tuple[VehicleState, Memory]:
+    """Return the true state and the memory before step 0; ``sensing`` and ``linked``: memories of plug-in and link."""
+    zero, none = Vec3(0.0, 0.0, 0.0), Rotors(0.0, 0.0, 0.0, 0.0)
+    plant = plant_init(side.plant, side.vehicle)
+    actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
+    truth = seen_of(plant_observe(side.plant, side.vehicle, plant))
+    return truth, Memory(plant, sensing, linked, airborne(0.0), actuation)
+
+
+def sense(
+    side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, armed: bool, k: int
+) -> tuple[Conditions, VehicleState, Memory]:
+    """Return what acts over step ``k``, the state that the controllers see of ``truth``, and the memory.
+
+    ``armed``: the motors may turn. Writes to the delay line of the sensors.
+    """
+    conditions = disturbance_sample(side.disturbance, drawn.weather, seconds(k, side.period))
+    sensing, lift, state = memory.sensing, memory.lift, truth
+    if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
+        state, sensing = sensing_step(
+            side.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
+        )
+    if lift.on_ground or lift.ground_z != 0.0 or not armed:
+        lift = lifted_off(lift, state, armed, seconds(1, side.period))
+        state = marked(state, lift)
+    return conditions, state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
+
+
+def receive(
+    side: Side, drawn: Drawn, memory: Memory, conditions: Conditions, sent: Wrench, command_step: int, k: int
+) -> tuple[WrenchCommand, Memory]:
+    """Return what has come through the command link at step ``k``, and the memory. Writes to the link's delay line.
+
+    ``sent`` is the newest command; it answers the state of ``command_step``.
+    """
+    before = memory.link.answered
+    linked = link_step(drawn.link_line, memory.link, conditions.link, sent, command_step, k, seconds(1, side.period))
+    stamp = linked.answered * side.period
+    command = WrenchCommand(linked.wrench, linked.answered, stamp, linked.answered > before, True)
+    return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
+
+
+def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> tuple[VehicleState, Memory]:
+    """Return the true state one plant period later, under ``wrench`` for the rotors, and the memory."""
+    dt = seconds(1, side.period)
+    plant, actuation = plant_step(side.plant, side.vehicle, memory.plant, wrench, conditions, dt)
+    truth = seen_of(plant_observe(side.plant, side.vehicle, plant))
+    return truth, Memory(plant, memory.sensing, memory.link, memory.lift, actuation)
+
+
+def seen_of(motion: VehicleState) -> VehicleState:
+    """Return what a plant observes with every field: one that is compiled may leave out those after the body rates."""
+    return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
+
+
+def functions_of(plant: Any, disturbance: Any, sensing: Any) -> dict[str, Callable[..., Any]]:
+    """Return {name here: function} of three plug-in modules."""
+    return {
+        "plant_init": plant.init,
+        "plant_step": plant.step,
+        "plant_observe": plant.observe,
+        "disturbance_sample": disturbance.sample,
+        "sensing_step": sensing.step,
+    }
+
+
+def bound(functions: Mapping[str, Callable[..., Any]]) -> dict[str, FunctionType]:
+    """Return {name: function} of ``begin``, ``sense``, ``receive``, ``move``, with ``functions`` in their place."""
+    return {function.__name__: _twin(function, functions) for function in (begin, sense, receive, move)}
+
+
+def _twin(function: Any, scope: Mapping[str, Any]) -> FunctionType:
+    """Return a copy of ``function`` with other globals."""
+    assert isinstance(function, FunctionType)
+    twin = FunctionType(function.__code__, {**function.__globals__, **scope}, function.__name__)
+    twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__
+    return twin
