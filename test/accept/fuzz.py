@@ -35,7 +35,7 @@ ALWAYS = (
 )  # fmt: skip
 SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
              ["export", "--format", "mat", "--out", "mat"], ["replay"], ["metrics", "--salvage"])  # fmt: skip
-SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--save", "view.rrd"],
+SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--out", "view"],
           ["plot", "--format", "svg", "--only", "position", "--out", "plot"])  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def differing(path):
             decoded = [store.deserialize_cdr(payload, kind) for payload, _ in messages]
         except Exception:  # one of the two refuses it: then there is no number
             continue
-        own = [field.name for field in flight.schema(name).types[flight.schema(name).root]]
+        own = list(flight.type_of(name).fields)
         for row, message in zip(table[own] if own else [], decoded, strict=False):
             if fuzz_bags.flat(row) != fuzz_bags.flat(message, store):
                 return f"{name}: other numbers"

@@ -32,7 +32,7 @@ VERBS = {
     "replay": [],
     "report": ["--out", "report"],
     "compare": ["--out", "compare"],
-    "view": ["--save", "view.rrd"],
+    "view": ["--out", "view"],
 }
 
 
