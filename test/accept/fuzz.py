@@ -62,7 +62,7 @@ class Findings:
 
 def told(words, bag, out):
     """Return (exit code, stdout, stderr) of a verb, or what it raised as one line."""
-    places = [str(out / word) if before in ("--out", "--save") else word for before, word in pairwise(words)]
+    places = [str(out / word) if before == "--out" else word for before, word in pairwise(words)]
     command = [words[0], str(bag), *places]
     said, complained = io.StringIO(), io.StringIO()
     signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)

@@ -43,7 +43,7 @@ def cpu_time() -> float:
 
 def ends_well(verb: str, bag: Path, out: Path, capfd: pytest.CaptureFixture[str]) -> str:
     arguments = [
-        str(out / item) if before in ("--out", "--save") else item
+        str(out / item) if before == "--out" else item
         for before, item in zip(["", *VERBS[verb]], VERBS[verb], strict=False)
     ]
     began = cpu_time()
