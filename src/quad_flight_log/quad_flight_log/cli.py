@@ -6,8 +6,9 @@ import io
 import os
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn, TextIO, cast
 
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
@@ -50,7 +51,7 @@ class Command(NamedTuple):
     run: Callable[[Options], int]
     about: str
     examples: str
-    arguments: Callable[[argparse.ArgumentParser], None] | None = None
+    arguments: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
     bags: str = "+"
     own_out: bool = False
 
@@ -64,6 +65,8 @@ def _info(options: Options) -> int:
 def _metrics(options: Options) -> int:
     flights = _opened(options)
     names, values = [flight.name for flight in flights], [measured(flight) for flight in flights]
+    if options.json and options.csv:
+        raise FlightLogError("found --json and --csv, expected one of them")
     form = text.as_json if options.json else text.as_csv if options.csv else text.table
     damage = [flight.damage if flight.truncated else "" for flight in flights]
     print(form(names, values, damage=damage, notes=[truth_note(flight) for flight in flights]).rstrip("\n"))
@@ -218,80 +221,43 @@ def _view(options: Options) -> int:
     (flight,) = _opened(options)
     options.namespace = flight.namespace
     _layouts(options)
+    if truth_note(flight):
+        print(truth_note(flight))
     where = options.out or Path()
     print(f"Foxglove: open {flight.path} with the layout {where / 'flight.json'}")
     print(f"RViz: rviz2 -d {where / 'flight.rviz'} and, in another shell, ros2 bag play {flight.path.parent}")
     return 0
 
 
-def _json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON")
-
-
-def _json_or_csv(parser: argparse.ArgumentParser) -> None:
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument("--json", action="store_true", help="print JSON")
-    form.add_argument("--csv", action="store_true", help="print CSV")
-
-
-def _limits(parser: argparse.ArgumentParser) -> None:
-    help_text = "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win"
-    parser.add_argument("--limits", action="append", required=True, metavar="FILE|METRIC=VALUE", help=help_text)
-
-
-def _other_limits(parser: argparse.ArgumentParser) -> None:
-    help_text = "limits as for `log check` (default: those that the flight was held to when it was flown)"
-    parser.add_argument("--limits", action="append", metavar="FILE|METRIC=VALUE", help=help_text)
-
-
-def _topics(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--topics", action="store_true", help="print the hash of every step topic too")
-
-
-def _form_and_topics(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--format", choices=FORMATS, default="csv", help="default: csv")
-    parser.add_argument("--topic", action="append", default=[], metavar="TOPIC", help="only this; may be repeated")
-
-
-def _changes(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--position", metavar="LAW", help="another position law")
-    parser.add_argument("--attitude", metavar="LAW", help="another attitude law")
-    parser.add_argument("--only", choices=sorted(STAGE), help="replay only this controller")
-    parser.add_argument(
-        "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
-    )
-    _json(parser)
-
-
-def _figures(parser: argparse.ArgumentParser) -> None:
-    forms = ("png", "pdf", "svg")
-    parser.add_argument("--format", action="append", choices=forms, help="may be repeated (default: png and pdf)")
-    parser.add_argument("--only", default="", metavar="TEXT", help="only the figures whose file name begins with this")
-
-
-def _names(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--names", default="", metavar="A,B,...", help="names of the flights (default: their folders)")
-
+_JSON = {"--json": {"action": "store_true", "help": "print JSON"}}
+_LIMITS = {"action": "append", "metavar": "FILE|METRIC=VALUE"}
+_MANY = {"action": "append", "default": []}
 
 COMMANDS = {
     "info": Command(
         _info,
         "Print what is in a bag: where it comes from, its topics, bytes per topic, what was dropped.",
         "log info flights/case1-1-1\nlog info flights/a/a_0.mcap --json",
-        _json,
+        _JSON,
     ),
     "metrics": Command(
         _metrics,
         "Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said.",
         "log metrics flights/case1-1-1\nlog metrics flights/a flights/b --csv > both.csv",
-        _json_or_csv,
+        {**_JSON, "--csv": {"action": "store_true", "help": "print CSV"}},
     ),
     "check": Command(
         _check,
         "Compare every flight with limits; 1 if one is not met, a bag is truncated or a flight check fails.",
         "log check flights/a --limits position_rmse=0.02\n"
         "log check flights/a flights/b --limits limits.yaml --limits settling_time=5",
-        _limits,
+        {
+            "--limits": {
+                **_LIMITS,
+                "required": True,
+                "help": "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win",
+            }
+        },
     ),
     "verify": Command(
         _verify,
@@ -302,7 +268,7 @@ COMMANDS = {
         _hash,
         "Print the payload hash of each flight; 1 if several were given and differ, or if a bag is cut.",
         "log hash flights/a flights/b\nlog hash flights/a --topics",
-        _topics,
+        {"--topics": {"action": "store_true", "help": "print the hash of every step topic too"}},
     ),
     "recover": Command(
         _recover,
@@ -316,7 +282,10 @@ COMMANDS = {
         "Write topics as CSV, Parquet or MATLAB files; 1 if a topic cannot be read: it is named, the others written.",
         "log export flights/case1-1-1 --out tables\n"
         "log export flights/case1-1-1 --format parquet --topic truth --topic reference --out tables",
-        _form_and_topics,
+        {
+            "--format": {"choices": FORMATS, "default": "csv", "help": "default: csv"},
+            "--topic": {**_MANY, "metavar": "TOPIC", "help": "only this; may be repeated"},
+        },
         bags="1",
         own_out=True,
     ),
@@ -328,7 +297,13 @@ COMMANDS = {
         "log replay flights/case1-1-1\n"
         "log replay flights/case1-1-1 --set position_controller.aibs.x.position_gain=3.5\n"
         "log replay flights/case1-1-1 --attitude itsm --out replayed",
-        _changes,
+        {
+            "--position": {"metavar": "LAW", "help": "another position law"},
+            "--attitude": {"metavar": "LAW", "help": "another attitude law"},
+            "--only": {"choices": sorted(STAGE), "help": "replay only this controller"},
+            "--set": {**_MANY, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
+            **_JSON,
+        },
         bags="1",
         own_out=True,
     ),
@@ -336,7 +311,10 @@ COMMANDS = {
         _plot,
         "Draw the paper's figures and the insides of flights as PNG, PDF or SVG files.",
         "log plot flights/case1-1-1 --only figure-05 --format svg\nlog plot flights/a flights/b --out results",
-        _figures,
+        {
+            "--format": {**_MANY, "choices": ("png", "pdf", "svg"), "help": "may be repeated (default: png and pdf)"},
+            "--only": {"default": "", "metavar": "TEXT", "help": "only figures whose file name begins with this"},
+        },
         own_out=True,
     ),
     "report": Command(
@@ -344,14 +322,14 @@ COMMANDS = {
         "Write one flight as a self-contained, interactive HTML page: figures, metrics, parameters, events.",
         "log report flights/case1-1-1                  writes flights/case1-1-1/report.html\n"
         "log report flights/case1-1-1 --out results    writes results/case1-1-1.html",
-        _other_limits,
+        {"--limits": {**_LIMITS, "help": "as for `log check` (default: those that the flight was held to when flown)"}},
         own_out=True,
     ),
     "compare": Command(
         _compare,
         "Write several flights into one interactive HTML page, all in the same figures, and print their metrics.",
         "log compare flights/a flights/b --out results\nlog compare flights/a flights/b --names proposed,pid",
-        _names,
+        {"--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"}},
         own_out=True,
     ),
     "view": Command(
@@ -393,8 +371,8 @@ def _parser() -> argparse.ArgumentParser:
             count: Any = int(command.bags) if command.bags.isdigit() else command.bags
             own.add_argument("bags", nargs=count, metavar="BAG", type=Path, help="bag directory or one of its files")
             own.add_argument("--salvage", action="store_true", help="read a damaged bag up to the damage")
-        if command.arguments:
-            command.arguments(own)
+        for flag, settings in command.arguments.items():
+            own.add_argument(flag, **settings)
     return parser
 
 
