@@ -68,7 +68,7 @@ def _places(base: Flight) -> dict[str, _Place]:
     for (role, slot), part in _PARTS.items():
         plugin = base.resolved[role].plugins[slot]
         own = part
-        if slot == "law" and base.resolved[role].law is not plugin:
+        if slot == "law" and base.resolved[role].law.parameters is not plugin.parameters:
             own = (*part, "law")
             for name in base.resolved[role].law.module.Parameters._fields[1:]:
                 for field in fields(getattr(base.resolved[role].node, name), f"{name}."):
