@@ -47,13 +47,14 @@ def test_the_law_gets_parameters_memory_inputs_and_time_and_its_answer_is_sent(n
 
     def step(parameters, vehicle, memory, inputs, dt):
         seen.append((parameters.x.position_gain, memory, inputs, dt))
-        return AttitudeThrust(thrust=4.0), aibs.Memory(thrust=float(len(seen))), aibs.Internals(lyapunov=9.0)
+        law = aibs.Memory(thrust=float(len(seen)))
+        return AttitudeThrust(thrust=4.0), memory._replace(law=law), aibs.Internals(lyapunov=9.0)
 
     node.step = step
     for _ in range(2):
         answers = list(node.answer(SAMPLE, [None, None]))
     gain, memory, inputs, dt = seen[1]
-    assert (gain, memory.thrust, inputs.state, dt) == (3.5, 1.0, SAMPLE.state, 0.01)
+    assert (gain, memory.law.thrust, inputs.state, dt) == (3.5, 1.0, SAMPLE.state, 0.01)
     (setpoint, _), (internals, payload) = answers
     assert setpoint.topic_name.endswith("/attitude_setpoint")
     assert internals.topic_name.endswith("/position_controller/internals")
@@ -102,32 +103,35 @@ def test_an_input_that_is_too_old_in_real_time_is_replaced_and_the_answer_says_s
     ],
 )
 def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, output, memory):
-    node.step = lambda *_: (output, memory, aibs.Internals())
     before = node.memory
+    node.step = lambda *_: (output, before._replace(law=memory), aibs.Internals())
     assert list(node.answer(SAMPLE, [None, None])) == []
     assert node.memory == before
     assert (node.done.done(), node.exit_code, node.counters["law_nonfinite"]) == (True, 1, 1)
 
 
-def remembering_infinity(at_call):
-    """Return a step of aibs whose memory is no longer finite at a call; what it gives stays finite."""
+def remembering_infinity(step, at_call):
+    """Return ``step`` whose law's memory is no longer finite at a call; what it gives stays finite."""
     calls = itertools.count(1)
 
-    def step(*arguments):
-        setpoint, memory, internals = aibs.step(*arguments)
-        return setpoint, memory._replace(thrust=math.inf) if next(calls) == at_call else memory, internals
+    def stepped(*arguments):
+        setpoint, memory, internals = step(*arguments)
+        if next(calls) == at_call:
+            own = getattr(memory, "law", memory)._replace(thrust=math.inf)
+            memory = memory._replace(law=own) if hasattr(memory, "law") else own
+        return setpoint, memory, internals
 
-    return step
+    return stepped
 
 
 def test_memory_that_is_not_finite_is_refused_at_the_step_at_which_the_loop_refuses_it(node):
     planned = flight.from_names("hover", duration=0.1)
     law = types.ModuleType("law_of_this_test")
-    vars(law).update({**vars(aibs), "step": remembering_infinity(at_call=4)})
+    vars(law).update({**vars(aibs), "step": remembering_infinity(aibs.step, at_call=4)})
     modules = planned.modules._replace(stages=planned.modules.stages._replace(position_controller=law))
     flown = flight.fly(planned._replace(modules=modules))
     assert (flown.outcome, flown.refused, flown.steps) == ("refused", "position_controller", 3 * node.period_steps)
-    node.step = remembering_infinity(at_call=4)
+    node.step = remembering_infinity(node.step, at_call=4)
     steps = iter(range(0, 100 * node.period_steps, node.period_steps))
     while not node.done.done():
         step = next(steps)
