@@ -10,11 +10,11 @@ import math
 from guard_faults import ATTITUDE, POSITION
 
 from quad_attitude_ctrl import abfnitsm
-from quad_commander.conduct import Conduct, Observed
+from quad_commander.commander_core import CommanderCore, Inputs
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
 from quad_commander.parameters import CommanderParameters
-from quad_commander.request_queue import Asked
+from quad_commander.request_queue import PendingRequest
 from quad_core.cycle import seconds
 from quad_core.geometry import norm
 from quad_core.guard_parameters import GuardParameters
@@ -61,7 +61,7 @@ class Flight:
         self.sensing = sensor.Parameters()
         self.line, self.seen = sensor.init(self.sensing, PERIOD)
         self.noise = sensor.draw(self.sensing, 1, 2)
-        self.conduct = Conduct(CommanderParameters(), parse(mission, []), self.truth)
+        self.core = CommanderCore(CommanderParameters(), parse(mission, []), self.truth)
         self.memory = guard.init(self.guard_parameters, vehicle)
         self.report = None
         self.position, self.attitude = aibs.init(POSITION, vehicle), abfnitsm.init(ATTITUDE, vehicle)
@@ -71,7 +71,7 @@ class Flight:
 
     @property
     def mode(self):
-        return self.conduct.mode
+        return self.core.mode
 
     @property
     def is_over(self):
@@ -80,7 +80,7 @@ class Flight:
     def fork(self, **changes):
         """Return a copy that flies on by itself, with other ``acts`` or ``fault``."""
         twin = copy.copy(self)
-        twin.conduct = copy.deepcopy(self.conduct)
+        twin.core = copy.deepcopy(self.core)
         twin.line = self.line.copy()
         twin.disarmed, twin.news = list(self.disarmed), list(self.news)
         for name, value in changes.items():
@@ -89,7 +89,7 @@ class Flight:
 
     def go(self, duration, *asked, until=lambda flight: flight.is_over):
         """Fly ``duration`` s, sooner at ``until``; ``asked`` are requests of an operator at the first decision."""
-        asked = [Asked(request, "operator") for request in asked]
+        asked = [PendingRequest(request, "operator") for request in asked]
         for _ in range(round(duration * 1e9 / PERIOD)):
             if until(self):
                 break
@@ -128,8 +128,8 @@ class Flight:
         if report is not None:
             told = report._asdict()
             seen = GuardStatus(**{name: told[name] for name in GuardStatus._fields})
-        self.said = self.conduct.step(
-            Observed(
+        self.said = self.core.step(
+            Inputs(
                 step=self.k,
                 dt=seconds(STEPS, PERIOD),
                 state=state,

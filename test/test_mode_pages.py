@@ -5,7 +5,7 @@ import inspect
 
 import mode_pages
 
-from quad_commander import conduct, modes
+from quad_commander import commander_core, modes
 from quad_commander.mode_table import FAULTS, Mode
 
 
@@ -25,7 +25,7 @@ def test_each_fault_has_its_line_and_each_cell_is_a_mode():
 
 
 def test_the_page_says_what_nobody_tells_the_commander():
-    calls = [node for node in ast.walk(ast.parse(inspect.getsource(conduct))) if isinstance(node, ast.Call)]
+    calls = [node for node in ast.walk(ast.parse(inspect.getsource(commander_core))) if isinstance(node, ast.Call)]
     (health,) = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "Health"]
     given = {keyword.arg for keyword in health.keywords}
     assert {*modes.Health._fields} - given == {*mode_pages.UNTOLD}

@@ -1,7 +1,7 @@
 """Modes, missions, arming and the references of take-off, hold and landing: pure text, and a node on top.
 
 Between the trajectory and the position controller: ``mission/reference`` comes in, ``reference`` goes out. What is
-done at each of the node's steps (100 Hz; in lockstep a multiple of the plant step) stands in ``conduct``:
+done at each of the node's steps (100 Hz; in lockstep a multiple of the plant step) stands in ``commander_core``:
 
 1. Observe: fill ``modes.Health`` (ages are own steps times period in both clocks; tilt, wrench
    and contact are the guard's, whose report is an input).

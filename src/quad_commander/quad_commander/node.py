@@ -14,10 +14,10 @@ from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.arming import refusals
-from quad_commander.conduct import Conduct, Observed, Said
+from quad_commander.commander_core import CommanderCore, Inputs, Outputs
 from quad_commander.mode_table import Mode, Request
 from quad_commander.preflight import Preflight, free_space
-from quad_commander.request_queue import MOST_SENDERS, Asked, RequestQueue
+from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
@@ -51,7 +51,7 @@ class Commander(Responder):
         known = plugins.names(plugins.TRAJECTORY)
         text = self.settings.mission
         self._mission = missions.parse(text, known) if text else ()
-        self._conduct: Conduct | None = None
+        self._core: CommanderCore | None = None
         self._requests = RequestQueue()
         self._end_asked = ""
         self._recorder_lost = False
@@ -101,12 +101,12 @@ class Commander(Responder):
         self._last, self._stepped_at = sample, time.monotonic()
         yield from self._messages(sample, self._step(sample, arrivals, 0.0))
 
-    def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Said:
-        if self._conduct is None:
-            self._conduct = Conduct(self.settings, self._mission, sample.state, self._requests)
+    def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Outputs:
+        if self._core is None:
+            self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
         mission = self._mission_in.newest()
         lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
-        seen = Observed(
+        seen = Inputs(
             step=sample.step,
             dt=sample.dt,
             state=sample.state,
@@ -121,12 +121,12 @@ class Commander(Responder):
             recorder_lost=self._recorder_lost,
             end_asked=self._end_asked,
         )
-        said = self._conduct.step(seen)
+        said = self._core.step(seen)
         for kind, text in said.news:
             self.event(FlightEvent.INFO, kind, text, sample.stamp_ns, always=True)
         return said
 
-    def _messages(self, sample: Sample, said: Said) -> Iterator[tuple[Publisher, Any]]:
+    def _messages(self, sample: Sample, said: Outputs) -> Iterator[tuple[Publisher, Any]]:
         step, next_step = sample.step, sample.step + self.period_steps
         if step <= self._sent:  # decided without its state, which came all the same: no second message of one step
             return
@@ -134,7 +134,7 @@ class Commander(Responder):
         yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
         yield self._mode_out, self._mode_message(said, step, next_step, sample.stamp_ns)
 
-    def _mode_message(self, said: Said, step: int, next_step: int, stamp_ns: int) -> FlightMode:
+    def _mode_message(self, said: Outputs, step: int, next_step: int, stamp_ns: int) -> FlightMode:
         message = FlightMode(
             **said.mode._asdict(),
             step=step,
@@ -211,9 +211,9 @@ class Commander(Responder):
 
     def _checks(self, sample: Sample) -> list[str] | None:
         """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING."""
-        if self._conduct is None or self._conduct.mode <= Mode.ARMING:
+        if self._core is None or self._core.mode <= Mode.ARMING:
             self._preflight.note(sample)
-        if self._conduct is None or self._conduct.mode != Mode.ARMING:
+        if self._core is None or self._core.mode != Mode.ARMING:
             self._since_check = 0.0
             self._preflight.begin(sample, self.states_seen)
             return None
@@ -234,7 +234,7 @@ class Commander(Responder):
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
         newest = arrival or self._guard_in.newest()
         said: GuardStatus = newest.value if newest else GuardStatus()
-        on_ground = self._conduct is None or self._conduct.mode <= Mode.ARMING
+        on_ground = self._core is None or self._core.mode <= Mode.ARMING
         return GuardStatus() if on_ground and said.mode != GUARD_KILL else said
 
     def _on_battery(self, message: BatteryState) -> None:
@@ -248,7 +248,7 @@ class Commander(Responder):
     def _on_plan(self, message: FlightPlan) -> None:
         if self.is_foreign("flight/plan", message.run):
             return
-        flying = self._conduct is not None and self._conduct.mode > Mode.ARMING
+        flying = self._core is not None and self._core.mode > Mode.ARMING
         self._preflight.on_plan(message, flying)
 
     def _on_node(self, message: NodeStatus) -> None:
@@ -271,12 +271,12 @@ class Commander(Responder):
             self._ask(Request(message.request), message.sender)
 
     def _ask(self, request: Request, sender: str) -> None:
-        if not self._requests.add(Asked(request, sender)):
+        if not self._requests.add(PendingRequest(request, sender)):
             text = f"flight/request: {request.name} of {sender}: {MOST_SENDERS} senders wait already; message ignored"
             self.event(FlightEvent.WARNING, "too_many_requests", text)
 
     def _on_call(self, request: Request, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        refusal = self._conduct.foresee(request) if self._conduct else "the flight has not begun"
+        refusal = self._core.foresee(request) if self._core else "the flight has not begun"
         if not refusal:
             self._ask(request, "service")
         response.success = not refusal

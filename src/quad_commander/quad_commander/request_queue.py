@@ -1,7 +1,7 @@
 """Requests that wait for the commander's next step: bounded, the most severe first.
 
 queue = RequestQueue()
-queue.add(Asked(Request.HOLD, "operator"))      # whenever a message or a service call comes
+queue.add(PendingRequest(Request.HOLD, "operator"))      # whenever a message or a service call comes
 asked = queue.take(mode, dt)                    # at each step: one request, or None
 queue.grant(asked)                              # if it was done
 """
@@ -17,7 +17,7 @@ REPEATS_WITHIN = 0.5
 _RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
 
 
-class Asked(NamedTuple):
+class PendingRequest(NamedTuple):
     """A request and its sender; ``overtaken``: the more severe mode that a fault began meanwhile, if any."""
 
     request: Request
@@ -34,10 +34,10 @@ class RequestQueue:
 
     def __init__(self) -> None:
         """Start empty."""
-        self._waiting: dict[str, Asked] = {}
+        self._waiting: dict[str, PendingRequest] = {}
         self._granted: dict[tuple[str, Request], float] = {}  # s since it was asked for last
 
-    def add(self, asked: Asked) -> bool:
+    def add(self, asked: PendingRequest) -> bool:
         """Take in a request; returns whether the queue could take it."""
         key = (asked.sender, asked.request)
         if key in self._granted:
@@ -54,7 +54,7 @@ class RequestQueue:
         self._waiting[asked.sender] = asked
         return True
 
-    def take(self, mode: int, dt: float) -> Asked | None:
+    def take(self, mode: int, dt: float) -> PendingRequest | None:
         """Return the most severe request and forget it; ``dt`` s have passed since the last call."""
         self._granted = {key: age + dt for key, age in self._granted.items() if age + dt <= REPEATS_WITHIN}
         while self._waiting:
@@ -64,7 +64,7 @@ class RequestQueue:
                 return asked
         return None
 
-    def grant(self, asked: Asked) -> None:
+    def grant(self, asked: PendingRequest) -> None:
         """Remember that a request was done."""
         self._granted[asked.sender, asked.request] = 0.0
 
@@ -73,5 +73,5 @@ class RequestQueue:
         self._waiting = {sender: asked._replace(overtaken=mode.name) for sender, asked in self._waiting.items()}
 
 
-def _rank(asked: Asked) -> int:
+def _rank(asked: PendingRequest) -> int:
     return _RANKS.get(asked.request, 0)

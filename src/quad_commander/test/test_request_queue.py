@@ -3,7 +3,7 @@
 import pytest
 
 from quad_commander.mode_table import Mode, Request
-from quad_commander.request_queue import MOST_SENDERS, REPEATS_WITHIN, Asked, RequestQueue
+from quad_commander.request_queue import MOST_SENDERS, REPEATS_WITHIN, PendingRequest, RequestQueue
 
 DT = 0.01
 
@@ -24,7 +24,7 @@ def all_of(queue, mode=Mode.HOLD):
 
 def test_the_most_severe_comes_first_and_equals_in_order_of_arrival():
     order = [Request.MISSION, Request.HOLD, Request.DISARM, Request.LAND, Request.KILL, Request.DESCEND]
-    asked = [Asked(request, f"sender {number}") for number, request in enumerate(order)]
+    asked = [PendingRequest(request, f"sender {number}") for number, request in enumerate(order)]
     taken = [one.request.name for one in all_of(queue_of(*asked))]
     assert taken == ["KILL", "DESCEND", "LAND", "HOLD", "MISSION", "DISARM"]
 
@@ -40,30 +40,30 @@ def test_the_most_severe_comes_first_and_equals_in_order_of_arrival():
     ],
 )
 def test_of_one_sender_the_newest_waits_and_a_milder_one_hides_none(first, second, stays):
-    assert all_of(queue_of(Asked(first, "a"), Asked(second, "a"))) == [Asked(stays, "a")]
+    assert all_of(queue_of(PendingRequest(first, "a"), PendingRequest(second, "a"))) == [PendingRequest(stays, "a")]
 
 
 def test_the_number_of_senders_is_bounded_and_a_severe_request_always_finds_room():
     queue = RequestQueue()
     for number in range(MOST_SENDERS):
-        assert queue.add(Asked(Request.HOLD, f"sender {number}"))
-    assert not queue.add(Asked(Request.HOLD, "one more"))
-    assert queue.add(Asked(Request.LAND, "operator"))
+        assert queue.add(PendingRequest(Request.HOLD, f"sender {number}"))
+    assert not queue.add(PendingRequest(Request.HOLD, "one more"))
+    assert queue.add(PendingRequest(Request.LAND, "operator"))
     taken = all_of(queue)
-    assert taken[0] == Asked(Request.LAND, "operator")
+    assert taken[0] == PendingRequest(Request.LAND, "operator")
     assert len(taken) == MOST_SENDERS
 
 
 def test_a_refused_stream_does_not_keep_others_waiting():
     queue = RequestQueue()
-    queue.add(Asked(Request.DISARM, "stream"))
-    queue.add(Asked(Request.MISSION, "operator"))
-    queue.add(Asked(Request.DISARM, "stream"))
-    assert queue.take(Mode.HOLD, DT) == Asked(Request.MISSION, "operator")
+    queue.add(PendingRequest(Request.DISARM, "stream"))
+    queue.add(PendingRequest(Request.MISSION, "operator"))
+    queue.add(PendingRequest(Request.DISARM, "stream"))
+    assert queue.take(Mode.HOLD, DT) == PendingRequest(Request.MISSION, "operator")
 
 
 def test_what_was_granted_is_not_granted_again_by_repeating_it():
-    hold, queue = Asked(Request.HOLD, "stream"), RequestQueue()
+    hold, queue = PendingRequest(Request.HOLD, "stream"), RequestQueue()
     queue.grant(hold)
     for _ in range(200):
         queue.add(hold)

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_commander.conduct import Conduct, Observed
+from quad_commander.commander_core import CommanderCore, Inputs
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
 from quad_commander.parameters import CommanderParameters
-from quad_commander.request_queue import Asked
+from quad_commander.request_queue import PendingRequest
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_guard import guard
@@ -28,7 +28,7 @@ class Flight:
 
     def __init__(self, mission, length=4.0):
         items = parse(mission, ["case1"]) if mission else ()
-        self.conduct = Conduct(PARAMETERS, items, GROUND)
+        self.core = CommanderCore(PARAMETERS, items, GROUND)
         self.length, self.flown, self.step, self.dead = length, 0.0, 0, False
         self.state, self.point, self.lag = GROUND, TrajectoryPoint(NOT_BEGUN), 0.0
         self.said, self.modes, self.references, self.news = None, [], [], []
@@ -36,8 +36,8 @@ class Flight:
 
     def go(self, seconds, *asked, **changes):
         for index in range(round(seconds / DT)):
-            mode = self.conduct.mode
-            seen = Observed(
+            mode = self.core.mode
+            seen = Inputs(
                 step=self.step,
                 dt=DT,
                 state=self.state,
@@ -46,7 +46,7 @@ class Flight:
                 guard=self.guard(),
                 refusals=self.refusals if mode == Mode.ARMING else None,
             )
-            self.said = self.conduct.step(seen._replace(**changes), asked if index == 0 else ())
+            self.said = self.core.step(seen._replace(**changes), asked if index == 0 else ())
             self.news += self.said.news
             self.modes.append(Mode(self.said.mode.mode))
             self.references.append(self.said.reference)
@@ -120,17 +120,17 @@ def test_a_mission_is_flown_from_the_ground_to_the_ground():
 @pytest.mark.parametrize("ground", [-20.0, 13.2])
 def test_heights_count_from_the_estimate_at_arming(ground):
     """The estimate has the vehicle metres off, adrift while it waits, and holds the place at arming from then on."""
-    conduct = Conduct(PARAMETERS, parse("takeoff:2,land", []), VehicleState())
+    core = CommanderCore(PARAMETERS, parse("takeoff:2,land", []), VehicleState())
     state, said, heights, step = VehicleState(), None, [], 0
     for k in range(3000):
-        armed = conduct.mode > Mode.ARMING
+        armed = core.mode > Mode.ARMING
         if not armed:  # as the vehicle's owner marks it
             z = ground + 0.0005 * min(k, 40)
             state = VehicleState(p_w=Vec3(0.0, 0.0, z), ground_z=z, on_ground=True)
-        seen = Observed(step, DT, state, TrajectoryPoint(NOT_BEGUN), 0.0, refusals=[] if not armed else None)
+        seen = Inputs(step, DT, state, TrajectoryPoint(NOT_BEGUN), 0.0, refusals=[] if not armed else None)
         if armed and said.reference.p_w.z <= state.ground_z:
             seen = seen._replace(guard=GuardStatus(on_ground=True, contact=True))
-        said, step = conduct.step(seen), step + 5
+        said, step = core.step(seen), step + 5
         if armed:
             p, v = said.reference.p_w, said.reference.v_w
             lands = p.z <= state.ground_z
@@ -147,11 +147,11 @@ def test_heights_count_from_the_estimate_at_arming(ground):
 
 def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
     """Until it is clear it may not tilt; the reference goes along, and stops within the limits from then on."""
-    conduct = Conduct(PARAMETERS, parse("takeoff:3,hold:60", []), VehicleState())
+    core = CommanderCore(PARAMETERS, parse("takeoff:3,hold:60", []), VehicleState())
     state, points = VehicleState(on_ground=True), []
     for k in range(1000):
-        said = conduct.step(Observed(5 * k, DT, state, None, 0.0, refusals=[]))
-        if conduct.mode < Mode.TAKEOFF:
+        said = core.step(Inputs(5 * k, DT, state, None, 0.0, refusals=[]))
+        if core.mode < Mode.TAKEOFF:
             continue
         points.append(said.reference)
         p, v = said.reference.p_w, said.reference.v_w
@@ -160,7 +160,7 @@ def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
             state = VehicleState(Vec3(x, 0.0, p.z), Vec3(state.v_w.x + 0.5 * DT, 0.0, v.z), on_ground=p.z <= 0.7)
         else:
             state = VehicleState(p, v)
-    assert conduct.mode == Mode.HOLD
+    assert core.mode == Mode.HOLD
     position, velocity = largest_steps(points)
     assert position < 1.25 * DT
     assert velocity < 2.5 * DT
@@ -186,16 +186,16 @@ def test_after_a_descent_the_reference_begins_with_the_vehicle_s_own_motion(requ
     """The guard has flown it away from its reference, with a motion of its own."""
     flight = Flight("takeoff,case1,land").go(5.0)
     flight.go(0.5, guard=GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST))
-    assert flight.conduct.mode == Mode.DESCEND
+    assert flight.core.mode == Mode.DESCEND
     state = VehicleState(Vec3(3.0, -2.0, 8.0), velocity, quaternion_from_euler(angles), Vec3(1.0, -2.0, 0.5))
     flight.state = state
-    flight.go(DT, Asked(request, "pilot"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
-    assert flight.conduct.mode == Mode[request.name], flight.news[-3:]
+    flight.go(DT, PendingRequest(request, "pilot"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
+    assert flight.core.mode == Mode[request.name], flight.news[-3:]
     first = flight.references[-1]
     assert (first.p_w, first.v_w) == (state.p_w, state.v_w)
     assert math.dist(first.a_w, ZERO) == 0.0
     assert first.yaw == pytest.approx(angles.z)
-    flight.references, flight.modes = [first], [flight.conduct.mode]
+    flight.references, flight.modes = [first], [flight.core.mode]
     flight.go(6.0)
     for before, after in pairwise(flight.in_the_air()):
         assert math.dist(after.a_w, before.a_w) <= math.sqrt(3.0) * JERK * DT + 1e-9
@@ -205,13 +205,13 @@ def test_after_a_descent_the_reference_begins_with_the_vehicle_s_own_motion(requ
 
 def test_an_operator_holds_goes_on_and_lands():
     flight = Flight("takeoff,case1,land").go(5.0)
-    assert flight.conduct.mode == Mode.MISSION
-    flight.go(DT, Asked(Request.HOLD, "pilot")).go(3.0)
-    assert (flight.conduct.mode, flight.said.text) == (Mode.HOLD, "asked for by pilot")
+    assert flight.core.mode == Mode.MISSION
+    flight.go(DT, PendingRequest(Request.HOLD, "pilot")).go(3.0)
+    assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "asked for by pilot")
     assert not flight.said.mode.is_over
-    flight.go(DT, Asked(Request.MISSION, "pilot")).go(1.0)
-    assert flight.conduct.mode == Mode.MISSION
-    flight.go(DT, Asked(Request.LAND, "pilot")).go(10.0)
+    flight.go(DT, PendingRequest(Request.MISSION, "pilot")).go(1.0)
+    assert flight.core.mode == Mode.MISSION
+    flight.go(DT, PendingRequest(Request.LAND, "pilot")).go(10.0)
     assert flight.said.mode.is_over
     assert flight.said.outcome.startswith("mission not finished: LAND at step ")
     assert flight.said.outcome.endswith("asked for by pilot")
@@ -222,9 +222,9 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
     """6 cm beside its reference a vehicle tilted by 5 degrees towards it before its motors stopped."""
     aside = VehicleState(Vec3(0.05, -0.06, 0.0), Vec3(), Quat(), Vec3())
     for stands, x in ((False, 0.0), (True, 0.05)):  # in the air it does
-        landing = Flight("takeoff,hold:600").go(8.0).go(1.0, Asked(Request.LAND, "me"))
+        landing = Flight("takeoff,hold:600").go(8.0).go(1.0, PendingRequest(Request.LAND, "me"))
         landing.go(0.1, state=aside, guard=GuardStatus(on_ground=stands))
-        assert landing.conduct.mode == Mode.LAND
+        assert landing.core.mode == Mode.LAND
         reference = landing.references[-1]
         assert reference.p_w.x == pytest.approx(x, abs=1e-9)
         assert (reference.v_w.x, reference.v_w.y, reference.a_w.x) == (0.0, 0.0, 0.0)
@@ -233,10 +233,10 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
 
 def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():
     flight = Flight("").go(1.0)
-    assert flight.conduct.mode == Mode.DISARMED
-    assert flight.conduct.foresee(Request.LAND) == "LAND is not possible in DISARMED"
+    assert flight.core.mode == Mode.DISARMED
+    assert flight.core.foresee(Request.LAND) == "LAND is not possible in DISARMED"
     step = flight.step
-    flight.go(DT, Asked(Request.HOLD, "pilot"))
+    flight.go(DT, PendingRequest(Request.HOLD, "pilot"))
     assert (flight.said.mode.request, flight.said.mode.answer, flight.said.mode.request_step) == (4, 2, step)
     assert flight.said.answer_text == "HOLD is not possible in DISARMED"
     assert flight.said.sender == "pilot"
@@ -245,52 +245,56 @@ def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():
 
 def test_two_requests_at_once_are_answered_one_step_after_the_other():
     flight = Flight("").go(1.0)
-    flight.go(DT, Asked(Request.ARM, "pilot"), Asked(Request.DISARM, "observer"))
-    assert flight.conduct.mode == Mode.ARMING
-    assert flight.go(DT).conduct.mode == Mode.DISARMED
+    flight.go(DT, PendingRequest(Request.ARM, "pilot"), PendingRequest(Request.DISARM, "observer"))
+    assert flight.core.mode == Mode.ARMING
+    assert flight.go(DT).core.mode == Mode.DISARMED
 
 
 @pytest.mark.parametrize(("request_", "mode"), [(Request.KILL, Mode.KILL), (Request.LAND, Mode.LAND)])
 @pytest.mark.parametrize("senders", [1, 40])
 def test_a_flood_of_requests_does_not_delay_a_more_severe_one(request_, mode, senders):
     """Ten requests per step: 1 kHz."""
-    flood = [Asked(Request.HOLD, f"flood {number % senders}") for number in range(10)]
+    flood = [PendingRequest(Request.HOLD, f"flood {number % senders}") for number in range(10)]
     flight = Flight("takeoff,hold:600,land").go(8.0)
     for _ in range(300):
         flight.go(DT, *flood)
-    assert flight.go(DT, *flood, Asked(request_, "operator"), *flood).conduct.mode == mode
+    assert flight.go(DT, *flood, PendingRequest(request_, "operator"), *flood).core.mode == mode
 
 
 def test_a_flood_of_one_sender_does_not_take_a_landing_back():
-    flood = [Asked(Request.HOLD, "flood")] * 10
+    flood = [PendingRequest(Request.HOLD, "flood")] * 10
     flight = Flight("takeoff,hold:600,land").go(8.0).go(DT, *flood)
-    flight.go(DT, *flood, Asked(Request.LAND, "operator"))
+    flight.go(DT, *flood, PendingRequest(Request.LAND, "operator"))
     for _ in range(100):
-        assert flight.go(DT, *flood).conduct.mode == Mode.LAND
+        assert flight.go(DT, *flood).core.mode == Mode.LAND
     flight.go(0.6)
-    assert flight.go(DT, Asked(Request.HOLD, "flood")).conduct.mode == Mode.HOLD, "after a pause it is a new request"
+    assert flight.go(DT, PendingRequest(Request.HOLD, "flood")).core.mode == Mode.HOLD, (
+        "after a pause it is a new request"
+    )
 
 
 def test_a_request_from_before_a_descent_does_not_take_the_vehicle_back():
-    asked = [Asked(Request.HOLD, f"operator {number}") for number in range(5)]
+    asked = [PendingRequest(Request.HOLD, f"operator {number}") for number in range(5)]
     flight = Flight("takeoff,hold:600,land").go(8.0)
     descends = GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)
     flight.go(DT, *asked, guard=descends)
-    assert flight.conduct.mode == Mode.DESCEND
+    assert flight.core.mode == Mode.DESCEND
     for number in range(1, 5):
         flight.go(DT, guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
-        assert flight.conduct.mode == Mode.DESCEND
+        assert flight.core.mode == Mode.DESCEND
         assert flight.said.answer_text == "HOLD was asked for before DESCEND began"
         assert flight.said.sender == f"operator {number}"
-    flight.go(DT, Asked(Request.HOLD, "operator 1"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
-    assert flight.conduct.mode == Mode.HOLD, "what is asked for during the descent counts"
+    flight.go(
+        DT, PendingRequest(Request.HOLD, "operator 1"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD)
+    )
+    assert flight.core.mode == Mode.HOLD, "what is asked for during the descent counts"
 
 
 def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
-    flight = Flight("takeoff,case1,land").go(5.0).go(DT, Asked(Request.HOLD, "operator"))
+    flight = Flight("takeoff,case1,land").go(5.0).go(DT, PendingRequest(Request.HOLD, "operator"))
     flight.go(3.0 * PARAMETERS.wait_limit)
-    assert (flight.conduct.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
-    assert flight.go(DT, Asked(Request.MISSION, "operator")).conduct.mode == Mode.MISSION
+    assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
+    assert flight.go(DT, PendingRequest(Request.MISSION, "operator")).core.mode == Mode.MISSION
 
 
 def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
@@ -331,23 +335,23 @@ def test_a_mission_that_is_not_armed_ends_with_every_reason():
 
 def test_a_mission_that_a_fault_keeps_waiting_lands_after_a_minute():
     flight = Flight("takeoff,case1,land").go(5.0).go(1.0, overruns=0.2)
-    assert flight.conduct.mode == Mode.HOLD
+    assert flight.core.mode == Mode.HOLD
     flight.go(58.0)
-    assert flight.conduct.mode == Mode.HOLD
-    assert flight.go(3.0).conduct.mode == Mode.LAND
+    assert flight.core.mode == Mode.HOLD
+    assert flight.go(3.0).core.mode == Mode.LAND
     assert flight.said.text.endswith("kept waiting for 60 s (more than 5 % of the commander's cycles of a second late)")
 
 
 def test_a_hold_of_a_mission_lasts_as_long_as_it_says():
     flight = Flight("takeoff,hold:90,land").go(85.0)
-    assert flight.conduct.mode == Mode.HOLD
-    assert flight.go(10.0).conduct.mode == Mode.LAND
+    assert flight.core.mode == Mode.HOLD
+    assert flight.go(10.0).core.mode == Mode.LAND
     assert flight.said.text == "asked for by mission"
 
 
 def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds():
     flight = Flight("takeoff,hold:60,land").go(6.0)
-    flight.go(DT, Asked(Request.KILL, "pilot"))
+    flight.go(DT, PendingRequest(Request.KILL, "pilot"))
     for _ in range(990):
         flight.go(DT, state=flight.state._replace(v_w=Vec3(0.0, 0.0, -9.0)), guard=GuardStatus())
     assert not flight.said.mode.is_over

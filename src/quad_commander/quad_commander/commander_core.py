@@ -1,7 +1,7 @@
 """One step of the commander without ROS: observe, ask, decide, refer, say, in the order of the package's docstring.
 
-conduct = Conduct(parameters, mission, state)          # at the first state
-said = conduct.step(observed, [(request, sender), ...])         # at each of its steps
+core = CommanderCore(parameters, mission, state)          # at the first state
+said = core.step(observed, [(request, sender), ...])         # at each of its steps
 """
 
 from collections.abc import Iterable
@@ -13,7 +13,7 @@ from quad_commander.missions import Item, Kind, MissionMemory
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.mode_texts import reason_text, refusal_text
 from quad_commander.parameters import CommanderParameters
-from quad_commander.request_queue import Asked, RequestQueue
+from quad_commander.request_queue import PendingRequest, RequestQueue
 from quad_core.geometry import norm, subtract
 from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, VehicleState
 
@@ -22,7 +22,7 @@ _ON_GROUND = (Mode.DISARMED, Mode.ARMING)
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
 
 
-class Observed(NamedTuple):
+class Inputs(NamedTuple):
     """What the node saw at one of its steps.
 
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
@@ -46,7 +46,7 @@ class Observed(NamedTuple):
     end_asked: str = ""
 
 
-class Said(NamedTuple):
+class Outputs(NamedTuple):
     """What is published of one step: mode and reference from the one decision, the texts, and ``news`` for the record.
 
     ``news`` are (kind, text) of what changed at this step.
@@ -61,7 +61,7 @@ class Said(NamedTuple):
     news: list[tuple[str, str]]
 
 
-class Conduct:
+class CommanderCore:
     """What the commander remembers between two steps."""
 
     def __init__(
@@ -82,7 +82,7 @@ class Conduct:
         self._aside: tuple[references.ReferencePlan, float] | None = None
         self._handed = 0.0
         self._said = FlightMode()
-        self._last = Asked(Request.NONE, "")
+        self._last = PendingRequest(Request.NONE, "")
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
         self._flown = self._gave_up = self._cut_by_end = False
@@ -97,7 +97,7 @@ class Conduct:
         answer, blocked_by = modes.asked(self._memory.mode, request, self._said.raised)
         return refusal_text(self._memory.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
 
-    def step(self, seen: Observed, asked: Iterable[Asked] = ()) -> Said:
+    def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
         for one in asked:
             self._requests.add(one)
@@ -122,7 +122,7 @@ class Conduct:
         reference = self._refer(seen, decision, Mode(before.mode))
         self._sent = reference
         over = self._is_over(seen)
-        return Said(
+        return Outputs(
             self._said._replace(is_over=over),
             reference,
             self._text,
@@ -132,7 +132,7 @@ class Conduct:
             news,
         )
 
-    def _health(self, seen: Observed) -> modes.Health:
+    def _health(self, seen: Inputs) -> modes.Health:
         parameters, mode = self._parameters, self._memory.mode
         ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
         waits = mode == Mode.MISSION and self._hand_over is None
@@ -160,7 +160,7 @@ class Conduct:
             done_time=max(self._time - self._plan.duration, 0.0),
         )
 
-    def _next_request(self, seen: Observed) -> Asked:
+    def _next_request(self, seen: Inputs) -> PendingRequest:
         """Return the operator's next request, else the mission's."""
         request, self._item = missions.next_request(
             self._mission, self._item, self._memory.mode, self._memory.reason, seen.dt
@@ -173,14 +173,14 @@ class Conduct:
             return waiting
         if self._kept_waiting > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
-            return Asked(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
+            return PendingRequest(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
         on_ground = self._memory.mode in _ON_GROUND
         if on_ground and (self._flown or self._gave_up or seen.end_asked):
-            return Asked(Request.NONE, "")
-        return Asked(request, MISSION_SENDER)
+            return PendingRequest(Request.NONE, "")
+        return PendingRequest(request, MISSION_SENDER)
 
     def _note(
-        self, seen: Observed, asked: Asked, decision: modes.Decision, before: modes.Memory
+        self, seen: Inputs, asked: PendingRequest, decision: modes.Decision, before: modes.Memory
     ) -> list[tuple[str, str]]:
         """Take down mode, request and answer; return what is new about them."""
         news, said = [], self._said
@@ -219,7 +219,7 @@ class Conduct:
         )
         return news
 
-    def _refer(self, seen: Observed, decision: modes.Decision, before: Mode) -> TrajectoryPoint:
+    def _refer(self, seen: Inputs, decision: modes.Decision, before: Mode) -> TrajectoryPoint:
         """Return the reference of the mode that was decided."""
         limits, mode = self._parameters.references, Mode(decision.mode)
         current = references.continued(self._sent, seen.dt)
@@ -264,7 +264,7 @@ class Conduct:
     def _waits_for(self) -> str:
         return "; ".join(self._refusals or []) if self._memory.mode == Mode.ARMING else ""
 
-    def _is_over(self, seen: Observed) -> bool:
+    def _is_over(self, seen: Inputs) -> bool:
         if self._memory.mode == Mode.KILL:
             return self._in_mode >= _KILLED_FOR or seen.guard.contact
         done = self._flown and bool(self._mission)
@@ -272,7 +272,7 @@ class Conduct:
             done or bool(seen.end_asked) or (self._gave_up and self._mission != ())
         )
 
-    def _outcome(self, seen: Observed) -> str:
+    def _outcome(self, seen: Inputs) -> str:
         """Return why the mission was not flown to its end; empty if it was, or without a mission if nothing failed."""
         if seen.end_asked and (not self._flown or self._cut_by_end):
             return f"landed: {seen.end_asked}" if self._flown else seen.end_asked
