@@ -42,6 +42,11 @@ STANDARD_TYPES = {
     ),
     "rosgraph_msgs/Clock": "Flight time for tools, once in `clock_period_steps`; no control decision depends on it.",
 }
+OUTSIDE = {
+    "flight/request": "an operator (`command`, services); the vehicle interface at the end",
+    "battery_state": "a battery driver",
+}
+"""{topic that comes from outside of the flight's nodes: its publisher}."""
 TOPICS_HEAD = """# Topics
 
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
@@ -93,6 +98,7 @@ def topics_page() -> str:
         name = type_name(topic)
         target = name.split("/")[1].lower() if name.startswith("quad_msgs/") else name.replace("/", "").lower()
         sides = ["all nodes" if set(side) == set(ROLES) else ", ".join(side) for side in topic[2:4]]
+        sides[0] = OUTSIDE.get(topic.name, sides[0])
         rows.append([f"`{topic.name}`", f"[{name}](#{target})", *sides, kind, topic.paper])
     parts = [TOPICS_HEAD, table(["topic", "type", "from", "to", "kind", "paper"], rows)]
     for name in dict.fromkeys(type_name(topic) for topic in TOPICS.values()):
