@@ -140,7 +140,7 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
     """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
     side = side_of(setup)
     truth, memory = begin(side, start.sensing, start.link)
-    _, state, _ = sense(side, drawn, memory, truth, True, 0)
+    state = sense(side, drawn, memory, truth, True, 0)[1]
     lift = airborne(setup.guard.ground_height)
     if setup.stands:
         lift = standing(state.p_w.z)
