@@ -20,6 +20,7 @@ OFFSET, DRIFT, HEADING = 20.0, 0.3, math.radians(20.0)
 LOW, STEEPEST = 0.5, 15.0  # m, deg
 LOST = 5.0
 """m from where the estimate's drift alone takes a vehicle that follows it."""
+WATCHED = 9.0  # s
 STANDS = 0.099
 LAWS = ({}, {"preset": "minimal"}, {"position": "pid", "attitude": "pid"}, {"position": "se3", "attitude": "se3"})
 GROUND = ("simulator.rigid_body.ground.enabled=true", f"simulator.rigid_body.initial.p.z={STANDS}")
@@ -48,7 +49,9 @@ def flights(laws, weather, count):
     base = from_names("hover", duration=3.0, settings=list(SETTINGS[weather]), **laws)
     rng = np.random.default_rng(7)
     for seed, (offset, drift, yaw, shows) in enumerate(estimates(count), start=1):
-        x, y, z = offset + np.append(rng.uniform(-3.0, 3.0, 2), rng.uniform(1.5, 3.0))
+        # an estimate that drifts up leads the vehicle down: not into the ground while it is watched
+        height = rng.uniform(1.5, 3.0) + WATCHED * max(drift[2], 0.0)
+        x, y, z = offset + np.append(rng.uniform(-3.0, 3.0, 2), height)
         sensing = wrong_estimate.Parameters(Vec3(*map(float, offset)), Vec3(*map(float, drift)), float(yaw), shows)
         place = base.setup.trajectory.position._replace(x=float(x), y=float(y), z=float(z))
         setup = base.setup._replace(sensing=sensing, trajectory=base.setup.trajectory._replace(position=place))

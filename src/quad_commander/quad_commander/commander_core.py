@@ -28,7 +28,8 @@ class Inputs(NamedTuple):
     ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
     time since it arrived); None before the first. ``guard``: what the guard last did. Ages in s. ``refusals``: reasons
     against arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``:
-    the recorder has left. ``end_asked``: why the flight shall end, empty if it shall not.
+    the recorder has left. ``estimator_reset``: the estimate jumped since the last step. ``end_asked``: why the flight
+    shall end, empty if it shall not.
     """
 
     step: int
@@ -43,6 +44,7 @@ class Inputs(NamedTuple):
     battery: float = 1.0
     refusals: list[str] | None = None
     recorder_lost: bool = False
+    estimator_reset: bool = False
     end_asked: str = ""
 
 
@@ -153,6 +155,7 @@ class CommanderCore:
             outside_fence=outside(parameters.fence, seen.state.p_w, seen.state.ground_z),
             overruns=seen.overruns,
             recorder_lost=seen.recorder_lost,
+            estimator_reset=seen.estimator_reset,
             end_asked=bool(seen.end_asked),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,

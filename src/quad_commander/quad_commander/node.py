@@ -54,7 +54,7 @@ class Commander(Responder):
         self._core: CommanderCore | None = None
         self._requests = RequestQueue()
         self._end_asked = ""
-        self._recorder_lost = False
+        self._recorder_lost = self._estimator_reset = False
         self._preflight = Preflight(self.flight, self.settings)
         self._since_check = 0.0
         self._cycles: deque[int] = deque()
@@ -73,6 +73,7 @@ class Commander(Responder):
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/request", self._on_request, depth=_REQUESTS)
         self.subscribe("battery_state", self._on_battery)
+        self.subscribe("flight/events", self._on_event, depth=64)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
@@ -119,9 +120,11 @@ class Commander(Responder):
             battery=1.0 if self._battery is None else self._battery,
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
+            estimator_reset=self._estimator_reset,
             end_asked=self._end_asked,
         )
         said = self._core.step(seen)
+        self._estimator_reset = False
         for kind, text in said.news:
             self.event(FlightEvent.INFO, kind, text, sample.stamp_ns, always=True)
         return said
@@ -236,6 +239,10 @@ class Commander(Responder):
         said: GuardStatus = newest.value if newest else GuardStatus()
         on_ground = self._core is None or self._core.mode <= Mode.ARMING
         return GuardStatus() if on_ground and said.mode != GUARD_KILL else said
+
+    def _on_event(self, message: FlightEvent) -> None:
+        """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
+        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.get_namespace())
 
     def _on_battery(self, message: BatteryState) -> None:
         share = message.percentage

@@ -60,13 +60,17 @@ class RecorderParameters(NamedTuple):
 
 
 class OdometryRelayParameters(NamedTuple):
-    """The odometry relay: an estimator's nav_msgs/Odometry as `state`."""
+    """The odometry relay: an estimator's odometry or pose as `state`."""
 
-    odometry: Annotated[str, Text("topic of the estimator's nav_msgs/Odometry; twist in the body frame (REP 105)")] = (
-        "odom"
-    )
+    odometry: Annotated[
+        str,
+        Text(
+            "topic of the estimator: nav_msgs/Odometry, twist in the body frame (REP 105), or geometry_msgs/PoseStamped"
+        ),
+    ] = "odom"
     world_frame: Annotated[str, Text("header.frame_id that is accepted (ENU); empty: any")] = "map"
     body_frame: Annotated[str, Text("child_frame_id that is accepted (FLU); empty: any")] = "base_link"
+    delay: Annotated[float, Real("s", "how old a sample is when it comes, where that is known", 0.0, 1.0)] = 0.0
     on_ground: Annotated[bool, Flag("the vehicle stands on the ground at its first state", live=False)] = True
     stamps: Annotated[
         int,

@@ -8,7 +8,8 @@
 
 f and tau are what the rotors gave (`actuation`). The first line is the first Pade form of a mean over a sliding window,
 (1 - e^(-sA))/(sA) = 1/(1 + sA/2): a Smith predictor (O. J. M. Smith, 1957) without a delay line. Each channel has its
-own A: what is known of it, plus the time since its reading last changed, at most ``max_age``.
+own A: what the state says of it, else what the parameters assume, plus the time since its reading last changed, at
+most ``max_age``.
 
 With ``smoothing`` the predicted position and velocity are not used directly: an alpha-beta filter of fading memory
 (E. Brookner, Tracking and Kalman Filtering Made Easy, 1998) runs on a and on an estimate d of what a leaves out:
@@ -36,9 +37,9 @@ class Prediction(NamedTuple):
     enabled: Annotated[
         bool, Flag("the law acts on the state predicted over its age; false: on the received state", live=False)
     ] = False
-    position_age: Annotated[float, Real("s", "age of position and velocity when they come", 0.0, 0.1)] = 0.0
-    attitude_age: Annotated[float, Real("s", "age of the attitude when it comes", 0.0, 0.1)] = 0.0
-    rate_age: Annotated[float, Real("s", "age of the body rates when they come", 0.0, 0.1)] = 0.0
+    position_age: Annotated[float, Real("s", "age of position and velocity where the state says none", 0.0, 0.1)] = 0.0
+    attitude_age: Annotated[float, Real("s", "age of the attitude where the state says none", 0.0, 0.1)] = 0.0
+    rate_age: Annotated[float, Real("s", "age of the body rates where the state says none", 0.0, 0.1)] = 0.0
     max_age: Annotated[
         float, Real("s", "largest age that is predicted over, the time since a reading last changed included", 0.0, 0.1)
     ] = 0.06
@@ -100,15 +101,20 @@ def predict(
     inputs.
     """
     held = held_for(known, state, dt)
+    known_age = Vec3(
+        said_or(state.position_age, parameters.position_age),
+        said_or(state.attitude_age, parameters.attitude_age),
+        said_or(state.rate_age, parameters.rate_age),
+    )
     ages = Vec3(
-        smaller(parameters.position_age + held.x, parameters.max_age),
-        smaller(parameters.attitude_age + held.y, parameters.max_age),
-        smaller(parameters.rate_age + held.z, parameters.max_age),
+        smaller(known_age.x + held.x, parameters.max_age),
+        smaller(known_age.y + held.y, parameters.max_age),
+        smaller(known_age.z + held.z, parameters.max_age),
     )
     bounded = (
-        parameters.position_age + held.x > parameters.max_age
-        or parameters.attitude_age + held.y > parameters.max_age
-        or parameters.rate_age + held.z > parameters.max_age
+        known_age.x + held.x > parameters.max_age
+        or known_age.y + held.y > parameters.max_age
+        or known_age.z + held.z > parameters.max_age
     )
     angular = angular_acceleration(vehicle, known.predicted.omega_b, actuation.torque_b)
     mean = angular if known.initialised else ZERO
@@ -129,6 +135,9 @@ def predict(
         acceleration = explained(vehicle, turned(q, scale(-0.5 * ages.x, omega)), actuation.thrust)
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
+    if state.velocity_age > 0.0 and state.velocity_age != state.position_age:
+        v = add(state.v_w, scale(smaller(state.velocity_age + held.x, parameters.max_age), acceleration))
+        p = ahead(state.p_w, subtract(v, scale(ages.x, acceleration)), acceleration, ages.x)
     now = fresh(p, v, q, omega)
     return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
 
@@ -189,6 +198,11 @@ def held_for(known: Known, state: VehicleState, dt: float) -> Vec3:
         held.y + dt if same_attitude else 0.0,
         held.z + dt if same_rates else 0.0,
     )
+
+
+def said_or(said: float, assumed: float) -> float:
+    """Return the age in s that a state says, else the one that the parameters assume."""
+    return said if said > 0.0 else assumed
 
 
 def smaller(a: float, b: float) -> float:

@@ -17,6 +17,7 @@ from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode
 
+_WAITING = 0.05  # s between two messages on odom before a flight in lockstep
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
 _STOOD_STILL = 0.03  # s behind the clock from which on this node, not the controller, is to blame for old wrenches
 _STANDS = "at rest, but too high above the ground for its motors to stop"
@@ -36,6 +37,12 @@ class Simulator(VehicleNode):
         self._published_step = -1
         self._timer: Any = None
         self._clock_start = 0.0
+        self._before_flight: Any = None
+        if not self.settings.publish_state:  # an estimator has to be seen before it is flown with
+            rate = _WAITING if self.lockstep else seconds(1, self.flight.plant_period)
+            self._before_flight = self.create_timer(
+                rate, self._output.show, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            )
 
     def on_plan(self, end_step: int) -> None:
         """Draw what is random for the whole flight, or for the first part of a very long one."""
@@ -43,6 +50,8 @@ class Simulator(VehicleNode):
 
     def begin(self) -> None:
         """Publish step 0."""
+        if self._before_flight is not None:
+            self._before_flight.cancel()
         self._output.announce(self.current_step, self.elapsed_ns)
         self._publish_step()
 

@@ -59,6 +59,10 @@ class PlantOutput:
         if self._state_out is not None:
             self._tools.publish(step, stamp, model.state)
 
+    def show(self) -> None:
+        """Publish for tools, and for an estimator, how the vehicle waits for step 0."""
+        self._tools.publish(0, 0, self._model.state)
+
     def publish_actuation(self) -> None:
         """Publish what the rotors made of the last step's command."""
         step = self._model.actuated_step

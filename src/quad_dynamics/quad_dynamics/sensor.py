@@ -158,7 +158,7 @@ def step(
         reading = last_sample
         if memory.late:
             put(line, k % SLOTS, last_sample)
-            reading = aged(line, memory.ages, k)
+            reading = aged(parameters, line, memory.ages, k)
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
@@ -171,7 +171,18 @@ def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
     if fault.yaw_offset != 0.0:
         s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
         q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
-    return fresh(Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z), reading.v_w, q, reading.omega_b)
+    return VehicleState(
+        Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z),
+        reading.v_w,
+        q,
+        reading.omega_b,
+        reading.position_age,
+        reading.velocity_age,
+        reading.attitude_age,
+        reading.rate_age,
+        0.0,
+        False,
+    )
 
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
@@ -249,15 +260,21 @@ def put(line: NDArray[np.float64], slot: int, state: VehicleState) -> None:
     line[slot, 10], line[slot, 11], line[slot, 12] = state.omega_b.x, state.omega_b.y, state.omega_b.z
 
 
-def aged(line: NDArray[np.float64], ages: Ages, k: int) -> VehicleState:
-    """Return each channel as it was its age before plant step ``k``; before step 0 it was as then."""
+def aged(parameters: Parameters, line: NDArray[np.float64], ages: Ages, k: int) -> VehicleState:
+    """Return each channel as it was its age before plant step ``k``, and its age; before step 0 it was as then."""
     p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
     q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
-    return fresh(
+    return VehicleState(
         Vec3(float(line[p, 0]), float(line[p, 1]), float(line[p, 2])),
         Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
         Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),
         Vec3(float(line[w, 10]), float(line[w, 11]), float(line[w, 12])),
+        parameters.delay + parameters.position_delay,
+        parameters.delay + parameters.velocity_delay,
+        parameters.delay + parameters.attitude_delay,
+        parameters.delay + parameters.rate_delay,
+        0.0,
+        False,
     )
 
 

@@ -156,7 +156,9 @@ def test_no_noise_shares_its_stream_with_the_dropout():
 def test_what_is_delayed_is_the_reading_with_its_noise():
     noise = {"position_noise": 0.1, "dropout": 0.3, "period_steps": 2}
     late, prompt = (seen(Parameters(delay=delay, **noise), moving(40)) for delay in (0.01, 0.0))
-    assert late[5:] == prompt[:-5]
+    assert [state[:4] for state in late[5:]] == [state[:4] for state in prompt[:-5]]
+    assert {state[4:8] for state in late} == {(0.01,) * 4}
+    assert {state[4:8] for state in prompt} == {(0.0,) * 4}
 
 
 def test_dropouts_are_as_frequent_as_stated_and_hold_the_last_sample():

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR
+from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES
 from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
-from quad_core.parameters import ParameterError, Value, flatten
+from quad_core.parameters import ParameterError, Value, fields, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
 from quad_dynamics.ground import SINK
@@ -15,6 +15,8 @@ from quad_flight import configuration
 from quad_guard.ending import stands
 
 Overrides = dict[str, dict[str, Value]]
+_CHOSEN = {"prediction.enabled"}
+"""What is put in only where no file says it."""
 
 
 class Request(NamedTuple):
@@ -66,7 +68,9 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     resolved = {}
     for role in roles:
         like = role.removeprefix(SHADOW)
-        base = {**_read(files, like, request.namespace), **asked.get("/**", {}), **asked.get(like, {})}
+        own = _read(files, like, request.namespace)
+        base = {**own, **asked.get("/**", {}), **asked.get(like, {})}
+        base |= {name: own[name] for name in _CHOSEN & own.keys()}
         try:
             if role in shadows:
                 base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
@@ -75,6 +79,9 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
             resolved[role] = resolve(role, values)
             if role == SIMULATOR and request.mission is not None:
                 resolved[role] = resolve(role, {**values, **_on_the_ground(resolved[role], values)})
+            if role == SIMULATOR and (request.relay or _is_late(resolved[role].plugins["sensing"].parameters)):
+                for stage in STAGES:
+                    asked[stage.role] = {"prediction.enabled": True, **asked.get(stage.role, {})}
             if role == SIMULATOR and request.relay:
                 is_standing = stands(resolved[role].plugins["plant"].parameters)
                 asked[RELAY] = {**asked.get(RELAY, {}), "on_ground": is_standing}
@@ -85,6 +92,11 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     check_agreement(resolved)
     _check_whole(resolved)
     return resolved
+
+
+def _is_late(sensing: Any) -> bool:
+    """Return whether sensors with these parameters say that what they show is old."""
+    return any(field.name.endswith("delay") and float(field.default) > 0.0 for field in fields(sensing))
 
 
 def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> dict[str, Value]:

@@ -56,3 +56,19 @@ def test_an_owner_of_another_vehicle_gets_what_all_nodes_share_and_nothing_of_th
     assert (shared["flight.plant_period"], shared["vehicle.mass"]) == (4_000_000, 2.064)
     assert {name.partition(".")[0] for name in shared} == {"flight", "vehicle"}
     assert "/red/px4_bridge" not in yaml.safe_load(set_up.parameter_file(asked.resolved, "red"))
+
+
+@pytest.mark.parametrize(("settings", "enabled"), [([], False), (["simulator.sensor.rate_delay=0.01"], True)])
+def test_prediction_is_on_where_the_state_says_that_it_is_old(settings, enabled):
+    nodes = set_up.resolve_flight(set_up.Request("case2", settings=settings), {})
+    assert nodes["position_controller"].node.prediction.enabled == enabled
+    assert nodes["attitude_controller"].node.prediction.enabled == enabled
+    off = "attitude_controller.prediction.enabled=false"
+    assert not set_up.resolve_flight(set_up.Request("case2", settings=[*settings, off]), {})[
+        "attitude_controller"
+    ].node.prediction.enabled
+
+
+def test_case_2_with_ten_milliseconds_of_delay_and_nothing_set_keeps_12_mm():
+    delayed = flight.from_names("case2", duration=6.0, settings=["simulator.sensor.delay=0.01"])
+    assert flight.fly(delayed).rmse < 0.012

@@ -1,97 +1,200 @@
-"""The odometry relay: any estimator's nav_msgs/Odometry becomes the `state` that the controllers see."""
+"""The odometry relay: the one door for estimators. Odometry, or a pose alone, becomes the `state` of the controllers.
+
+What is done with a sample is ``quad_core.estimator``. Before the flight the relay is READY only once the estimator
+sends what can be flown; in flight it names on `flight/events` what is wrong, and ends when the estimator is silent.
+"""
 
 import sys
+import time
+from typing import Any
 
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_core.cascade import RELAY
 from quad_core.cycle import is_flyable, seconds
-from quad_core.geometry import normalized, rotate
+from quad_core.estimator import Estimator, Sample
+from quad_core.geometry import normalized
 from quad_core.lift_off import airborne, lifted_off, marked
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_msgs.msg import FlightEvent, FlightMode
+from quad_msgs.msg import FlightEvent, FlightMode, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
-from quad_node import topics
-from quad_node.codec import packer
+from quad_node.codec import head_of, packer
 from quad_node.conversion import stamp_ns
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 
 STAMPS_FIRST = 1
+TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": PoseStamped}
 _LEAST_NORM = 0.5
+_LEAST_SAMPLES = 20  # that show a spacing
+_PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
+_SILENT = 0.25  # s in real time: the guard descends after 0.1 s
+_SILENT_LOCKSTEP = 2.5  # s: the plant repeats a state after 0.5 s
 
 
 class OdometryRelay(FlightNode):
-    """Turns pose (world) and twist (body) into `state`; a message that cannot be trusted is dropped and counted."""
+    """Turns pose (world) and twist (body) into `state`; a message that cannot be used is dropped and counted."""
 
     def __init__(self) -> None:
-        """Subscribe to the estimator; raises as FlightNode."""
+        """Look for the estimator; raises as FlightNode."""
         super().__init__(RELAY)
         self._settings = self.resolved.node
+        self._topic: str = self._settings.odometry
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg, self.run)
-        self._first: int | None = None
+        from_first = self._settings.stamps == STAMPS_FIRST
+        self.estimator = Estimator(
+            self._topic, self.flight.plant_period, from_first, self.lockstep, self._settings.delay
+        )
         self._lift, self._armed, self._begun = airborne(0.0), not self.commanded, False
+        self._source: Any = None
+        self._accepted, self._refused, self._refusal = 0, 0, ""
+        self._first_at = self._accepted_at = 0.0
+        self._newest: Sample | None = None
+        self.subscribe("actuation", self._on_actuation, raw=True)
         if self.commanded:
             self.subscribe("flight/mode", self._on_mode)
-        self.create_subscription(Odometry, self._settings.odometry, self._on_odometry, topics.stream(64))
 
     def missing_links(self) -> list[str]:
-        """Return what is not matched yet, the estimator included."""
-        name = self._settings.odometry
-        return super().missing_links() + ([f"{name} of the estimator"] if self.count_publishers(name) == 0 else [])
+        """Return what is not matched yet, and what keeps the estimator from being flown with."""
+        return super().missing_links() + ([why] if (why := self._why_not()) else [])
 
-    def _on_odometry(self, message: Odometry) -> None:
-        stamp = stamp_ns(message.header.stamp)
-        for found, expected in (
-            (message.header.frame_id, self._settings.world_frame),
-            (message.child_frame_id, self._settings.body_frame),
-        ):
+    def _why_not(self) -> str:
+        infos = self.get_publishers_info_by_topic(self._topic)
+        if not infos:
+            return f"{self._topic} of the estimator"
+        if self._source is None:
+            kind = TYPES.get(infos[0].topic_type)
+            if kind is None:
+                return f"{self._topic}: found {infos[0].topic_type}, expected {' or '.join(TYPES)}"
+            # one that sends best effort cannot be received otherwise; a lost sample would halt lockstep
+            reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in infos)
+            chosen = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+            self._source = self.create_subscription(
+                kind, self._topic, self._on_message, QoSProfile(depth=64, reliability=chosen)
+            )
+        if self._accepted == 0:
+            return self._refusal or f"a message on {self._topic}"
+        enough = self.lockstep or self._accepted >= _LEAST_SAMPLES
+        return self.estimator.refusal() if enough else f"{_LEAST_SAMPLES} messages on {self._topic}"
+
+    def on_tick(self) -> None:
+        """Give up an estimator that sends nothing that can be used."""
+        if self.done.done():
+            return
+        now = time.monotonic()
+        if not self.flying:
+            why = self._refusal if self._accepted == 0 else self.estimator.refusal()
+            if self._first_at and now - self._first_at > _PATIENCE and why:
+                self._give_up("estimator_refused", why)
+            return
+        limit = _SILENT_LOCKSTEP if self.lockstep else _SILENT
+        if self._begun and now - self._accepted_at > limit:
+            since = seconds(self.current_step, self.flight.plant_period)
+            what = f"no message that can be used ({self._refusal})" if self._refusal else "silent"
+            self._give_up("estimator_silent", f"{self._topic}: {what} since {since:.3f} s")
+
+    def _give_up(self, kind: str, text: str) -> None:
+        stamp = self.current_step * self.flight.plant_period
+        self.event(FlightEvent.ERROR, kind, text, stamp)
+        self.finish(1, text)
+
+    def _on_message(self, message: Odometry | PoseStamped) -> None:
+        now = time.monotonic()
+        self._first_at = self._first_at or now
+        sample, problem = self._sample_of(message, now)
+        if sample is None:
+            self._refusal = f"{self._topic}: {problem}"
+            self.counters["rejected"] += 1
+            self.event(FlightEvent.WARNING, "rejected_odometry", f"{self._refusal}; message ignored", 0)
+            return
+        self._accepted, self._refusal = self._accepted + 1, ""
+        if self.flying:
+            self._relay(sample, now)
+        else:
+            self.estimator.wait(sample)
+            self._newest = sample
+
+    def _on_flight_state(self, message: FlightState) -> None:
+        super()._on_flight_state(message)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Relay what came just before the news that the flight has begun."""
+        if self.flying and not self._begun and self._newest is not None:
+            self._relay(self._newest, time.monotonic())
+
+    def _sample_of(self, message: Odometry | PoseStamped, now: float) -> tuple[Sample | None, str]:
+        """Return a message as a sample, or None and why it cannot be used."""
+        frames = [(message.header.frame_id, self._settings.world_frame)]
+        if isinstance(message, Odometry):
+            frames.append((message.child_frame_id, self._settings.body_frame))
+        for found, expected in frames:
             if expected and found != expected:
-                self._refuse("wrong_frame", f"frame {found!r}, expected {expected!r}", stamp)
-                return
-        state = state_from_odometry(message)
-        if state is None or not is_flyable(state):
-            self._refuse("rejected_nonfinite", "a number that is not finite or out of range", stamp)
+                return None, f"frame {found!r}, expected {expected!r}"
+        stamp = stamp_ns(message.header.stamp)
+        sample = sample_of(message, stamp, now)
+        if sample is None:
+            return None, "a quaternion that is not of length 1"
+        parts = VehicleState(sample.p_w, sample.twist_linear or Vec3(), sample.q_wb, sample.twist_angular or Vec3())
+        if not is_flyable(parts):
+            return None, "a number that is not finite or out of range"
+        return sample, ""
+
+    def _relay(self, sample: Sample, now: float) -> None:
+        found = self.estimator.take(sample)
+        while self.estimator.news:
+            news = self.estimator.news.popleft()
+            self.event(FlightEvent.WARNING, news.kind, news.text, sample.stamp_ns if sample.stamp_ns > 0 else 0)
+        if found is None:
             return
-        if self._first is None and stamp >= 0:  # what lies before all time is no beginning
-            self._first = stamp if self._settings.stamps == STAMPS_FIRST else 0
-        elapsed = -1 if self._first is None else stamp - self._first
-        if elapsed < 0:
-            self._refuse("stamp_backwards", f"stamp {stamp} ns lies before the flight", stamp)
+        self._accepted_at = now
+        step, state = found
+        if not is_flyable(state):
             return
-        step, before = elapsed // self.flight.plant_period, self.current_step
-        self.current_step = step
+        dt = seconds(max(step - self.current_step, 0), self.flight.plant_period)
         stands = self._settings.on_ground and not self._begun
-        dt = seconds(max(step - before, 0), self.flight.plant_period)
-        self._lift, self._begun = lifted_off(self._lift, state, self._armed and not stands, dt), True
+        self._lift = lifted_off(self._lift, state, self._armed and not stands, dt)
+        self._begun, self.current_step = True, step
         state = marked(state, self._lift)
-        self._state_out.publish(self._pack(state, self.current_step, self.current_step + 1, elapsed))
+        self._state_out.publish(self._pack(state, step, step + 1, step * self.flight.plant_period))
+
+    def _on_actuation(self, payload: bytes) -> None:
+        step, run = head_of(payload)
+        if not self.is_foreign("actuation", run):
+            self.estimator.owner_is_at(step + 1)
 
     def _on_mode(self, message: FlightMode) -> None:
         if message.run_id == self.flight.run_id:
             self._armed = message.mode not in (FlightMode.DISARMED, FlightMode.ARMING)
 
-    def _refuse(self, kind: str, found: str, stamp: int) -> None:
-        self.counters["rejected"] += 1
-        self.event(FlightEvent.WARNING, kind, f"{self._settings.odometry}: {found}; message ignored", stamp)
+    def measurements(self) -> dict[str, Any]:
+        """Return what was counted of the estimator, its spacing and its largest jitter."""
+        estimator = self.estimator
+        shown = {"spacing_ms": 1e3 * estimator.spacing, "largest_jitter_us": 1e-3 * estimator.jitter_ns}
+        derived = {"velocity_derived": estimator.derives_velocity, "rates_derived": estimator.derives_rate}
+        return {**estimator.counts, **shown, **{name: int(value) for name, value in derived.items()}}
 
 
-def state_from_odometry(message: Odometry) -> VehicleState | None:
-    """Return position (world), velocity turned into the world, attitude and body rates; None without an attitude.
+def sample_of(message: Odometry | PoseStamped, stamp: int, arrived: float) -> Sample | None:
+    """Return pose and twist of a message, None without an attitude.
 
     The quaternion is normalised: estimators send single precision.
     """
-    p, q = message.pose.pose.position, message.pose.pose.orientation
-    v, w = message.twist.twist.linear, message.twist.twist.angular
+    pose = message.pose.pose if isinstance(message, Odometry) else message.pose
+    p, q = pose.position, pose.orientation
     norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not norm > _LEAST_NORM:
         return None
-    attitude = normalized(Quat(q.x, q.y, q.z, q.w))
-    velocity = rotate(attitude, Vec3(v.x, v.y, v.z))
-    return VehicleState(Vec3(p.x, p.y, p.z), velocity, attitude, Vec3(w.x, w.y, w.z))
+    place, attitude = Vec3(p.x, p.y, p.z), normalized(Quat(q.x, q.y, q.z, q.w))
+    if not isinstance(message, Odometry):
+        return Sample(stamp, arrived, place, attitude)
+    v, w = message.twist.twist.linear, message.twist.twist.angular
+    return Sample(stamp, arrived, place, attitude, Vec3(v.x, v.y, v.z), Vec3(w.x, w.y, w.z))
 
 
 def main() -> None:
     """Run the odometry relay."""
-    sys.exit(run(RELAY, OdometryRelay, "Odometry relay: an estimator's nav_msgs/Odometry becomes state."))
+    sys.exit(run(RELAY, OdometryRelay, "Odometry relay: an estimator's odometry or pose becomes state."))

@@ -5,13 +5,15 @@ import math
 import numpy as np
 import pytest
 import rclpy
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message
 from scipy.spatial.transform import Rotation
 
+from quad_core.estimator import Estimator
 from quad_msgs.msg import VehicleState
 from quad_node import executor
-from quad_node.odometry_relay import OdometryRelay, state_from_odometry
+from quad_node.odometry_relay import OdometryRelay, sample_of
 
 
 def odometry(q, v_b=(0.0, 0.0, 0.0), scale=1.0):
@@ -26,6 +28,12 @@ def odometry(q, v_b=(0.0, 0.0, 0.0), scale=1.0):
     linear.x, linear.y, linear.z = map(float, v_b)
     angular.x, angular.y, angular.z = 0.1, -0.2, 0.3
     return message
+
+
+def state_from_odometry(message):
+    """Return what a first message in flight becomes, None if it is no sample."""
+    sample = sample_of(message, 0, 0.0)
+    return None if sample is None else Estimator("odom", 2_000_000, False, True, 0.0).take(sample)[1]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -52,30 +60,83 @@ def test_without_an_attitude_there_is_no_state(q):
 
 
 class Wire:
-    """Stands in for a publisher and keeps the stamps in s of the states that were sent."""
+    """Stands in for a publisher and keeps the states that were sent."""
 
     def __init__(self):
         self.sent = []
 
     def publish(self, payload):
-        self.sent.append(deserialize_message(payload, VehicleState).stamp.sec)
+        self.sent.append(deserialize_message(payload, VehicleState))
 
 
 @pytest.fixture
 def relay(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "75")
-    executor.init(["--ros-args", "-p", "stamps:=first"])
+    executor.init(["--ros-args", "-p", "odometry:=est/odom", "-p", "flight.mode:=realtime"])
     made = OdometryRelay()
-    made._state_out = Wire()
+    made._state_out, made.said = Wire(), []
+    monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((kind, text)))
     yield made
     made.destroy_node()
     rclpy.try_shutdown()
 
 
-def test_no_stamp_ends_the_relay_and_one_before_all_time_is_no_beginning(relay):
-    for sec in (-(2**31), -1, 10, 12, 9, 2**31 - 1):
-        message = odometry((0.0, 0.0, 0.0, 1.0))
-        message.header.stamp.sec, message.header.frame_id, message.child_frame_id = sec, "map", "base_link"
-        relay._on_odometry(message)
-    assert relay._state_out.sent == [0, 2, 2**31 - 1 - 10]
-    assert relay.counters["stamp_backwards"] == 3
+def message_at(ns, frame="map", child="base_link", q=(0.0, 0.0, 0.0, 1.0)):
+    message = odometry(q)
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(ns, 10**9)
+    message.header.frame_id, message.child_frame_id = frame, child
+    return message
+
+
+def test_before_the_flight_nothing_is_sent_and_in_it_steps_on_the_grid(relay):
+    for ns in (0, 0, 0):
+        relay._on_message(message_at(ns))
+    assert relay._state_out.sent == []
+    relay.flying = True
+    relay._begin()
+    for ns in (0, 2_000_700, 4_000_001, 2_000_700):
+        relay._on_message(message_at(ns))
+    assert [state.step for state in relay._state_out.sent] == [0, 0, 1, 2]
+    assert [state.stamp.nanosec for state in relay._state_out.sent] == [0, 0, 2_000_000, 4_000_000]
+    # it stands where it was first seen
+    assert all(state.on_ground and state.ground_z == -2.0 for state in relay._state_out.sent)
+    assert relay.measurements()["swapped_samples"] == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"frame": "odom"}, "est/odom: frame 'odom', expected 'map'"),
+        ({"child": "imu"}, "est/odom: frame 'imu', expected 'base_link'"),
+        ({"q": (0.0, 0.0, 0.0, 0.0)}, "est/odom: a quaternion that is not of length 1"),
+    ],
+)
+def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, changes, why):
+    relay._on_message(message_at(0, **changes))
+    assert relay.said == [("rejected_odometry", f"{why}; message ignored")]
+    assert not relay.done.done()
+    relay._first_at -= 6.0
+    relay.on_tick()
+    assert relay.said[-1] == ("estimator_refused", why)
+    assert relay.done.done()
+    assert relay.exit_code == 1
+
+
+def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
+    relay._on_message(message_at(0))
+    relay.flying = True
+    relay._on_message(message_at(0))
+    relay._on_message(message_at(2_000_000))
+    relay.on_tick()
+    assert not relay.done.done()
+    relay._accepted_at -= 0.3
+    relay.on_tick()
+    assert relay.said[-1] == ("estimator_silent", "est/odom: silent since 0.002 s")
+    assert relay.exit_code == 1
+
+
+def test_a_pose_alone_is_a_sample_without_twist():
+    pose = PoseStamped()
+    pose.pose.orientation.w, pose.pose.position.x = 1.0, 3.0
+    found = sample_of(pose, 5, 0.1)
+    assert (found.stamp_ns, found.p_w.x, found.twist_linear, found.twist_angular) == (5, 3.0, None, None)

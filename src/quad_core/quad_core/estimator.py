@@ -1,0 +1,312 @@
+"""What an estimator sends, sample by sample, as states on the grid of plant steps: checked, counted, completed.
+
+    step = round((stamp - origin) / plant period)
+    v    = slope of p, w_b = slope of the rotation vector, both by least squares over the last WINDOW s, age WINDOW / 2
+
+A twist is held against these slopes. One that does not fit is named, with the mistake that would explain it, and from
+then on the slopes take its place. A position that jumps is a reset: what it jumped by is taken off again, so that the
+states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted.
+"""
+
+import math
+from collections import Counter, deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from quad_core.geometry import ZERO, add, negate, norm, relative_attitude, rotate, rotate_inverse, scale, subtract
+from quad_core.types import Quat, Vec3, VehicleState
+
+WINDOW = 0.024
+"""s over which velocity and body rates are derived, at least three samples."""
+CHECK = 0.1
+"""s over which a twist is held against the pose."""
+VELOCITY_MISFIT, RATE_MISFIT, MISFIT_SHARE = 0.3, 0.6, 0.25
+"""m/s and rad/s, and the share of the slope, by which a twist may differ."""
+RESET_DISTANCE, RESET_ANGLE = 0.3, math.radians(18.0)
+"""m and rad beyond what the motion explains, from which on a change of pose is a reset."""
+RESTART = 1.0
+"""s by which a stamp may be off what the clock says: more is another clock, or another start of it."""
+SLOWEST = 0.04
+"""s between two samples from which on nothing can be flown: the guard waits 0.05 s."""
+
+
+class Sample(NamedTuple):
+    """One message: stamp in ns, arrival in s of the steady clock, pose, and the twist as sent or None."""
+
+    stamp_ns: int
+    arrived: float
+    p_w: Vec3
+    q_wb: Quat
+    twist_linear: Vec3 | None = None
+    twist_angular: Vec3 | None = None
+
+
+class News(NamedTuple):
+    """Something to be said: its kind and its text."""
+
+    kind: str
+    text: str
+
+
+class _Seen(NamedTuple):
+    time: float
+    sample: Sample
+    v_w: Vec3 | None
+
+
+class Estimator:
+    """Follows one estimator through a flight; ``news`` is what is still to be said of it."""
+
+    def __init__(self, name: str, plant_period: int, from_first: bool, lockstep: bool, delay: float) -> None:
+        """Begin without a sample; ``name`` is the topic, ``delay`` in s is how old its samples are when they come."""
+        self.name, self.news = name, deque[News]()
+        self.counts: Counter[str] = Counter()
+        self.derives_velocity = self.derives_rate = False
+        self.jitter_ns = 0
+        self._period, self._from_first, self._lockstep, self._delay = plant_period, from_first, lockstep, delay
+        self._origin: int | None = None if from_first else 0
+        self._last: Sample | None = None
+        self._step = -1
+        self._seen: deque[_Seen] = deque()
+        self._offset = ZERO
+        self._misfit_since: dict[str, float] = {}
+        self._spacings: deque[float] = deque(maxlen=200)
+        self._bound = 0
+        self._lags: deque[int] = deque(maxlen=100)
+
+    def wait(self, sample: Sample) -> None:
+        """Take in a sample before the flight: it shows the spacing, and where stamps begin."""
+        if self._last is not None:
+            self._spacings.append(sample.arrived - self._last.arrived)
+        self._last = sample
+        if self._from_first:
+            self._origin = sample.stamp_ns
+
+    @property
+    def spacing(self) -> float:
+        """Median time between the last samples in s, 0 if there were too few."""
+        ordered = sorted(self._spacings)
+        return ordered[len(ordered) // 2] if len(ordered) >= 20 else 0.0
+
+    def refusal(self) -> str:
+        """Return why nothing can be flown with it, empty if it can be."""
+        if self._lockstep or self.spacing <= SLOWEST:
+            return ""
+        return f"{self.name}: samples {1e3 * self.spacing:.1f} ms apart, expected at most {1e3 * SLOWEST:g} ms"
+
+    def take(self, sample: Sample) -> tuple[int, VehicleState] | None:
+        """Return step and state of a sample in flight; None, counted, for one that comes too late or twice."""
+        if self._origin is None:
+            self._origin = sample.stamp_ns
+        last = self._last if self._step >= 0 else None
+        if last is not None and not self._lockstep:
+            self._restart(last, sample)
+        step = self._aligned(sample.stamp_ns)
+        if step < 0:
+            self._say("stamp_backwards", f"stamp {sample.stamp_ns} ns lies before the flight")
+            return None
+        if step < self._step or (step == self._step and last is not None and sample.p_w != last.p_w):
+            self.counts["swapped_samples" if step < self._step else "crowded_samples"] += 1
+            return None
+        if step == self._step and last is not None:
+            self.counts["doubled_samples"] += 1
+        else:
+            self._note(step, sample, last)
+        return step, self._state(sample._replace(p_w=subtract(sample.p_w, self._offset)))
+
+    def owner_is_at(self, step: int) -> None:
+        """Note the vehicle's own plant step: a state ahead of it would be answered by a wrench from the future."""
+        self._bound = max(self._bound, step)
+
+    def _aligned(self, stamp_ns: int) -> int:
+        """Return the step of a stamp; where stamps count from the first one the vehicle's step sets their beginning."""
+        assert self._origin is not None
+        step = round((stamp_ns - self._origin) / self._period)
+        if not self._from_first or self._lockstep:
+            return step
+        lag = self._bound - step
+        self._lags.append(lag)
+        shift = lag if lag < 0 else min(self._lags) if len(self._lags) == self._lags.maxlen else 0
+        if shift:
+            self._origin -= shift * self._period
+            self._lags.clear()
+        return step + shift
+
+    def _note(self, step: int, sample: Sample, last: Sample | None) -> None:
+        assert self._origin is not None
+        off = abs(sample.stamp_ns - self._origin - step * self._period)
+        if off:
+            self.counts["stamps_off_grid"] += 1
+            self.jitter_ns = max(self.jitter_ns, off)
+        time = 1e-9 * sample.stamp_ns
+        if last is not None:
+            elapsed = time - 1e-9 * last.stamp_ns
+            self._spacings.append(elapsed)
+            if self.spacing and elapsed > 1.6 * self.spacing:
+                self.counts["missing_samples"] += round(elapsed / self.spacing) - 1
+            self._look_for_reset(last, sample, elapsed)
+        given = rotate(sample.q_wb, sample.twist_linear) if sample.twist_linear is not None else None
+        moved = sample._replace(p_w=subtract(sample.p_w, self._offset))
+        self._seen.append(_Seen(time, moved, given))
+        while len(self._seen) > 3 and self._seen[0].time < time - CHECK:
+            self._seen.popleft()
+        self._step, self._last = step, sample
+        self._check(time)
+
+    def _restart(self, last: Sample, sample: Sample) -> None:
+        """Go on where the stamps were when they jump: a clock was set, or the first one was stale."""
+        passed = sample.arrived - last.arrived
+        jump = 1e-9 * (sample.stamp_ns - last.stamp_ns) - passed
+        if abs(jump) <= RESTART:
+            return
+        assert self._origin is not None
+        self._origin += sample.stamp_ns - last.stamp_ns - round(passed * 1e9 / self._period) * self._period
+        self._seen.clear()
+        self._say("stamps_jumped", f"stamps jumped by {jump:.3f} s; they count afresh from here")
+
+    def _look_for_reset(self, last: Sample, sample: Sample, elapsed: float) -> None:
+        """Take a jump of the position off; a turn beyond what the rates explain is said only."""
+        speed = self._slope(WINDOW).v_w if len(self._seen) >= 3 else ZERO
+        jump = subtract(subtract(sample.p_w, last.p_w), scale(elapsed, speed))
+        turn = _angle(relative_attitude(last.q_wb, sample.q_wb))
+        if norm(jump) <= RESET_DISTANCE + 10.0 * elapsed * elapsed and turn <= RESET_ANGLE + 20.0 * elapsed:
+            return
+        self._offset = add(self._offset, jump)
+        self._seen.clear()
+        text = f"jumped by {norm(jump):.2f} m and {math.degrees(turn):.1f} deg within {1e3 * elapsed:.1f} ms"
+        self._say("estimator_reset", f"{text}; its position counts on from where it was")
+
+    def _state(self, sample: Sample) -> VehicleState:
+        """Return the state of a sample; what is derived says its age."""
+        slope = self._slope(WINDOW)
+        v, w, age, rate_age = ZERO, ZERO, self._delay, self._delay
+        if sample.twist_linear is None or self.derives_velocity:
+            v, age = slope.v_w, self._delay + slope.age
+        else:
+            v = rotate(sample.q_wb, sample.twist_linear)
+        if sample.twist_angular is None or self.derives_rate:
+            w, rate_age = slope.omega_b, self._delay + slope.age
+        else:
+            w = sample.twist_angular
+        return VehicleState(sample.p_w, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
+
+    def _slope(self, window: float) -> "Slope":
+        newest = self._seen[-1] if self._seen else None
+        if newest is None:
+            return Slope(ZERO, ZERO, 0.0)
+        chosen = [one for one in self._seen if one.time >= newest.time - window]
+        return slope(chosen if len(chosen) >= 3 else list(self._seen)[-3:])
+
+    def _check(self, time: float) -> None:
+        """Hold the twist of the last CHECK s against the change of pose."""
+        if len(self._seen) < 3 or time - self._seen[0].time < 0.5 * CHECK:
+            return
+        true = slope(list(self._seen))
+        samples = [one.sample for one in self._seen]
+        if samples[-1].twist_linear is not None and not self.derives_velocity:
+            found = _mean([one.v_w or ZERO for one in self._seen])
+            wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
+            if self._lasts("velocity", wrong, time, 0.5 * CHECK):
+                self.derives_velocity = True
+                self._name("linear", found, true.v_w, "m/s", linear_mistakes(samples))
+        if samples[-1].twist_angular is not None and not self.derives_rate:
+            found = _mean([one.twist_angular or ZERO for one in samples])
+            wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
+            if self._lasts("rate", wrong, time, 0.0):
+                self.derives_rate = True
+                self._name("angular", found, true.omega_b, "rad/s", angular_mistakes(samples))
+
+    def _lasts(self, what: str, wrong: bool, time: float, patience: float) -> bool:
+        if not wrong:
+            self._misfit_since.pop(what, None)
+            return False
+        return time - self._misfit_since.setdefault(what, time) >= patience
+
+    def _name(self, part: str, found: Vec3, true: Vec3, unit: str, mistakes: dict[str, Vec3]) -> None:
+        off = {name: norm(subtract(value, true)) for name, value in mistakes.items()}
+        best = min(off, key=lambda name: off[name])
+        why = f": {best}" if off[best] < 0.5 * norm(subtract(found, true)) else ""
+        text = (
+            f"twist.{part} does not fit the change of pose: found {_shown(found)} {unit}, the pose changes by "
+            f"{_shown(true)} {unit}{why}; from now on it is derived from the pose, {1e3 * 0.5 * WINDOW:.0f} ms old"
+        )
+        self._say("wrong_twist", text)
+
+    def _say(self, kind: str, text: str) -> None:
+        self.counts[kind] += 1
+        self.news.append(News(kind, f"{self.name}: {text}"))
+
+
+class Slope(NamedTuple):
+    """Velocity m/s (world), body rates rad/s, and how old both are in s."""
+
+    v_w: Vec3
+    omega_b: Vec3
+    age: float
+
+
+def slope(seen: Sequence[_Seen]) -> Slope:
+    """Return how the pose of ``seen`` changes, by least squares; zero for fewer than two samples."""
+    if len(seen) < 2:
+        return Slope(ZERO, ZERO, 0.0)
+    newest = seen[-1]
+    middle = sum(one.time for one in seen) / len(seen)
+    total = sum((one.time - middle) * (one.time - middle) for one in seen)
+    if total <= 0.0:
+        return Slope(ZERO, ZERO, 0.0)
+    v, w = ZERO, ZERO
+    for one in seen:
+        share = (one.time - middle) / total
+        v = add(v, scale(share, one.sample.p_w))
+        w = add(w, scale(share, _rotation(relative_attitude(newest.sample.q_wb, one.sample.q_wb))))
+    return Slope(v, w, newest.time - middle)
+
+
+def linear_mistakes(samples: Sequence[Sample]) -> dict[str, Vec3]:
+    """Return {mistake: mean world velocity in m/s that the samples mean if it was made}."""
+    given = [(one.q_wb, one.twist_linear or ZERO) for one in samples]
+    return {
+        "it looks as if it was in the world frame, expected the body frame (REP 105)": _mean([v for _, v in given]),
+        "it looks as if its sign was wrong": _mean([negate(rotate(q, v)) for q, v in given]),
+        "it looks as if it was in FRD axes, expected FLU": _mean([rotate(q, Vec3(v.x, -v.y, -v.z)) for q, v in given]),
+        "it looks as if it was in the NED world, expected the body frame": _mean(
+            [Vec3(v.y, v.x, -v.z) for _, v in given]
+        ),
+    }
+
+
+def angular_mistakes(samples: Sequence[Sample]) -> dict[str, Vec3]:
+    """Return {mistake: mean body rate in rad/s that the samples mean if it was made}."""
+    given = [(one.q_wb, one.twist_angular or ZERO) for one in samples]
+    degree = math.radians(1.0)
+    return {
+        "it looks as if it was in deg/s, expected rad/s": _mean([scale(degree, w) for _, w in given]),
+        "it looks as if its sign was wrong": _mean([negate(w) for _, w in given]),
+        "it looks as if it was in the world frame, expected the body frame": _mean(
+            [rotate_inverse(q, w) for q, w in given]
+        ),
+        "it looks as if it was in FRD axes, expected FLU": _mean([Vec3(w.x, -w.y, -w.z) for _, w in given]),
+    }
+
+
+def _mean(vectors: Sequence[Vec3]) -> Vec3:
+    total = ZERO
+    for one in vectors:
+        total = add(total, one)
+    return scale(1.0 / len(vectors), total)
+
+
+def _rotation(q: Quat) -> Vec3:
+    """Return the rotation vector in rad of a unit quaternion, the short way."""
+    sign = 1.0 if q.w >= 0.0 else -1.0
+    sine = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z)
+    factor = sign * 2.0 if sine < 1e-9 else sign * 2.0 * math.atan2(sine, abs(q.w)) / sine
+    return Vec3(factor * q.x, factor * q.y, factor * q.z)
+
+
+def _angle(q: Quat) -> float:
+    return norm(_rotation(q))
+
+
+def _shown(v: Vec3) -> str:
+    return f"({v.x:.2f}, {v.y:.2f}, {v.z:.2f})"

@@ -1,0 +1,186 @@
+"""An estimator's samples as states on the grid: stamps, resets, derived motion, twists that do not fit."""
+
+import math
+import random
+import re
+
+import pytest
+from scipy.spatial.transform import Rotation
+
+from quad_core.estimator import Estimator, Sample
+from quad_core.types import Quat, Vec3
+
+PERIOD = 2_000_000
+
+
+def truth(t):
+    """Return p, v (world), q and body rates of a vehicle on a circle of 2 m at 1 rad/s that turns its nose along."""
+    p = Vec3(2.0 * math.cos(t), 2.0 * math.sin(t), 1.0)
+    v = Vec3(-2.0 * math.sin(t), 2.0 * math.cos(t), 0.0)
+    yaw = 0.7 + 1.0 * t
+    return p, v, Quat(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)), Vec3(0.0, 0.0, 1.0)
+
+
+def sample(k, every=1, pose_alone=False):
+    t = k * every * 0.002
+    p, v, q, w = truth(t)
+    v_b = Rotation.from_quat(q).inv().apply(v)
+    twist = (None, None) if pose_alone else (Vec3(*v_b), w)
+    return Sample(round(t * 1e9), t, p, q, *twist)
+
+
+def estimator(from_first=False, lockstep=False, delay=0.0):
+    return Estimator("est/odom", PERIOD, from_first, lockstep, delay)
+
+
+def flown(one, samples):
+    """Return what is made of ``samples``, and the words about them."""
+    found = []
+    for k, given in enumerate(samples):
+        one.owner_is_at(k)
+        found.append(one.take(given))
+    return found, [news.text for news in one.news]
+
+
+@pytest.mark.parametrize("jitter_ns", [1_000, 200_000, 900_000])
+def test_stamps_are_put_on_the_grid_and_their_jitter_counted(jitter_ns):
+    rng, one = random.Random(1), estimator()
+    moved = [sample(k) for k in range(200)]
+    moved = [
+        given._replace(stamp_ns=given.stamp_ns + (rng.randrange(jitter_ns) if given.stamp_ns else 0)) for given in moved
+    ]
+    found, said = flown(one, moved)
+    assert [step for step, _ in found] == list(range(200))
+    assert said == []
+    assert 0.9 * jitter_ns < one.jitter_ns <= jitter_ns
+    assert one.counts["stamps_off_grid"] >= 198
+
+
+def test_a_clean_twist_passes_to_the_bit_and_has_no_age():
+    found, said = flown(estimator(), [sample(k) for k in range(300)])
+    for k in (0, 150, 299):
+        step, state = found[k]
+        p, v, _, w = truth(0.002 * k)
+        assert (step, state.p_w, state.omega_b) == (k, p, w)
+        assert state.v_w == pytest.approx(v, abs=1e-12)
+        assert state.position_age == state.velocity_age == state.attitude_age == state.rate_age == 0.0
+    assert said == []
+
+
+@pytest.mark.parametrize("every", [1, 2, 4, 5, 10])
+def test_a_pose_alone_gives_velocity_and_rates_that_say_how_old_they_are(every):
+    found, _ = flown(estimator(delay=0.01), [sample(k, every, pose_alone=True) for k in range(300 // every)])
+    step, state = found[-1]
+    assert state.velocity_age == state.rate_age == pytest.approx(0.01 + max(0.012, 0.002 * every), abs=0.003)
+    assert state.position_age == state.attitude_age == 0.01
+    _, v, _, w = truth(0.002 * step - (state.velocity_age - 0.01))
+    assert state.v_w == pytest.approx(v, abs=2e-3)
+    assert state.omega_b == pytest.approx(w, abs=2e-3)
+
+
+def test_doubled_swapped_and_missing_samples_are_counted():
+    order = [*range(50), 49, 51, 50, *range(52, 100), *range(103, 120)]
+    one = estimator()
+    found, _ = flown(one, [sample(k) for k in order])
+    steps = [step for step, _ in (one for one in found if one)]
+    assert steps == sorted(steps)
+    assert dict(one.counts) == {"doubled_samples": 1, "swapped_samples": 1, "missing_samples": 1 + 3}
+
+
+def test_a_jump_is_a_reset_and_the_states_go_on_without_a_step():
+    moved = [sample(k) for k in range(200)]
+    aside = [given._replace(p_w=given.p_w._replace(x=given.p_w.x + 3.0)) for given in moved[100:]]
+    found, said = flown(estimator(), [*moved[:100], *aside])
+    assert len(said) == 1
+    assert said[0].startswith("est/odom: jumped by 3.00 m")
+    for step, state in (found[99], found[100], found[199]):
+        assert state.p_w == pytest.approx(truth(0.002 * step)[0], abs=1e-3)
+
+
+def test_a_stale_first_stamp_or_a_clock_that_is_set_begins_the_stamps_afresh():
+    moved = [sample(k) for k in range(100)]
+    late = [given._replace(stamp_ns=given.stamp_ns + 10**12) for given in moved[1:]]
+    one = estimator(from_first=True)
+    found, said = flown(one, [moved[0], *late])
+    assert [step for step, _ in found] == list(range(100))
+    assert said == ["est/odom: stamps jumped by 1000.000 s; they count afresh from here"]
+
+
+def test_stamps_from_the_first_one_are_never_ahead_of_the_vehicle():
+    one, steps = estimator(from_first=True), []
+    for k in range(100):
+        one.owner_is_at(k)
+        given = sample(k)
+        found = one.take(given._replace(stamp_ns=given.stamp_ns + 10**15 + (8_700_000 if k > 3 else 0)))
+        steps += [(k, found[0])] if found else []
+    assert all(step <= k for k, step in steps)
+    assert len(steps) > 90
+    assert steps[-1] == (99, 99)
+
+
+def wrong(given, mistake):
+    """Return a sample with a twist that somebody got wrong."""
+    v, w, turn = given.twist_linear, given.twist_angular, Rotation.from_quat(given.q_wb)
+    made = {
+        "world": (Vec3(*turn.apply(v)), w),
+        "zero": (Vec3(), w),
+        "sign": (Vec3(-v.x, -v.y, -v.z), w),
+        "frd": (Vec3(v.x, -v.y, -v.z), w),
+        "deg/s": (v, Vec3(*(math.degrees(part) for part in w))),
+        "rate sign": (v, Vec3(-w.x, -w.y, -w.z)),
+    }
+    linear, angular = made[mistake]
+    return given._replace(twist_linear=linear, twist_angular=angular)
+
+
+@pytest.mark.parametrize("every", [1, 5])
+@pytest.mark.parametrize(
+    ("mistake", "words"),
+    [
+        ("world", "twist.linear does not fit the change of pose: found.*world frame, expected the body frame"),
+        ("zero", r"twist.linear does not fit .* found \(0.00, 0.00, 0.00\) m/s"),
+        ("sign", "twist.linear does not fit .* sign was wrong"),
+        ("frd", "twist.linear does not fit .* FRD axes, expected FLU"),
+        ("deg/s", "twist.angular does not fit .* in deg/s, expected rad/s"),
+        ("rate sign", "twist.angular does not fit .* sign was wrong"),
+    ],
+)
+def test_each_wrong_twist_is_named_within_half_a_second_and_replaced(mistake, words, every):
+    one = estimator()
+    found, said = flown(one, [wrong(sample(k, every), mistake) for k in range(250 // every)])
+    assert len(said) == 1
+    assert re.search(words, said[0]), said
+    step, state = found[-1]
+    _, v, _, w = truth(0.002 * step - state.velocity_age)
+    assert state.v_w == pytest.approx(v, abs=5e-3)
+    assert state.omega_b == pytest.approx(w, abs=5e-3)
+
+
+def test_a_noisy_twist_is_not_called_wrong():
+    rng, one = random.Random(2), estimator()
+
+    def noisy(v, sd):
+        return Vec3(*(part + rng.gauss(0.0, sd) for part in v))
+
+    moved = [sample(k) for k in range(1000)]
+    moved = [
+        given._replace(
+            p_w=noisy(given.p_w, 0.005),
+            twist_linear=noisy(given.twist_linear, 0.05),
+            twist_angular=noisy(given.twist_angular, 0.05),
+        )
+        for given in moved
+    ]
+    _, said = flown(one, moved)
+    assert said == []
+
+
+def test_what_comes_too_rarely_is_refused_with_the_numbers():
+    one = estimator()
+    for k in range(40):
+        one.wait(sample(k)._replace(arrived=0.05 * k))
+    assert one.refusal() == "est/odom: samples 50.0 ms apart, expected at most 40 ms"
+    quick = estimator()
+    for k in range(40):
+        quick.wait(sample(k)._replace(arrived=0.02 * k))
+    assert quick.refusal() == ""
