@@ -1,13 +1,22 @@
-"""The attitude controller node: state and attitude setpoint in, wrench out (eqs. 39-60 for abfnitsm)."""
+"""The attitude controller node (eqs. 39-60 for abfnitsm).
+
+Subscribes: state (VehicleState), attitude_setpoint (AttitudeThrust), actuation (Actuation).
+Publishes: wrench_setpoint (WrenchStamped), attitude_controller/internals (AttitudeInternals).
+A standby also has flight/takeover; topics that every node has: ``quad_node.flight_node``.
+"""
 
 import sys
-from functools import partial
 
 from quad_core.cascade import ATTITUDE
 from quad_node.law_node import LawNode
 from quad_node.main import run
 
 
+def make() -> LawNode:
+    """Return the node of any attitude law; raises as LawNode does."""
+    return LawNode(ATTITUDE)
+
+
 def main() -> None:
     """Run the attitude controller node."""
-    sys.exit(run(ATTITUDE, partial(LawNode, ATTITUDE), "Attitude controller: answers state with wrench_setpoint."))
+    sys.exit(run(ATTITUDE, make, "Attitude controller: answers state with wrench_setpoint."))

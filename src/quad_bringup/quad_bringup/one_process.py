@@ -26,13 +26,13 @@ def makers() -> list[Callable[[], FlightNode]]:
     """Return the classes of the nodes, the simulator first."""
     from quad_dynamics.node import Simulator
     from quad_flight_log.recorder.node import Recorder
-    from quad_position_ctrl.node import PositionController
+    from quad_position_ctrl.node import make as make_position_controller
     from quad_trajectory.node import Trajectory
 
     return [
         Simulator,
         Trajectory,
-        PositionController,
+        make_position_controller,
         *(partial(LawNode, stage.role) for stage in STAGES if stage.role != POSITION),
         Recorder,
     ]

@@ -183,6 +183,8 @@ class _Supervision:
             complain(f"{self._untold}: its node has {_LEFT_EARLY:g} s to appear")
             self._untold = ""
         ended = self._processes.reap()
+        if ended.get(RECORDER):  # at once: in lockstep the plant waits for it
+            self._watch.report_failure(RECORDER, describe_exit(ended[RECORDER]))
         if any(ended.values()):
             # The end of the flight may have been published, but not received here yet.
             self.state = self._watch.poll(_LAST_NEWS)

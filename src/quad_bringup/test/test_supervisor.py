@@ -31,7 +31,7 @@ class Flight:
 
     def __init__(self, script, monkeypatch, roles=("simulator", "trajectory", "recorder")):
         self.now, self.stopped = 0.0, 0
-        self.asked_at, self.asked_for = [], []
+        self.asked_at, self.asked_for, self.reported = [], [], []
         self.script = list(script)
         self.newest, self.alive = None, set(roles)
         self.ended = {}
@@ -65,6 +65,9 @@ class Flight:
 
     def interrupt_owner(self):
         self.asked_at.append(self.now)
+
+    def report_failure(self, role, how):
+        self.reported.append((role, how))
 
     def ask_to_end(self, why):
         self.asked_for.append((why, len(self.asked_at)))

@@ -1,4 +1,14 @@
-"""The simulator node: plant behind `state` and the command; in lockstep it owns time."""
+"""The simulator node: plant behind `state` and the command; in lockstep it owns time.
+
+Subscribes: wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/nodes (NodeStatus),
+flight/recorded (RecorderAck).
+Publishes: state (VehicleState), truth (VehicleState), actuation (Actuation), disturbance (Disturbance),
+odom (Odometry), clock (Clock), flight/state (FlightState), flight/guard (GuardStatus).
+With a commander it subscribes also: flight/mode (FlightMode).
+With a commander it publishes also: flight/request (FlightRequest).
+In real time it watches the setpoints' age as well (``quad_node.setpoint_watch``). Topics that every node has:
+``quad_node.flight_node``.
+"""
 
 import sys
 import time

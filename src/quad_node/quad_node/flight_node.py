@@ -1,4 +1,8 @@
-"""What all nodes of a flight share: parameters, handshake, events, diagnostics, watchdogs, the end."""
+"""What all nodes of a flight share: parameters, handshake, events, diagnostics, watchdogs, the end.
+
+Subscribes: flight/state (FlightState), except in the node that owns the vehicle.
+Publishes: flight/nodes (NodeStatus), flight/events (FlightEvent), flight/parameters (NodeParameters), diagnostics.
+"""
 
 import time
 from collections import Counter

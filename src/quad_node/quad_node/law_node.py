@@ -1,7 +1,7 @@
 """A node that runs one stage of the cascade: its law, its inputs and its output are those of the table's row."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -24,13 +24,14 @@ _CATCH_UP = 2.0  # s that a shadow has for its last answers
 
 
 class LawNode(Responder):
-    """Holds a law's memory between steps."""
+    """Holds a law's memory between steps. ``on_internals``: called with what the law showed of itself in each step."""
 
     def __init__(self, role: str) -> None:
         """Load the law of parameter ``law``; raises as FlightNode."""
         super().__init__(role)
         self.stage = STAGE[self.role.removeprefix(SHADOW)]
         self._ended: tuple[FlightState, float] | None = None
+        self.on_internals: Callable[[Any, Sample], None] | None = None
         self.law = self.resolved.law
         module = self.law.module
         self.step = module.step
@@ -64,7 +65,8 @@ class LawNode(Responder):
             self.finish(1, f"{self.law.name}: non-finite output at step {sample.step}")
             return
         self.memory = memory
-        self.on_internals(internals, sample)
+        if self.on_internals is not None:
+            self.on_internals(internals, sample)
         self.standby.before(sample.step)
         answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
         for publisher in self.outputs:
@@ -118,9 +120,6 @@ class LawNode(Responder):
         message, since = self._ended
         due = message.step // self.period_steps * self.period_steps
         return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
-
-    def on_internals(self, internals: Any, sample: Sample) -> None:
-        """Look at what the law showed of itself in one step; nothing here."""
 
     def _report_stale(self, topic: str, arrival: Arrival) -> None:
         self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {age(arrival) * 1e3:.0f} ms old; safe output")

@@ -239,6 +239,9 @@ class VehicleNode(FlightNode):
         problem = self.handshake.on_status(message)
         if problem and self.commanded and self.armed and message.role in (TRAJECTORY, RECORDER):
             self.event(FlightEvent.WARNING, "node_failed", problem)  # neither is needed to land
+            if message.role == RECORDER:
+                self.unrecorded = True
+                self.progress()
         elif problem and self.phase not in (FlightState.ENDED, FlightState.FAILED):
             self.event(FlightEvent.ERROR, "handshake", problem)
             self.give_up(problem)

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
-from quad_msgs.msg import FlightEvent, FlightRequest, FlightState
+from quad_msgs.msg import FlightEvent, FlightRequest, FlightState, NodeStatus
 from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.shutdown import destroy
@@ -72,6 +72,10 @@ class FlightWatch:
         self._states = self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
         entry = topics.TOPICS["flight/events"]
         self._node.create_subscription(entry.type, entry.name, self._on_event, entry.qos())
+        entry = topics.TOPICS["flight/nodes"]
+        self._statuses: dict[str, NodeStatus] = {}
+        self._node.create_subscription(entry.type, entry.name, self._on_status, entry.qos(64))
+        self._status_out = self._node.create_publisher(entry.type, entry.name, entry.qos())
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
@@ -93,6 +97,13 @@ class FlightWatch:
         requests.publish(FlightRequest(request=FlightRequest.END, run_id=self._run_id, sender=why))
         requests.wait_for_all_acked(Duration(seconds=patience))
 
+    def report_failure(self, role: str, how: str) -> None:
+        """Publish the status FAULT in the place of a node whose process has ended; ``how`` it did."""
+        status = self._statuses.get(role)
+        if status is not None and status.state not in (NodeStatus.FAULT, NodeStatus.DONE):
+            status.state, status.detail = NodeStatus.FAULT, how
+            self._status_out.publish(status)
+
     def close(self) -> None:
         """Leave the domain."""
         self._executor.shutdown()
@@ -102,6 +113,10 @@ class FlightWatch:
     def _on_event(self, message: FlightEvent) -> None:
         if message.kind == "mode":
             self.changes.append((seconds(stamp_ns(message.stamp), 1), message.text))
+
+    def _on_status(self, message: NodeStatus) -> None:
+        if message.run_id == self._run_id:
+            self._statuses[message.role] = message
 
     def _on_state(self, message: FlightState) -> None:
         if message.run_id == self._run_id:

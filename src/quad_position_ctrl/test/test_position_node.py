@@ -18,11 +18,11 @@ def sample(t):
 
 @pytest.fixture
 def node(monkeypatch):
-    from quad_position_ctrl.node import PositionController
+    from quad_position_ctrl.node import make
 
     monkeypatch.setenv("ROS_DOMAIN_ID", "72")
     executor.init([])
-    made = PositionController()
+    made = make()
     made.said = []
     monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((severity, kind, text)))
     yield made

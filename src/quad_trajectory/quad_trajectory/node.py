@@ -1,5 +1,11 @@
 """The trajectory node: plans at the first state, then publishes the reference of each of its steps.
 
+Subscribes: state (VehicleState).
+Publishes: reference (TrajectoryPoint), flight/plan (FlightPlan).
+With a commander it subscribes also: reference (TrajectoryPoint), flight/mode (FlightMode).
+With a commander it publishes instead: mission/reference (TrajectoryPoint), flight/plan (FlightPlan).
+Topics that every node has: ``quad_node.flight_node``.
+
 With a commander it answers on `mission/reference`, begins when the mode becomes MISSION, from the reference flown then,
 and rests in every other mode: what it has not flown yet it flies when MISSION comes back.
 """
