@@ -272,7 +272,7 @@ COMMANDS = {
     ),
     "recover": Command(
         _recover,
-        "Write the verified beginning of a cut or damaged bag as a new, complete bag; the old one is left as it is.",
+        "Write the verified beginning of a cut or damaged bag as a new, complete bag; the old one stays unchanged.",
         "log recover flights/killed\nlog recover flights/killed/killed_0.mcap.part --out flights/saved",
         bags="1",
         own_out=True,

@@ -122,13 +122,13 @@ def replay(
 
 
 class _Memories:
-    """The memories of all who flew a stage: each runs from where it began to where its node last flew."""
+    """The memories of all controllers that flew a stage: each runs from its beginning to the last step of its node."""
 
     def __init__(self, start: Resolved, flown: Sequence[Flier]) -> None:
         self._module, self._vehicle = start.law.module, start.vehicle
         self._flown = flown
         ends = [one.step for one in flown[1:]] + [sys.maxsize]
-        # who was there from the start has the same memory as the other
+        # a controller that ran from the start has the same memory as the other
         self._until = {one.memory_step: end for one, end in zip(flown, ends, strict=True)}
         self._known: dict[int, Any] = {}
         self._last: tuple[int, Flier, dict[int, tuple[Any, Any]]] = (-1, flown[0], {})
@@ -146,9 +146,9 @@ class _Memories:
                 known = self._known[began]
                 output, self._known[began], inside = self._module.step(parameters, self._vehicle, known, inputs, dt)
                 given[began] = output, inside
-        before, last, beside = self._last
-        if flier.memory_step != last.memory_step and flier.memory_step in beside:
-            self.in_place[before] = beside[flier.memory_step]
+        before, last, others = self._last
+        if flier.memory_step != last.memory_step and flier.memory_step in others:
+            self.in_place[before] = others[flier.memory_step]
         self._last = step, flier, given
         return given[flier.memory_step]
 
@@ -219,7 +219,7 @@ def _other_law(values: Mapping[str, Any], resolved: Resolved) -> bool:
 def _exchange_notes(start: Resolved, taken_over: Sequence[Flier]) -> list[str]:
     notes = [f"{one.node} flew from step {one.step} on, its memory began at {one.memory_step}" for one in taken_over]
     if notes and start.flight.mode != LOCKSTEP:
-        notes.append("in real time the bag does not say what who stood by has seen: its memory is rebuilt only nearly")
+        notes.append("in real time the bag does not say what the standby received: its memory is rebuilt only nearly")
     return notes
 
 

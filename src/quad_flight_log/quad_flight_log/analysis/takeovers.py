@@ -81,7 +81,7 @@ def fliers(flight: Flight, role: str) -> list[Flier]:
 
 
 class Exchange(NamedTuple):
-    """From which plant step on who stood by flew, in whose role, and why; stamps in ns."""
+    """The plant step from which a standby flew, its role, and the reason; stamps in ns."""
 
     role: str
     why: str

@@ -205,7 +205,7 @@ class BagWriter:
                         self._writer.flush()
                         flushed, fresh = time.monotonic(), False
                         self._flushes += 1
-                # who records nothing is woken less often; what comes then is flushed as soon as it is moved
+                # an idle recorder wakes less often; the next messages are flushed as soon as they are moved
                 period = DRAIN_PERIOD if moved or fresh else max(DRAIN_PERIOD, self._flush_period)
             except Exception as error:
                 # Whatever it is: a thread that died unseen would leave a bag that only seems to grow.
