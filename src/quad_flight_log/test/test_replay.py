@@ -164,7 +164,7 @@ def test_who_was_started_again_and_flew_later_is_replayed_with_its_own_memory(fl
 def test_what_a_dead_controller_did_not_get_out_is_replayed_as_its_successor_sent_it(flown, tmp_path):
     found = replay(open_flight(exchanged(flown, tmp_path, 150, 300, 299)), "attitude_controller")
     assert found.equal
-    assert found.notes[-1] == "wrench_setpoint of step 299 was sent by who flew next"
+    assert found.notes[-1] == "wrench_setpoint of step 299 was sent by the next controller"
     earlier = replay(open_flight(exchanged(flown, tmp_path / "earlier", 150, 300, 298)), "attitude_controller")
     assert {item.first_step for item in earlier.differences() if item.differing} == {298}
 
