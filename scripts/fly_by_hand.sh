@@ -5,7 +5,8 @@ usage() {
     cat <<'END'
 usage: scripts/fly_by_hand.sh [CASE] [DIR] [ROS ARGUMENT...]
 
-Flies CASE (default: case1) with five plain `ros2 run` commands, recorded in DIR (default: flights/CASE-by-hand).
+Flies CASE (default: case1) with five plain `ros2 run` commands, recorded in DIR
+(default: flights/CASE-by-hand, or CASE-by-hand-2 and so on where that exists).
 
   scripts/fly_by_hand.sh hover flights/mine -p flight.seed:=7
   scripts/fly_by_hand.sh hover flights/mine -p trajectory:hover.duration:=2.0     a parameter of one node
@@ -20,6 +21,12 @@ case ${1:-} in
 esac
 case=${1:-case1}
 directory=${2:-flights/$case-by-hand}
+if [[ -z ${2:-} ]]; then
+    for ((count = 2; count < 10000; count++)); do
+        [[ -e $directory ]] || break
+        directory=flights/$case-by-hand-$count
+    done
+fi
 config=$(cd "$(dirname "${BASH_SOURCE[0]}")/../src/quad_flight/quad_flight/config" && pwd -P)
 arguments=(--params-file "$config/vehicles/paper.yaml" --params-file "$config/controllers/tuned.yaml"
     --params-file "$config/scenarios/$case.yaml" "${@:3}")
@@ -27,15 +34,20 @@ arguments=(--params-file "$config/vehicles/paper.yaml" --params-file "$config/co
 if ! command -v ros2 >/dev/null; then
     # Without the ROS 2 command line tools: start what `ros2 run PACKAGE EXECUTABLE` would start.
     ros2() {
-        local prefix
-        for prefix in $(tr : "\n" <<<"${AMENT_PREFIX_PATH:-}"); do
-            if [[ -x $prefix/lib/$2/$3 ]]; then
-                exec "$prefix/lib/$2/$3" "${@:4}"
-            fi
-        done
-        echo "ros2 run: no $2 $3 in AMENT_PREFIX_PATH; source scripts/env.sh first" >&2
-        return 2
+        exec "$(executable "$2" "$3")" "${@:4}"
     }
+fi
+executable() {
+    local prefixes prefix
+    IFS=: read -ra prefixes <<<"${AMENT_PREFIX_PATH:-}"
+    for prefix in "${prefixes[@]}"; do
+        if [[ -x $prefix/lib/$1/$2 ]]; then printf '%s\n' "$prefix/lib/$1/$2" && return; fi
+    done
+    return 1
+}
+if ! executable quad_dynamics simulator >/dev/null; then
+    echo "fly_by_hand.sh: no quad_dynamics simulator in AMENT_PREFIX_PATH; source scripts/env.sh first" >&2
+    exit 2
 fi
 
 ros2 run quad_dynamics simulator --ros-args "${arguments[@]}" &

@@ -12,6 +12,7 @@ setup(
         ("share/quad_attitude_ctrl", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["attitude_controller = quad_attitude_ctrl.node:main"],
         "quad.stages": ["attitude_controller = quad_attitude_ctrl.stage:STAGE"],

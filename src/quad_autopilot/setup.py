@@ -12,4 +12,5 @@ setup(
         ("share/quad_autopilot", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
 )

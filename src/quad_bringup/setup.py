@@ -21,6 +21,7 @@ setup(
         *share("launch/*.py"),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["fly = quad_bringup.start:main", "one_process = quad_bringup.one_process:main"],
     },

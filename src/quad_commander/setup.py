@@ -12,6 +12,7 @@ setup(
         ("share/quad_commander", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["commander = quad_commander.node:main", "command = quad_commander.command:main"],
         "quad.nodes": ["commander = quad_commander.role:ROLE"],

@@ -12,4 +12,5 @@ setup(
         ("share/quad_core", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
 )

@@ -12,6 +12,7 @@ setup(
         ("share/quad_crazyflie", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["crazyflie_bridge = quad_crazyflie.node:main"],
         "quad.vehicles": ["crazyflie_bridge = quad_crazyflie.interface:INTERFACE"],

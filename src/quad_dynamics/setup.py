@@ -12,6 +12,7 @@ setup(
         ("share/quad_dynamics", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "check_plant = quad_dynamics.check_plant.node:main",

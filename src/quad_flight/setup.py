@@ -13,4 +13,5 @@ setup(
         ("share/quad_flight", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
 )

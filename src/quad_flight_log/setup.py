@@ -12,6 +12,7 @@ setup(
         ("share/quad_flight_log", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "recorder = quad_flight_log.recorder.node:main",

@@ -12,4 +12,5 @@ setup(
         ("share/quad_guard", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
 )

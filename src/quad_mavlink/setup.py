@@ -12,6 +12,7 @@ setup(
         ("share/quad_mavlink", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "hil_plant = quad_mavlink.hil.node:main",

@@ -12,6 +12,7 @@ setup(
         ("share/quad_mujoco", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["simulator = quad_mujoco.node:main"],
         "quad.plant": ["mujoco = quad_mujoco.plant"],

@@ -12,5 +12,6 @@ setup(
         ("share/quad_node", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={"console_scripts": ["odometry_relay = quad_node.odometry_relay:main"]},
 )

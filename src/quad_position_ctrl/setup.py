@@ -12,6 +12,7 @@ setup(
         ("share/quad_position_ctrl", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["position_controller = quad_position_ctrl.node:main"],
         "quad.stages": ["position_controller = quad_position_ctrl.stage:STAGE"],

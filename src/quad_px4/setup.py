@@ -12,6 +12,7 @@ setup(
         ("share/quad_px4", ["package.xml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["px4_bridge = quad_px4.node:main"],
         "quad.vehicles": ["px4_bridge = quad_px4.interface:INTERFACE"],
