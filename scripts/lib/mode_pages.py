@@ -44,18 +44,11 @@ GROUND = (
     "In DISARMED, PILOT and KILL nothing changes, but: a guard that stopped the motors is KILL, and a pilot who takes "
     "over is PILOT, in DISARMED too."
 )
-UNTOLD = {
-    "position_good": "the trust in the position",
-    "estimator_reset": "an estimator's reset",
-    "pilot": "a pilot",
-}
-"""{field of ``Health`` that no node of this stack tells the commander: its words}."""
-NOT_TOLD = (
+TOLD = (
     "The battery level comes from `battery_state` (`sensor_msgs/BatteryState`), published by a battery driver or the "
-    "vehicle interface. Without it the battery counts as full. "
-    f"No node publishes {', '.join(list(UNTOLD.values())[:-1])} or {list(UNTOLD.values())[-1]} yet, so these rows are "
-    "never triggered. The guard judges states for itself. The bridges fly without a commander and leave the vehicle to "
-    "a pilot."
+    "vehicle interface, else from the autopilot. Without either the battery counts as full. The trust in the position, "
+    "an estimator's reset, a pilot and a land detector come from an autopilot's bridge (`flight/autopilot`). Without "
+    "an autopilot these rows are never triggered. The guard judges states for itself."
 )
 REFUSAL = (
     "A request is refused if a condition would end its mode at once; the answer names the condition. DISARM in PILOT "
@@ -67,6 +60,6 @@ def page() -> str:
     """Return the tables of docs/reference/modes.md."""
     severity = " < ".join(mode.name for mode in Mode)
     parts = ["## What is wrong, and what happens", f"The more severe mode wins: {severity}. Empty: the mode stays."]
-    parts += [fault_table(), GROUND, NOT_TOLD, "## What leads on by itself", progress_table()]
+    parts += [fault_table(), GROUND, TOLD, "## What leads on by itself", progress_table()]
     parts += ["## What can be asked for", REFUSAL, request_table()]
     return "\n\n".join(parts)

@@ -99,7 +99,15 @@ class Body:
 
     def land(self):
         """Return motor commands that bring the vehicle down at 0.7 m/s, as PX4 does with its own controllers."""
-        force = self.mass * (np.array([0.0, 0.0, GRAVITY]) + 2.0 * (self.v - [0.0, 0.0, 0.7]))
+        return self.move(0.7)
+
+    def climb(self, height):
+        """Return motor commands that bring the vehicle to ``height`` m and hold it there."""
+        return self.move(-np.clip(height + self.p[2], -1.0, 1.0))
+
+    def move(self, sinking):
+        """Return motor commands for a vertical speed in m/s, downwards positive."""
+        force = self.mass * (np.array([0.0, 0.0, GRAVITY]) + 2.0 * (self.v - [0.0, 0.0, sinking]))
         down = force / np.linalg.norm(force)
         right = np.cross(down, [*self.r[:2, 0], 0.0])
         right /= np.linalg.norm(right)

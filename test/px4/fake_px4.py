@@ -36,10 +36,14 @@ OPTIONS = {
     "silent_after": 0.0,  # no odometry from then on
     "spool_up": 1.0,
     "loss": 0.1,  # COM_OF_LOSS_T
+    "battery": 0.9,
+    "battery_after": 0.0,  # s in offboard and armed until it is at 5 %; 0: never
     "version": 1,
 }
-SET_MODE, ARM, LAND = 176, 400, 21
-OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL = 14, 4, 18, 2
+SET_MODE, ARM, LAND, TAKEOFF = 176, 400, 21, 22
+OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL, AUTO_TAKEOFF = 14, 4, 18, 2, 17
+FLYING = (OFFBOARD, AUTO_TAKEOFF, AUTO_LOITER)
+TAKEOFF_HEIGHT = 2.5
 ARMED, DISARMED = 2, 1
 BEATS = 20
 LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
@@ -76,6 +80,8 @@ class FakePx4:
         self.status_out = self.node.create_publisher(msg.VehicleStatus, "/fmu/out/vehicle_status_v1", out)
         self.control_out = self.node.create_publisher(msg.VehicleControlMode, "/fmu/out/vehicle_control_mode", out)
         self.ack_out = self.node.create_publisher(msg.VehicleCommandAck, "/fmu/out/vehicle_command_ack", out)
+        self.landed_out = self.node.create_publisher(msg.VehicleLandDetected, "/fmu/out/vehicle_land_detected", out)
+        self.battery_out = self.node.create_publisher(msg.BatteryStatus, "/fmu/out/battery_status_v1", out)
         self.flags_out = self.node.create_publisher(msg.FailsafeFlags, "/fmu/out/failsafe_flags", out)
         for kind, name, callback in (
             (msg.OffboardControlMode, "offboard_control_mode", self.on_beat),
@@ -157,6 +163,15 @@ class FakePx4:
             if self.beats < BEATS or self.stream_lost:
                 return 1
             self.nav_state = OFFBOARD
+        elif message.command == ARM and message.param1 == 0.0:
+            if self.arming_state == ARMED and not self.body.on_ground and message.param2 != 21196.0:
+                return 1
+            self.arming_state = DISARMED
+            self.note("disarmed")
+        elif message.command == TAKEOFF:
+            if self.arming_state != ARMED or not np.isnan(message.param7):
+                return 1
+            self.nav_state = AUTO_TAKEOFF
         elif message.command == ARM:
             if message.param1 != 1.0 or self.nav_state != OFFBOARD or self.options["bad_preflight"]:
                 return 1
@@ -171,6 +186,8 @@ class FakePx4:
     def motor_commands(self):
         if self.arming_state != ARMED or self.now - self.armed_at < self.options["spool_up"]:
             return np.zeros(4)
+        if self.nav_state in (AUTO_TAKEOFF, AUTO_LOITER):
+            return self.body.climb(TAKEOFF_HEIGHT)
         if self.nav_state != OFFBOARD:
             return self.body.land()
         return {
@@ -196,8 +213,14 @@ class FakePx4:
             self.resets, options["reset_after"] = self.resets + 1, 0.0
             self.shift = np.array([options["reset_by"], 0.0, 0.0])
             self.note("reset")
+        if flying and 0.0 < options["battery_after"] < self.flown_for:
+            options["battery"], options["battery_after"] = 0.05, 0.0
+            self.note("battery low")
+        if self.nav_state == AUTO_TAKEOFF and -self.body.p[2] > TAKEOFF_HEIGHT - 0.2:
+            self.nav_state = AUTO_LOITER
+            self.note("took off")
         self.body.step(self.motor_commands())
-        down = self.arming_state == ARMED and self.nav_state != OFFBOARD and self.body.on_ground
+        down = self.arming_state == ARMED and self.nav_state not in FLYING and self.body.on_ground
         self.landed_for = self.landed_for + 0.004 if down else 0.0
         if self.landed_for > 0.3:
             # seen on firmware: disarmed, it names the mode it was last asked for again
@@ -222,6 +245,13 @@ class FakePx4:
             )
         if round(self.now / 0.004) % 50 == 0:  # five times a second, whenever it changed
             self.flags_out.publish(self.flags)
+        if self.is_due("landed", 0.1):
+            idle = self.arming_state != ARMED or max(self.motor_commands()) < 0.3
+            landed = bool(self.body.on_ground) and bool(idle)
+            self.landed_out.publish(msg.VehicleLandDetected(timestamp=self.stamp(), landed=landed))
+            self.battery_out.publish(
+                msg.BatteryStatus(timestamp=self.stamp(), connected=True, remaining=self.options["battery"])
+            )
         if self.is_due("control mode", 0.02):
             message = msg.VehicleControlMode(timestamp=self.stamp(), flag_armed=self.arming_state == ARMED)
             message.flag_control_offboard_enabled = self.nav_state == OFFBOARD

@@ -5,6 +5,9 @@
     STREAM -> PROBE -> STREAM -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
                 any of them -> RELEASED: quiet for good, nothing is asked of the autopilot again
 
+With a commander (``Inputs.wish``) the sequence stands in STANDBY until it is to arm, an own take-off of the autopilot
+is CLIMB -> RETURN -> FLY, and after a landing of ours FLY -> DISARM -> LANDED.
+
 ``step`` is called every 20 ms and is pure. An autopilot leaves the offboard mode by itself a while after the last
 heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last setpoint until then. As long as heartbeats come
 it follows stale setpoints: so the heartbeat stops with the controller, and the autopilot is asked to land at once. An
@@ -19,6 +22,7 @@ from typing import NamedTuple
 
 from quad_autopilot.autopilot import (
     COMMANDS,
+    FORCE,
     IN_PROGRESS,
     RESULTS,
     Ack,
@@ -33,8 +37,12 @@ from quad_autopilot.parameters import ArmingParameters
 
 NAMED_WITHIN = 0.5
 """Seconds in which an autopilot says in which mode it is now (PX4: 0.2)."""
+PROBES = 3
+"""Probes of an autopilot that notices too late: a busy machine delays the last heartbeat, never the other way round."""
 PROBE_PATIENCE = 3.0
 """Seconds of PROBE after which the autopilot counts as one that does not notice a lost stream."""
+DISARMED_WITHIN = 3.0
+"""Seconds for disarming on the ground after a landing of ours."""
 SILENT_FOR = 5.0
 """Seconds without any message after which the landing of an autopilot is not waited for."""
 
@@ -51,6 +59,28 @@ class Phase(IntEnum):
     LANDED = 6
     RELEASED = 7
     PROBE = 8
+    STANDBY = 9
+    CLIMB = 10
+    RETURN = 11
+    DISARM = 12
+
+
+class Wish(IntEnum):
+    """What the flight wants of the autopilot now; a flight without commander wants FLY throughout."""
+
+    GROUND = 0
+    """Stay disarmed, or disarm on the ground."""
+    IDLE = 1
+    """Armed, rotors at idle."""
+    FLY = 2
+    CLIMB = 3
+    """Take off by itself, then fly by us."""
+    LAND = 4
+    """Land by itself."""
+    KILL = 5
+
+
+_AT_IDLE = (Wish.GROUND, Wish.IDLE, Wish.CLIMB)
 
 
 class Setpoint(IntEnum):
@@ -81,13 +111,15 @@ class Inputs(NamedTuple):
     stop: str = ""
     ended: bool = False
     silence: float = 0.0
+    wish: Wish = Wish.FLY
 
 
 class Memory(NamedTuple):
     """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request.
 
-    ``left_at``: steady s at which the mode was ours no more, infinite before. ``noticed``: s in which the autopilot
-    noticed that the stream had stopped, NaN before PROBE. ``usual``: what it said against a flight when it began.
+    ``left_at``: steady s at which the mode was ours no more, infinite before. ``noticed``: least time in s in which the
+    autopilot noticed that the stream had stopped, NaN before PROBE. ``usual``: what it said against a flight at its
+    begin.
     """
 
     phase: Phase = Phase.STREAM
@@ -101,6 +133,7 @@ class Memory(NamedTuple):
     reason: str = ""
     failed: bool = False
     noticed: float = math.nan
+    probes: int = 0
     usual: tuple[str, ...] = ()
 
 
@@ -132,7 +165,14 @@ def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs:
 
 
 def _asked_in(profile: Profile, phase: Phase) -> Request | None:
-    return {Phase.MODE: profile.mode, Phase.ARM: profile.arm, Phase.LAND: profile.land}.get(phase)
+    return {
+        Phase.MODE: profile.mode,
+        Phase.ARM: profile.arm,
+        Phase.LAND: profile.land,
+        Phase.CLIMB: profile.takeoff,
+        Phase.RETURN: profile.mode,
+        Phase.DISARM: profile.disarm,
+    }.get(phase)
 
 
 def _asked_for(profile: Profile, phase: Phase) -> str:
@@ -161,8 +201,16 @@ def _next(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs
         return memory
     if phase == Phase.PROBE:
         return _probing(profile, memory, inputs, inputs.autopilot)
+    if inputs.wish == Wish.KILL and phase not in (Phase.STANDBY, Phase.DISARM):
+        return memory._replace(phase=Phase.DISARM)
+    if phase == Phase.STANDBY:
+        return _standing_by(profile, memory, inputs, inputs.autopilot)
     if phase in (Phase.MODE, Phase.ARM, Phase.SPOOL_UP):
         return _preparing(profile, parameters, memory, inputs, inputs.autopilot)
+    if phase in (Phase.CLIMB, Phase.RETURN):
+        return _climbing(profile, parameters, memory, inputs, inputs.autopilot)
+    if phase == Phase.DISARM:
+        return _disarming(profile, memory, inputs, inputs.autopilot)
     if phase == Phase.FLY:
         return _flying(profile, parameters, memory, inputs, inputs.autopilot)
     return _landing(profile, parameters, memory, inputs, inputs.autopilot)
@@ -180,8 +228,8 @@ def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, i
         return _release(memory, f"no {profile.state} from {profile.name} that can be accepted") if late else memory
     if memory.beats < parameters.beats:
         return memory
-    if profile.loss_limit and math.isnan(memory.noticed):
-        return memory._replace(phase=Phase.PROBE)
+    if profile.loss_limit and memory.probes < PROBES and not memory.noticed <= profile.loss_limit:
+        return memory._replace(phase=Phase.PROBE, probes=memory.probes + 1)
     refusal = inputs.refusal
     if profile.loss_limit and memory.noticed > profile.loss_limit:
         after = "not" if math.isinf(memory.noticed) else f"after {memory.noticed:.2f} s"
@@ -192,7 +240,16 @@ def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, i
         late = True
     if refusal:
         return _release(memory, f"arming refused: {refusal}") if late else memory
-    return memory._replace(phase=Phase.MODE)
+    return memory._replace(phase=Phase.STANDBY if inputs.wish == Wish.GROUND else Phase.MODE)
+
+
+def _standing_by(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
+    """Return the next memory on the ground, until the commander arms."""
+    if inputs.stop:
+        return _release(memory, inputs.stop)
+    if autopilot.armed:
+        return _release(memory, f"{profile.name} was armed in {autopilot.mode} before the flight")
+    return memory._replace(phase=Phase.MODE) if Wish.IDLE <= inputs.wish <= Wish.CLIMB else memory
 
 
 def _probing(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
@@ -208,7 +265,8 @@ def _probing(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopi
         return memory
     elif autopilot.stream_lost is None:
         noticed = 0.0  # it says nothing of the stream: the event at the start names the parameters
-    return memory._replace(phase=Phase.STREAM, beats=0, noticed=noticed)
+    quickest = noticed if math.isnan(memory.noticed) else min(noticed, memory.noticed)
+    return memory._replace(phase=Phase.STREAM, beats=0, noticed=quickest)
 
 
 def _preparing(
@@ -220,6 +278,8 @@ def _preparing(
         return _leave(profile, memory, inputs, autopilot, "before the flight")
     if inputs.stop:
         return _land(profile, memory, inputs.stop) if armed else _release(memory, inputs.stop)
+    if inputs.wish == Wish.GROUND:
+        return memory._replace(phase=Phase.DISARM if armed else Phase.STANDBY)
     if phase == Phase.MODE and autopilot.control == Control.OURS:
         return memory._replace(phase=Phase.ARM)
     if phase == Phase.ARM and armed:
@@ -256,7 +316,45 @@ def _flying(
     if inputs.command_age > _patience(parameters, memory, inputs):
         silent = min(inputs.command_age, inputs.now - memory.since)
         return _land(profile, memory, f"controllers: no command for {1e3 * silent:.0f} ms")
-    return memory._replace(phase=Phase.LAND, reason="", failed=False) if inputs.ended else memory
+    if inputs.wish == Wish.GROUND:
+        return memory._replace(phase=Phase.DISARM)
+    if inputs.wish == Wish.CLIMB:
+        return memory._replace(phase=Phase.CLIMB)
+    lands = inputs.ended or inputs.wish == Wish.LAND
+    return memory._replace(phase=Phase.LAND, reason="", failed=False) if lands else memory
+
+
+def _climbing(
+    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
+) -> Memory:
+    """Return the next memory while the autopilot takes off by itself, and while it is asked to follow us again."""
+    if not autopilot.armed:
+        return _release(memory, f"{profile.name} disarmed during its take-off{because(autopilot, memory.usual)}")
+    if inputs.stop or inputs.wish in (Wish.GROUND, Wish.LAND):
+        return _land(profile, memory, inputs.stop or "landing asked for during the take-off")
+    late = inputs.now - memory.since > parameters.land_timeout
+    if memory.phase == Phase.CLIMB:
+        if autopilot.control == Control.OTHER:
+            return _release(memory, taken(profile, autopilot, "during its take-off", memory.usual))
+        if autopilot.control == Control.WAITING and not autopilot.landed:
+            return memory._replace(phase=Phase.RETURN)
+        return _land(profile, memory, f"{profile.name}: no end of its take-off, {memory.answer}") if late else memory
+    if autopilot.control == Control.OURS:
+        return memory._replace(phase=Phase.FLY)
+    if autopilot.control not in (Control.WAITING, Control.UNSAID):
+        return _release(memory, taken(profile, autopilot, "after its take-off", memory.usual))
+    late = inputs.now - memory.since > parameters.step_timeout
+    text = f"{profile.name} did not change to {profile.offboard} after its take-off: {memory.answer}"
+    return _land(profile, memory, text) if late else memory
+
+
+def _disarming(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
+    """Return the next memory on the ground; an autopilot that does not see the ground lands by itself."""
+    if not autopilot.armed:
+        return memory._replace(phase=Phase.LANDED)
+    late = inputs.now - memory.since > DISARMED_WITHIN and inputs.wish != Wish.KILL
+    text = f"{profile.name} does not disarm: {memory.answer or 'never acknowledged'}"
+    return memory._replace(phase=Phase.LAND, reason=text) if late else memory
 
 
 def _landing(
@@ -264,7 +362,7 @@ def _landing(
 ) -> Memory:
     if not autopilot.armed:
         return memory._replace(phase=Phase.LANDED)
-    if autopilot.control == Control.OTHER:
+    if autopilot.control not in (Control.OURS, Control.LANDING, Control.UNSAID):
         return _release(memory, _both(memory.reason, taken(profile, autopilot, "while landing", memory.usual)))
     if inputs.silence > SILENT_FOR:
         text = f"nothing heard from {profile.name} for {inputs.silence:.0f} s"
@@ -298,12 +396,15 @@ def _request(
 ) -> tuple[Request | None, Memory]:
     """Return the request that is due; one without an effect is repeated."""
     request = _asked_in(profile, memory.phase)
-    obeyed = inputs.autopilot is not None and inputs.autopilot.control in (Control.LANDING, Control.UNSAID)
-    if request is None or not math.isinf(memory.left_at) or (memory.phase == Phase.LAND and obeyed):
+    control = inputs.autopilot.control if inputs.autopilot is not None else Control.OTHER
+    done = {Phase.LAND: (Control.LANDING, Control.UNSAID), Phase.CLIMB: (Control.CLIMBING, Control.WAITING)}
+    if request is None or not math.isinf(memory.left_at) or control in done.get(memory.phase, ()):
         return None, memory
     if inputs.now - memory.asked_at < parameters.answer_timeout:
         return None, memory
     asked = request._replace(attempt=memory.attempts)
+    if memory.phase == Phase.DISARM and inputs.wish == Wish.KILL:
+        asked = asked._replace(param2=FORCE)
     return asked, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1)
 
 
@@ -311,12 +412,18 @@ def _stream(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tup
     """Return whether a heartbeat goes out, and what setpoint."""
     if not math.isinf(memory.left_at):
         return False, Setpoint.NONE
-    if memory.phase <= Phase.SPOOL_UP:
+    if memory.phase <= Phase.SPOOL_UP or memory.phase == Phase.STANDBY:
         return True, Setpoint.IDLE
+    if memory.phase == Phase.DISARM:
+        return inputs.wish != Wish.KILL, Setpoint.IDLE
+    if memory.phase == Phase.CLIMB:
+        return True, Setpoint.IDLE
+    if memory.phase == Phase.RETURN:
+        return inputs.command_age <= parameters.command_timeout, Setpoint.COMMAND
     offboard = inputs.autopilot is not None and inputs.autopilot.control == Control.OURS
     if memory.phase not in (Phase.FLY, Phase.LAND) or not offboard:
         return False, Setpoint.NONE
-    if math.isinf(inputs.command_age):
+    if math.isinf(inputs.command_age) or (memory.phase == Phase.FLY and inputs.wish in _AT_IDLE):
         return memory.phase == Phase.FLY, Setpoint.IDLE
     fresh = inputs.command_age <= parameters.command_timeout
     if memory.failed or not fresh:

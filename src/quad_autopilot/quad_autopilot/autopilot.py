@@ -5,8 +5,12 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-DO_SET_MODE, ARM_DISARM, NAV_LAND = 176, 400, 21
-COMMANDS = {DO_SET_MODE: "DO_SET_MODE", ARM_DISARM: "COMPONENT_ARM_DISARM", NAV_LAND: "NAV_LAND"}
+DO_SET_MODE, ARM_DISARM, NAV_LAND, NAV_TAKEOFF = 176, 400, 21, 22
+COMMANDS = {
+    DO_SET_MODE: "DO_SET_MODE", ARM_DISARM: "COMPONENT_ARM_DISARM", NAV_LAND: "NAV_LAND", NAV_TAKEOFF: "NAV_TAKEOFF",
+}  # fmt: skip
+FORCE = 21196.0
+"""Second parameter of COMPONENT_ARM_DISARM: disarm in the air, too."""
 ACCEPTED, IN_PROGRESS = 0, 5
 RESULTS = (
     "accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
@@ -22,13 +26,17 @@ class Control(IntEnum):
     LANDING = 2
     UNSAID = 3
     """No longer ours; the autopilot has not yet said which mode took over."""
+    CLIMBING = 4
+    """Its own take-off."""
+    WAITING = 5
+    """It holds its place, as after its own take-off."""
 
 
 class Autopilot(NamedTuple):
     """What an autopilot says of itself; ``mode`` by its name there, ``reasons`` what speaks against a flight.
 
     ``stream_lost``: whether it misses our stream, None where it does not say so, and ``lost_at`` s of its time since
-    when.
+    when. ``landed``: its land detector sees the ground. ``battery``: share of full, NaN if it does not say.
     """
 
     mode: str
@@ -39,6 +47,9 @@ class Autopilot(NamedTuple):
     reasons: tuple[str, ...] = ()
     stream_lost: bool | None = None
     lost_at: float = 0.0
+    landed: bool = False
+    position_lost: bool = False
+    battery: float = math.nan
 
 
 class Ack(NamedTuple):
@@ -80,6 +91,8 @@ class Profile(NamedTuple):
     mode: Request
     arm: Request = Request(ARM_DISARM, 1.0)
     land: Request = Request(NAV_LAND)
+    takeoff: Request = Request(NAV_TAKEOFF)
+    disarm: Request = Request(ARM_DISARM, 0.0)
     loss_limit: float = 0.0
     loss_advice: str = ""
 

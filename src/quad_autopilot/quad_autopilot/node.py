@@ -12,16 +12,29 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 
 from quad_autopilot import arming, odometry, spacing, thrust
-from quad_autopilot.arming import Phase, Setpoint
-from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps
+from quad_autopilot.arming import Phase, Setpoint, Wish
+from quad_autopilot.autopilot import (
+    COMMANDS,
+    NAV_LAND,
+    Ack,
+    Autopilot,
+    Control,
+    Profile,
+    Request,
+    Stamps,
+    because,
+)
+from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
 from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
 from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_guard.guard import KILL as GUARD_KILL
+from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
 from quad_node.codec import MALFORMED, ForeignRunError, packer, unpacker
+from quad_node.conversion import set_stamp
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
 
@@ -34,7 +47,8 @@ the guard refuses samples from 20 degrees on."""
 _STOOD_STILL = 0.03
 """Seconds beyond a beat from which on this process, or its host, is to blame for what came late."""
 _LAST_WORDS = 3
-_ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND)
+_ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN, Phase.DISARM)
+_TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
 
 class AutopilotNode(VehicleNode):
@@ -54,8 +68,6 @@ class AutopilotNode(VehicleNode):
             raise ParameterError(
                 "flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted"
             )
-        if self.commanded:
-            raise ParameterError(f"flight.roles: found commander, expected none: {profile.name} itself arms and lands")
         self.sequence, self.estimator = arming.Memory(), profile.name
         self.autopilot: Autopilot | None = None
         self.ack: Ack | None = None
@@ -71,6 +83,10 @@ class AutopilotNode(VehicleNode):
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count = 0.0, 0
+        self._has_climbed, self.large_resets = False, 0
+        self._told: tuple[bool | int | float | str, ...] = ()
+        self._tell_at = -math.inf
+        self._autopilot_out = self.publisher("flight/autopilot", match=False)
         self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
         self.start_beats()
 
@@ -139,13 +155,16 @@ class AutopilotNode(VehicleNode):
                 self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
                 moved = state.p_w.z - self.state.p_w.z
                 self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved)  # it moves along
-        is_flying = self.sequence.phase in (Phase.FLY, Phase.LAND)
+        is_flying = self.sequence.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)
+        is_flying = is_flying and (self.link is None or self.link.armed)  # armed, its rotors idle: it stands
         if not is_flying:
             self._standing.note(1e-6 * sample.timestamp_sample, state)
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
         state = marked(state, self.lift)
         self.sample, self.state, self.heard = sample, state, self.clock()
-        if self.phase == FlightState.FLYING and self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND):
+        flown = self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND)
+        # a commander looks at the vehicle before it is armed, and while the autopilot flies it
+        if self.phase == FlightState.FLYING and (flown or (self.commanded and self.sequence.phase != Phase.RELEASED)):
             self._publish_step(sample, state)
 
     def is_obeyed(self) -> bool:
@@ -167,7 +186,9 @@ class AutopilotNode(VehicleNode):
         self.event(FlightEvent.WARNING, "estimator_reset", text, self.elapsed_ns, always=True)
         turned = jump.tilt > _RESET_TILT or jump.heading > _RESET_HEADING
         if self.sequence.phase == Phase.FLY and (jump.distance > self.settings.reset_limit or turned):
-            self.stop = self.stop or f"{self.profile.state}: {text}"
+            self.large_resets += 1
+            if not self.commanded:
+                self.stop = self.stop or f"{self.profile.state}: {text}"
 
     def on_state_published(self) -> None:
         """Note that the current step has a new state."""
@@ -181,7 +202,7 @@ class AutopilotNode(VehicleNode):
         if not first and step <= self.current_step:
             self.counters["crowded_states"] += 1
             return
-        if not first and self.is_predicting:
+        if not first and self.is_predicting and self.is_obeyed():
             publisher, pack = self.actuation_out
             publisher.publish(pack(self.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
         self.current_step = step
@@ -202,7 +223,8 @@ class AutopilotNode(VehicleNode):
     def prepare(self) -> list[str]:
         """Return what the autopilot still has to do before step 0."""
         phase = self.sequence.phase
-        return [] if phase == Phase.FLY else [f"{self.profile.name} ({phase.name.lower()})"]
+        is_ready = phase == (Phase.STANDBY if self.commanded else Phase.FLY)
+        return [] if is_ready else [f"{self.profile.name} ({phase.name.lower()})"]
 
     def waits_for(self) -> list[str]:
         """Return what must come before the flight begins, the autopilot's part included."""
@@ -225,9 +247,64 @@ class AutopilotNode(VehicleNode):
             self.reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
             return
         self.on_command()
-        if self.sequence.phase == Phase.FLY and self.is_obeyed() and self.state is not None:
+        if self.may_fly() and self.state is not None:
             self.send_attitude(stamped.value, self.state)
             self.note_sent()
+
+    def may_fly(self) -> bool:
+        """Return whether the controllers' commands go to the autopilot."""
+        if self.link is not None and (not self.link.armed or self._wish() == Wish.CLIMB):
+            return False
+        return self.sequence.phase == Phase.RETURN or (self.sequence.phase == Phase.FLY and self.is_obeyed())
+
+    def _wish(self) -> Wish:
+        """Return what the flight wants of the autopilot: without a commander always to fly."""
+        if self.link is None:
+            return Wish.FLY
+        mode = self.link.mode.value.mode if self.link.mode is not None else FlightMode.DISARMED
+        if mode == FlightMode.PILOT:
+            return Wish.GROUND if self.sequence.phase in (Phase.STREAM, Phase.STANDBY) else Wish.FLY
+        own = self.settings.arming
+        self._has_climbed = self._has_climbed or self.sequence.phase == Phase.RETURN
+        # what the guard stops in the simulator, an autopilot lands: it has states and laws of its own
+        kill = Wish.LAND if self.guard.memory.mode == GUARD_KILL else Wish.KILL
+        climbs = own.takeoff == Flier.AUTOPILOT and not self._has_climbed
+        return {
+            FlightMode.DISARMED: Wish.GROUND,
+            FlightMode.ARMING: Wish.IDLE,
+            FlightMode.TAKEOFF: Wish.CLIMB if climbs else Wish.FLY,
+            FlightMode.LAND: Wish.LAND if own.landing == Flier.AUTOPILOT else Wish.FLY,
+            FlightMode.DESCEND: Wish.LAND,
+            FlightMode.KILL: kill,
+        }.get(mode, Wish.FLY)
+
+    def _tell(self, now: float) -> None:
+        """Publish what the autopilot says, when it changes and twice a second."""
+        phase, said = self.sequence.phase, self.autopilot
+        if self.link is None or said is None:
+            return
+        # on the ground what speaks against arming, in flight what is new since it began
+        usual = self.sequence.usual if phase in _ALOFT else said.reasons if said.checks_pass else ()
+        found = (
+            phase in _ALOFT and phase != Phase.SPOOL_UP,
+            phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
+            phase == Phase.RELEASED or math.isfinite(self.sequence.left_at),
+            said.landed or phase == Phase.LANDED,  # disarmed by itself after its landing
+            said.position_lost,
+            self.large_resets,
+            -1.0 if math.isnan(said.battery) else round(said.battery, 2),
+            said.mode,
+            because(said, usual).strip(" ()"),
+        )
+        if found == self._told and now < self._tell_at:
+            return
+        self._told, self._tell_at = found, now + _TELL_EVERY
+        armed, flies, pilot, landed, lost, resets, battery, mode, reasons = found
+        message = AutopilotStatus(armed=armed, flies=flies, pilot=pilot, landed=landed, position_lost=lost)
+        message.resets, message.mode, message.reasons = resets, mode, reasons
+        message.battery, message.run_id = battery if battery >= 0.0 else math.nan, self.flight.run_id
+        set_stamp(message.stamp, max(self.elapsed_ns, 0))
+        self._autopilot_out.publish(message)
 
     def note_sent(self) -> None:
         """Note the thrust just sent if the vehicle hovers."""
@@ -259,8 +336,10 @@ class AutopilotNode(VehicleNode):
                 self.stop,
                 self._ended,
                 now - self.spoke_at,
+                self._wish(),
             ),
         )
+        self._tell(now)
         self.ack = None
         if self.sequence.phase == Phase.LAND:
             self.setpoint_watch.rest()  # controllers rest while the autopilot lands
@@ -272,9 +351,16 @@ class AutopilotNode(VehicleNode):
             newtons = self.vehicle.mass * self.vehicle.gravity if output.setpoint == Setpoint.LEVEL else 0.0
             self.send_safe(output.setpoint, newtons, self.state)
         if output.phase in (Phase.LANDED, Phase.RELEASED):
+            reason, failed = output.reason, output.failed
+            if self.link is not None and self.phase == FlightState.FLYING:
+                if not self.link.is_over and now - self.sequence.since < _COMMANDER_ENDS:
+                    return  # it takes note of what has become of the vehicle
+                unseen = "" if self.link.is_over else f"{self.profile.name} disarmed before the mission had ended"
+                reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, self.cause, unseen))))
+                failed = bool(reason)
             if report := self._hover_report():
                 self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
-            super().end(FlightState.FAILED if output.failed else FlightState.ENDED, output.reason)
+            super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
 
     def _note_pause(self, now: float) -> None:
         """Blame no other node for a pause of this process: the states that came meanwhile are still to be read."""

@@ -1,8 +1,9 @@
 """The parameters that the bridges to autopilots share: the way from the ground to the flight and back."""
 
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Real, Whole
+from quad_core.parameters import Choice, Real, Whole
 
 ThrustCurve = Annotated[
     float,
@@ -24,6 +25,13 @@ def rates(plant_period: int) -> tuple[str, ...]:
     """Return what the other nodes need: states every ``plant_period`` ns, and an answer to every second one."""
     nodes = ("trajectory", "position_controller", "attitude_controller")
     return (f"flight.plant_period={plant_period}", *(f"{node}.period_steps=2" for node in nodes))
+
+
+class Flier(IntEnum):
+    """What flies a take-off or a landing."""
+
+    OURS = 0
+    AUTOPILOT = 1
 
 
 class ArmingParameters(NamedTuple):
@@ -71,3 +79,9 @@ class ArmingParameters(NamedTuple):
     land_timeout: Annotated[
         float, Real("s", "longest time for the landing; the autopilot is left alone after it", 1.0, 3600.0, live=False)
     ] = 60.0
+    takeoff: Annotated[int, Choice(Flier, "with a commander: what flies the take-off (autopilot: NAV_TAKEOFF)")] = (
+        Flier.OURS.value
+    )
+    landing: Annotated[
+        int, Choice(Flier, "with a commander: what flies mode LAND (autopilot: NAV_LAND, to its end)")
+    ] = Flier.AUTOPILOT.value

@@ -14,7 +14,9 @@ UNSAID = -1  # a mode that is not ours and has no name yet
 PROFILE = Profile(
     "PX4", "offboard", "vehicle_status", "vehicle_odometry", "where is its agent?", Request(DO_SET_MODE, 1.0, 6.0)
 )
-OURS = {14: Control.OURS, 18: Control.LANDING, UNSAID: Control.UNSAID}
+OURS = {
+    14: Control.OURS, 18: Control.LANDING, 17: Control.CLIMBING, 4: Control.WAITING, UNSAID: Control.UNSAID,
+}  # fmt: skip
 NAMES = {2: "POSCTL", 15: "STAB", 18: "AUTO_LAND"}
 
 

@@ -342,3 +342,13 @@ def test_a_landing_of_which_nothing_is_heard_is_not_waited_for():
     assert "nothing heard from PX4 for 5 s" in flight.output.reason
     assert "still armed" not in flight.output.reason
     assert flight.now - began < 6.0
+
+
+def test_a_late_notice_on_a_busy_machine_is_measured_again():
+    flight = Flight(profile=LOSSY, loss_timeout=0.4)
+    flight.run(Phase.PROBE)
+    while flight.memory.phase == Phase.PROBE:
+        flight.tick()
+    flight.loss_timeout = 0.1
+    flight.run(Phase.FLY)
+    assert (flight.memory.probes, flight.memory.noticed < 0.2) == (2, True)

@@ -1,13 +1,42 @@
 """What a flight with a commander is besides: the trajectory of its mission, and the parameters of its nodes."""
 
 import secrets
+from pathlib import Path
 
 from quad_commander.missions import Kind, MissionError, parse
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, ROLES, SIMULATOR, TRAJECTORY
+from quad_core.parameter_files import StrictLoader, load_yaml
 from quad_core.parameters import ParameterError, Value
 from quad_dynamics.ground import SINK
 from quad_dynamics.parameters import Ground
+
+
+def read_mission(given: str) -> tuple[str, list[str]]:
+    """Return the mission's items and the trajectory's settings, as ``--mission`` and ``--set`` take them.
+
+    ``given`` is such items, or a YAML file: a list ``items``, and by the name of its trajectory that one's parameters;
+    a list of waypoints has one a line. Raises ParameterError, which names file and key.
+    """
+    path = Path(given)
+    if path.suffix not in (".yaml", ".yml"):
+        return given, []
+    try:
+        content = load_yaml(path.read_text("utf-8"), StrictLoader)
+    except (OSError, ValueError) as error:
+        raise ParameterError(f"--mission: {given}: {' '.join(str(error).split())}") from error
+    if not isinstance(content, dict) or not isinstance(items := content.pop("items", None), list):
+        raise ParameterError(f"--mission: {given}: found no list items, expected for example [takeoff:2, hold:5, land]")
+    settings = []
+    for name, section in content.items():
+        if name not in items or not isinstance(section, dict):
+            raise ParameterError(
+                f"--mission: {given}: found {name}, expected parameters of a trajectory among the items"
+            )
+        for key, value in section.items():
+            shown = "; ".join(map(str, value)) if isinstance(value, list) else value
+            settings.append(f"{TRAJECTORY}.{name}.{key}={shown}")
+    return ",".join(map(str, items)), settings
 
 
 def trajectory_of(mission: str) -> str | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from quad_bringup import surroundings, vehicle_owner
-from quad_bringup.commanded import trajectory_of
+from quad_bringup.commanded import read_mission, trajectory_of
 from quad_bringup.domains import reserved_domain
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, interrupts, raised
@@ -86,6 +86,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _cases(options: argparse.Namespace) -> list[str]:
     options.trajectory = None
     if options.mission is not None:
+        options.mission, of_mission = read_mission(options.mission)
+        options.settings = [*of_mission, *options.settings]
         options.trajectory = trajectory_of(options.mission)
         options.case = options.case or options.trajectory or "hover"
     return [options.case] if options.case else list(PAPER_CASES)
@@ -160,7 +162,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--mission",
         metavar="ITEMS",
-        help="takeoff[:height], a trajectory, hold:seconds, land, separated by commas: a commander flies them",
+        help="takeoff[:height], a trajectory, hold:seconds, land, separated by commas, or a YAML file of them",
     )
     parser.add_argument("--realtime", action="store_true", help="fly at the speed of the clock instead of in lockstep")
     parser.add_argument(

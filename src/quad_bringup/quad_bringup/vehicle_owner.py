@@ -4,13 +4,16 @@ import argparse
 from pathlib import Path
 
 from quad_bringup.processes import executable
-from quad_core.cascade import OWNERS, SIMULATOR
+from quad_core.cascade import COMMANDER, OWNERS, SIMULATOR
 from quad_core.parameters import ParameterError
 
 INTERFACES = {interface.name: role for role, interface in OWNERS.items() if interface.name}
 """{name: role} of the vehicle interfaces that fly can start."""
 AUTOPILOT = "autopilot"
 """The limits of flights on an autopilot's estimate."""
+_AGES = ("reference_late", "reference_lost", "setpoint_lost", "wrench_lost", "state_lost")
+_PATIENT = 60
+"""Seconds of wall time after which a commander acts, joined: the plant waits, so nothing ages meanwhile."""
 
 
 def commands(options: argparse.Namespace) -> dict[str, list[str]]:
@@ -36,4 +39,10 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
 def settings(options: argparse.Namespace) -> list[str]:
     """Return what the bridge needs of the other nodes, as --set takes it; the user's settings come after it."""
     name = (options.vehicle_owner or "").partition("=")[0]
-    return list(OWNERS[INTERFACES[name]].settings) if name in INTERFACES else []
+    if name not in INTERFACES:
+        return []
+    found = list(OWNERS[INTERFACES[name]].settings)
+    if options.mission is not None:
+        found.append(f"{COMMANDER}.period_steps=2")
+        found += [f"{COMMANDER}.modes.{age}={_PATIENT}" for age in (_AGES if name == "joined" else ())]
+    return found

@@ -32,7 +32,7 @@ SPACED = [
 
 def test_periods_fit_the_spacing_of_each_autopilots_states():
     for name, period in (("px4", 4_000_000), ("mavlink", 4_000_000), ("crazyflie", 5_000_000)):
-        found = vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"{name}=file"))
+        found = vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"{name}=file", mission=None))
         assert found == [f"flight.plant_period={period}", *SPACED[1:]]
     assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
 
@@ -41,7 +41,7 @@ def test_joined_is_the_plant_under_px4_and_controllers_do_not_age_while_it_waits
     file = tmp_path / "joined.yaml"
     file.write_text("", "utf-8")
     assert asked(f"joined={file}")["simulator"][0].endswith("quad_mavlink/joined_plant")
-    given = argparse.Namespace(vehicle_owner=f"joined={file}")
+    given = argparse.Namespace(vehicle_owner=f"joined={file}", mission=None)
     assert vehicle_owner.settings(given) == [
         *SPACED,
         "position_controller.input_timeout=60",
@@ -63,3 +63,10 @@ def test_what_is_missing_is_named(tmp_path):
     ):
         with pytest.raises(ParameterError, match=words):
             asked(**given)
+
+
+def test_a_mission_gives_the_commander_the_pace_of_states_and_joined_its_patience():
+    plain = vehicle_owner.settings(argparse.Namespace(vehicle_owner="px4=file", mission="takeoff,land"))
+    assert plain == [*SPACED, "commander.period_steps=2"]
+    joined = vehicle_owner.settings(argparse.Namespace(vehicle_owner="joined=file", mission="takeoff,land"))
+    assert {"commander.period_steps=2", "commander.modes.state_lost=60", "commander.modes.wrench_lost=60"} < set(joined)

@@ -19,7 +19,18 @@ from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint,
 
 MISSION_SENDER = "mission"
 _ON_GROUND = (Mode.DISARMED, Mode.ARMING)
+_UNSURE_GROUND = 5.0  # m; an autopilot's estimate moves in flight, and a landing goes on until it has met the ground
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
+
+
+class AutopilotSeen(NamedTuple):
+    """What the autopilot that owns the vehicle said last; ``jumped``: its estimate was reset since the last step."""
+
+    flies: bool = False
+    pilot: bool = False
+    landed: bool = False
+    position_lost: bool = False
+    jumped: bool = False
 
 
 class Inputs(NamedTuple):
@@ -29,7 +40,7 @@ class Inputs(NamedTuple):
     time since it arrived); None before the first. ``guard``: what the guard last did. Ages in s. ``refusals``: reasons
     against arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``:
     the recorder has left. ``estimator_reset``: the estimate jumped since the last step. ``end_asked``: why the flight
-    shall end, empty if it shall not.
+    shall end, empty if it shall not. ``autopilot``: None without one; it then says itself what jumped.
     """
 
     step: int
@@ -46,6 +57,7 @@ class Inputs(NamedTuple):
     recorder_lost: bool = False
     estimator_reset: bool = False
     end_asked: str = ""
+    autopilot: AutopilotSeen | None = None
 
 
 class Outputs(NamedTuple):
@@ -87,6 +99,7 @@ class CommanderCore:
         self._last = PendingRequest(Request.NONE, "")
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
+        self._went_along = False
         self._flown = self._gave_up = self._cut_by_end = False
 
     @property
@@ -135,7 +148,7 @@ class CommanderCore:
         )
 
     def _health(self, seen: Inputs) -> modes.Health:
-        parameters, mode = self._parameters, self._memory.mode
+        parameters, mode, autopilot = self._parameters, self._memory.mode, seen.autopilot or AutopilotSeen()
         ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
         waits = mode == Mode.MISSION and self._hand_over is None
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
@@ -147,19 +160,21 @@ class CommanderCore:
             guard_mode=seen.guard.mode,
             guard_condition=seen.guard.condition,
             guard_land=seen.guard.land,
-            contact=seen.guard.contact or seen.guard.stopped,
+            contact=seen.guard.contact or seen.guard.stopped or autopilot.landed,
             position_error=0.0
             if mode in _ON_GROUND or mode >= Mode.DESCEND
             else norm(subtract(seen.state.p_w, self._sent.p_w)),
             battery=seen.battery,
             outside_fence=outside(parameters.fence, seen.state.p_w, seen.state.ground_z),
+            position_good=not autopilot.position_lost,
+            pilot=autopilot.pilot,
             overruns=seen.overruns,
             recorder_lost=seen.recorder_lost,
-            estimator_reset=seen.estimator_reset,
+            estimator_reset=autopilot.jumped or (seen.autopilot is None and seen.estimator_reset),
             end_asked=bool(seen.end_asked),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,
-            reference_done=self._time >= self._plan.duration,
+            reference_done=self._time >= self._plan.duration and not autopilot.flies,
             done_time=max(self._time - self._plan.duration, 0.0),
         )
 
@@ -228,10 +243,15 @@ class CommanderCore:
         current = references.continued(self._sent, seen.dt)
         if decision.changed and (mode in _ON_GROUND or before in _ON_GROUND):
             current = references.standing(seen.state)
-        elif before >= Mode.DESCEND or mode >= Mode.DESCEND:  # others fly it: the reference goes along
-            current = references.from_state(seen.state)
-        if decision.changed or mode >= Mode.DESCEND:
-            self._plan = references.plan_mode(limits, mode, current, seen.state.ground_z, self._takeoff_height())
+        goes_along = mode >= Mode.DESCEND or (seen.autopilot is not None and (seen.autopilot.flies or self._went_along))
+        jumped = seen.autopilot is not None and seen.autopilot.jumped
+        self._went_along = mode not in _ON_GROUND and seen.autopilot is not None and seen.autopilot.flies
+        if mode not in _ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped):
+            current = references.from_state(seen.state)  # something else flies it, or its estimate was reset
+        if decision.changed or (mode not in _ON_GROUND and (goes_along or (jumped and mode != Mode.MISSION))):
+            lowest = _UNSURE_GROUND if seen.autopilot is not None and mode == Mode.LAND else 0.0
+            ground = seen.state.ground_z - lowest
+            self._plan = references.plan_mode(limits, mode, current, ground, self._takeoff_height())
             self._time, self._hand_over, self._aside = 0.0, None, None
         else:
             self._time += seen.dt

@@ -14,16 +14,16 @@ from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.arming import refusals
-from quad_commander.commander_core import CommanderCore, Inputs, Outputs
+from quad_commander.commander_core import AutopilotSeen, CommanderCore, Inputs, Outputs
 from quad_commander.mode_table import Mode, Request
-from quad_commander.preflight import Preflight, free_space
+from quad_commander.preflight import Preflight, free_space, on_autopilot
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
 from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
-from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan, FlightRequest, NodeStatus
+from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links
 from quad_node.codec import head_of, packer
@@ -61,6 +61,8 @@ class Commander(Responder):
         self._lost: set[str] = set()
         self._last: Sample | None = None
         self._battery: float | None = None
+        self._autopilot: AutopilotStatus | None = None
+        self._resets = 0
         self._stepped_at = 0.0
         self._awake = time.monotonic()
         self._sent = -1
@@ -72,6 +74,7 @@ class Commander(Responder):
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/request", self._on_request, depth=_REQUESTS)
+        self.subscribe("flight/autopilot", self._on_autopilot)
         self.subscribe("battery_state", self._on_battery)
         self.subscribe("flight/events", self._on_event, depth=64)
         self._reference_out = self.publisher("reference")
@@ -117,7 +120,8 @@ class Commander(Responder):
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
             guard=self._guard_said(arrivals[1]),
-            battery=1.0 if self._battery is None else self._battery,
+            battery=1.0 if self._charge is None else self._charge,
+            autopilot=self._autopilot_now(),
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
             estimator_reset=self._estimator_reset,
@@ -203,7 +207,7 @@ class Commander(Responder):
 
     def _late_cycles(self, step: int) -> float:
         """Return the share of this node's cycles of the last second that did not take place."""
-        if self.lockstep:
+        if self.lockstep or self._autopilot is not None:  # an autopilot sends states at its own rate
             return 0.0
         window = round(_WINDOW * 1e9 / self.flight.plant_period)
         self._cycles.append(step)
@@ -225,9 +229,16 @@ class Commander(Responder):
             return None
         self._since_check = 0.0
         observed = self._preflight.observed(
-            sample, self.states_seen, self.senders, free_space(self.settings.recordings), self._battery
+            sample, self.states_seen, self.senders, free_space(self.settings.recordings), self._charge
         )
-        return refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
+        said = self._autopilot
+        if said is not None:
+            observed = on_autopilot(observed)
+        found = refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
+        if said is not None and not said.armed:
+            why = f": {said.reasons}" if said.reasons else ""
+            found.append(f"autopilot: found it disarmed in {said.mode}{why}, expected armed")
+        return found
 
     def senders(self, topic: str) -> int:
         """Return how many publish ``topic``, a controller in standby not counted."""
@@ -243,6 +254,25 @@ class Commander(Responder):
     def _on_event(self, message: FlightEvent) -> None:
         """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
         self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.get_namespace())
+
+    def _on_autopilot(self, message: AutopilotStatus) -> None:
+        if not self.flight.run_id or message.run_id == self.flight.run_id:
+            self._autopilot = message
+
+    def _autopilot_now(self) -> AutopilotSeen | None:
+        """Return what the autopilot said last; a jump of its estimate is seen once."""
+        said = self._autopilot
+        if said is None:
+            return None
+        jumped, self._resets = said.resets > self._resets, said.resets
+        return AutopilotSeen(said.flies, said.pilot, said.landed, said.position_lost, jumped)
+
+    @property
+    def _charge(self) -> float | None:
+        """The battery's share of full: its driver's, else the autopilot's; None if neither tells it."""
+        if self._battery is not None or self._autopilot is None or math.isnan(self._autopilot.battery):
+            return self._battery
+        return self._autopilot.battery
 
     def _on_battery(self, message: BatteryState) -> None:
         share = message.percentage

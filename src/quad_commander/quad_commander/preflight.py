@@ -28,6 +28,16 @@ def free_space(folder: str) -> float:
     return shutil.disk_usage(place).free / 1e9
 
 
+def on_autopilot(observed: Observed) -> Observed:
+    """Return what is judged of a vehicle that an autopilot owns: it sends states at its own rate, which it has checked.
+
+    Controllers answer each of them, and no more.
+    """
+    rate = 1.0 / observed.state_spacing if observed.state_spacing > 0.0 else 0.0
+    streams = tuple(one._replace(expected_rate=min(one.expected_rate, rate)) for one in observed.streams)
+    return observed._replace(announced_spacing=observed.state_spacing, streams=streams)
+
+
 class Preflight:
     """Counts since ``begin``, and what the other nodes said last."""
 

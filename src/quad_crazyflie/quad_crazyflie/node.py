@@ -13,6 +13,7 @@ from quad_autopilot import odometry, thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
+from quad_autopilot.parameters import Flier
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, Rotors, VehicleState
@@ -33,6 +34,8 @@ class CrazyflieBridge(AutopilotNode):
         super().__init__(CRAZYFLIE, PROFILE)
         if self.settings.max_rotor_thrust <= 0.0:
             raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
+        if self.settings.arming.takeoff == Flier.AUTOPILOT:
+            raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self.max_rotor_thrust = self.settings.max_rotor_thrust
         self.predicted = self._predict(0.0)
         self._is_waiting = False

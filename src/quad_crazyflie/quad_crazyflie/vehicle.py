@@ -142,8 +142,8 @@ class CrazyflieVehicle:
         if request.command == DO_SET_MODE:  # none is needed: setpoints take precedence
             self._is_claimed = True
         elif request.command == ARM_DISARM:
-            self._is_armed = True
-            self._cf.supervisor.send_arming_request(True)
+            self._is_armed = request.param1 == 1.0
+            self._cf.supervisor.send_arming_request(self._is_armed)
         elif request.command == NAV_LAND:
             self._is_landing = True
             # without it the high level commander is not listened to

@@ -8,8 +8,9 @@ import math
 from typing import Any
 
 from quad_autopilot import odometry
-from quad_autopilot.autopilot import Ack, Autopilot, Profile, Request, Stamps
+from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
+from quad_autopilot.parameters import Flier
 from quad_mavlink import estimate, modes, reasons
 from quad_mavlink.link import AUTOPILOT, Link
 from quad_mavlink.parameters import MavlinkBridgeParameters
@@ -38,7 +39,7 @@ class MavlinkVehicle:
         self.ack: Ack | None = None
         self.kind = 0
         self.parameters: dict[str, float] = {}
-        self.battery = math.nan
+        self.battery = self._charge = math.nan
         self.refused: list[str] = []
         self._checks_pass = True
         self._texts: tuple[reasons.Text, ...] = ()
@@ -62,6 +63,7 @@ class MavlinkVehicle:
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
             self.battery = 1e-3 * message.voltage_battery if message.voltage_battery != 65535 else math.nan
+            self._charge = 0.01 * message.battery_remaining if message.battery_remaining >= 0 else math.nan
         elif kind == "TIMESYNC":
             self._on_timesync(message, now)
         elif kind == "PARAM_VALUE":
@@ -85,7 +87,8 @@ class MavlinkVehicle:
 
     def _renew(self, now: float) -> None:
         if self.kind and self._heartbeat is not None:
-            self.autopilot = modes.said(self._heartbeat, self._checks_pass, reasons.newest(self._texts, now))
+            texts = reasons.newest(self._texts, now)
+            self.autopilot = modes.said(self._heartbeat, self._checks_pass, texts, self._charge)
 
     def _on_ack(self, message: Any) -> None:
         if message.target_system not in (0, self.settings.source_system):
@@ -172,6 +175,8 @@ class MavlinkVehicle:
 
     def refusal(self) -> str:
         """Return what in the autopilot's parameters speaks against a flight; empty if nothing."""
+        if self.kind == modes.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+            return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
         if missing := self.missing():
             return f"{', '.join(missing)}: asked for, not answered"
         if self.kind == modes.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
@@ -190,9 +195,10 @@ class MavlinkVehicle:
 
     def _command(self, command: int, given: tuple[float, float], attempt: int) -> None:
         first, second = (0.0 if math.isnan(value) else float(value) for value in given)
+        place = [math.nan if command == NAV_TAKEOFF else 0.0] * 4  # here, to the height of MIS_TAKEOFF_ALT
         self.link.send(
             self._mavlink.MAVLink_command_long_message(
-                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, 0.0, 0.0, 0.0, 0.0, 0.0
+                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, 0.0, *place
             )
         )
 

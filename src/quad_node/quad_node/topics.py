@@ -30,6 +30,7 @@ from quad_core.cascade import (
 )
 from quad_core.types import Wrench
 from quad_msgs.msg import (
+    AutopilotStatus,
     FlightEvent,
     FlightPlan,
     FlightRequest,
@@ -186,6 +187,7 @@ TOPICS = {
         Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
         Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, False, True, ""),
         Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
+        Topic("flight/autopilot", AutopilotStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
         Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
         Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), False, False, "", COMMANDER),
         Topic(

@@ -1,11 +1,12 @@
 """PX4's own words over DDS: its modes and how it is asked."""
 
+import math
 from typing import NamedTuple
 
 from quad_autopilot.autopilot import DO_SET_MODE, Autopilot, Control, Profile, Request
 
-OFFBOARD, LANDING = 14, (18, 12, 20)
-"""nav_state: offboard; land, descend, precision land."""
+OFFBOARD, LANDING, TAKEOFF, LOITER = 14, (18, 12, 20), 17, 4
+"""nav_state: offboard; land, descend, precision land; take-off; hold."""
 ARMED = 2
 PROFILE = Profile(
     "PX4",
@@ -15,6 +16,7 @@ PROFILE = Profile(
     "is its uXRCE-DDS agent running?",
     Request(DO_SET_MODE, 1.0, 6.0),
 )
+POSITION_INVALID = "local_position_invalid"
 LOSS_ADVICE = "set COM_OF_LOSS_T to 0.1 and COM_OBL_RC_ACT to 4 (Land), docs/how_to/px4.md"
 """What keeps a bridge, an agent or a computer that stops from crashing the vehicle in modes wrench and motors."""
 NAV_STATES = {
@@ -50,6 +52,13 @@ class Flags(NamedTuple):
     lost_at: int = 0
 
 
+class Vehicle(NamedTuple):
+    """What PX4 says of the vehicle: whether it stands on the ground, and its battery, share of full, NaN unknown."""
+
+    landed: bool = False
+    battery: float = math.nan
+
+
 class ControlMode(NamedTuple):
     """What the bridge reads of a VehicleControlMode, at most 50 times a second; ``timestamp`` in us."""
 
@@ -58,7 +67,10 @@ class ControlMode(NamedTuple):
     offboard: bool
 
 
-def autopilot(status: Status, mode: ControlMode | None, flags: Flags) -> Autopilot:
+_UNKNOWN = Vehicle()
+
+
+def autopilot(status: Status, mode: ControlMode | None, flags: Flags, vehicle: Vehicle = _UNKNOWN) -> Autopilot:
     """Return what PX4 says of itself: its controlling party by the newer of the two messages, why by the status."""
     name, whose, armed = mode_name(status.nav_state), control(status.nav_state), status.arming_state == ARMED
     if mode is not None and mode.timestamp > status.timestamp:
@@ -67,10 +79,22 @@ def autopilot(status: Status, mode: ControlMode | None, flags: Flags) -> Autopil
             name, whose = mode_name(OFFBOARD), Control.OURS
         elif whose == Control.OURS:
             name, whose = "not said yet", Control.UNSAID
-    lost = flags.stream_lost
-    return Autopilot(name, whose, armed, status.failsafe, status.checks_pass, flags.reasons, lost, 1e-6 * flags.lost_at)
+    return Autopilot(
+        name,
+        whose,
+        armed,
+        status.failsafe,
+        status.checks_pass,
+        flags.reasons,
+        flags.stream_lost,
+        1e-6 * flags.lost_at,
+        vehicle.landed,
+        POSITION_INVALID in flags.reasons,
+        vehicle.battery,
+    )
 
 
 def control(nav_state: int) -> Control:
     """Return whose the vehicle is in a mode."""
-    return Control.OURS if nav_state == OFFBOARD else Control.LANDING if nav_state in LANDING else Control.OTHER
+    known = {OFFBOARD: Control.OURS, TAKEOFF: Control.CLIMBING, LOITER: Control.WAITING}
+    return Control.LANDING if nav_state in LANDING else known.get(nav_state, Control.OTHER)

@@ -9,7 +9,7 @@ import math
 from types import ModuleType
 from typing import Any
 
-from quad_autopilot.autopilot import Ack, Request
+from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
 from quad_px4.autopilot import ControlMode, Flags, Status
@@ -24,10 +24,24 @@ NEEDED = {
     "VehicleAttitudeSetpoint": ("timestamp", "yaw_sp_move_rate", "q_d", "thrust_body"),
     "VehicleRatesSetpoint": ("timestamp", "roll", "pitch", "yaw", "thrust_body"),
     "VehicleOdometry": (*Sample._fields,),
-    "VehicleCommand": ("timestamp", "param1", "param2", "command", "target_system", "target_component", "confirmation"),
+    "VehicleCommand": (
+        "timestamp",
+        "param1",
+        "param2",
+        "command",
+        "target_system",
+        "target_component",
+        "confirmation",
+        "param4",
+        "param5",
+        "param6",
+        "param7",
+    ),
     "VehicleCommandAck": ("command", "result"),
     "VehicleStatus": ("timestamp", "arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
     "VehicleControlMode": ("timestamp", "flag_armed", "flag_control_offboard_enabled"),
+    "VehicleLandDetected": ("landed",),
+    "BatteryStatus": ("connected", "remaining"),
     "FailsafeFlags": ("timestamp", "offboard_control_signal_lost"),
 }
 """{message: the fields that the bridge uses}."""
@@ -144,6 +158,8 @@ def command(module: ModuleType, request: Request, target: int, timestamp: int) -
     """Return the VehicleCommand of a request to system ``target``."""
     message = module.VehicleCommand(timestamp=timestamp, command=request.command, confirmation=request.attempt % 256)
     message.param1, message.param2 = request.param1, request.param2
+    if request.command == NAV_TAKEOFF:  # here, to the height of MIS_TAKEOFF_ALT
+        message.param4 = message.param5 = message.param6 = message.param7 = math.nan
     message.target_system = message.source_system = target
     message.target_component = message.source_component = 1
     message.from_external = True

@@ -4,6 +4,7 @@ PX4's odometry becomes ``state``; ``wrench_setpoint`` (mode attitude and rates: 
 setpoint. ``actuation`` is a prediction of the bridge's own mixer model: PX4 reports none over DDS.
 """
 
+import math
 import sys
 from typing import Any
 
@@ -14,12 +15,12 @@ from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotNode
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
-from quad_guard.guard import ASK_DESCEND
+from quad_guard.guard import ASK_DESCEND, REQUESTED
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_guard import Command
 from quad_px4 import messages
-from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, autopilot
+from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, Vehicle, autopilot
 from quad_px4.interface import PX4
 from quad_px4.parameters import AirframeParameters
 from quad_px4.setpoints import Setpoints
@@ -38,7 +39,7 @@ class Px4Bridge(AutopilotNode):
         self.max_rotor_thrust = airframe.max_rotor_thrust
         self._status: Status | None = None
         self._control_mode: ControlMode | None = None
-        self._flags = Flags()
+        self._flags, self._vehicle = Flags(), Vehicle()
         self._guarded_step, self._flown = -1, Wrench()
         self.passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
@@ -75,6 +76,8 @@ class Px4Bridge(AutopilotNode):
             ("VehicleControlMode", self._on_control_mode),
             ("VehicleCommandAck", self._on_ack),
             ("FailsafeFlags", self._on_flags),
+            ("VehicleLandDetected", self._on_landed),
+            ("BatteryStatus", self._on_battery),
         ):
             kind = getattr(self.px4, name)
             self.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
@@ -91,10 +94,20 @@ class Px4Bridge(AutopilotNode):
 
     def _update(self) -> None:
         if self._status is not None:
-            self.autopilot = autopilot(self._status, self._control_mode, self._flags)
+            self.autopilot = autopilot(self._status, self._control_mode, self._flags, self._vehicle)
 
     def _on_flags(self, message: Any) -> None:
         self.spoke_at, self._flags = self.clock(), messages.flags(message, self._flags)
+        self._update()
+
+    def _on_landed(self, message: Any) -> None:
+        self._vehicle = self._vehicle._replace(landed=bool(message.landed))
+        self._update()
+
+    def _on_battery(self, message: Any) -> None:
+        share = float(message.remaining)
+        known = message.connected and 0.0 <= share <= 1.0
+        self._vehicle = self._vehicle._replace(battery=share if known else math.nan)
         self._update()
 
     def _on_ack(self, message: Any) -> None:
@@ -113,7 +126,7 @@ class Px4Bridge(AutopilotNode):
         if self.command is not None and self.command is not self.passed_on and not self.setpoints.by_attitude:
             self.passed_on, self._is_command_new = self.command, True
             self.on_command()
-            if self.sequence.phase == Phase.FLY and self.is_obeyed():
+            if self.may_fly():
                 self._step_guard()
                 wrench = self._flown if self.guard.taken_over else self.command.wrench
                 sampled = self.origin + self.command.step * self.flight.plant_period // 1000
@@ -123,6 +136,10 @@ class Px4Bridge(AutopilotNode):
     def _step_guard(self) -> None:
         """Bring the guard up to now, in PX4's own time; it rests before the first command and as PX4 lands."""
         given, state = self.command, self.state
+        if self.sequence.phase in (Phase.CLIMB, Phase.RETURN):  # the autopilot flies: nothing grows old meanwhile
+            self.guard.rest(self.current_step)
+            self._guarded_step = -1
+            return
         if given is None or state is None or self.origin < 0 or not self.is_obeyed():
             return
         period = self.flight.plant_period
@@ -140,7 +157,7 @@ class Px4Bridge(AutopilotNode):
         """Step the guard; what it took over ends the flight."""
         if not self.setpoints.by_attitude:
             self._step_guard()
-        if self.guard.taken_over:
+        if self.guard.taken_over and self.guard.memory.reason != REQUESTED:
             self.stop = self.stop or self.failure
 
     def refusal(self) -> str:

@@ -48,7 +48,10 @@ def test_the_status_says_why():
 
 @pytest.mark.parametrize(
     ("nav_state", "whose"),
-    [(14, Control.OURS), (18, Control.LANDING), (12, Control.LANDING), (20, Control.LANDING), (4, Control.OTHER)],
+    [
+        *((14, Control.OURS), (18, Control.LANDING), (12, Control.LANDING), (20, Control.LANDING)),
+        *((4, Control.WAITING), (17, Control.CLIMBING), (2, Control.OTHER), (5, Control.OTHER)),
+    ],
 )
 def test_modes_by_their_numbers(nav_state, whose):
     assert control(nav_state) == whose

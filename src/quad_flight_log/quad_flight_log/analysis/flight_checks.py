@@ -160,17 +160,29 @@ def stopped_motors(flown: Flown) -> str:
     flight, limit = flown.flight, flown.guard.contact.stop_height
     # the ground is where it is, not where an estimate has it
     truth = by_stamp(flight.array("truth") if flight.has("truth") else flown.tables["truth"])
-    times, height = truth["stamp_ns"] * 1e-9, truth["p_w"][:, 2] - flown.guard.ground_height
+    by_estimate = autopilot_lands(flight) and not flight.has("truth")
+    ground = truth["p_w"][0, 2] if by_estimate and len(truth) else flown.guard.ground_height
+    times, height = truth["stamp_ns"] * 1e-9, truth["p_w"][:, 2] - ground
     if "actuation" in flown.tables:
         actuation = by_stamp(flown.tables["actuation"])
         thrust = np.interp(times, actuation["stamp_ns"] * 1e-9, actuation["thrust"])
         still = _longest(times, (thrust < STOPPED_SHARE * actuation["thrust"].max()) & (height > limit))
         if still.time > STOPPED_TIME:
             return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
-    has_to_be_down = "flight/mode" in flown.tables or (flown.failed and not autopilot_lands(flight))
+    has_to_be_down = "flight/mode" in flown.tables or flown.failed
+    if autopilot_lands(flight) and (flown.failed or _has_landed(flight)):
+        return ""  # it, or its pilot, has the vehicle; its own detector knows the ground better than its estimate
     if height[-1] > limit and has_to_be_down and not ends_early(flown.flight):
         return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
     return ""
+
+
+def _has_landed(flight: Flight) -> bool:
+    """Return whether the autopilot's own detector saw the ground at the end."""
+    if not flight.has("flight/autopilot"):
+        return False
+    rows = flight.array("flight/autopilot")
+    return len(rows) > 0 and bool(rows["landed"][-1])
 
 
 def recorded_end(flown: Flown) -> str:

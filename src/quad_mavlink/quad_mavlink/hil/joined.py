@@ -16,7 +16,7 @@ from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
 from quad_autopilot.node import BEAT
-from quad_core.cascade import COMMAND, STAGES, TRAJECTORY
+from quad_core.cascade import COMMAND, COMMANDER, STAGES, TRAJECTORY
 from quad_core.types import Actuation, Disturbance, VehicleState
 from quad_dynamics.plant_output import Announcer
 from quad_mavlink.hil import motors
@@ -71,7 +71,10 @@ class JoinedPlant(Px4Bridge):
         self._seeks, self._outputs = self.settings.gate.watch, motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
         self._booting, self._steps = "", 0
-        answers = {TRAJECTORY: "reference", **{stage.role: stage.gives for stage in STAGES}}
+        answers = {
+            COMMANDER if self.commanded else TRAJECTORY: "reference",
+            **{stage.role: stage.gives for stage in STAGES},
+        }
         self._answers = {role: topic for role, topic in answers.items() if role in self.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
             self.subscribe(topic, lambda payload, topic=topic: self._on_answer(topic, *head_of(payload)), raw=True)
@@ -133,7 +136,7 @@ class JoinedPlant(Px4Bridge):
         """Pass on a wrench that has just come, and go on if that was what the plant waited for."""
         before = self.passed_on
         super().progress()
-        if self.passed_on is not before and self.sequence.phase == Phase.FLY:
+        if self.passed_on is not before and self.may_fly():
             self._are_outputs_due, self._idle_from = True, time.monotonic()
         if self.command is not None:
             self._on_answer(COMMAND, self.command.step, self.run)
@@ -263,7 +266,7 @@ class JoinedPlant(Px4Bridge):
 
     def _publish_moved(self) -> None:
         """Publish truth, disturbance and actuation of the flight's steps, those before its origin was known too."""
-        if self.origin < 0 or self.phase != FlightState.FLYING or not self.is_obeyed():
+        if self.origin < 0 or self.phase != FlightState.FLYING or not (self.commanded or self.is_obeyed()):
             return
         while self._moved:
             at, truth, disturbance, actuation = self._moved.popleft()

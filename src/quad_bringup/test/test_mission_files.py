@@ -1,0 +1,50 @@
+"""A mission from a file is the one of the command line, with its trajectory's parameters."""
+
+import pytest
+
+from quad_bringup.commanded import read_mission
+from quad_core.parameters import ParameterError
+
+FILE = """
+items: [takeoff:2, waypoints, hold:5, land]
+waypoints:
+  points: [0 0 2, 4 0 2 90deg]
+  speed: 1.5
+"""
+
+
+def written(folder, text):
+    path = folder / "mission.yaml"
+    path.write_text(text, "utf-8")
+    return str(path)
+
+
+def test_items_and_waypoints_come_from_the_file(tmp_path):
+    assert read_mission(written(tmp_path, FILE)) == (
+        "takeoff:2,waypoints,hold:5,land",
+        ["trajectory.waypoints.points=0 0 2; 4 0 2 90deg", "trajectory.waypoints.speed=1.5"],
+    )
+
+
+def test_items_of_the_command_line_are_left_as_they_are():
+    assert read_mission("takeoff,case2,land") == ("takeoff,case2,land", [])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("points: [1]", "no list items"),
+        ("items: takeoff", "no list items"),
+        ("items: [takeoff]\ncase1: {speed: 1}", "found case1"),
+        ("items: [takeoff]\nitems: [land]", "items"),
+        ("items: [", "mission.yaml"),
+    ],
+)
+def test_what_is_no_mission_is_refused_by_file_and_key(tmp_path, text, words):
+    with pytest.raises(ParameterError, match=words):
+        read_mission(written(tmp_path, text))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(ParameterError, match=r"none\.yaml"):
+        read_mission(str(tmp_path / "none.yaml"))
