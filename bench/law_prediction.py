@@ -13,6 +13,7 @@ Examples:
 
 import argparse
 import sys
+from typing import Any
 
 from quad_core.cascade import STAGE
 from quad_core.compensated import compensated
@@ -68,7 +69,7 @@ def flown(delay, settings, form=0.0):
     flight = from_names("case2", settings=[f"simulator.sensor.delay={delay}", *settings])
     if form:
         laws = [resolved.plugins["law"].module for resolved in (flight.resolved[role] for role in CONTROLLERS)]
-        kinds = [STAGE[role].inputs for role in CONTROLLERS]
+        kinds: list[Any] = [STAGE[role].inputs for role in CONTROLLERS]
         stages = PerStage(
             *(compensated(law, kind, frozenset({"prediction"}), simple) for law, kind in zip(laws, kinds, strict=True))
         )

@@ -96,7 +96,7 @@ class Relay(Node):
 
     def on_raw(self, name: str) -> Callable[[bytes], None]:
         """Return what keeps or counts the messages of a topic, and acknowledges now and then."""
-        kind = topics.TOPICS[name].type
+        kind: Any = topics.TOPICS[name].type
         handle = self.bag.add_topic(f"/{name}", definition_of(kind), Qos(10)) if self.bag else 0
 
         def keep(payload: bytes) -> None:

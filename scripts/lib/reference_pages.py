@@ -6,6 +6,7 @@ import sys
 import textwrap
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import diagrams
 import documentation_site
@@ -127,7 +128,8 @@ def message_section(name: str) -> str:
 def parameter_pages() -> dict[str, str]:
     """Return {file name: text} of docs/reference/parameters."""
     pages = {}
-    for role, kind in {**ROLES, **GUESTS, **OWNERS}.items():
+    roles: dict[str, Any] = {**ROLES, **GUESTS, **OWNERS}
+    for role, kind in roles.items():
         parts = [
             f"# {role}\n\n`ros2 run {ALL_ROLES[role].package} {role}`. {SUMMARIES[role]}\n",
             field_table(fields(kind.parameters)),
