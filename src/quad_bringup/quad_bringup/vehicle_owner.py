@@ -11,7 +11,7 @@ INTERFACES = {interface.name: role for role, interface in OWNERS.items() if inte
 """{name: role} of the vehicle interfaces that fly can start."""
 AUTOPILOT = "autopilot"
 """The limits of flights on an autopilot's estimate."""
-_AGES = ("reference_late", "reference_lost", "setpoint_lost", "wrench_lost", "state_lost")
+_AGES = ("reference_late", "reference_lost", "setpoint_lost", "state_lost")
 _PATIENT = 60
 """Seconds of wall time after which a commander acts, joined: the plant waits, so nothing ages meanwhile."""
 
