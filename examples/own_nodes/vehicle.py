@@ -134,10 +134,11 @@ class Vehicle(Node):
     def on_period(self):  # real time: the clock goes on, with the newest wrench
         if self.wrench is None:  # time begins with the first command
             self.began = time.monotonic()
-        due = int((time.monotonic() - self.began) * 1e9) // self.period
+        due, before = int((time.monotonic() - self.began) * 1e9) // self.period, self.step
         while self.phase == FlightState.FLYING and self.wrench is not None and self.step < due:
             self.integrate()
-        self.publish_state()
+        if self.step > before:  # the state of a step is sent once
+            self.publish_state()
 
     def on_tick(self):
         self.ticks += 1
