@@ -42,7 +42,7 @@ AUTOPILOT = {
     "quad_autopilot.arming._streaming": [
         ("arming", "memory.beats < parameters.beats", "memory.beats < 1"),
         ("arming", "inputs.autopilot.armed", "False"),
-        ("arming", "if inputs.refusal", "if False"),
+        ("arming", "refusal = inputs.refusal", "refusal = ''"),
     ],
     "quad_autopilot.arming._preparing": [
         ("takeover", "phase != Phase.MODE and _is_left(memory, autopilot)", "False"),
@@ -58,11 +58,13 @@ AUTOPILOT = {
         ("heartbeat", "inputs.command_age > _patience(parameters, memory, inputs)", "False"),
         ("state", "inputs.state_age > parameters.state_timeout", "False"),
     ],
-    "quad_autopilot.arming._landing": [("takeover", "autopilot.control == Control.OTHER", "False")],
+    "quad_autopilot.arming._landing": [
+        ("takeover", "autopilot.control not in (Control.OURS, Control.LANDING, Control.UNSAID)", "False"),
+    ],
     "quad_autopilot.arming._is_left": [("takeover", " or not math.isinf(memory.left_at)", "")],
     "quad_autopilot.arming._leave": [
         ("takeover", "min(memory.left_at, inputs.now)", "inputs.now"),
-        ("takeover", "_release(memory, taken(profile, autopilot, when))", "_land(profile, memory, when)"),
+        ("takeover", "_release(memory, taken(profile, autopilot, when, memory.usual))", "_land(profile, memory, when)"),
     ],
     "quad_autopilot.arming._request": [
         ("arming", "inputs.now - memory.asked_at < parameters.answer_timeout", "False"),
@@ -73,7 +75,7 @@ AUTOPILOT = {
         ("takeover", "if not math.isinf(memory.left_at)", "if False"),
         ("takeover", " or not offboard", ""),
         ("heartbeat", "memory.failed or not fresh", "not fresh"),
-        ("heartbeat", "inputs.command_age <= parameters.command_timeout", "True"),
+        ("heartbeat", "fresh = inputs.command_age <= parameters.command_timeout", "fresh = True"),
         ("arming", "memory.phase <= Phase.SPOOL_UP", "memory.phase <= Phase.ARM"),
     ],
 }
@@ -124,7 +126,7 @@ PX4 = {
         ("modes", "whose == Control.OURS", "whose == Control.OTHER"),
     ],
     "quad_px4.autopilot.control": [
-        ("modes", "Control.LANDING if nav_state in LANDING else Control.OTHER", "Control.OTHER"),
+        ("modes", "Control.LANDING if nav_state in LANDING else known", "known"),
     ],
     "quad_px4.messages.sample": [
         ("timestamps", "int(message.timestamp_sample)", "int(message.timestamp)"),
@@ -199,7 +201,7 @@ MAVLINK = {
         ("heartbeat", "_ONBOARD_CONTROLLER, _NO_AUTOPILOT", "_NO_AUTOPILOT, _ONBOARD_CONTROLLER"),
     ],
     "quad_mavlink.vehicle.MavlinkVehicle.refusal": [
-        ("arming", "self.kind == modes.ARDUPILOT", "self.kind == modes.PX4"),
+        ("arming", "self.kind == modes.ARDUPILOT and (not", "self.kind == modes.PX4 and (not"),
         ("arming", "& THRUST_AS_THRUST", "& 1"),
     ],
     "quad_mavlink.vehicle.MavlinkVehicle._command": [
@@ -227,7 +229,7 @@ CRAZYFLIE = {
     "quad_crazyflie.setpoints.unpacked": [("wxyz", "(3, 2, 1, 0)", "(0, 1, 2, 3)")],
     "quad_crazyflie.vehicle.CrazyflieVehicle.request": [
         ("landing", "send_notify_setpoint_stop()", "send_stop_setpoint()"),
-        ("arming", "send_arming_request(True)", "send_arming_request(False)"),
+        ("arming", "send_arming_request(self._is_armed)", "send_arming_request(False)"),
         ("landing", "max(height / self.settings.landing_speed, 1.0)", "height"),
     ],
     "quad_crazyflie.vehicle.CrazyflieVehicle.idle": [("clip", "0.0, 0)", "0.0, 10001)")],

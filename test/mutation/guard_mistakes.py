@@ -5,7 +5,7 @@ GUARD = {
         ("finite", "wrench.thrust + torque.x + torque.y + torque.z", "wrench.thrust + torque.x + torque.y"),
         ("newer", "command.step <= last_step", "command.step < last_step"),
         ("ahead", "command.step > newest", "command.step > newest + 1"),
-        ("old", "period / 1e9 > limits.too_old", "period / 1e9 > 10.0 * limits.too_old"),
+        ("old", "> limits.too_old", "> 10.0 * limits.too_old"),
         ("stamp", "command.stamp != command.step * period", "command.stamp < command.step * period"),
     ],
     "quad_guard.checks.largest_torque": [

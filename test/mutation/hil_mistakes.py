@@ -89,7 +89,7 @@ HIL = {
         ("nan", "refused := motors.refusal(found, self.suite.time_usec)", "refused := ''"),
     ],
     "quad_mavlink.hil.exchange.Exchange.boot": [("clock", "self._due + period", "self._due")],
-    "quad_mavlink.hil.gate.Gate.is_of_our_clock": [("clock", "0 <= now - stamp", "True")],
+    "quad_mavlink.hil.gate.Gate.is_of_our_clock": [("clock", "0 <= 1e-06 * (now - stamp)", "1e-06 * (now - stamp)")],
     "quad_mavlink.hil.gate.Gate.on_state": [
         ("lag", "now - stamp", "0"),
         ("spacing", "stamp - self._stamp", "now - self._stamp"),

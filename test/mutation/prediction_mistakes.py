@@ -9,7 +9,7 @@ PREDICTION = {
         ("attitude", "scale(ages.y, subtract", "scale(ages.x, subtract"),
         ("velocity", "add(state.v_w, scale(ages.x, acceleration))", "state.v_w"),
         ("smoothing", "turned(before.q_wb, scale(0.5 * dt", "turned(before.q_wb, scale(dt"),
-        ("bounded", "parameters.position_age + held.x > parameters.max_age", "held.x > parameters.max_age"),
+        ("bounded", "known_age.x + held.x > parameters.max_age", "held.x > parameters.max_age"),
     ],
     "quad_core.prediction._smoothed": [
         ("smoothing", "1.0 - z * z", "1.0 - z"),
