@@ -57,7 +57,7 @@ class Flight:
         self.spoil, self.height, self.commands = spoil, height, commands
         self.memory, self.output, self.sample, self.state = arming.Memory(), None, None, None
         self.steps, self.heard, self.commanded, self.stop, self.ended = 0, -9.0, -9.0, "", False
-        self.rejected, self.resets, self.is_level_sent = [], 0, False
+        self.rejected, self.resets, self.is_level_sent, self.unanswered = [], 0, False, np.inf
 
     @property
     def events(self):
@@ -83,13 +83,15 @@ class Flight:
                 continue
             self.resets += int(self.sample is not None and sample.reset_counter != self.sample.reset_counter)
             self.sample, self.heard, self.state = sample, now, odometry.state(sample)
+            self.unanswered = min(self.unanswered, now)
             if self.memory.phase == Phase.FLY and self.commands:
-                self.commanded = now
+                self.commanded, self.unanswered = now, np.inf
                 self.send(hover(self.state, self.height), self.settings.mode)
 
     def beat(self):
         now = self.fake.now
-        age = now - self.commanded if self.commanded > 0.0 else np.inf
+        # as in the bridge: for how long a state has waited for a command
+        age = max(now - self.unanswered, 0.0) if self.commanded > 0.0 else np.inf
         refusal = self.vehicle.refusal() if self.memory.phase == Phase.STREAM else ""
         given = Inputs(now, now, self.vehicle.autopilot, self.vehicle.ack, age, now - self.heard, refusal, self.stop)
         self.output, self.memory = arming.step(

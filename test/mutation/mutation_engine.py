@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 # Loaded once before forking: most of a short test run is importing these.
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
-COPIED = ("src", "studies", "test/paper", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
+COPIED = ("src", "studies", "test/paper", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
     "quad_autopilot": [],
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],

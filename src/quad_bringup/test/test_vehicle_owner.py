@@ -69,4 +69,6 @@ def test_a_mission_gives_the_commander_the_pace_of_states_and_joined_its_patienc
     plain = vehicle_owner.settings(argparse.Namespace(vehicle_owner="px4=file", mission="takeoff,land"))
     assert plain == [*SPACED, "commander.period_steps=2"]
     joined = vehicle_owner.settings(argparse.Namespace(vehicle_owner="joined=file", mission="takeoff,land"))
-    assert {"commander.period_steps=2", "commander.modes.state_lost=60", "commander.modes.setpoint_lost=60"} < set(joined)
+    assert {"commander.period_steps=2", "commander.modes.state_lost=60", "commander.modes.setpoint_lost=60"} < set(
+        joined
+    )

@@ -22,7 +22,9 @@ class Batch(NamedTuple):
 
 def prepared(definition: Definition) -> Batch:
     """Return a campaign ready to fly; raises ParameterError or PluginError if its flight or parameters are unknown."""
-    base = base_flight(definition)
+    plain = base_flight(definition)
+    # values decide what runs: where sensors are late, laws see predicted states
+    base = base_flight(definition, drawn(definition, Variation(plain, definition.vary), 0))
     batch = Batch(definition, base, Variation(base, definition.vary))
     batch.variation.apply(drawn(definition, batch.variation, 0))
     return batch

@@ -75,9 +75,9 @@ def read_definition(path: Path) -> Definition:
     return Definition(path.stem, str(content.get("about", "")), flight, distributions, success, seed)
 
 
-def base_flight(definition: Definition) -> Flight:
-    """Return the flight that varies; raises ParameterError or PluginError as scripts/fly would."""
-    return flight_from_resolved(resolve_flight(request(definition, {}), {}))
+def base_flight(definition: Definition, values: Mapping[str, Value] | None = None) -> Flight:
+    """Return the flight that varies, with ``values``; raises ParameterError or PluginError as scripts/fly would."""
+    return flight_from_resolved(resolve_flight(request(definition, values or {}), {}))
 
 
 def request(definition: Definition, values: Mapping[str, Value]) -> Request:

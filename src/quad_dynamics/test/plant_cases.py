@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import Conditions, Vec3, Wrench
+from quad_core.types import Conditions, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.parameters import Effectiveness, InertiaError, PlantParameters
 
@@ -38,9 +38,9 @@ def under(force: Vec3 = NONE, torque: Vec3 = NONE) -> Conditions:
 
 
 def numbers(value: Any) -> Iterable[float]:
-    """Yield every number of nested tuples, depth first."""
+    """Yield every number of nested tuples, depth first; of a state only what moves, not its ages or its ground."""
     if isinstance(value, tuple):
-        for part in value:
+        for part in value[:4] if isinstance(value, VehicleState) else value:
             yield from numbers(part)
     else:
         yield value
