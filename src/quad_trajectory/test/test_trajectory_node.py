@@ -68,7 +68,7 @@ def test_the_plan_comes_before_the_first_reference_and_once(node):
 def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, run_id):
     roles = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
     node = make(f"flight.roles:={roles}", "flight.run_id:=a1")
-    taken = node._inputs[0]
+    taken = node.inputs[0]
     for name in ("a1", run_id):
         mode = FlightMode(mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run_id=name)
         node.callbacks["flight/mode"](serialize_message(mode))
