@@ -18,19 +18,10 @@ from typing import NamedTuple
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
 COPIED = ("src", "studies", "test/paper", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
-    "quad_autopilot": [],
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
     "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
     "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
     "quad_dynamics": ["plant_terms"],
-    "quad_trajectory": [],
-    "quad_campaign": [],
-    "quad_commander": [],
-    "quad_crazyflie": [],
-    "quad_flight": [],
-    "quad_flight_log": [],
-    "quad_mavlink": [],
-    "quad_px4": [],
 }
 # CPU time, so that a busy machine is not taken for an endless loop.
 SECONDS_PER_MUTANT = 120

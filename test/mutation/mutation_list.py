@@ -1,44 +1,31 @@
-"""The mistakes that unit tests must notice.
+"""The mistakes that unit tests must notice, read from ``mistakes/PACKAGE.txt``.
 
-Snippets are written as ``ast.unparse`` writes code and must stand exactly once in the function.
+A line without indent names a function. Each line below it is a mistake there: ``EQUATION: `what stands` -> `what it
+becomes```, both as ``ast.unparse`` writes code (``\\n`` for the end of a line). What stands must be there exactly once.
 """
 
-from attitude_mistakes import ATTITUDE
-from baseline_mistakes import ATTITUDE_BASELINES, POSITION_BASELINES
-from bridge_mistakes import AUTOPILOT, CRAZYFLIE, MAVLINK, PX4
-from campaign_mistakes import CAMPAIGN
-from flight_mistakes import FLIGHT
-from guard_mistakes import COMMANDER, GUARD
-from hil_mistakes import HIL
-from log_mistakes import LOG
-from mutation_engine import Mutation
-from plant_mistakes import PLANTS, ROTATIONS
-from position_mistakes import POSITION
-from prediction_mistakes import PREDICTION
-from trajectory_mistakes import TRAJECTORIES
+import re
+from collections.abc import Iterator
+from pathlib import Path
 
-MUTATIONS = [
-    Mutation(f"eq. {equation}" if equation[0].isdigit() else equation, function, old, new)
-    for family in (
-        POSITION,
-        ATTITUDE,
-        PLANTS,
-        ROTATIONS,
-        TRAJECTORIES,
-        POSITION_BASELINES,
-        ATTITUDE_BASELINES,
-        FLIGHT,
-        PREDICTION,
-        GUARD,
-        COMMANDER,
-        LOG,
-        CAMPAIGN,
-        AUTOPILOT,
-        PX4,
-        MAVLINK,
-        CRAZYFLIE,
-        HIL,
-    )
-    for function, mistakes in family.items()
-    for equation, old, new in mistakes
-]
+from mutation_engine import Mutation, MutationError
+
+FOLDER = Path(__file__).parent / "mistakes"
+MISTAKE = re.compile(r"  ([^`]+): `([^`]+)` -> `([^`]*)`")
+
+
+def read_mistakes(file: Path) -> Iterator[Mutation]:
+    """Yield the mistakes of ``file``; raises MutationError naming a line that is none."""
+    function = ""
+    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+        if not line.startswith(" "):
+            function = line
+            continue
+        found = MISTAKE.fullmatch(line)
+        if found is None or not function:
+            raise MutationError(f"{file.name}:{number}: found {line!r}, expected a function or a mistake in one")
+        equation, old, new = found.groups()
+        yield Mutation(equation, function, old.replace("\\n", "\n"), new.replace("\\n", "\n"))
+
+
+MUTATIONS = [mutation for file in sorted(FOLDER.glob("*.txt")) for mutation in read_mistakes(file)]

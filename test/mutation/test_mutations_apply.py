@@ -8,7 +8,7 @@ from pathlib import Path
 import mutation_engine
 import pytest
 from mutation_engine import Mutation, MutationError, mutated, source_file
-from mutation_list import MUTATIONS
+from mutation_list import MUTATIONS, read_mistakes
 
 pytestmark = pytest.mark.unit
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,6 +34,13 @@ def test_mutation_applies(mutation):
 def test_there_are_enough_and_none_twice():
     assert len(MUTATIONS) >= 70
     assert len(set(MUTATIONS)) == len(MUTATIONS)
+
+
+@pytest.mark.parametrize("line", ["  eq. 1: `a` -> b", "  eq. 1: a -> `b`", "  `a` -> `b`"])
+def test_a_line_that_is_no_mistake_is_named(tmp_path, line):
+    (tmp_path / "pkg.txt").write_text(f"pkg.mod.area\n  eq. 1: `a * b` -> ``\n{line}\n")
+    with pytest.raises(MutationError, match=r"pkg.txt:3: found .*expected a function or a mistake"):
+        list(read_mistakes(tmp_path / "pkg.txt"))
 
 
 def test_what_unit_tests_read_of_the_root_is_copied():
