@@ -96,8 +96,8 @@ class FlightNode(Node):
         entry = topics.TOPICS[topic]
         if self.shadow:
             depth = max(depth, entry.history(self.lockstep))
-        watched = links.qos_events(self.event, entry.name)
-        self.create_subscription(entry.type, entry.name, callback, entry.qos(depth), raw=raw, event_callbacks=watched)
+        qos, watched = entry.qos(depth, keep_all=self.lockstep), links.qos_events(self.event, entry.name)
+        self.create_subscription(entry.type, entry.name, callback, qos, raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
             self._in[entry.name] = " or ".join(sources)

@@ -111,9 +111,15 @@ class Topic(NamedTuple):
             return LOCKSTEP_HISTORY if lockstep else REALTIME_HISTORY
         return 10
 
-    def qos(self, depth: int = 10) -> QoSProfile:
-        """Return its QoS profile."""
+    def qos(self, depth: int = 10, keep_all: bool = False) -> QoSProfile:
+        """Return its QoS profile.
+
+        ``keep_all``: a reader keeps what it has not read yet. Otherwise it keeps the last ``depth`` of all publishers
+        together, and those of a foreign one displace the message that a step in lockstep waits for.
+        """
         profile = latched(depth) if self.latched else stream(depth)
+        if keep_all:
+            profile.history = HistoryPolicy.KEEP_ALL
         if self.foreign:
             profile.reliability = ReliabilityPolicy.BEST_EFFORT
         return profile

@@ -1,0 +1,40 @@
+"""What a node receives on its topics, over real middleware."""
+
+import time
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from quad_msgs.msg import Actuation
+from quad_node import executor
+from quad_node.flight_node import FlightNode
+from quad_node.topics import stream
+
+
+def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits(monkeypatch):
+    """A plant in lockstep sends each message once; a reader that keeps the last few would lose it."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
+    executor.init(["--ros-args", "-p", "flight.mode:=lockstep"])
+    node, ours, foreign = FlightNode("position_controller"), Node("ours"), Node("foreign")
+    try:
+        steps = []
+        node.subscribe("actuation", lambda message: steps.append(message.step))
+        publishers = [each.create_publisher(Actuation, "actuation", stream(10)) for each in (ours, foreign)]
+        executor_ = executor.make_executor("single")
+        for each in (node, ours, foreign):
+            executor_.add_node(each)
+        while not all(each.get_subscription_count() for each in publishers):
+            executor_.spin_once(0.05)
+        publishers[0].publish(Actuation(step=740))
+        for _ in range(300):
+            publishers[1].publish(Actuation(step=0))
+            publishers[1].wait_for_all_acked(Duration(seconds=1.0))
+        deadline = time.monotonic() + 5.0
+        while len(steps) < 301 and time.monotonic() < deadline:
+            executor_.spin_once(0.01)
+        assert steps == [740] + [0] * 300
+    finally:
+        for each in (node, ours, foreign):
+            each.destroy_node()
+        rclpy.try_shutdown()
