@@ -15,7 +15,6 @@ by_tests(
     f"{BRINGUP}/test_surroundings.py::test_whoever_publishes_our_topics_is_named",
     f"{LOG}/test_flight_checks.py::test_messages_of_two_runs_are_refused_and_an_empty_id_is_none",
     f"{LOG}/test_flight_checks.py::test_two_different_messages_with_one_stamp_are_refused_and_a_repeat_is_not",
-    f"{LOG}/test_flight_checks.py::test_a_second_message_that_the_recorder_refused_counts_too",
     also="scripts/accept citizen",
 )
 by_tests(
@@ -25,7 +24,7 @@ by_tests(
     f"{NODE}/test_responder_strangers.py",
     f"{NODE}/test_responder_steps.py::test_one_absurd_step_is_refused_and_does_not_make_the_node_deaf",
     f"{NODE}/test_odometry_relay.py",
-    f"{LOG}/test_flight_clock.py::test_a_stamp_of_the_far_future_does_not_move_it",
+    f"{LOG}/test_steps.py::test_a_stamp_of_the_far_future_does_not_move_it",
     f"{STRANGERS}::test_absurd_steps_and_numbers_of_a_stranger_change_nothing",
 )
 by_tests(
@@ -65,7 +64,7 @@ by_tests(
     "7. recorder frozen for 1 s at 500 Hz, and a soak of 5 min",
     "0.43 to 0.52 s of each topic lost, 1,259 steps lost in the soak, good, dropped 0, steps 0",
     "test/test_frozen_recorder.py",
-    f"{LOG}/test_gap_counter.py",
+    f"{LOG}/test_steps.py",
     f"{LOG}/test_gaps.py",
     f"{NODE}/test_vehicle_node.py::test_nobody_has_recorded_a_step_that_is_not_flown",
     also="scripts/accept soak",

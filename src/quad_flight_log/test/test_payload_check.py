@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rosbags.serde.errors import SerdeError
 
 from quad_flight_log.recorder.message_fields import message_class
-from quad_flight_log.recorder.payload_check import PayloadCheck
+from quad_flight_log.recorder.payload_check import payload_check
 
 RNG = np.random.default_rng(3)
 SAMPLES = {
@@ -36,7 +36,7 @@ SAMPLES = {
 
 
 def check_of(sample):
-    return PayloadCheck(message_class(sample.__msgtype__.replace("/msg/", "/")))
+    return payload_check(message_class(sample.__msgtype__.replace("/msg/", "/")))
 
 
 def by_rosbags(sample, payload):
@@ -49,17 +49,8 @@ def by_rosbags(sample, payload):
 
 
 @pytest.mark.parametrize("name", SAMPLES)
-def test_messages_pass_the_first_time_and_again(name):
+def test_a_message_cut_anywhere_is_refused(name):
     check, payload = check_of(SAMPLES[name]), flight_samples.encoded(SAMPLES[name])
-    assert [check(payload) for _ in range(3)] == ["", "", ""]
-
-
-@pytest.mark.parametrize("warm", [False, True])
-@pytest.mark.parametrize("name", SAMPLES)
-def test_a_message_cut_anywhere_is_refused(name, warm):
-    check, payload = check_of(SAMPLES[name]), flight_samples.encoded(SAMPLES[name])
-    if warm:
-        check(payload)
     whole = next(size for size in range(len(payload) + 1) if by_rosbags(SAMPLES[name], payload[:size]))
     assert all(check(payload[:size]) for size in range(whole))
     assert check(payload) == ""
@@ -80,10 +71,6 @@ def test_what_is_wrong_is_named():
     assert "UTF-8" in check(payload.replace(b"\xc3\xb6", b"\xff\xff"))
     assert "bytes behind" in check(payload + bytes(8))
     assert "zero byte" in check(payload.replace(b"/test\0", b"/test!"))
-    flagged = SAMPLES["internals"]
-    at = flight_samples.encoded(flagged)
-    places = [index for index in range(len(at)) if "boolean" in check_of(flagged)(at[:index] + b"\2" + at[index + 1 :])]
-    assert len(places) >= 3
 
 
 def test_a_message_of_a_million_little_ones_is_refused_at_once():

@@ -88,11 +88,8 @@ def run_ids(flown: Flown) -> str:
 
 
 def equal_stamps(flown: Flown) -> str:
-    """Name the topics on which two different messages carry one stamp; a bit-identical repeat does not count.
-
-    In lockstep the recorder keeps the first one, counts the others and says so.
-    """
-    found = _refused(flown.flight)
+    """Name the topics on which two different messages carry one stamp; a bit-identical repeat does not count."""
+    found = []
     for topic in SIGNALS:
         if not flown.flight.has(topic):
             continue
@@ -267,17 +264,6 @@ def _conflicts(table: Table) -> int:
     pairs = np.flatnonzero(stamps[1:] == stamps[:-1])
     rows = [[table[order[pairs + offset]][name] for name in names if name != "log_ns"] for offset in (0, 1)]
     return sum(1 for k in range(len(pairs)) if any(not _same(a[k], b[k]) for a, b in zip(*rows, strict=True)))
-
-
-def _refused(flight: Flight) -> list[str]:
-    """Return the topics of which the recorder refused a second message, and how many messages in all it did."""
-    count = int(flight.metadata.get("count.conflict", "0"))
-    if not count:
-        return []
-    events = flight.array("flight/events") if flight.has("flight/events") else None
-    texts = [] if events is None else events["text"][events["kind"] == "conflict"]
-    named = sorted({str(text).partition(":")[0] for text in texts})
-    return [f"{', '.join(named) or 'all topics'}: {count} not recorded"]
 
 
 def _same(left: Any, right: Any) -> bool:

@@ -11,16 +11,14 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
 from quad_core.cascade import RECORDER
+from quad_core.parameters import ParameterError
 from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
-from quad_flight_log.recorder.flight_clock import FlightClock
-from quad_flight_log.recorder.gap_counter import GapCounter
+from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.message_fields import definition_of
-from quad_flight_log.recorder.opening import opened
-from quad_flight_log.recorder.payload_check import PayloadCheck
+from quad_flight_log.recorder.payload_check import payload_check
 from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
-from quad_flight_log.recorder.shadow_pace import ShadowPace
-from quad_flight_log.recorder.step_tracker import Arrival, StepTracker
+from quad_flight_log.recorder.steps import FlightClock, ShadowPace, StepCounter
 from quad_flight_log.recorder.vehicle_pose import PoseWriter
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
@@ -38,6 +36,8 @@ _GRACE = 0.15  # s in which the last messages of the other nodes still arrive
 _TAIL_NS = 100_000_000  # before the end, in real time: what a late plant left out there
 _TOO_LARGE = f"a message of {{}} bytes, more than the {MESSAGE_LIMIT} that are recorded"
 
+Keep = Callable[[bytes], None]
+
 
 class Recorder(FlightNode):
     """Writes raw messages; ``log_time`` is the flight's clock, ``publish_time`` the wall clock at reception."""
@@ -47,17 +47,16 @@ class Recorder(FlightNode):
         super().__init__(RECORDER)
         self.settings = self.resolved.node
         self.bag = self._create_bag()
-        self.tracker: StepTracker | None = None
-        self._gaps = GapCounter({})
+        now = time.monotonic()
+        self._stamps, self._counter, self._shadows = FlightClock(now), StepCounter({}), ShadowPace({}, now)
         self._periods: dict[str, int] = {}
-        self._stamps = FlightClock(time.monotonic())
+        self._ready = False
         self._acked = -1
         self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
-        self._shadows = ShadowPace(self.flight.plant_period)
         self._poses = PoseWriter(self.bag, self.resolve_topic_name("pose"), self.get_namespace())
         self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
@@ -73,17 +72,25 @@ class Recorder(FlightNode):
 
     def _create_bag(self) -> BagWriter:
         name = self.flight.run_id or datetime.now(timezone.utc).strftime("%Y%m%d-%H%M%S")
-        directory = Path(self.settings.directory or Path("flights", name))
-        mode = "lockstep" if self.lockstep else "realtime"
         facts = {
             "run_id": self.flight.run_id,
             "seed": self.flight.seed,
-            "mode": mode,
+            "mode": "lockstep" if self.lockstep else "realtime",
             "plant_period_ns": self.flight.plant_period,
             "namespace": self.get_namespace(),
             "interface_hash": interface_hash(),
         }
-        return opened(directory, self.settings.parameters_file, flight_metadata(facts, versions()))
+        file = self.settings.parameters_file
+        try:
+            text = Path(file).read_text("utf-8") if file else ""
+            directory = Path(self.settings.directory or Path("flights", name))
+            return BagWriter(directory, metadata=flight_metadata(facts, versions()), parameters=text)
+        except UnicodeDecodeError as error:
+            raise ParameterError(f"parameters_file: {file}: not UTF-8") from error
+        except OSError as error:
+            raise ParameterError(f"parameters_file: {file}: {error.strerror}") from error
+        except FlightLogError as error:
+            raise ParameterError(f"directory: {error}") from error
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
         qos = Qos(1, durability="transient_local") if latched else Qos(10)
@@ -99,13 +106,12 @@ class Recorder(FlightNode):
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
         elif topic.name.startswith(topics.SHADOW_TOPICS):
-            self._shadows.expect(topic.name)
-            keep = self._with_stamp(topic.name, keep)
+            keep = self._of_shadow(topic.name, keep)
         self.subscribe(topic.name, self._checked(topic.name, topic.type, handle, keep), depth=depth, raw=True)
 
-    def _checked(self, name: str, kind: type, handle: int, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def _checked(self, name: str, kind: type, handle: int, keep: Keep) -> Keep:
         """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""
-        problem_of, has_run = PayloadCheck(kind), names_run(kind)
+        problem_of, has_run = payload_check(kind), names_run(kind)
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))
@@ -119,41 +125,31 @@ class Recorder(FlightNode):
 
         return on_message
 
-    def _plain(self, handle: int) -> Callable[[bytes], None]:
-        def keep(payload: bytes) -> None:
-            self.bag.write(handle, payload, self._flight_ns, time.time_ns())
+    def _plain(self, handle: int) -> Keep:
+        return lambda payload: self._write(handle, payload)
 
-        return keep
+    def _write(self, handle: int, payload: bytes) -> None:
+        self.bag.write(handle, payload, self._stamps.newest, time.time_ns())
 
-    def _stepped(self, name: str, handle: int) -> Callable[[bytes], None]:
-        unpack, write, steady, wall = _STAMP.unpack_from, self.bag.write, time.monotonic, time.time_ns
-        stamps = self._stamps
+    def _stepped(self, name: str, handle: int) -> Keep:
+        write, steady, wall, clock = self.bag.write, time.monotonic, time.time_ns, self._stamps
 
         def keep(payload: bytes) -> None:
             self._arrived = steady()
-            seconds, nanoseconds = unpack(payload, 4)
-            stamp = seconds * 1_000_000_000 + nanoseconds
-            if stamp > stamps.newest and not stamps.believes(stamp, self._arrived):
+            stamp = _stamp_of(payload)
+            if not clock.accepts(stamp, self._arrived):
                 self.bag.refuse(handle)
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
                 self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
                 return
-            if self.tracker is not None:
-                kind = self.tracker.add(name, stamp, payload)
-                if kind is not Arrival.NEW:
-                    self._unusual(name, stamp, kind)
-                    if kind is not Arrival.OFF_STEP:
-                        return
-            else:
-                self._gaps.add(name, stamp)
-            newest = stamps.newest
-            write(handle, payload, newest, wall())
-            if newest >= self._due_ns:
+            self._counter.add(name, stamp)
+            write(handle, payload, clock.newest, wall())
+            if clock.newest >= self._due_ns:
                 self._acknowledge()
 
         return keep
 
-    def _with_status(self, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def _with_status(self, keep: Keep) -> Keep:
         def on_message(payload: bytes) -> None:
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
@@ -162,39 +158,27 @@ class Recorder(FlightNode):
 
         return on_message
 
-    def _with_stamp(self, name: str, keep: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def _of_shadow(self, name: str, keep: Keep) -> Keep:
         def on_message(payload: bytes) -> None:
             keep(payload)
-            seconds, nanoseconds = _STAMP.unpack_from(payload, 4)
-            self._shadows.add(name, seconds * 1_000_000_000 + nanoseconds)
-            if self._stamps.newest >= self._due_ns:
-                self._acknowledge()
+            self._shadows.add(name, _stamp_of(payload), time.monotonic())
 
         return on_message
 
-    def _unusual(self, name: str, stamp: int, kind: Arrival) -> None:
-        if kind is Arrival.CONFLICT:
-            # a warning, for they come by the thousand: every one is counted and fails the flight
-            text = f"{name}: a second, different message for stamp {stamp} ns; not recorded"
-            self.event(FlightEvent.WARNING, "conflict", text, stamp)
-        elif kind is Arrival.OFF_STEP:
-            self.event(FlightEvent.WARNING, "off_step", f"{name}: stamp {stamp} ns belongs to no step of it", stamp)
-        else:
-            self.counters["repeat"] += 1
-
     def _acknowledge(self) -> None:
         """Let the plant go on; held back while the disk is behind."""
-        if self.tracker is None or self.bag.backlog > BACKLOG_LIMIT // 4:
+        if not (self.lockstep and self._ready) or self.bag.backlog > BACKLOG_LIMIT // 4:
             return
-        complete = self._shadows.leave(self.tracker.complete_through())
-        if complete < max(self._acked + self.settings.ack_steps, 0):
+        period = self.flight.plant_period
+        step = (self._counter.complete_through() + 1) // period - 1
+        step = self._shadows.allowed(step, period, time.monotonic())
+        if step < max(self._acked + self.settings.ack_steps, 0):
             return
-        self._acked = self.current_step = complete
-        self._due_ns = (complete + self.settings.ack_steps) * self.flight.plant_period
-        dropped = sum(self.bag.dropped.values()) + self.counters["conflict"]
-        payload = serialize_message(RecorderAck(step=complete, run=self.run, dropped=dropped))
+        self._acked = self.current_step = step
+        self._due_ns = (step + self.settings.ack_steps) * period
+        payload = serialize_message(RecorderAck(step=step, run=self.run, dropped=sum(self.bag.dropped.values())))
         self._ack_out.publish(payload)
-        self.bag.write(self._ack_handle, payload, self._flight_ns, time.time_ns())
+        self._write(self._ack_handle, payload)
 
     def missing_links(self) -> list[str]:
         """Return unmatched topics and the roles whose period is not known yet."""
@@ -203,16 +187,18 @@ class Recorder(FlightNode):
         ]
 
     def on_ready(self) -> None:
-        """Expect a message of every step topic at every step of its publisher."""
-        periods: dict[bool, dict[str, int]] = {True: {}, False: {}}
-        for topic in topics.TOPICS.values():
-            if topic.step and topic.publishers[0] in self.roles and topic.exists(self.roles):
-                periods[topic.required][topic.name] = self._periods[topic.publisher_of(self.roles)]
-        if self.lockstep:
-            self.tracker = StepTracker(periods[True], self.flight.plant_period, optional=periods[False])
-            return
-        steps = {**periods[True], **periods[False]}
-        self._gaps = GapCounter({name: count * self.flight.plant_period for name, count in steps.items()})
+        """Expect a message of every step topic at every step of its publisher; in real time no topic is required."""
+        steps: dict[str, int] = {}
+        shadows: dict[str, int] = {}
+        for name, topic in topics.TOPICS.items():
+            of_shadow = name.startswith(topics.SHADOW_TOPICS)
+            if (topic.step or of_shadow) and topic.publishers[0] in self.roles and topic.exists(self.roles):
+                period = self._periods[topic.publisher_of(self.roles)] * self.flight.plant_period
+                (shadows if of_shadow else steps)[name] = period
+        optional = [name for name in steps if not (self.lockstep and topics.TOPICS[name].required)]
+        self._counter = StepCounter(steps, optional, spare=0 if self.lockstep else 1)
+        self._shadows = ShadowPace(shadows, time.monotonic())
+        self._ready = True
 
     def on_flight_ended(self, message: FlightState) -> None:
         """Remember the end; ``on_tick`` leaves when everything is there."""
@@ -230,36 +216,35 @@ class Recorder(FlightNode):
             self.event(FlightEvent.ERROR, "recording_stopped", self.bag.error, self._flight_ns)
         self._acknowledge()
         now = time.monotonic()
-        if self.tracker is None:
+        silent = now - self._arrived > _SILENCE
+        if not self.lockstep:
             self.current_step = self._flight_ns // self.flight.plant_period
-            if self.asked_to_end and self._last is None and now - self._arrived > _SILENCE:
+            if self.asked_to_end and self._last is None and silent:
                 self.finish(1, f"stopped by {self.asked_to_end}, and no node flies any more")
         if self._last is None or self.done.done():
             return
         # Of a flight that failed some messages never come: silence is enough.
-        quiet = self._last.state == FlightState.FAILED and now - self._arrived > _SILENCE
-        patience = _GRACE if quiet or self._all_here(self._last.step) else self.settings.finish_timeout
-        if now - self._ended > patience:
+        over = (silent and self._last.state == FlightState.FAILED) or self._all_here(self._last.step)
+        if now - self._ended > (_GRACE if over else self.settings.finish_timeout):
             self._leave(self._last)
 
     def _all_here(self, step: int) -> bool:
-        if self.tracker is None:
-            heard = self._gaps.reached(step * self.flight.plant_period - _TAIL_NS)
-            return heard and time.monotonic() - self._arrived > _GRACE
-        return self.tracker.complete_through() >= step and self._shadows.answered(step, self._periods)
+        stamp = step * self.flight.plant_period
+        if not self.lockstep:
+            came = self._counter.complete_through() >= stamp - _TAIL_NS
+            return came and time.monotonic() - self._arrived > _GRACE
+        return self._counter.complete_through() >= stamp and self._shadows.answered(stamp)
 
     def _leave(self, last: FlightState) -> None:
         ended = last.state == FlightState.ENDED
-        if self.tracker is None:  # no node waited for us, and a late plant skips steps: counted, no fault
-            missing = self._gaps.missing_through(last.step * self.flight.plant_period)
-            problem, severity = "", FlightEvent.INFO
-        else:
-            missing = self.tracker.missing_through(last.step)
-            problem, severity = _listed(missing), FlightEvent.ERROR if ended else FlightEvent.WARNING
+        missing = self._counter.missing_through(last.step * self.flight.plant_period)
+        listed = "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items())
+        fault = bool(missing) and self.lockstep  # in real time a late plant skips steps: counted, no fault
         if missing:
-            self.event(severity, "incomplete", _listed(missing), self._flight_ns)
-        report, conflicts = self._closed(ended, last.reason, missing, last.wall_time), self.counters["conflict"]
-        problem = report.error or problem or (f"{conflicts} conflicting messages" if conflicts else "")
+            severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
+            self.event(severity, "incomplete", listed, self._flight_ns)
+        report = self._closed(ended, last.reason, missing, last.wall_time)
+        problem = report.error or (listed if fault else "")
         if report.error or (ended and problem):
             self.finish(1, problem)
             return
@@ -279,9 +264,11 @@ class Recorder(FlightNode):
         return {"backlog_bytes": self.bag.backlog, "dropped": sum(self.bag.dropped.values())}
 
 
-def _listed(missing: dict[str, int]) -> str:
-    """Return "missing 3 of state, ...", empty if nothing is missing."""
-    return "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items()) if missing else ""
+def _stamp_of(payload: bytes) -> int:
+    """Return the stamp in ns with which a message of a step begins."""
+    seconds, nanoseconds = _STAMP.unpack_from(payload, 4)
+    stamp: int = seconds * 1_000_000_000 + nanoseconds
+    return stamp
 
 
 def main() -> None:

@@ -1,0 +1,134 @@
+"""What the recorder makes of the stamps of a flight: its time, missing messages, and how far it acknowledges."""
+
+import pytest
+
+from quad_flight_log.recorder.steps import FlightClock, ShadowPace, StepCounter
+
+pytestmark = pytest.mark.unit
+
+PERIOD = 2_000_000
+SECOND = 1_000_000_000
+TOPIC, SLOW = "shadow/wrench_setpoint", "shadow/attitude_setpoint"
+
+
+def test_the_clock_follows_a_flight_at_its_own_pace_and_ignores_what_is_old():
+    clock = FlightClock(100.0)
+    for step in range(5000):
+        assert clock.accepts(step * PERIOD, 100.0 + step * 1e-4)  # lockstep, twenty times as fast as real time
+    assert clock.accepts(0, 101.0)
+    assert clock.newest == 4999 * PERIOD
+    assert FlightClock(0.0).accepts(3 * SECOND, 20.0), "a flight that begins late begins"
+
+
+def test_a_stamp_of_the_far_future_does_not_move_it():
+    clock = FlightClock(0.0)
+    assert clock.accepts(4 * SECOND, 4.0)
+    for future in (60 * SECOND, 8_000_000_000 * SECOND, 2**63):
+        assert not clock.accepts(future, 4.1)
+    assert clock.newest == 4 * SECOND
+    assert clock.accepts(4 * SECOND + PERIOD, 4.2)
+
+
+@pytest.mark.parametrize("stopped", [1.0, 5.0, 60.0])
+def test_a_recorder_that_was_stopped_goes_on(stopped):
+    clock = FlightClock(0.0)
+    assert clock.accepts(SECOND, 1.0)
+    assert clock.accepts(SECOND + int(stopped * SECOND), 1.0 + stopped)
+
+
+def counted(steps, topic="state", optional=(), spare=0):
+    found = StepCounter({"state": PERIOD, "reference": 5 * PERIOD}, optional, spare)
+    for step in steps:
+        found.add(topic, step * PERIOD)
+    return found
+
+
+def complete(found):
+    """Return the last complete plant step."""
+    return (found.complete_through() + 1) // PERIOD - 1
+
+
+def test_a_step_is_complete_when_every_topic_that_is_due_has_it():
+    found = counted(range(5))
+    assert complete(found) == -1
+    found.add("reference", 0)
+    assert complete(found) == 4
+    found.add("state", 5 * PERIOD)
+    assert complete(found) == 4
+    found.add("reference", 5 * PERIOD)
+    assert complete(found) == 5
+    assert found.missing_through(5 * PERIOD) == {}
+
+
+@pytest.mark.parametrize(("spare", "end"), [(0, 9), (1, 8)])
+def test_every_message_that_never_came_is_counted_at_start_between_and_end(spare, end):
+    gone = (10, 11, 12, 40)
+    found = counted([step for step in range(3, 91) if step not in gone], spare=spare, optional=("reference",))
+    assert found.missing_through(99 * PERIOD) == {"state": 3 + 4 + end}
+    assert found.missing_through(90 * PERIOD) == {"state": 3 + 4}
+
+
+def test_a_required_topic_without_a_message_lacks_all():
+    assert counted(range(100)).missing_through(99 * PERIOD) == {"reference": 20}
+
+
+def test_an_optional_topic_counts_from_its_first_message_on():
+    found = counted(range(11), optional=("reference",))
+    assert complete(found) == 10
+    found.add("reference", 10 * PERIOD)
+    assert complete(found) == 10
+    assert found.missing_through(10 * PERIOD) == {"reference": 2}
+
+
+def test_a_slow_topic_that_follows_a_late_plant_lacks_nothing():
+    assert counted([0, 5, 11, 16, 22, 26], "reference", ("state",)).missing_through(26 * PERIOD) == {}
+    assert counted([0, 5, 20, 25], "reference", ("state",)).missing_through(25 * PERIOD) == {"reference": 2}
+
+
+def test_repeats_old_messages_and_unknown_topics_change_nothing():
+    found = counted([0, 1, 1, 2, 1, 2, 3], optional=("reference",))
+    found.add("truth", 5 * PERIOD)
+    assert found.missing_through(3 * PERIOD) == {}
+    assert complete(found) == 3
+
+
+def test_impossible_periods_are_refused():
+    with pytest.raises(ValueError, match="positive"):
+        StepCounter({"state": 0})
+
+
+def pace(*topics):
+    return ShadowPace({topic: {TOPIC: 1, SLOW: 5}[topic] * PERIOD for topic in topics}, 100.0)
+
+
+def test_without_a_shadow_all_that_is_complete_may_be_acknowledged():
+    assert pace().allowed(1234, PERIOD, 100.0) == 1234
+    assert pace().answered(1234 * PERIOD)
+
+
+def test_a_shadow_that_answers_may_be_so_far_behind_that_nothing_of_it_is_lost():
+    found = pace(TOPIC)
+    found.add(TOPIC, 1000 * PERIOD, 100.0)
+    assert [found.allowed(step, PERIOD, 101.9) for step in (1128, 1300)] == [1128, 1128]
+    assert found.allowed(1300, PERIOD, 102.1) == 1300, "a silent one is waited for two seconds"
+    found.add(TOPIC, 1001 * PERIOD, 102.1)
+    assert found.allowed(1300, PERIOD, 102.2) == 1129
+
+
+def test_a_shadow_that_never_answers_is_waited_for_from_the_beginning_of_the_flight():
+    found = pace(TOPIC)
+    assert [found.allowed(200, PERIOD, now) for now in (100.0, 102.1)] == [127, 200]
+
+
+def test_the_slowest_of_two_shadows_counts():
+    found = pace(TOPIC, SLOW)
+    found.add(TOPIC, 900 * PERIOD, 100.0)
+    found.add(SLOW, 300 * PERIOD, 100.0)
+    assert found.allowed(900, PERIOD, 100.0) == 428
+
+
+def test_all_is_answered_with_the_last_step_that_a_shadow_is_asked_for():
+    found = pace(SLOW)
+    found.add(SLOW, 10 * PERIOD, 100.0)
+    assert found.answered(14 * PERIOD)
+    assert not found.answered(15 * PERIOD)
