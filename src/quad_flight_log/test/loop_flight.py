@@ -1,5 +1,6 @@
 """A flight of the loop without ROS as the messages that the nodes would have sent, encoded by rosbags."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -7,6 +8,9 @@ import flight_samples
 import numpy as np
 import yaml
 
+from quad_core.cascade import SIGNALS, STAGE
+from quad_core.resolution import Resolved
+from quad_core.roles import Stage
 from quad_flight.flight import Flight, Result, flight_from_parameters, fly
 
 TYPES = {
@@ -37,6 +41,9 @@ def fly_short(duration: float = 1.0) -> FlownFlight:
     result = fly(flight)
     assert result.outcome == "ended"
     rows = [(int(row["stamp_ns"]), topic, _message(topic, row)) for topic in TYPES for row in result.topics[topic]]
+    for _, topic, sample in rows:
+        if topic.endswith("/internals"):
+            _note_inputs(STAGE[topic.partition("/")[0]], flight.resolved, sample)
     rows += [(int(row["stamp_ns"]), "odom", _odometry(row)) for row in result.topics["truth"][::10]]
     rows.append((0, "/diagnostics", _diagnostics()))
     rows.append((0, "flight/events", flight_samples.event(0, "größer")))
@@ -74,6 +81,14 @@ def _odometry(row: np.void) -> Any:
     )
     pose = flight_samples.message("geometry_msgs/msg/PoseWithCovariance", pose=pose)
     return flight_samples.message("nav_msgs/msg/Odometry", header=header, child_frame_id="base_link", pose=pose)
+
+
+def _note_inputs(stage: Stage, resolved: Mapping[str, Resolved], sample: Any) -> None:
+    """Write into internals what their law had: the setpoint that holds at its step, the actuation before it."""
+    sample.dt = resolved[stage.role].node.period_steps * 0.002
+    for place, taken in enumerate(stage.takes):
+        period = 1 if taken.lag else resolved[SIGNALS[taken.topic].publisher].node.period_steps
+        sample.input_steps[place] = (sample.step - taken.lag) // period * period
 
 
 def _diagnostics() -> Any:

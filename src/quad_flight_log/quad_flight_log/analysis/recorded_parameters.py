@@ -20,13 +20,9 @@ class RecordedParametersError(FlightLogError):
 
 
 class Change(NamedTuple):
-    """Parameters that a node got in flight: the plant step they hold from, and when they were recorded (flight s).
-
-    ``step`` is -1 in a bag that does not name it.
-    """
+    """Parameters that a node got in flight, and the plant step they hold from."""
 
     step: int
-    time: float
     values: dict[str, Value]
 
 
@@ -58,25 +54,18 @@ def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
 def _published(flight: Flight) -> dict[str, NodeRecord]:
     found: dict[str, NodeRecord] = {}
     table = text_table(flight, TOPIC)
-    has_step = "step" in (table.dtype.names or ())
     for row in table:
         role = str(row["role"])
         if role not in ROLES:
             continue
         content = read_parameter_text(str(row["parameters"]), f"{flight.path}: {TOPIC}")
-        values: dict[str, Value] = {}
-        for body in content.values():
-            values.update(body)
-        before = found.get(role)
-        names = [str(name) for name in row["internals_names"]]
-        seconds = float(row["log_ns"]) * 1e-9
-        if before is not None and has_step and seconds > 0.0 and not int(row["step"]):
-            continue  # "0 at start": a process that was started again says what it was set up with
-        if before is None or (seconds <= 0.0 and not before.changes):
+        values = {name: value for body in content.values() for name, value in body.items()}
+        before, step, names = found.get(role), int(row["step"]), [str(name) for name in row["internals_names"]]
+        if before is None or (row["log_ns"] <= 0 and not before.changes):
             found[role] = NodeRecord(values, names, ())
-        elif values != (before.changes[-1].values if before.changes else before.values):
-            step = int(row["step"]) if has_step else -1
-            found[role] = before._replace(changes=(*before.changes, Change(step, seconds, values)))
+        elif step and values != (before.changes[-1].values if before.changes else before.values):
+            # step 0, later: a process that was started again says what it was set up with
+            found[role] = before._replace(changes=(*before.changes, Change(step, values)))
     return found
 
 
@@ -99,11 +88,9 @@ def retold(
     if role not in records:
         raise RecordedParametersError(f"{flight.path}: {TOPIC} says nothing of {role}")
     record = records[role]
-    first = _resolved(role, record.values, law, settings or {})
-    known = [change for change in record.changes if change.step >= 0]
-    later = [Phase(change.step, _resolved(role, change.values, law, settings or {})) for change in known]
-    phases = [Phase(0, first), *later]
-    now = {field.name: field.default for field in first.all_fields()}
+    spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
+    phases = [Phase(step, _resolved(role, values, law, settings or {})) for step, values in spells]
+    now = {field.name: field.default for field in phases[0].resolved.all_fields()}
     # Parameters that came after the bag have their defaults: no node changed them.
     return phases, any(now.get(name) != value for name, value in record.values.items())
 

@@ -1,29 +1,33 @@
-"""Recorded inputs fed to a control law again, its outputs held against what was recorded.
+"""Recorded inputs fed to a control law again, its outputs compared with the recorded ones.
 
-The law runs as its node runs it (same inputs per step, same memory from the first step on), so with the recorded
-parameters every bit is the same: that is the log's own proof. With other gains or another law the
-answers to the very same inputs differ, and the difference is reported; the vehicle does not follow the new answers.
-Of a controller that was started again in flight and flew later, the memory runs from the step on at which it began.
+The internals of each step say what the law had: its time step, the step of each input, and which input was too old
+and replaced by a safe one. The law runs as its node runs it, with one memory from the first step on, so with the
+recorded parameters every bit is the same: that is the log's own proof. With other gains or another law the answers to
+the same inputs differ; the vehicle does not follow them. Where a standby took over, the comparison ends.
 """
 
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import STAGE
-from quad_core.flight_parameters import LOCKSTEP
+from quad_core.cascade import SIGNALS, STAGE
+from quad_core.records import builder, columns, leaves, to_rows
 from quad_core.resolution import Resolved
+from quad_core.roles import Stage
+from quad_core.safe import safe_input
+from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
 from quad_flight_log.analysis.arrays import by_stamp
+from quad_flight_log.analysis.metrics import thrust_and_torque
 from quad_flight_log.analysis.recorded_parameters import Change, recorded_parameters, retold
-from quad_flight_log.analysis.replay_inputs import seen
-from quad_flight_log.analysis.takeovers import Flier, fliers
-from quad_flight_log.analysis.tuples import Columns, columns_of, recorded_columns
+from quad_flight_log.analysis.takeovers import fliers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import TopicError
+from quad_flight_log.errors import SchemaError, TopicError
+
+Columns = dict[str, NDArray[Any]]
+Progress = Callable[[int, int], None]
 
 
 class Difference(NamedTuple):
@@ -70,170 +74,152 @@ def replay(
     *,
     law: str | None = None,
     settings: Mapping[str, str] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Replay:
     """Feed the recorded inputs of ``role`` to its law (or ``law``) with ``settings`` ({parameter: text}) changed.
 
-    Raises TopicError if an input or the output was not recorded, RecordedParametersError for impossible parameters.
+    Raises TopicError if an input, the output or the internals were not recorded, RecordedParametersError for
+    impossible parameters.
     """
     phases, changed = retold(flight, role, law=law, settings=settings)
-    start = phases[0].resolved
-    stage = STAGE[role]
-    internals_topic = stage.internals_topic
-    tables = {
-        topic: by_stamp(table)
-        for topic, table in flight.arrays(
-            "state",
-            *(taken.topic for taken in stage.takes),
-            stage.gives,
-            *((internals_topic,) if flight.has(internals_topic) else ()),
-        ).items()
-    }
+    start, stage, record = phases[0].resolved, STAGE[role], recorded_parameters(flight)[role]
+    topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
+    tables = {topic: by_stamp(table) for topic, table in flight.arrays(*topics).items()}
     empty = [topic for topic, table in tables.items() if len(table) == 0]
     if empty:
         raise TopicError(f"{flight.path}: no message on {', '.join(empty)}: there is nothing to replay {role} with")
-    record = recorded_parameters(flight)[role]
+    period, notes = start.flight.plant_period, []
+    taken_over = fliers(flight, role)[1:]
+    if taken_over:
+        notes.append(f"{taken_over[0].node} flew from step {taken_over[0].step} on: compared up to there")
+        for topic in (stage.gives, stage.internals_topic):
+            tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over[0].step * period]
     then = start if not changed else retold(flight, role)[0][0].resolved
-    waiting, flown = phases[1:], fliers(flight, role)
-    parameters = start.law.parameters
-    memories = _Memories(start, flown)
+    module, parameters, waiting, memory = start.law.module, start.law.parameters, phases[1:], None
     steps, outputs, internals, incomplete = [], [], [], 0
-    for step, dt, inputs, complete in seen(then, tables, str(flight.path), progress):
+    for step, dt, inputs, complete in _seen(then, stage, tables, str(flight.path), progress):
         while waiting and waiting[0].step <= step:
             parameters = waiting.pop(0).resolved.law.parameters
-        output, inside = memories.answer(step, parameters, inputs, dt)
+        if memory is None or inputs.state.on_ground:
+            memory = module.init(parameters, start.vehicle)
+        output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)
         steps.append(step)
         outputs.append(output)
         internals.append(inside)
         incomplete += not complete
-    recorded = {stage.gives: recorded_columns(stage.output, tables[stage.gives])}
-    replayed = {stage.gives: columns_of(stage.output, outputs)}
-    if internals_topic in tables and not _other_law(record.values, start):
-        kind = start.law.module.Internals
-        recorded[internals_topic] = recorded_columns(kind, tables[internals_topic], record.internals_names)
-        replayed[internals_topic] = columns_of(kind, internals)
-    stamps = np.array(steps, dtype=np.int64) * start.flight.plant_period
-    notes = _notes(incomplete, record.changes) + _exchange_notes(start, flown[1:])
-    for step, (output, inside) in memories.in_place.items():
-        given = {stage.gives: columns_of(stage.output, [output])}
-        given[internals_topic] = columns_of(start.law.module.Internals, [inside])
-        notes += _sent_by_the_next(step, step * start.flight.plant_period, given, tables, stamps, recorded, replayed)
-    return _compared(role, start, changed, tables, stamps, recorded, replayed, notes)
-
-
-class _Memories:
-    """The memories of all controllers that flew a stage: each runs from its beginning to the last step of its node."""
-
-    def __init__(self, start: Resolved, flown: Sequence[Flier]) -> None:
-        self._module, self._vehicle = start.law.module, start.vehicle
-        self._flown = flown
-        ends = [one.step for one in flown[1:]] + [sys.maxsize]
-        # a controller that ran from the start has the same memory as the other
-        self._until = {one.memory_step: end for one, end in zip(flown, ends, strict=True)}
-        self._known: dict[int, Any] = {}
-        self._last: tuple[int, Flier, dict[int, tuple[Any, Any]]] = (-1, flown[0], {})
-        self.in_place: dict[int, tuple[Any, Any]] = {}
-        """What the next controller had computed for the last step before, and may have sent for the killed one."""
-
-    def answer(self, step: int, parameters: Any, inputs: Any, dt: float) -> tuple[Any, Any]:
-        """Return output and internals of the controller that flew at ``step``; the others compute along."""
-        flier = next(one for one in reversed(self._flown) if one.step <= step or one is self._flown[0])
-        given: dict[int, tuple[Any, Any]] = {}
-        for began, until in self._until.items():
-            if began <= step < until or began == flier.memory_step:
-                if began not in self._known or inputs.state.on_ground:
-                    self._known[began] = self._module.init(parameters, self._vehicle)
-                known = self._known[began]
-                output, self._known[began], inside = self._module.step(parameters, self._vehicle, known, inputs, dt)
-                given[began] = output, inside
-        before, last, others = self._last
-        if flier.memory_step != last.memory_step and flier.memory_step in others:
-            self.in_place[before] = others[flier.memory_step]
-        self._last = step, flier, given
-        return given[flier.memory_step]
-
-
-def _sent_by_the_next(
-    step: int,
-    stamp: int,
-    given: Mapping[str, Columns],
-    tables: Mapping[str, Table],
-    stamps: NDArray[np.int64],
-    recorded: Mapping[str, Columns],
-    replayed: Mapping[str, Columns],
-) -> list[str]:
-    """Put what the next controller has computed for a step where that was recorded; returns a note for each topic."""
-    row, notes = int(np.flatnonzero(stamps == stamp)[0]), []
-    for topic, columns in recorded.items():
-        there = tables[topic]["stamp_ns"] == stamp
-        if _takes_the_place(
-            {name: values[there] for name, values in columns.items()}, replayed[topic], row, given[topic]
-        ):
-            notes.append(f"{topic} of step {step} was sent by the next controller")
-    return notes
-
-
-def _takes_the_place(recorded: Columns, replayed: Columns, row: int, instead: Columns) -> bool:
-    """Put ``instead`` into a ``row`` that was replayed otherwise if it is what was recorded; returns whether it is."""
-    if not all(_bits(values) == _bits(instead[name]) for name, values in recorded.items()):
-        return False
-    differs = any(_bits(replayed[name][row : row + 1]) != _bits(instead[name]) for name in recorded)
-    for name in recorded:
-        replayed[name][row] = instead[name][0]
-    return differs
-
-
-def _bits(values: NDArray[np.float64]) -> bytes:
-    return values.tobytes()
-
-
-def _compared(
-    role: str,
-    resolved: Resolved,
-    changed: bool,
-    tables: Mapping[str, Table],
-    stamps: NDArray[np.int64],
-    recorded: Mapping[str, Columns],
-    replayed: Mapping[str, Columns],
-    notes: list[str],
-) -> Replay:
-    old, new = {}, {}
-    common = stamps
+    recorded = {stage.gives: _recorded_columns(stage.output, tables[stage.gives])}
+    replayed = {stage.gives: _columns_of(stage.output, outputs)}
+    if record.values.get("law") == start.plugins["law"].name:
+        kind, names = module.Internals, record.internals_names
+        recorded[stage.internals_topic] = _recorded_columns(kind, tables[stage.internals_topic], names)
+        replayed[stage.internals_topic] = _columns_of(kind, internals)
+    notes += _notes(incomplete, record.changes)
+    stamps = np.array(steps, dtype=np.int64) * period
+    common, missing, old, new = stamps, 0, {}, {}
     for topic in recorded:
         common = np.intersect1d(common, tables[topic]["stamp_ns"], assume_unique=True)
-    for topic, columns in recorded.items():
-        there = np.isin(tables[topic]["stamp_ns"], common)
-        here = np.isin(stamps, common)
-        for name, values in columns.items():
-            old[f"{topic} {name}"] = values[there]
-            new[f"{topic} {name}"] = replayed[topic][name][here]
-    missing = max((len(np.setxor1d(stamps, tables[topic]["stamp_ns"])) for topic in recorded), default=0)
-    law, steps = resolved.plugins["law"].name, common // resolved.flight.plant_period
-    return Replay(role, law, changed, steps, old, new, missing, notes)
+        missing = max(missing, len(np.setxor1d(stamps, tables[topic]["stamp_ns"])))
+    for topic, values in recorded.items():
+        there, here = np.isin(tables[topic]["stamp_ns"], common), np.isin(stamps, common)
+        old.update({f"{topic} {name}": column[there] for name, column in values.items()})
+        new.update({f"{topic} {name}": replayed[topic][name][here] for name in values})
+    return Replay(role, start.plugins["law"].name, changed, common // period, old, new, missing, notes)
 
 
-def _other_law(values: Mapping[str, Any], resolved: Resolved) -> bool:
-    return bool(values.get("law") != resolved.plugins["law"].name)
+class _Step(NamedTuple):
+    """The inputs of one step and its time step in s. ``complete``: all of them were recorded."""
+
+    step: int
+    dt: float
+    inputs: Any
+    complete: bool
 
 
-def _exchange_notes(start: Resolved, taken_over: Sequence[Flier]) -> list[str]:
-    notes = [f"{one.node} flew from step {one.step} on, its memory began at {one.memory_step}" for one in taken_over]
-    if notes and start.flight.mode != LOCKSTEP:
-        notes.append("in real time the bag does not say what the standby received: its memory is rebuilt only nearly")
-    return notes
+def _seen(
+    then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str, progress: Progress | None
+) -> Iterator[_Step]:
+    """Yield what a controller with the parameters ``then`` had at each step of its internals."""
+    shown = tables[stage.internals_topic]
+    kinds = {name: shown.dtype[name].base.kind for name in shown.dtype.names or ()}
+    if [kinds.get(name) for name in StepRecord._fields] not in (["f", "i", "u"], ["f", "i", "i"]) or not shown[
+        "dt"
+    ].any():
+        raise TopicError(f"{where}: {stage.internals_topic}: does not say which inputs the steps had (an older bag?)")
+
+    def by_step(topic: str, kind: type[Any]) -> dict[int, Any]:
+        steps = (tables[topic]["stamp_ns"] // then.flight.plant_period).tolist()
+        return dict(zip(steps, _tuples_of(kind, tables[topic], f"{where}: {topic}"), strict=True))
+
+    states: dict[int, VehicleState] = by_step("state", VehicleState)
+    given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.takes]
+    records = _tuples_of(StepRecord, shown, f"{where}: {stage.internals_topic}")
+    steps = (shown["stamp_ns"] // then.flight.plant_period).tolist()
+    for index, (step, record) in enumerate(zip(steps, records, strict=True)):
+        state = states.get(step)
+        if progress and (index % 256 == 0 or index == len(records) - 1):
+            progress(index + 1, len(records))
+        if state is None:
+            continue
+        values, complete = [], True
+        for place, (taken, known) in enumerate(zip(stage.takes, given, strict=True)):
+            at = record.input_steps[place]
+            value = known.get(at) or SIGNALS[taken.topic].kind()
+            complete &= at < 0 or at in known
+            if record.replaced_inputs >> place & 1:
+                value = safe_input(taken.topic, value, then.vehicle, state)
+            values.append(value)
+        yield _Step(step, record.dt, stage.inputs(state, *values), complete)
+
+
+def _tuples_of(kind: type[Any], table: Table, where: str) -> list[Any]:
+    """Return each row of ``table`` as a ``kind``; raises SchemaError if the table lacks a field of it."""
+    if kind is Wrench:
+        thrust, torque = thrust_and_torque(table)
+        return [Wrench(up, Vec3(*turn)) for up, turn in zip(thrust.tolist(), torque.tolist(), strict=True)]
+    numbers: list[list[Any]] = []
+    for column in columns(kind):
+        shape = (len(column.parts),) if column.parts else ()
+        if column.name not in (table.dtype.names or ()) or table.dtype[column.name].shape != shape:
+            raise SchemaError(f"{where}: has no field {column.name!r} of {max(len(column.parts), 1)} numbers")
+        values = table[column.name].reshape(len(table), -1)
+        numbers += [values[:, place].tolist() for place in range(values.shape[1])]
+    return list(map(builder(kind), zip(*numbers, strict=True)))
+
+
+def _columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
+    """Return {leaf name: values, shape (n,)} of NamedTuples."""
+    return dict(zip((leaf.name for leaf in leaves(kind)), to_rows(kind, items).T, strict=True))
+
+
+def _recorded_columns(kind: type[Any], table: Table, extra: Sequence[str] = ()) -> Columns:
+    """Return the columns of a table that ``_columns_of`` gives for its NamedTuple, as far as they were recorded.
+
+    ``extra``: names of the numbers in the field ``extra``, in order.
+    """
+    if kind is Wrench:
+        thrust, torque = thrust_and_torque(table)
+        return {"thrust": thrust, **{f"torque_b.{axis}": torque[:, at] for at, axis in enumerate("xyz")}}
+    names = table.dtype.names or ()
+    found: Columns = {}
+    for column in columns(kind):
+        parts = [f"{column.name}.{part}" for part in column.parts] or [column.name]
+        for place, name in enumerate(parts):
+            if column.name in names:
+                values = table[column.name].reshape(len(table), -1)[:, place]
+                found[name] = values.astype(np.float64)
+            elif name in extra and "extra" in names:
+                at = list(extra).index(name)
+                found[name] = np.array([row[at] for row in table["extra"]], dtype=np.float64)
+    return found
 
 
 def _notes(incomplete: int, changes: tuple[Change, ...]) -> list[str]:
     notes = []
     if incomplete:
         notes.append(f"at {incomplete} steps an input that the law had was not recorded")
-    known = [f"{change.step}" for change in changes if change.step >= 0]
-    if known:
-        notes.append(f"parameters were changed in flight; the replay changes them at step {', '.join(known)}, too")
-    unknown = [f"{change.time:.2f} s" for change in changes if change.step < 0]
-    if unknown:
-        times = ", ".join(unknown)
-        notes.append(f"parameters were changed in flight at {times}, from an unknown step on; the replay does not")
+    if changes:
+        steps = ", ".join(str(change.step) for change in changes)
+        notes.append(f"parameters were changed in flight; the replay changes them at step {steps}, too")
     return notes
 
 

@@ -33,7 +33,7 @@ LARGEST = 1e9  # m, s, N, ...: beyond it no number belongs to a flight
 TEXTS: Mapping[str, Mapping[str, str]] = {
     "flight/plan": {"trajectory": "O"},
     "flight/events": {"stamp_ns": "i", "severity": "iu", "node": "O", "kind": "O", "text": "O"},
-    "flight/parameters": {"role": "O", "node": "O", "parameters": "O", "internals_names": "O"},
+    "flight/parameters": {"role": "O", "node": "O", "parameters": "O", "internals_names": "O", "step": "iu"},
 }
 _KINDS = {
     **{topic: signal.kind for topic, signal in SIGNALS.items()},
