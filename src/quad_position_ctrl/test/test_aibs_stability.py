@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from quad_position_ctrl import backstepping as law
-from quad_position_ctrl import stability
 
 XI7, K7, ALPHA, DRAG = 4.25, 0.01, 2.5, -0.3
 positions, velocities, gains = st.floats(-2.0, 2.0), st.floats(-3.0, 3.0), st.floats(0.5, 12.0)
@@ -42,8 +41,19 @@ def flown(start, disturbance, seconds=3.0):
 
 
 def total(t, y, true_gain):
+    """Return L_Px of Eq. 31 for xi_8 = ``true_gain``."""
     e7, e8 = errors(t, y)
-    return stability.lyapunov_total(law.lyapunov(K7, e7, e8, y[2]), true_gain, y[3], ALPHA)
+    return law.lyapunov(K7, e7, e8, y[2]) + 0.5 * (true_gain - y[3]) ** 2 / ALPHA
+
+
+def total_rate(true_gain, e7, e8, d):
+    """Return L_Px' = -xi_7 e_7^2 - xi_8 e_8^2 + e_8 d: Eq. 34, which leaves the last term out."""
+    return -XI7 * e7 * e7 - true_gain * e8 * e8 + e8 * d
+
+
+def largest_errors(true_gain, bound):
+    """Return the half axes of the ellipse outside which L_Px falls for every d within ``bound``."""
+    return bound / math.sqrt(2.0 * XI7 * true_gain), bound / true_gain
 
 
 @given(p=positions, v=velocities, integral=st.floats(-5.0, 5.0), gain=gains, true_gain=gains)
@@ -54,7 +64,7 @@ def test_eqs_34_and_36_without_disturbance_the_function_only_falls(p, v, integra
     values = np.array([total(t, y, true_gain) for t, y in zip(times, states, strict=True)])
     assert np.diff(values).max() <= 1e-9
     rates = [
-        stability.lyapunov_total_rate(XI7, true_gain, *errors(t, y), 0.0) for t, y in zip(times, states, strict=True)
+        total_rate(true_gain, *errors(t, y), 0.0) for t, y in zip(times, states, strict=True)
     ]
     fallen = np.trapezoid(rates, times)
     assert values[-1] - values[0] == pytest.approx(fallen, rel=2e-2, abs=1e-6)
@@ -73,22 +83,22 @@ def test_with_disturbance_the_rate_keeps_the_bound_that_replaces_eq_34(p, v, gai
     slopes = np.gradient(values, times, edge_order=2)
     for t, y, slope in list(zip(times, states, slopes, strict=True))[2:-2]:
         e7, e8 = errors(t, y)
-        exact = stability.lyapunov_total_rate(XI7, true_gain, e7, e8, disturbance(t))
+        exact = total_rate(true_gain, e7, e8, disturbance(t))
         assert slope == pytest.approx(exact, rel=2e-2, abs=2e-2 * (1.0 + abs(values[0])))
-        assert exact <= stability.rate_bound(XI7, true_gain, e7, e8, bound) + 1e-12
+        assert exact <= -XI7 * e7 * e7 - 0.5 * true_gain * e8 * e8 + 0.5 * bound * bound / true_gain + 1e-12
 
 
 @given(e7=positions, e8=velocities, true_gain=gains, share=st.floats(-1.0, 1.0))
 def test_outside_the_ellipse_the_function_falls_for_every_disturbance(e7, e8, true_gain, share):
     bound = 1.5
-    half7, half8 = stability.largest_errors(XI7, true_gain, bound)
+    half7, half8 = largest_errors(true_gain, bound)
     if (e7 / half7) ** 2 + (e8 / half8) ** 2 > 1.0 + 1e-9:
-        assert stability.lyapunov_total_rate(XI7, true_gain, e7, e8, share * bound) < 0.0
+        assert total_rate(true_gain, e7, e8, share * bound) < 0.0
 
 
 def test_eq_34_is_wrong_next_to_the_reference_in_any_disturbance():
     """e_7 = 0, e_8 = d/(2 xi_8): the function rises at d^2/(4 xi_8), where the paper has it fall."""
-    assert stability.lyapunov_total_rate(XI7, 5.0, 0.0, 0.1, 1.0) == pytest.approx(0.05)
+    assert total_rate(5.0, 0.0, 0.1, 1.0) == pytest.approx(0.05)
     times, states = flown([0.0, 0.7, 0.0, 5.0], lambda t: 1.0, seconds=0.1)
     values = [total(t, y, 5.0) for t, y in zip(times, states, strict=True)]
     assert values[-1] > values[0] + 1e-4
@@ -101,7 +111,7 @@ def test_errors_stay_small_in_the_disturbance_though_the_function_does_not_fall(
     gain = states[:, 3]
     assert np.diff(gain).min() >= 0.0
     assert np.abs(e7[times > 10.0]).max() < np.abs(e7[times < 4.0]).max()
-    assert np.abs(e7[times > 10.0]).max() < stability.largest_errors(XI7, float(gain[150]), 1.5)[0]
+    assert np.abs(e7[times > 10.0]).max() < largest_errors(float(gain[150]), 1.5)[0]
 
 
 def test_static_error_is_where_the_flight_comes_to_rest():
@@ -113,5 +123,4 @@ def test_static_error_is_where_the_flight_comes_to_rest():
         e8 = law.tracking_error(v, law.virtual_velocity(law.correction_velocity(XI7, K7, p, integral), 0.0))
         u = law.acceleration_command(XI7, K7, gain, DRAG, p, e8, integral, v, 0.0, 0.0)
         y = y + dt * np.array([v, DRAG * v + u + d, p])
-    assert stability.static_error(XI7, gain, d) == pytest.approx(1.2 / 30.75)
     assert y[0] == pytest.approx(1.2 / 30.75, rel=2e-2)

@@ -7,14 +7,16 @@ square of its duration and swing out; this one works from any distance. A plan k
 """
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from quad_core.geometry import ZERO, euler_from_quaternion, norm, subtract, wrap_angle
 from quad_core.parameters import Choice
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState, fresh
+from quad_core.vehicle import Vehicle
 from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, is_within, turn_duration
-from quad_trajectory.polynomial import AxisPoint, Segment, axes_at, no_segment, point, septic, smooth_step
+from quad_trajectory.polynomial import AxisPoint, Segment, at_rest, axes_at, no_segment, point, septic, smooth_step
 from quad_trajectory.run_up import plan_run_up
 
 QUANTUM = 0.25
@@ -23,8 +25,8 @@ QUANTUM = 0.25
 SHORTEST = 1.0
 """s"""
 
-TRANSIT_TRIES = 1000
-"""Durations of the transit that are tried; each is up to 1/64 longer than the one before."""
+TRIES = 1000
+"""Durations of lift-off and transit that are tried; each is up to 1/64 longer than the one before."""
 
 LIFT = 1.5
 """m straight up from the ground: twice what ``quad_core.lift_off`` takes for clear of it."""
@@ -83,9 +85,12 @@ def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, fir
     """
     lift = no_segment()
     if start.on_ground:
-        lift = _lift(limits, gravity, start)
         p = start.p_w
-        start = fresh(Vec3(p.x, p.y, p.z + LIFT), ZERO, start.q_wb, ZERO)
+        above = Vec3(p.x, p.y, p.z + LIFT)
+        upwards = Allowed(limits.speed, limits.acceleration, limits.jerk, math.tan(limits.tilt), gravity)
+        quanta = math.floor(LIFT / (limits.speed * QUANTUM)) + 1
+        lift, quanta = quickest_way(upwards, p, ZERO, above, quanta, 0.0)
+        start = fresh(above, ZERO, start.q_wb, ZERO)
     allowed = allowed_between(limits, gravity, start, first)
     run_up = plan_run_up(allowed, first)
     run_up_duration = run_up.gain.duration + run_up.settle.duration
@@ -99,15 +104,27 @@ def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, fir
     if shortest < SHORTEST:
         shortest = SHORTEST
     quanta = math.floor(shortest / QUANTUM) + 1
-    transit = _transit(start, gate, quanta * QUANTUM - run_up_duration)
-    tries = 0
-    while not is_within(allowed, transit):
-        tries += 1
-        if tries > TRANSIT_TRIES:
-            raise ValueError("no approach within limits: no duration of the transit keeps them")
-        quanta += 1 + quanta // 64
-        transit = _transit(start, gate, quanta * QUANTUM - run_up_duration)
+    transit, quanta = quickest_way(allowed, start.p_w, start.v_w, gate, quanta, run_up_duration)
     return Approach(lift.duration + quanta * QUANTUM, lift, transit, run_up.gain, run_up.settle, yaw_from, yaw_turn)
+
+
+def quickest_way(allowed: Allowed, p: Vec3, v: Vec3, gate: Vec3, quanta: int, reserved: float) -> tuple[Segment, int]:
+    """Return the quickest way within ``allowed`` from ``p``, ``v`` to rest at ``gate``, and its time in QUANTUM.
+
+    The search begins with ``quanta``; ``reserved`` s of that time belong to what follows the way.
+    """
+    for _ in range(TRIES):
+        duration = quanta * QUANTUM - reserved
+        way = Segment(
+            duration,
+            septic(p.x, v.x, AxisPoint(gate.x, 0.0, 0.0, 0.0, 0.0), duration),
+            septic(p.y, v.y, AxisPoint(gate.y, 0.0, 0.0, 0.0, 0.0), duration),
+            septic(p.z, v.z, AxisPoint(gate.z, 0.0, 0.0, 0.0, 0.0), duration),
+        )
+        if is_within(allowed, way):
+            return way, quanta
+        quanta += 1 + quanta // 64
+    raise ValueError("no approach within limits: no duration of lift-off or transit keeps them")
 
 
 def no_approach() -> Approach:
@@ -133,30 +150,28 @@ def sample_approach(approach: Approach, time: float) -> TrajectoryPoint:
     return point(time - approach.duration, x, y, z, yaw)
 
 
-def _lift(limits: MotionLimits, gravity: float, start: VehicleState) -> Segment:
-    """Return the quickest way straight up by LIFT within ``limits``, from rest to rest."""
-    x, y, z = start.p_w.x, start.p_w.y, start.p_w.z
-    allowed = Allowed(limits.speed, limits.acceleration, limits.jerk, math.tan(limits.tilt), gravity)
-    above = AxisPoint(z + LIFT, 0.0, 0.0, 0.0, 0.0)
-    quanta = math.floor(LIFT / (limits.speed * QUANTUM)) + 1
-    for _ in range(TRANSIT_TRIES):
-        duration = quanta * QUANTUM
-        lift = Segment(
-            duration,
-            septic(x, 0.0, AxisPoint(x, 0.0, 0.0, 0.0, 0.0), duration),
-            septic(y, 0.0, AxisPoint(y, 0.0, 0.0, 0.0, 0.0), duration),
-            septic(z, 0.0, above, duration),
-        )
-        if is_within(allowed, lift):
-            return lift
-        quanta += 1 + quanta // 64
-    raise ValueError("no lift-off within limits: no duration keeps them")
+def entered(curve: Callable[[Any, float], TrajectoryPoint]) -> tuple[Callable[..., Any], ...]:
+    """Return ``plan``, ``duration`` and ``sample`` of the trajectory ``curve(parameters, t)``, entered by an approach.
 
+    Its parameters have ``start``, ``limits`` and ``duration``. From its end on the vehicle rests on the last point.
+    """
 
-def _transit(start: VehicleState, gate: Vec3, duration: float) -> Segment:
-    return Segment(
-        duration,
-        septic(start.p_w.x, start.v_w.x, AxisPoint(gate.x, 0.0, 0.0, 0.0, 0.0), duration),
-        septic(start.p_w.y, start.v_w.y, AxisPoint(gate.y, 0.0, 0.0, 0.0, 0.0), duration),
-        septic(start.p_w.z, start.v_w.z, AxisPoint(gate.z, 0.0, 0.0, 0.0, 0.0), duration),
-    )
+    def plan(parameters: Any, vehicle: Vehicle, start: VehicleState) -> Approach:
+        """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
+        return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+
+    def duration(parameters: Any, plan: Approach) -> float:
+        """Return the end of the flight in s since take-off."""
+        length: float = plan.duration + parameters.duration
+        return length
+
+    def sample(parameters: Any, plan: Approach, time: float) -> TrajectoryPoint:
+        """Return the reference at ``time`` s since take-off."""
+        t = time - plan.duration
+        if t < 0.0:
+            return sample_approach(plan, time)
+        if t >= parameters.duration:
+            return at_rest(curve(parameters, parameters.duration), t)
+        return curve(parameters, t)
+
+    return plan, duration, sample

@@ -4,11 +4,10 @@ import math
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Choice, Real
-from quad_core.types import TrajectoryPoint, VehicleState
-from quad_core.vehicle import Vehicle
-from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_core.types import TrajectoryPoint
+from quad_trajectory.approach import Approach, Entry, Start, entered
 from quad_trajectory.limits import MotionLimits, YawShaping, yaw_turn
-from quad_trajectory.polynomial import AxisPoint, at_rest, point
+from quad_trajectory.polynomial import AxisPoint, point
 
 Plan = Approach
 
@@ -26,26 +25,6 @@ class Parameters(NamedTuple):
     limits: MotionLimits = MotionLimits(6.5, 3.5, 5.0, 0.4, 1.0, 2.0)
 
 
-def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
-    """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
-    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
-
-
-def duration(parameters: Parameters, plan: Plan) -> float:
-    """Return the end of the flight in s since take-off."""
-    return plan.duration + parameters.duration
-
-
-def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
-    """Return the reference at ``time`` s since take-off; at rest on the last point once the flight is over."""
-    t = time - plan.duration
-    if t < 0.0:
-        return sample_approach(plan, time)
-    if t >= parameters.duration:
-        return at_rest(curve(parameters, parameters.duration), t)
-    return curve(parameters, t)
-
-
 def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
     """Return the point of eqs. 65-68 and its derivatives at ``t`` s >= 0, yaw shaped."""
     rate = 0.5 / parameters.time_scale
@@ -61,3 +40,6 @@ def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
         AxisPoint(radius + climb * t, climb, 0.0, 0.0, 0.0),
         yaw_turn(parameters.limits, parameters.yaw_shaping, math.pi / 3.0, 0.0, t - 40.0 * parameters.time_scale),
     )
+
+
+plan, duration, sample = entered(curve)

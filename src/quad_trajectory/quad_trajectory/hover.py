@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real
-from quad_core.types import TrajectoryPoint, VehicleState
-from quad_core.vehicle import Vehicle
-from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_core.types import TrajectoryPoint
+from quad_trajectory.approach import Approach, Entry, Start, entered
 from quad_trajectory.limits import MotionLimits
 from quad_trajectory.polynomial import AxisPoint, point
 
@@ -30,24 +29,6 @@ class Parameters(NamedTuple):
     limits: MotionLimits = MotionLimits()
 
 
-def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
-    """Return how the point is reached from ``start``; raises ValueError if no approach keeps the limits."""
-    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
-
-
-def duration(parameters: Parameters, plan: Plan) -> float:
-    """Return the end of the flight in s since take-off."""
-    return plan.duration + parameters.duration
-
-
-def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
-    """Return the reference at ``time`` s since take-off."""
-    t = time - plan.duration
-    if t < 0.0:
-        return sample_approach(plan, time)
-    return curve(parameters, t)
-
-
 def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
     """Return the point held; ``t`` in s since the end of the approach."""
     return point(
@@ -57,3 +38,6 @@ def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
         AxisPoint(parameters.position.z, 0.0, 0.0, 0.0, 0.0),
         AxisPoint(parameters.yaw, 0.0, 0.0, 0.0, 0.0),
     )
+
+
+plan, duration, sample = entered(curve)

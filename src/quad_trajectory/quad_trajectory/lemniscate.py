@@ -10,11 +10,9 @@ import math
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_core.vehicle import Vehicle
-from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_core.types import TrajectoryPoint, Vec3
+from quad_trajectory.approach import Approach, Entry, Start, entered
 from quad_trajectory.limits import MotionLimits
-from quad_trajectory.polynomial import at_rest
 
 Plan = Approach
 
@@ -45,26 +43,6 @@ class Parameters(NamedTuple):
     ] = 0.0
     yaw: Annotated[float, Real("rad", "heading of the vehicle", -6.3, 6.3, "", live=False)] = 0.0
     limits: MotionLimits = MotionLimits()
-
-
-def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
-    """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
-    return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
-
-
-def duration(parameters: Parameters, plan: Plan) -> float:
-    """Return the end of the flight in s since take-off."""
-    return plan.duration + parameters.duration
-
-
-def sample(parameters: Parameters, plan: Plan, time: float) -> TrajectoryPoint:
-    """Return the reference at ``time`` s since take-off; at rest on the last point once the flight is over."""
-    t = time - plan.duration
-    if t < 0.0:
-        return sample_approach(plan, time)
-    if t >= parameters.duration:
-        return at_rest(curve(parameters, parameters.duration), t)
-    return curve(parameters, t)
 
 
 def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
@@ -101,3 +79,6 @@ def in_plane(parameters: Parameters, along: float, across: float) -> Vec3:
         along * sine + horizontal * cosine,
         across * math.sin(parameters.inclination),
     )
+
+
+plan, duration, sample = entered(curve)

@@ -10,15 +10,18 @@ With a commander it answers on `mission/reference`, begins when the mode becomes
 and rests in every other mode: what it has not flown yet it flies when MISSION comes back.
 """
 
+import math
 import sys
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Any
 
 from rclpy.publisher import Publisher
 
 from quad_core.cascade import COMMANDER, TRAJECTORY
 from quad_core.cycle import seconds, steps_to_cover
-from quad_core.geometry import euler_from_quaternion, quaternion_from_euler
+from quad_core.extent import Extent
+from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.parameters import Choice, fields
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
@@ -28,7 +31,8 @@ from quad_node.conversion import set_stamp
 from quad_node.inputs import Arrival
 from quad_node.main import run
 from quad_node.responder import Responder, Sample
-from quad_trajectory.extent import extent_of
+
+_SAMPLES = 400  # instants at which a plan is looked at before the flight
 
 
 class Trajectory(Responder):
@@ -97,7 +101,7 @@ class Trajectory(Responder):
         length = module.duration(parameters, self._plan)
         steps = steps_to_cover(length, self.flight.plant_period)
         self._length = steps * self.flight.plant_period
-        extent = extent_of(module, parameters, self._plan, length, self.vehicle.gravity)
+        extent = _extent(module, parameters, self._plan, length, self.vehicle.gravity)
         message = FlightPlan(
             trajectory=self._plugin.name,
             start=self._start_mode(),
@@ -132,6 +136,20 @@ def _as_state(reference: TrajectoryPoint) -> VehicleState:
     """Return a level vehicle that is where the reference is and moves as it does."""
     turned = quaternion_from_euler(Vec3(0.0, 0.0, reference.yaw))
     return VehicleState(reference.p_w, reference.v_w, turned, Vec3())
+
+
+def _extent(module: ModuleType, parameters: Any, plan: Any, length: float, gravity: float) -> Extent:
+    """Return what ``plan`` of a trajectory plug-in covers in its ``length`` s, at 400 instants; gravity in m/s^2."""
+    points = [module.sample(parameters, plan, length * index / _SAMPLES) for index in range(_SAMPLES)]
+    low, high = (Vec3(*map(side, zip(*(point.p_w for point in points), strict=True))) for side in (min, max))
+    return Extent(
+        low,
+        high,
+        max(norm(point.v_w) for point in points),
+        max(norm(point.a_w) for point in points),
+        max(math.atan2(math.hypot(point.a_w.x, point.a_w.y), gravity + point.a_w.z) for point in points),
+        length,
+    )
 
 
 def main() -> None:

@@ -113,5 +113,5 @@ def test_what_cannot_be_built_up_is_refused_with_the_reason():
 
 
 def test_a_start_that_is_no_number_is_refused():
-    with pytest.raises(ValueError, match="no duration of the transit"):
+    with pytest.raises(ValueError, match="no duration of lift-off or transit"):
         plan_approach(LIMITS, VEHICLE.gravity, VehicleState(v_w=Vec3(0.0, math.nan, 0.0)), curve_point())

@@ -1,10 +1,9 @@
 """Short manoeuvres from hover and what a quadrotor in ENU and FLU must do in them. No ROS."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from quad_core.geometry import euler_from_quaternion
+from quad_core.geometry import euler_from_quaternion, norm, subtract
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -19,7 +18,7 @@ SETTLE = 0.1
 TOLERANCE = 0.7
 """Largest deviation from the nominal model, as a part of the expected change: rotor lag, errors and wind pass."""
 
-Judge = Callable[[VehicleState, VehicleState], str]
+Check = Callable[[VehicleState, VehicleState], str]
 
 
 class Manoeuvre(NamedTuple):
@@ -31,12 +30,12 @@ class Manoeuvre(NamedTuple):
     name: str
     duration: float
     wrench: Wrench
-    judge: Judge
+    check: Check
     asked: str
 
     def problem(self, before: VehicleState, after: VehicleState) -> str:
         """Return what was wrong and what had been asked for, empty if nothing was wrong."""
-        found = self.judge(before, after)
+        found = self.check(before, after)
         return found and f"{found}; the check asked for {self.asked}"
 
 
@@ -45,9 +44,9 @@ def manoeuvres(vehicle: Vehicle) -> list[Manoeuvre]:
     weight = vehicle.mass * vehicle.gravity
     known = f"m g with vehicle.mass {vehicle.mass:g} kg and vehicle.gravity {vehicle.gravity:g} m/s^2"
 
-    def lift(name: str, duration: float, factor: float, judge: Judge) -> Manoeuvre:
-        thrust = factor * weight
-        return Manoeuvre(name, duration, Wrench(thrust, Vec3()), judge, f"{thrust:.4g} N, {factor:g} {known}")
+    def lift(name: str, duration: float, factor: float, check: Check) -> Manoeuvre:
+        asked = f"{factor * weight:.4g} N, {factor:g} {known}"
+        return Manoeuvre(name, duration, Wrench(factor * weight, Vec3()), check, asked)
 
     plan = [
         lift("hover", SETTLE, 1.0, _stays),
@@ -60,15 +59,12 @@ def manoeuvres(vehicle: Vehicle) -> list[Manoeuvre]:
 
 
 def _doublet(axis: int, inertia: float, weight: float) -> list[Manoeuvre]:
-    name = "xyz"[axis]
-    torque = inertia * TURN_RATE / HALF
+    name, torque = "xyz"[axis], inertia * TURN_RATE / HALF
     asked = f"{torque:.4g} N m, for {TURN_RATE:g} rad/s with vehicle.inertia_{name}{name} {inertia:g} kg m^2"
 
     def turn(label: str, sign: float) -> Manoeuvre:
-        parts = [0.0, 0.0, 0.0]
-        parts[axis] = sign * torque
-        judge = _turns(axis, sign * TURN_RATE, sign * torque)
-        return Manoeuvre(label, HALF, Wrench(weight, Vec3(*parts)), judge, asked)
+        wrench = Wrench(weight, Vec3(*(sign * torque if part == axis else 0.0 for part in range(3))))
+        return Manoeuvre(label, HALF, wrench, _turns(axis, sign * TURN_RATE, sign * torque), asked)
 
     return [
         turn(f"torque +{name}", 1.0),
@@ -79,47 +75,43 @@ def _doublet(axis: int, inertia: float, weight: float) -> list[Manoeuvre]:
     ]
 
 
-def _near(what: str, found: float, expected: float) -> str:
+def _near(what: str, found: float, expected: float, explained: str) -> str:
     if abs(found - expected) <= TOLERANCE * abs(expected):
         return ""
-    return f"{what}: found {found:.3g}, expected {expected:.3g} within {TOLERANCE:.0%}"
+    return f"{what}: found {found:.3g}, expected {expected:.3g} within {TOLERANCE:.0%}{explained}"
 
 
 def _stays(before: VehicleState, after: VehicleState) -> str:
-    change = math.sqrt(sum((b - a) * (b - a) for a, b in zip(before.v_w, after.v_w, strict=True)))
+    change = norm(subtract(after.v_w, before.v_w))
     return "" if change <= 0.3 else f"velocity changed by {change:.3g} m/s under thrust m g, expected at most 0.3"
 
 
-def _lifts(vehicle: Vehicle, part: float) -> Judge:
-    """Judge a thrust that is ``part`` of the weight above it."""
-    gravity = vehicle.gravity
+def _lifts(vehicle: Vehicle, part: float) -> Check:
+    """Check a thrust that is ``part`` of the weight above it."""
 
-    def judge(before: VehicleState, after: VehicleState) -> str:
+    def check(before: VehicleState, after: VehicleState) -> str:
         change = after.v_w.z - before.v_w.z
-        wrong = _near("change of v_w.z in m/s (z up)", change, part * gravity * CLIMB_TIME)
-        lift = gravity + change / CLIMB_TIME
-        mass = (1.0 + part) * vehicle.mass * gravity / lift if lift > 0.0 else 0.0
-        return wrong + (f", as with {mass:.3g} kg" if wrong and mass else "")
+        lift = vehicle.gravity + change / CLIMB_TIME
+        mass = f", as with {(1.0 + part) * vehicle.mass * vehicle.gravity / lift:.3g} kg" if lift > 0.0 else ""
+        return _near("change of v_w.z in m/s (z up)", change, part * vehicle.gravity * CLIMB_TIME, mass)
 
-    return judge
+    return check
 
 
-def _turns(axis: int, change: float, torque: float) -> Judge:
-    name = f"change of omega_b.{'xyz'[axis]} in rad/s"
-
-    def judge(before: VehicleState, after: VehicleState) -> str:
+def _turns(axis: int, change: float, torque: float) -> Check:
+    def check(before: VehicleState, after: VehicleState) -> str:
         found = after.omega_b[axis] - before.omega_b[axis]
-        wrong = _near(name, found, change)
-        return wrong + (f", as with {torque * HALF / found:.3g} kg m^2" if wrong and torque * found > 0.0 else "")
+        inertia = f", as with {torque * HALF / found:.3g} kg m^2" if torque * found > 0.0 else ""
+        return _near(f"change of omega_b.{'xyz'[axis]} in rad/s", found, change, inertia)
 
-    return judge
+    return check
 
 
-def _drifts(axis: int) -> Judge:
-    """Judge the attitude after a doublet and where it carries the vehicle: roll to -y, pitch to +x, yaw nowhere."""
+def _drifts(axis: int) -> Check:
+    """Check the attitude after a doublet and where it carries the vehicle: roll to -y, pitch to +x, yaw nowhere."""
     turned = TURN_RATE * HALF
 
-    def judge(before: VehicleState, after: VehicleState) -> str:
+    def check(before: VehicleState, after: VehicleState) -> str:
         angle = euler_from_quaternion(before.q_wb)[axis]
         if not 0.3 * turned <= angle <= 1.8 * turned:
             return f"{('roll', 'pitch', 'yaw')[axis]} in rad: found {angle:.3g}, expected about {turned:.3g}"
@@ -129,4 +121,4 @@ def _drifts(axis: int) -> Judge:
             return "pitch nose down (+) must carry the vehicle to +x (FLU), it did not"
         return ""
 
-    return judge
+    return check

@@ -1,20 +1,17 @@
-"""`ros2 run quad_dynamics check_plant`: plays the attitude controller and tells how a plant keeps the contract."""
+"""`ros2 run quad_dynamics check_plant`: plays the attitude controller and names what a plant breaks of the contract."""
 
 import math
 import sys
 import time
 from collections.abc import Callable
 
-from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from quad_core.cascade import COMMAND, COMMANDING, SIMULATOR
 from quad_core.cycle import steps_to_cover
-from quad_core.geometry import rotate
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
-from quad_dynamics.check_plant import rules
+from quad_core.types import Vec3, VehicleState, Wrench
 from quad_dynamics.check_plant.manoeuvres import Manoeuvre, manoeuvres
-from quad_dynamics.check_plant.report import Report
+from quad_dynamics.check_plant.rules import Report, Rules
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -39,12 +36,19 @@ HARDWARE: only without propellers. Takes every flight.* and vehicle.* parameter.
 Exit code: 0 kept, 1 broken, 2 bad usage."""
 
 _STILL = 0.3
-_OWN = (rules.WAITS, "a command for another step is ignored")
-_NONFINITE = "a command that is not finite is ignored"
+_PROBES = (
+    "the plant waits for the answer to its state",
+    "a command for another step is ignored",
+    "a command that is not finite is ignored",
+)
 _SILENT = "a silent controller ends the flight as FAILED, named"
 _GOES_ON = "the vehicle goes on once its state is answered"
-_OUT = (topics.TOPICS["state"], topics.TOPICS["actuation"], topics.TOPICS["flight/state"])
-_TOOLS = tuple(topic for topic in topics.TOPICS.values() if topic.publishers[0] == SIMULATOR and not topic.required)
+_OUT = tuple(topics.TOPICS[name] for name in ("state", "actuation", "flight/state"))
+_MAY_SEND = tuple(
+    topic.name
+    for topic in topics.TOPICS.values()
+    if topic.publishers[0] == SIMULATOR and topic.step and not topic.required
+)
 _ANSWER, _END, _LONGEST = 10.0, 30.0, 200.0  # s: the next step, the end of a silent flight, the whole check
 _SILENCE = 3.0  # s; flight/state comes once a second
 
@@ -57,27 +61,21 @@ class PlantCheck(FlightNode):
 
     def __init__(self, report: Report) -> None:
         """Subscribe to all that a plant may send; raises as FlightNode."""
-        self._report = report
-        self._left: list[Manoeuvre] = []
+        self._report, self._left = report, list[Manoeuvre]()
         super().__init__(COMMANDING)
-        self._rules = rules.Rules(report, self.flight, interface_hash())
+        self._rules = Rules(report, self.flight, interface_hash())
         self._read = reader(VehicleState, VehicleStateMsg)
-        self._plan_out = self.publisher("flight/plan")
-        self._wrench_out = self.publisher(COMMAND)
+        self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
         self._left = manoeuvres(self.vehicle)
-        self._until = 0
-        self._before: VehicleState | None = None
-        self._probe = [*_OWN, _NONFINITE] if self.lockstep else []
-        self._probed = 0.0
-        self._said = ""
+        self._until, self._before = 0, VehicleState()
+        self._probe, self._probed = list(_PROBES) if self.lockstep else [], 0.0
+        self._waiting = ""
         self._expect("the vehicle sends and takes what it must, and says READY", self.flight.start_timeout)
         self.subscribe("state", self._on_state, depth=64)
         self.subscribe("actuation", self._on_actuation, depth=64)
         self.subscribe("flight/nodes", self._on_node, depth=64)
-        self.create_subscription(Odometry, "odom", self._on_odometry, topics.stream(64))
-        for topic in _TOOLS:
-            if topic.step:
-                self.subscribe(topic.name, self._on_optional(topic.name), depth=64, raw=True)
+        for topic in _MAY_SEND:
+            self.subscribe(topic, self._on_optional(topic), depth=64, raw=True)
 
     def _expect(self, rule: str, patience: float) -> None:
         self._expected, self._patience, self._deadline = rule, patience, time.monotonic() + patience
@@ -95,11 +93,15 @@ class PlantCheck(FlightNode):
 
     def _on_flight_state(self, message: FlightState) -> None:
         self._rules.phase(message)
-        self._said = message.reason if message.state == FlightState.WAITING else ""
+        self._waiting = message.reason if message.state == FlightState.WAITING else ""
         super()._on_flight_state(message)
 
     def _on_optional(self, topic: str) -> Callable[[bytes], None]:
         return lambda payload: self._rules.optional(topic, step_of(payload))
+
+    def _on_actuation(self, message: ActuationMsg) -> None:
+        self._rules.run("actuation", message.run)
+        self._rules.actuation(message.step, (message.thrust, *message.torque_b))
 
     def _on_state(self, message: VehicleStateMsg) -> None:
         state, step = self._read(message), message.step
@@ -109,11 +111,10 @@ class PlantCheck(FlightNode):
             self._first(state, step)
         if self._rules.state(state, step, stamp_ns(message.stamp)):
             return
-        if not self._probe:
-            self._answer(state, step)
-        elif step > 0:
+        if self._probe and step > 0:
             self._report.add(self._probe[0], f"the plant went on to step {step}")
             self._probe.clear()
+        if not self._probe:
             self._answer(state, step)
 
     def _first(self, state: VehicleState, step: int) -> None:
@@ -124,39 +125,37 @@ class PlantCheck(FlightNode):
         self._plan_out.publish(plan)
         self._endpoints()
         self._probed = time.monotonic()
-        self._expect(_OWN[0] if self.lockstep else "the state goes on", _ANSWER)
-
-    def _next_probe(self, step: int) -> None:
-        """Lockstep: send what must not move the plant; ``on_tick`` goes on when it did not."""
-        self._probe.pop(0)
-        self._expect(_GOES_ON, _ANSWER)
-        self._probed = time.monotonic()
-        if self._probe and self._probe[0] == _OWN[1]:
-            self._send(Wrench(self.vehicle.mass * self.vehicle.gravity, Vec3()), step + 3)
-        elif self._probe:
-            self._send(Wrench(math.nan, Vec3()), step)
+        self._expect(self._probe[0] if self._probe else "the state goes on", _ANSWER)
 
     def on_tick(self) -> None:
         """Go on after a probe that the plant withstood; end what does not go on."""
         now = time.monotonic()
         if self._rules.last and self._probe and self._probed and now - self._probed >= _STILL:
-            step, state = self._rules.last
-            self._report.add(self._probe[0])
-            self._next_probe(step)
-            if not self._probe:
-                self._answer(state, step)
+            self._next_probe(*self._rules.last)
         if self.done.done():
             return
         quiet = now - self.last_heard
         if self._rules.flown and quiet > _SILENCE:
             self._break("flight/state comes once a second", f"nothing for {quiet:.1f} s")
         elif now > self._deadline:
+            waiting = f"; the vehicle says: {self._waiting}" if self._waiting else ""
             found = ", ".join(self.missing_links())
-            said = f"; the vehicle says: {self._said}" if self._said else ""
             links = f"; not matched: {found}" if found else ""
-            self._break(self._expected, f"not within {self._patience:g} s{said}{links}")
+            self._break(self._expected, f"not within {self._patience:g} s{waiting}{links}")
         elif now - self.started > _LONGEST + self.flight.start_timeout:
             self._break("a check is over in time", f"the manoeuvres take longer than {_LONGEST:g} s")
+
+    def _next_probe(self, step: int, state: VehicleState) -> None:
+        """Lockstep: send what must not move the plant, or after the last probe the first answer."""
+        self._report.add(self._probe.pop(0))
+        self._expect(_GOES_ON, _ANSWER)
+        self._probed = time.monotonic()
+        if not self._probe:
+            self._answer(state, step)
+        elif self._probe[0] == _PROBES[1]:
+            self._send(Wrench(self.vehicle.mass * self.vehicle.gravity, Vec3()), step + 3)
+        else:
+            self._send(Wrench(math.nan, Vec3()), step)
 
     def _break(self, rule: str, problem: str) -> None:
         self._report.add(rule, problem)
@@ -167,7 +166,6 @@ class PlantCheck(FlightNode):
     def _answer(self, state: VehicleState, step: int) -> None:
         if step >= self._until and self._until and self._left:
             done = self._left.pop(0)
-            assert self._before is not None
             self._report.add(done.name, done.problem(self._before, state))
             self._until = 0
             if not self._left:
@@ -184,35 +182,13 @@ class PlantCheck(FlightNode):
     def _send(self, wrench: Wrench, step: int) -> None:
         self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
 
-    def _on_actuation(self, message: ActuationMsg) -> None:
-        self._rules.run("actuation", message.run)
-        self._rules.actuation(message.step, (message.thrust, *message.torque_b))
-
-    def _on_odometry(self, message: Odometry) -> None:
-        frames = (message.header.frame_id, message.child_frame_id)
-        wrong = "" if frames == ("map", "base_link") else f"found {frames}"
-        self._report.add("odom is in map and base_link (REP 105)", wrong, optional=True)
-        if self._rules.last is None or stamp_ns(message.header.stamp) != self._rules.last[0] * self.flight.plant_period:
-            return
-        q, v = message.pose.pose.orientation, message.twist.twist.linear
-        found = rotate(Quat(q.x, q.y, q.z, q.w), Vec3(v.x, v.y, v.z))
-        off = max(abs(a - b) for a, b in zip(found, self._rules.last[1].v_w, strict=True))
-        wrong = "" if off < 0.1 else f"turned into the world it misses v_w by {off:.3g} m/s"
-        self._report.add("twist of odom is in the body frame", wrong, optional=True)
-
     def _endpoints(self) -> None:
         ours = (self.get_name(), self.get_namespace())
-        for topic in (*_OUT, *_TOOLS):
-            optional = topic in _TOOLS
+        for topic in _OUT:
             senders = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
             found = [info for info in senders if (info.node_name, info.node_namespace) != ours]
-            label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
-            label += ", latched" if topic.latched else ""
-            if not found:
-                self._report.add(label, "no node publishes it", optional)
-                continue
             owners = sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in found})
-            wrong = [f"{len(found)} publishers ({', '.join(owners)}), expected one"] if len(found) > 1 else []
+            wrong = [] if len(found) == 1 else [f"{len(found)} publishers ({', '.join(owners)}), expected one"]
             for info in found:
                 if info.topic_type.rsplit("/", 1)[-1] != topic.type.__name__:
                     wrong.append(f"type {info.topic_type}")
@@ -220,10 +196,11 @@ class PlantCheck(FlightNode):
                     wrong.append("best effort")
                 if topic.latched and info.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL:
                     wrong.append("not transient local")
-            self._report.add(label, ", ".join(wrong), optional)
+            label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
+            self._report.add(label + (", latched" if topic.latched else ""), ", ".join(wrong))
 
     def on_flight_ended(self, message: FlightState) -> None:
-        """Judge how the plant takes silence, and leave."""
+        """Check how the plant takes silence, and leave."""
         if self._left:
             self._report.add(self._expected, f"the vehicle ended the flight before: {message.reason}")
         named = COMMAND in message.reason or COMMANDING in message.reason
@@ -239,11 +216,10 @@ def main() -> None:
         sys.stdout.write(HELP + "\n")
         sys.exit(0)
     report = Report()
-    arguments = [*sys.argv, "--ros-args", "-p", f"flight.roles:={ROLES}"]
-    code = run(COMMANDING, lambda: PlantCheck(report), "", arguments)
+    code = run(COMMANDING, lambda: PlantCheck(report), "", [*sys.argv, "--ros-args", "-p", f"flight.roles:={ROLES}"])
     if code == 2:
         sys.exit(2)
-    if code == 1 and not report.failed:
+    if code == 1 and not report.broken:
         report.add("a flight", "none was flown to its end: see the messages above")
     sys.stdout.write(report.text() + "\n")
-    sys.exit(1 if report.failed else 0)
+    sys.exit(1 if report.broken else 0)
