@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+import yaml
 from flying import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "lib"))
@@ -32,3 +33,11 @@ def test_a_claim_without_its_test_is_found():
 def test_the_page_shows_every_row():
     text = (ROOT / "docs" / "reference" / "faults.md").read_text(encoding="utf-8")
     assert all(f"| {row['fault']} | {row['happens']} |" in text for row in fault_pages.fault_rows())
+
+
+def test_every_test_of_the_findings_exists():
+    table = yaml.safe_load((ROOT / "test" / "accept" / "findings.yaml").read_text(encoding="utf-8"))
+    assert len(table) >= 40
+    for name in (name for row in table for name in row["tests"]):
+        there = fault_pages.exists(name.replace("::test_", "::")) if "::" in name else (ROOT / name).is_file()
+        assert there, name

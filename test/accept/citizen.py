@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from findings import by_tests, finding, reproduce
+from findings import finding, reproduce
 from flying import FLY as FLYER
 from flying import ROOT, in_domain
 from pythons import clean_environment
@@ -224,42 +224,6 @@ def no_numba(folder):
     )
     code, said, _ = ended([sys.executable, "-c", text])
     return code == 1 and "need Numba" in said and "Traceback" not in said, f"exit code {code}: {said.strip()[-100:]}"
-
-
-OWN, SPEAK, RULES = "test/test_own_nodes.py", "test/test_nodes_speak.py", "test/test_check_plant_rules.py"
-by_tests(
-    "a vehicle that sends state, actuation, flight/state and its status",
-    "the recorder waited for disturbance, odom, /clock, truth for ever and printed nothing",
-    f"{OWN}::test_a_vehicle_that_sends_only_what_it_must_flies_and_every_step_is_recorded",
-    f"{OWN}::test_both_fly_together_in_real_time",
-)
-by_tests(
-    "log verbs on its bag",
-    "every error n/a, view refused it",
-    f"{OWN}::test_every_verb_of_log_reads_a_bag_without_truth_and_says_so",
-)
-by_tests("check_plant and a vehicle that repeats no state, and other broken ones", "no verdict in 130 s", RULES)
-by_tests(
-    "a node run by hand",
-    "mute",
-    f"{SPEAK}::test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_listens_on_this_machine_alone",
-)
-by_tests(
-    "ros2 run without scripts/env.sh",
-    "default transports, SUBNET, domain 0, without a word",
-    f"{SPEAK}::test_a_node_in_an_open_shell_says_so",
-    "src/quad_node/test/test_middleware.py",
-)
-by_tests(
-    "two namespaced vehicles in one domain",
-    "one /clock (1,767 backward jumps of 4,493) and one /diagnostics",
-    f"{SPEAK}::test_two_vehicles_in_one_domain_share_neither_clock_nor_diagnostics",
-)
-by_tests(
-    "/tf with the wheels",
-    "none: they have no tf2_msgs",
-    "src/quad_flight_log/test/test_markers_node.py::test_the_tf_of_this_installation_is_that_of_every_other",
-)
 
 
 def main():

@@ -1,4 +1,4 @@
-"""A list of findings: what was done, what happened before, and the reproduction that says what happens now."""
+"""Findings of users and attackers: what was done, what happened before, and what the tests of ``findings.yaml`` see."""
 
 import stat
 import subprocess
@@ -6,9 +6,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+import yaml
 from figures import Figures
 from flying import ROOT
 
+TABLE = Path(__file__).with_suffix(".yaml")
 FINDINGS = []
 
 
@@ -22,17 +24,6 @@ def finding(text, before):
     return keep
 
 
-def by_tests(text, before, *tests, also=""):
-    """Register a finding that ``tests`` of the suite reproduce; ``also``: longer runs that do, for people."""
-
-    @finding(text, before)
-    def passed(_folder):
-        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
-        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
-        last = done.stdout.strip().splitlines()[-1] if done.stdout.strip() else done.stderr.strip()[-200:]
-        return done.returncode == 0, f"{last}{f'; also {also}' if also else ''}"
-
-
 def reproduce():
     """Reproduce all that is registered, each in an empty folder of its own; returns the exit code."""
     figures = Figures()
@@ -42,4 +33,15 @@ def reproduce():
             folder.chmod(stat.S_IRWXU)
             good, seen = function(folder)
         figures.check(good, f"{text} | before: {before} | now: {seen}")
+    return figures.code()
+
+
+def main():
+    figures = Figures()
+    for row in yaml.safe_load(TABLE.read_text(encoding="utf-8")):
+        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *row["tests"]]
+        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+        last = (done.stdout.strip() or done.stderr[-200:] or "nothing").splitlines()[-1]
+        also = f"; also {row['also']}" if "also" in row else ""
+        figures.check(done.returncode == 0, f"{row['finding']} | before: {row['before']} | now: {last}{also}")
     return figures.code()

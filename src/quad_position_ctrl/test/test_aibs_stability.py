@@ -63,9 +63,7 @@ def test_eqs_34_and_36_without_disturbance_the_function_only_falls(p, v, integra
     times, states = flown([p, v, integral, gain], lambda t: 0.0)
     values = np.array([total(t, y, true_gain) for t, y in zip(times, states, strict=True)])
     assert np.diff(values).max() <= 1e-9
-    rates = [
-        total_rate(true_gain, *errors(t, y), 0.0) for t, y in zip(times, states, strict=True)
-    ]
+    rates = [total_rate(true_gain, *errors(t, y), 0.0) for t, y in zip(times, states, strict=True)]
     fallen = np.trapezoid(rates, times)
     assert values[-1] - values[0] == pytest.approx(fallen, rel=2e-2, abs=1e-6)
 
