@@ -15,12 +15,10 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
-            "hil_plant = quad_mavlink.hil.node:main",
             "joined_plant = quad_mavlink.hil.joined:main",
             "mavlink_bridge = quad_mavlink.node:main",
         ],
         "quad.vehicles": [
-            "hil_plant = quad_mavlink.interface:HIL_PLANT",
             "joined_plant = quad_mavlink.interface:JOINED_PLANT",
             "mavlink_bridge = quad_mavlink.interface:BRIDGE",
         ],

@@ -1,29 +1,22 @@
-"""The base of every bridge to an autopilot: states in, the way to the flight and back, what ends it.
+"""The vehicle interface of every autopilot: states in, the way to the flight and back, what ends it.
 
-A subclass gives what ``AutopilotNode`` names as its own part: how a request, a heartbeat and a setpoint are sent. It
-calls ``on_sample`` with each estimate and sets ``autopilot`` and ``ack`` when the autopilot speaks of itself.
+``AutopilotNode`` is the flight's side; the autopilot's side is an ``AutopilotInterface``: how a request, a heartbeat
+and a setpoint are sent. It calls ``on_sample`` of the node with each estimate, and sets its own ``autopilot`` and
+``ack`` when the autopilot reports its status.
 """
 
 import math
 import time
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
 
 from quad_autopilot import arming, odometry, spacing, thrust
 from quad_autopilot.arming import Phase, Setpoint, Wish
-from quad_autopilot.autopilot import (
-    COMMANDS,
-    NAV_LAND,
-    Ack,
-    Autopilot,
-    Control,
-    Profile,
-    Request,
-    Stamps,
-    because,
-)
+from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps, because
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
@@ -40,6 +33,7 @@ from quad_node.vehicle_node import VehicleNode
 
 BEAT = 0.02
 """Seconds between two steps of the sequence, and between two heartbeats."""
+OVER = (FlightState.ENDED, FlightState.FAILED)
 _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 """Jumps that are flown through. PX4 turns its heading by 4 to 26 degrees when it first trusts the compass in the air;
@@ -51,59 +45,53 @@ _ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN, Phas
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
 
-class AutopilotNode(VehicleNode):
-    """Arms an autopilot, flies it with the controllers' commands, lands it."""
+class AutopilotInterface:
+    """One autopilot: what it reports, and how it is asked and sent. A subclass overrides what its autopilot has.
+
+    ``predicted`` is what the rotors will make of the last setpoint; ``is_predicting`` false: the interface publishes
+    what they really did. ``spoke_at``: when the autopilot last sent anything, in s of ``clock``.
+    """
 
     profile: Profile
     max_rotor_thrust: float
     predicted: Actuation
     is_predicting = True
-    """Whether ``actuation`` is ``predicted``; false: a subclass publishes what the rotors really did."""
+    by_attitude = True
+    """Whether it is flown by attitude_setpoint, else by wrench_setpoint."""
+    has_own_beats = False
+    """Whether the interface itself calls the node's ``on_beat`` every ``BEAT`` s of its ``clock``."""
 
-    def __init__(self, kind: str, profile: Profile) -> None:
-        """Set up all but the link; raises as FlightNode, ParameterError for what cannot fly."""
-        super().__init__(kind)
-        self.settings, self.profile = self.resolved.node, profile
-        if self.lockstep:
-            raise ParameterError(
-                "flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted"
-            )
-        self.sequence, self.estimator = arming.Memory(), profile.name
+    def __init__(self, node: "AutopilotNode") -> None:
+        """Nothing is known of the autopilot yet."""
+        self.node, self.settings = node, node.settings
         self.autopilot: Autopilot | None = None
         self.ack: Ack | None = None
-        self.state: VehicleState | None = None
-        self.stop = ""
-        self.origin = -1
-        self.heard = self.spoke_at = -math.inf
-        self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
-        self.sample: odometry.Sample | None = None
-        self._ended = self._is_landing = False
-        self.lift = standing(0.0)
-        self._standing = Standing()
-        self._spacings: deque[int] = deque(maxlen=_SPACINGS)
-        self._ages: deque[int] = deque(maxlen=_SPACINGS)
-        self._hover_thrusts, self._hover_count = 0.0, 0
-        self._has_climbed, self.large_resets = False, 0
-        self._told: tuple[bool | int | float | str, ...] = ()
-        self._tell_at = -math.inf
-        self._autopilot_out = self.publisher("flight/autopilot", match=False)
-        self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
-        self.start_beats()
+        self.spoke_at = -math.inf
 
     def clock(self) -> float:
         """Return the time in s by which the flight is watched: the steady clock, unless a simulator halts time."""
         return time.monotonic()
 
-    def start_beats(self) -> None:
-        """Have ``on_beat`` called every ``BEAT`` s of ``clock``."""
-        self.create_timer(BEAT, self.on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    def on_ready(self) -> None:
+        """Report what a reader of the bag needs to know of the autopilot."""
+
+    def missing(self) -> list[str]:
+        """Return what must come before the sequence begins."""
+        return []
+
+    def refusal(self) -> str:
+        """Return what speaks against a flight; empty if nothing."""
+        return ""
+
+    def take(self) -> None:
+        """Take what has come; called before each beat, and after ``node.wake``."""
 
     def send_request(self, request: Request) -> None:
         """Send a command."""
         raise NotImplementedError
 
     def send_heartbeat(self) -> None:
-        """Say that we are there, where setpoints alone do not say it."""
+        """Send the companion's heartbeat, where setpoints alone do not keep the mode."""
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send an attitude and a thrust in N."""
@@ -112,21 +100,83 @@ class AutopilotNode(VehicleNode):
         """Send level attitude, or no torque, with a thrust in N; ``output`` is IDLE or LEVEL."""
         raise NotImplementedError
 
-    def refusal(self) -> str:
-        """Return what else speaks against a flight; empty if nothing."""
-        return ""
+    def on_begin(self) -> None:
+        """Note that the next estimate is step 0."""
 
-    def before_beat(self) -> None:
-        """Do what must come before each step of the sequence."""
+    def on_accepted(self, sample: odometry.Sample) -> None:
+        """Note that an estimate was accepted."""
+
+    def on_published(self) -> None:
+        """Note that the node's current step has a new state."""
+
+    def on_wrench(self) -> None:
+        """Pass on a wrench of the node that has just come."""
+
+    def measurements(self) -> dict[str, float]:
+        """Return further diagnostics."""
+        return {}
+
+    def close(self) -> None:
+        """Close the link."""
+
+
+class AutopilotNode(VehicleNode):
+    """Arms an autopilot, flies it with the controllers' commands, lands it."""
+
+    def __init__(self, kind: str, make: Callable[["AutopilotNode"], AutopilotInterface]) -> None:
+        """Set up the flight's side, then ``make`` the autopilot's; raises as FlightNode, and as ``make``."""
+        super().__init__(kind)
+        self.settings = self.resolved.node
+        if self.lockstep:
+            raise ParameterError(
+                "flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted"
+            )
+        self.sequence = arming.Memory()
+        self.state: VehicleState | None = None
+        self.sample: odometry.Sample | None = None
+        self.stop, self.origin, self.heard = "", -1, -math.inf
+        self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
+        self._ended = self._is_landing = self._is_waking = self._has_climbed = False
+        self.lift, self._standing = standing(0.0), Standing()
+        self._spacings: deque[int] = deque(maxlen=_SPACINGS)
+        self._ages: deque[int] = deque(maxlen=_SPACINGS)
+        self._hover_thrusts, self._hover_count, self.large_resets = 0.0, 0, 0
+        self._told: tuple[bool | int | float | str, ...] = ()
+        self._tell_at = -math.inf
+        self._autopilot_out = self.publisher("flight/autopilot", match=False)
+        self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
+        self.interface = make(self)
+        self.estimator = self.profile.name
+        if self.interface.by_attitude:
+            self._take_attitude()
+        if not self.interface.has_own_beats:
+            self.create_timer(BEAT, self.on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @property
+    def profile(self) -> Profile:
+        """How the autopilot is asked."""
+        return self.interface.profile
+
+    def wake(self) -> None:
+        """Have the executor take what has come; may be called in any thread."""
+        executor = self.executor
+        if executor is not None and not self._is_waking:
+            self._is_waking = True
+            with suppress(RuntimeError):  # the process is leaving
+                executor.create_task(self._on_wake)
+
+    def _on_wake(self) -> None:
+        self._is_waking = False
+        self.interface.take()
 
     def stamps(self) -> Stamps:
         """Return the autopilot's time as its last state gave it."""
         return Stamps(self.sample.timestamp, self.sample.timestamp_sample) if self.sample else Stamps()
 
-    def take_attitude(self) -> None:
+    def _take_attitude(self) -> None:
         """Fly by attitude_setpoint; an attitude law that runs all the same stays in shadow, and an event says so."""
         if ATTITUDE in self.roles:
-            text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor obeys it"
+            text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor follows it"
             self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
         self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run=self.run)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
@@ -138,12 +188,13 @@ class AutopilotNode(VehicleNode):
 
     def on_sample(self, sample: odometry.Sample) -> None:
         """Take an estimate: accept or drop it, and answer it."""
-        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+        if self.phase in OVER:
             return
         last = self.sample
-        refused = odometry.refusal(sample, last.timestamp_sample if last else -1)
-        if refused:
-            self.drop_sample(refused)
+        if refused := odometry.refusal(sample, last.timestamp_sample if last else -1):
+            self.counters["rejected"] += 1
+            text = f"{self.profile.state}: {refused}; dropped"
+            self.event(FlightEvent.WARNING, "rejected_odometry", text, self.elapsed_ns)
             return
         state = odometry.state(sample)
         elapsed = 0
@@ -161,24 +212,20 @@ class AutopilotNode(VehicleNode):
             self._standing.note(1e-6 * sample.timestamp_sample, state)
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
         state = marked(state, self.lift)
-        self.sample, self.state, self.heard = sample, state, self.clock()
+        self.sample, self.state, self.heard = sample, state, self.interface.clock()
         flown = self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND)
         # a commander looks at the vehicle before it is armed, and while the autopilot flies it
         if self.phase == FlightState.FLYING and (flown or (self.commanded and self.sequence.phase != Phase.RELEASED)):
             self._publish_step(sample, state)
+        self.interface.on_accepted(sample)
 
     def is_obeyed(self) -> bool:
         """Return whether the autopilot is in our mode; once it has taken over to land, never again."""
-        ours = self.autopilot is not None and self.autopilot.control == Control.OURS
+        said = self.interface.autopilot
+        ours = said is not None and said.control == Control.OURS
         # it may name our mode again when it has landed and disarmed
         self._is_landing = self._is_landing or (self.sequence.phase == Phase.LAND and not ours)
         return ours and not self._is_landing
-
-    def drop_sample(self, why: str) -> None:
-        """Count and report an estimate that is not accepted."""
-        self.counters["rejected"] += 1
-        text = f"{self.profile.state}: {why}; dropped"
-        self.event(FlightEvent.WARNING, "rejected_odometry", text, self.elapsed_ns)
 
     def _on_reset(self, jump: odometry.Jump) -> None:
         angles = f"{math.degrees(jump.tilt):.1f} deg of tilt, {math.degrees(jump.heading):.1f} deg of heading"
@@ -190,9 +237,6 @@ class AutopilotNode(VehicleNode):
             if not self.commanded:
                 self.stop = self.stop or f"{self.profile.state}: {text}"
 
-    def on_state_published(self) -> None:
-        """Note that the current step has a new state."""
-
     def _publish_step(self, sample: odometry.Sample, state: VehicleState) -> None:
         """Publish what was made of the last command, and the state; stamps stand on the plant period's grid."""
         first, period = self.origin < 0, self.flight.plant_period
@@ -202,33 +246,43 @@ class AutopilotNode(VehicleNode):
         if not first and step <= self.current_step:
             self.counters["crowded_states"] += 1
             return
-        if not first and self.is_predicting and self.is_obeyed():
+        if not first and self.interface.is_predicting and self.is_obeyed():
             publisher, pack = self.actuation_out
-            publisher.publish(pack(self.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
+            publisher.publish(pack(self.interface.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
         self.current_step = step
-        self.on_state_published()
+        self.interface.on_published()
         self._ended = bool(self.end_step) and step >= self.end_step
         self.asked_at = time.monotonic()
-        self._unanswered_at = min(self._unanswered_at, self.clock())
+        self._unanswered_at = min(self._unanswered_at, self.interface.clock())
         publisher, pack = self._state_out
         publisher.publish(pack(state, step, step + 1, self.elapsed_ns))
 
+    def on_ready(self) -> None:
+        """Publish that a flight is waiting, and what the autopilot's side has to report."""
+        super().on_ready()
+        self.interface.on_ready()
+
     def begin(self) -> None:
         """Go: the next estimate is step 0."""
-        if self.is_predicting:
+        if self.interface.is_predicting:
             text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
             self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
         self.event(FlightEvent.INFO, "state_age", spacing.age_report(self._ages, self.profile.state), always=True)
+        self.interface.on_begin()
 
     def prepare(self) -> list[str]:
         """Return what the autopilot still has to do before step 0."""
         phase = self.sequence.phase
         is_ready = phase == (Phase.STANDBY if self.commanded else Phase.FLY)
-        return [] if is_ready else [f"{self.profile.name} ({phase.name.lower()})"]
+        return self.interface.missing() or ([] if is_ready else [f"{self.profile.name} ({phase.name.lower()})"])
 
     def waits_for(self) -> list[str]:
         """Return what must come before the flight begins, the autopilot's part included."""
         return super().waits_for() or self.prepare()
+
+    def progress(self) -> None:
+        """Pass on a wrench that has just come."""
+        self.interface.on_wrench()
 
     def on_given_up(self) -> None:
         """Have the autopilot land."""
@@ -248,7 +302,7 @@ class AutopilotNode(VehicleNode):
             return
         self.on_command()
         if self.may_fly() and self.state is not None:
-            self.send_attitude(stamped.value, self.state)
+            self.interface.send_attitude(stamped.value, self.state)
             self.note_sent()
 
     def may_fly(self) -> bool:
@@ -280,7 +334,7 @@ class AutopilotNode(VehicleNode):
 
     def _tell(self, now: float) -> None:
         """Publish what the autopilot says, when it changes and twice a second."""
-        phase, said = self.sequence.phase, self.autopilot
+        phase, said = self.sequence.phase, self.interface.autopilot
         if self.link is None or said is None:
             return
         # on the ground what speaks against arming, in flight what is new since it began
@@ -311,56 +365,61 @@ class AutopilotNode(VehicleNode):
         if self.state is None or self.sequence.phase != Phase.FLY:
             return
         if self.state.p_w.z - self.state.ground_z > thrust.AIRBORNE and norm(self.state.v_w) < thrust.AT_REST:
-            self._hover_thrusts += self.predicted.thrust
+            self._hover_thrusts += self.interface.predicted.thrust
             self._hover_count += 1
 
     def on_beat(self) -> None:
         """Ask, answer and keep the autopilot in our mode, 50 times a second, once all nodes are ready."""
-        if self.phase in (FlightState.ENDED, FlightState.FAILED) or self.handshake.missing():
+        if self.phase in OVER or self.handshake.missing():
             return
-        now = self.clock()
+        interface = self.interface
+        now = interface.clock()
         self._note_pause(now)
-        self.before_beat()
-        output, self.sequence = arming.step(
-            self.profile,
-            self.settings.arming,
-            self.sequence,
-            arming.Inputs(
-                now,
-                1e-6 * self.stamps().now,
-                self.autopilot,
-                self.ack,
-                self._command_age(now),
-                now - self.heard,
-                self._refusal() if self.sequence.phase == Phase.STREAM else "",
-                self.stop,
-                self._ended,
-                now - self.spoke_at,
-                self._wish(),
-            ),
+        interface.take()
+        if self.sequence.phase == Phase.STREAM and interface.missing():
+            return
+        inputs = arming.Inputs(
+            now,
+            1e-6 * self.stamps().now,
+            interface.autopilot,
+            interface.ack,
+            self._command_age(now),
+            now - self.heard,
+            self._refusal() if self.sequence.phase == Phase.STREAM else "",
+            self.stop,
+            self._ended,
+            now - interface.spoke_at,
+            self._wish(),
         )
+        output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)
         self._tell(now)
-        self.ack = None
+        interface.ack = None
         if self.sequence.phase == Phase.LAND:
             self.setpoint_watch.rest()  # controllers rest while the autopilot lands
         if output.request is not None:
             self._ask(output.request)
         if output.heartbeat:
-            self.send_heartbeat()
+            interface.send_heartbeat()
         if output.setpoint in (Setpoint.IDLE, Setpoint.LEVEL) and self.state is not None:
             newtons = self.vehicle.mass * self.vehicle.gravity if output.setpoint == Setpoint.LEVEL else 0.0
-            self.send_safe(output.setpoint, newtons, self.state)
+            interface.send_safe(output.setpoint, newtons, self.state)
         if output.phase in (Phase.LANDED, Phase.RELEASED):
-            reason, failed = output.reason, output.failed
-            if self.link is not None and self.phase == FlightState.FLYING:
-                if not self.link.is_over and now - self.sequence.since < _COMMANDER_ENDS:
-                    return  # it takes note of what has become of the vehicle
-                unseen = "" if self.link.is_over else f"{self.profile.name} disarmed before the mission had ended"
-                reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, self.cause, unseen))))
-                failed = bool(reason)
-            if report := self._hover_report():
-                self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
-            super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
+            self._end(output.reason, output.failed, now)
+
+    def _end(self, reason: str, failed: bool, now: float) -> None:
+        """End the flight of a sequence that is over, once a commander has taken note of it."""
+        if self.link is not None and self.phase == FlightState.FLYING:
+            if not self.link.is_over and now - self.sequence.since < _COMMANDER_ENDS:
+                return  # it takes note of what has become of the vehicle
+            unseen = "" if self.link.is_over else f"{self.profile.name} disarmed before the mission had ended"
+            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, self.cause, unseen))))
+            failed = bool(reason)
+        report = thrust.hover_report(
+            self.vehicle, self.interface.max_rotor_thrust, self._hover_thrusts, self._hover_count
+        )
+        if report:
+            self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
+        super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
 
     def _note_pause(self, now: float) -> None:
         """Blame no other node for a pause of this process: the states that came meanwhile are still to be read."""
@@ -372,26 +431,23 @@ class AutopilotNode(VehicleNode):
 
     def on_command(self) -> None:
         """Note that a command has come: no state waits for one any more."""
-        self.commanded_at, self._unanswered_at = self.clock(), math.inf
+        self.commanded_at, self._unanswered_at = self.interface.clock(), math.inf
 
     def _command_age(self, now: float) -> float:
         """Return for how long in s a state has waited for a command; infinite before the first command."""
         return max(now - self._unanswered_at, 0.0) if math.isfinite(self.commanded_at) else math.inf
-
-    def _hover_report(self) -> str:
-        return thrust.hover_report(self.vehicle, self.max_rotor_thrust, self._hover_thrusts, self._hover_count)
 
     def _refusal(self) -> str:
         """Return why the flight must not begin."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
         misfit = spacing.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
         moving = self._standing.refusal(self.settings.arming.speed, self.profile.state)
-        return self.refusal() or misfit or moving
+        return self.interface.refusal() or misfit or moving
 
     def _ask(self, request: Request) -> None:
         text = f"{COMMANDS[request.command]}, attempt {request.attempt + 1}"
         self.event(FlightEvent.INFO, f"{self.profile.name.lower()}_command", text, self.elapsed_ns, always=True)
-        self.send_request(request)
+        self.interface.send_request(request)
 
     def end(self, phase: int, reason: str) -> None:
         """End the flight; a vehicle in the air is landed first."""
@@ -413,8 +469,12 @@ class AutopilotNode(VehicleNode):
 
     def measurements(self) -> dict[str, float]:
         """Return diagnostics: the base's, where the autopilot stands, and how old its states are when sent."""
-        found = {**super().measurements(), "autopilot_phase": int(self.sequence.phase)}
-        found["actuation_predicted"] = int(self.is_predicting)
+        found = {**super().measurements(), "autopilot_phase": int(self.sequence.phase), **self.interface.measurements()}
+        found["actuation_predicted"] = int(self.interface.is_predicting)
         if self.sample is not None:
             found["state_age_ms"] = 1e-3 * (self.sample.timestamp - self.sample.timestamp_sample)
         return found
+
+    def close(self) -> None:
+        """Close the autopilot's link."""
+        self.interface.close()

@@ -11,6 +11,7 @@ NED = 1
 """POSE_FRAME_NED and VELOCITY_FRAME_NED."""
 _SHORTEST, _LONGEST = 0.9, 1.1
 """Length of a quaternion in single precision that is still an attitude."""
+_RESET_ANGLE = math.radians(10.0)
 
 
 class Sample(NamedTuple):
@@ -74,9 +75,24 @@ def _inverse(q: Quat) -> Quat:
     return Quat(-q.x, -q.y, -q.z, q.w)
 
 
-def jumped(last: Sample, new: Sample, distance: float, angle: float) -> bool:
-    """Return whether an estimate without a reset counter jumped beyond m and rad."""
+class ResetCounter:
+    """Counts the resets of an estimate without a counter of its own: jumps beyond ``distance`` m or 10 deg."""
+
+    def __init__(self, distance: float) -> None:
+        """Begin at 0 resets."""
+        self.last: Sample | None = None
+        self._distance, self._resets = distance, 0
+
+    def counted(self, sample: Sample) -> Sample:
+        """Return ``sample`` with its reset_counter."""
+        if self.last is not None and _jumped(self.last, sample, self._distance):
+            self._resets += 1
+        self.last = sample._replace(reset_counter=self._resets)
+        return self.last
+
+
+def _jumped(last: Sample, new: Sample, distance: float) -> bool:
     if refusal(last, -1) or refusal(new, last.timestamp_sample):
         return False
     found = jump(state(last), state(new), 1e-6 * (new.timestamp_sample - last.timestamp_sample))
-    return found.distance > distance or max(found.tilt, found.heading) > angle
+    return found.distance > distance or max(found.tilt, found.heading) > _RESET_ANGLE

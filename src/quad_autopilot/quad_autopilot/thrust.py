@@ -7,7 +7,8 @@ MOT_THST_EXPO. The autopilot inverts the curve that it assumes; the motors follo
 import math
 
 from quad_core.geometry import clamp, relative_attitude, scale
-from quad_core.types import AttitudeThrust, Quat, Vec3
+from quad_core.parameters import ParameterError
+from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3
 from quad_core.vehicle import Vehicle
 
 AT_REST, AIRBORNE = 0.3, 0.3
@@ -17,6 +18,7 @@ RESERVE = 1.05
 HOVER_SAMPLES = 50
 HELD = 0.3
 """Share of the weight below which a mean thrust is no hover: a person holds the vehicle."""
+_SLACK = 1e-9
 
 
 def signal(fraction: float, factor: float) -> float:
@@ -42,6 +44,25 @@ def rates(setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> Vec3:
     error = relative_attitude(q, setpoint.q_wb)
     turn = scale(math.copysign(2.0 * gain, error.w), Vec3(error.x, error.y, error.z))
     return Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
+
+
+def required(max_rotor_thrust: float) -> float:
+    """Return parameter ``max_rotor_thrust`` in N; raises ParameterError where it was not given."""
+    if max_rotor_thrust <= 0.0:
+        raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
+    return max_rotor_thrust
+
+
+def predicted(newtons: float, max_rotor_thrust: float) -> Actuation:
+    """Return what four equal rotors make of a thrust in N: a prediction; torque and speeds are unknown and 0."""
+    made = clamp(newtons, 0.0, 4.0 * max_rotor_thrust)
+    each = 0.25 * made
+    return Actuation(
+        rotor_thrust=Rotors(each, each, each, each),
+        thrust=made,
+        thrust_high=made < newtons - _SLACK,
+        thrust_low=made > newtons + _SLACK,
+    )
 
 
 def weakness(vehicle: Vehicle, max_rotor_thrust: float, key: str) -> str:

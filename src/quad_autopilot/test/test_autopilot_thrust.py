@@ -56,3 +56,11 @@ def test_rotors_that_cannot_lift_it_are_named():
     vehicle = Vehicle(mass=2.0, gravity=10.0)
     assert thrust.weakness(vehicle, 5.3, "max_rotor_thrust") == ""
     assert "max_rotor_thrust: four rotors give 20.8 N" in thrust.weakness(vehicle, 5.2, "max_rotor_thrust")
+
+
+def test_the_prediction_says_what_the_rotors_cannot_give():
+    assert thrust.predicted(9.8, 5.0).thrust == pytest.approx(9.8)
+    beyond = thrust.predicted(25.0, 5.0)
+    assert (beyond.thrust, beyond.thrust_high, beyond.thrust_low) == (20.0, True, False)
+    assert thrust.predicted(-1.0, 5.0).thrust_low
+    assert sum(beyond.rotor_thrust) == pytest.approx(20.0)

@@ -4,101 +4,73 @@
 laws stay in shadow. ``actuation`` is a prediction: a Crazyflie reports none.
 """
 
-import math
 import sys
 import time
-from contextlib import suppress
 
 from quad_autopilot import odometry, thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
-from quad_autopilot.node import AutopilotNode
+from quad_autopilot.node import AutopilotInterface, AutopilotNode
 from quad_autopilot.parameters import Flier
-from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
-from quad_core.types import Actuation, AttitudeThrust, Rotors, VehicleState
+from quad_core.types import AttitudeThrust, VehicleState
 from quad_crazyflie import setpoints
 from quad_crazyflie.interface import CRAZYFLIE
 from quad_crazyflie.vehicle import PROFILE, CrazyflieVehicle
 from quad_msgs.msg import FlightState
 from quad_node.main import run
 
-_RESET_ANGLE = math.radians(10.0)
 
+class CrazyflieInterface(AutopilotInterface):
+    """A Crazyflie: unlocked, flown by angles, yaw rate and thrust, landed by itself."""
 
-class CrazyflieBridge(AutopilotNode):
-    """Unlocks a Crazyflie, flies it by angles, yaw rate and thrust, lands it."""
+    profile = PROFILE
 
-    def __init__(self) -> None:
-        """Look for cflib and begin to connect; raises as FlightNode, ParameterError for what cannot fly."""
-        super().__init__(CRAZYFLIE, PROFILE)
-        if self.settings.max_rotor_thrust <= 0.0:
-            raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
+    def __init__(self, node: AutopilotNode) -> None:
+        """Look for cflib and begin to connect; raises ParameterError for what cannot fly."""
+        super().__init__(node)
+        self.max_rotor_thrust = thrust.required(self.settings.max_rotor_thrust)
         if self.settings.arming.takeoff == Flier.AUTOPILOT:
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
-        self.max_rotor_thrust = self.settings.max_rotor_thrust
-        self.predicted = self._predict(0.0)
-        self._is_waiting = False
-        self._resets = 0
-        self._last: odometry.Sample | None = None
-        self.take_attitude()
-        self.crazyflie = CrazyflieVehicle(self.settings, self._wake)
+        self._largest = setpoints.largest_thrust(self.settings) / 4.0
+        self.predicted = thrust.predicted(0.0, self._largest)
+        self._counter = odometry.ResetCounter(self.settings.reset_limit)
+        self.crazyflie = CrazyflieVehicle(self.settings, node.wake)
 
-    def _wake(self) -> None:
-        """Have the executor take what has come; called in cflib's thread."""
-        executor = self.executor
-        if executor is not None and not self._is_waiting:
-            self._is_waiting = True
-            with suppress(RuntimeError):  # the process is leaving
-                executor.create_task(self._take)
-
-    def _take(self) -> None:
-        self._is_waiting = False
+    def take(self) -> None:
+        """Take what cflib's thread has put down; a link or a battery that fails ends the flight."""
         if self.crazyflie.blocks:
             self.spoke_at = time.monotonic()
         while self.crazyflie.blocks:
             stamp, block = self.crazyflie.blocks.popleft()
             self.crazyflie.note(block, time.monotonic())
-            sample = setpoints.sample(stamp, block, self._resets)
-            limit = self.settings.reset_limit
-            if self._last is not None and odometry.jumped(self._last, sample, limit, _RESET_ANGLE):
-                self._resets += 1
-                sample = sample._replace(reset_counter=self._resets)
-            self._last = sample
-            self.on_sample(sample)
+            self.node.on_sample(self._counter.counted(setpoints.sample(stamp, block)))
         self.autopilot, self.ack = self.crazyflie.autopilot, self.crazyflie.ack or self.ack
         self.crazyflie.ack = None
-
-    def prepare(self) -> list[str]:
-        """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
-        return super().prepare() if self._last else [f"{self.settings.uri}: the tables of its log and parameters"]
-
-    def on_beat(self) -> None:
-        """Begin the sequence once the Crazyflie is connected, or cannot be."""
-        self._take()
-        if self._last is not None or self.crazyflie.problem:
-            super().on_beat()
-
-    def before_beat(self) -> None:
-        """Take what has come; a link or a battery that fails ends the flight."""
-        if self.phase == FlightState.FLYING:
-            self.stop = self.stop or self.crazyflie.refusal()
+        problem = self.crazyflie.refusal() if self.node.phase == FlightState.FLYING else ""
         if self.crazyflie.problem:
-            self.stop = self.stop or f"{self.settings.uri}: {self.crazyflie.problem}"
+            problem = f"{self.settings.uri}: {self.crazyflie.problem}"
+        self.node.stop = self.node.stop or problem
+
+    def missing(self) -> list[str]:
+        """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
+        is_known = self._counter.last is not None or self.crazyflie.problem
+        return [] if is_known else [f"{self.settings.uri}: the tables of its log and parameters"]
 
     def refusal(self) -> str:
         """Return what speaks against a flight: an empty battery, or thrust that does not suffice."""
-        largest = setpoints.largest_thrust(self.settings) / 4.0
-        return self.crazyflie.refusal() or thrust.weakness(self.vehicle, largest, "max_rotor_thrust at 100 %")
+        weak = thrust.weakness(self.node.vehicle, self._largest, "max_rotor_thrust at 100 %")
+        return self.crazyflie.refusal() or weak
 
     def send_request(self, request: Request) -> None:
         """Ask for what the sequence wants in the Crazyflie's own way."""
-        height = self.state.p_w.z - self.state.ground_z if self.state else 0.0
-        self.crazyflie.request(request, height, self.lift.ground_z)
+        state = self.node.state
+        height = state.p_w.z - state.ground_z if state else 0.0
+        self.crazyflie.request(request, height, self.node.lift.ground_z)
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send angles, yaw rate and thrust."""
-        self.predicted = self._predict(setpoint.thrust)
+        self.predicted = thrust.predicted(setpoint.thrust, self._largest)
         self.crazyflie.fly(setpoints.manual(self.settings, setpoint, state))
 
     def send_safe(self, output: Setpoint, _newtons: float, _state: VehicleState) -> None:
@@ -106,21 +78,9 @@ class CrazyflieBridge(AutopilotNode):
         if output == Setpoint.IDLE:
             self.crazyflie.idle()
 
-    def _predict(self, newtons: float) -> Actuation:
-        largest = setpoints.largest_thrust(self.settings)
-        made = clamp(newtons, 0.0, largest)
-        each = made / 4.0
-        return Actuation(
-            rotor_thrust=Rotors(each, each, each, each),
-            thrust=made,
-            thrust_high=newtons > largest,
-            thrust_low=newtons < 0.0,
-        )
-
     def measurements(self) -> dict[str, float]:
-        """Return diagnostics: the base's, and the battery in V."""
-        found = super().measurements()
-        return found if self.sequence.phase == Phase.STREAM else {**found, "battery_v": self.crazyflie.battery}
+        """Return the battery in V."""
+        return {} if self.node.sequence.phase == Phase.STREAM else {"battery_v": self.crazyflie.battery}
 
     def close(self) -> None:
         """Close the link."""
@@ -129,4 +89,5 @@ class CrazyflieBridge(AutopilotNode):
 
 def main() -> None:
     """Run the bridge to a Crazyflie."""
-    sys.exit(run(CRAZYFLIE, CrazyflieBridge, "Bridge to a Crazyflie: takes attitude_setpoint, publishes state."))
+    text = "Bridge to a Crazyflie: takes attitude_setpoint, publishes state."
+    sys.exit(run(CRAZYFLIE, lambda: AutopilotNode(CRAZYFLIE, CrazyflieInterface), text))

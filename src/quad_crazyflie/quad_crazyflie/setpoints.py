@@ -78,7 +78,7 @@ def unpacked(packed: int) -> Quat:
     return Quat(*parts)
 
 
-def sample(timestamp_ms: int, block: Mapping[str, float], resets: int) -> Sample:
+def sample(timestamp_ms: int, block: Mapping[str, float]) -> Sample:
     """Return a log block as an estimate, which samples hold in NED and FRD; its pitch rate has the other sign."""
 
     def triple(first: str, second: str, third: str) -> Vec3:
@@ -89,6 +89,4 @@ def sample(timestamp_ms: int, block: Mapping[str, float], resets: int) -> Sample
     p, v = frames.world(triple("x", "y", "z")), frames.world(triple("vx", "vy", "vz"))
     w = frames.body(Vec3(rates.x, -rates.y, rates.z))
     stamp = 1000 * timestamp_ms
-    return Sample(
-        stamp, stamp, NED, NED, (p.x, p.y, p.z), (q.w, q.x, q.y, q.z), (v.x, v.y, v.z), (w.x, w.y, w.z), resets
-    )
+    return Sample(stamp, stamp, NED, NED, (p.x, p.y, p.z), (q.w, q.x, q.y, q.z), (v.x, v.y, v.z), (w.x, w.y, w.z), 0)

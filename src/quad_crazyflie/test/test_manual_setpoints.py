@@ -98,7 +98,7 @@ def test_a_log_block_arrives_as_the_state_that_was_packed(parts):
         "rateYaw": -300,
     }
     block = {f"stateEstimateZ.{name}": value for name, value in numbers.items()} | {"stateEstimateZ.quat": bits}
-    sample = setpoints.sample(1234, block, 0)
+    sample = setpoints.sample(1234, block)
     assert odometry.refusal(sample, -1) == ""
     state = odometry.state(sample)
     assert state.p_w == pytest.approx((1.0, -2.0, 0.5))

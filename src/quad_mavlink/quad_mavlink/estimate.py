@@ -47,11 +47,11 @@ def of_odometry(
     return Sample(time_usec, time_usec, known[0], known[1], position, q, velocity, rates, resets)
 
 
-def of_pair(time_boot_ms: int, q: Quadruple, rates: Triple, position: Position | None, resets: int) -> Sample | None:
+def of_pair(time_boot_ms: int, q: Quadruple, rates: Triple, position: Position | None) -> Sample | None:
     """Return an ATTITUDE_QUATERNION with the newest position carried on to its time; None without a near one."""
     if position is None or abs(time_boot_ms - position.time_boot_ms) > LATEST:
         return None
     elapsed = 1e-3 * (time_boot_ms - position.time_boot_ms)
     moved = [p + elapsed * v for p, v in zip(position.position, position.velocity, strict=True)]
     stamp = 1000 * time_boot_ms
-    return Sample(stamp, stamp, NED, NED, (moved[0], moved[1], moved[2]), q, position.velocity, rates, resets)
+    return Sample(stamp, stamp, NED, NED, (moved[0], moved[1], moved[2]), q, position.velocity, rates, 0)

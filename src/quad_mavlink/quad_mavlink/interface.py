@@ -1,13 +1,11 @@
-"""What MAVLink's three nodes register of themselves as vehicle interfaces."""
+"""What MAVLink's two nodes register of themselves as vehicle interfaces."""
 
 from quad_autopilot.parameters import rates
 from quad_core.roles import PLANT_SLOTS, VehicleInterface
-from quad_mavlink.hil.joined_parameters import JoinedPlantParameters
-from quad_mavlink.hil.parameters import HilPlantParameters
+from quad_mavlink.hil.parameters import JoinedPlantParameters
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
 MAVLINK = "mavlink_bridge"
-HIL = "hil_plant"
 JOINED = "joined_plant"
 
 BRIDGE = VehicleInterface(
@@ -19,7 +17,6 @@ BRIDGE = VehicleInterface(
     rates(4_000_000),
     autopilot_lands=True,
 )
-HIL_PLANT = VehicleInterface("quad_mavlink", HilPlantParameters, PLANT_SLOTS)
 JOINED_PLANT = VehicleInterface(
     "quad_mavlink",
     JoinedPlantParameters,

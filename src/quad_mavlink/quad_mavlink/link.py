@@ -1,7 +1,7 @@
-"""MAVLink messages over UDP by pymavlink, which is the user's: found at start, not shipped.
+"""MAVLink messages by pymavlink, which is the user's: over UDP to an autopilot, over TCP as its simulator.
 
 pymavlink is under the LGPL-3: shipping both together brings that licence's duties; this package only
-imports it.
+imports it. Its own connections answer every sender and drop what a full TCP buffer does not take, so sockets are ours.
 """
 
 import importlib
@@ -15,11 +15,12 @@ from typing import Any
 
 from quad_core.parameters import ParameterError
 
-AUTOPILOT, COMPANION = 1, 191
+AUTOPILOT, COMPANION, SIMULATOR = 1, 191, 51
 """MAV_COMP_ID."""
-_LARGEST = 2048
+_LARGEST = 65_536
 _BATCH = 1000
 _PATIENCE = 0.2
+_STUCK = 5.0  # s in which an autopilot that reads nothing counts as gone
 
 
 def load() -> ModuleType:
@@ -41,27 +42,38 @@ def address(text: str, key: str) -> tuple[str, int]:
     return host, int(port)
 
 
+def _opened(kind: socket.SocketKind, listen: str) -> socket.socket:
+    """Return a socket bound to parameter ``listen``; raises ParameterError for a bad address or a taken port."""
+    found = socket.socket(socket.AF_INET, kind)
+    found.setblocking(False)
+    try:
+        if kind == socket.SOCK_STREAM:
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind(address(listen, "listen"))
+    except OSError as error:
+        found.close()
+        raise ParameterError(f"listen: found {listen}, cannot be opened: {error.strerror or error}") from error
+    return found
+
+
+def _codec(mavlink: ModuleType, system: int, component: int) -> Any:
+    found = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+    found.robust_parsing = True
+    return found
+
+
 class Link:
     """One autopilot over UDP."""
 
     def __init__(self, mavlink: ModuleType, listen: str, connect: str, source_system: int, target_system: int) -> None:
-        """Open the port; raises ParameterError for bad addresses, OSError for a port that is taken."""
+        """Open the port; raises ParameterError for bad addresses and a port that is taken."""
         self.mavlink, self.target_system = mavlink, target_system
         self.peer = address(connect, "connect") if connect else None
         self.strangers = self.lost = 0
-        self._locked = False
-        self._is_closed = False
+        self._locked = self._is_closed = False
         self._taken = threading.Event()
-        self._codec = mavlink.MAVLink(None, srcSystem=source_system, srcComponent=COMPANION)
-        self._codec.robust_parsing = True
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
-        host, port = address(listen, "listen")
-        try:
-            self._socket.bind((host, port))
-        except OSError as error:
-            self._socket.close()
-            raise ParameterError(f"listen: found {listen}, cannot be opened: {error.strerror or error}") from error
+        self._codec = _codec(mavlink, source_system, COMPANION)
+        self._socket = _opened(socket.SOCK_DGRAM, listen)
 
     def start(self, wake: Callable[[], None]) -> None:
         """Call ``wake`` in another thread whenever something has come; ``messages`` must take it."""
@@ -97,25 +109,84 @@ class Link:
         return found
 
     def _is_peer(self, sender: tuple[str, int], kind: str) -> bool:
-        if self._locked and sender != self.peer:
-            self.strangers += 1
-            return False
-        if not self._locked:
-            if kind != "HEARTBEAT":
-                return False
+        if self._locked:
+            self.strangers += sender != self.peer
+            return sender == self.peer
+        if kind == "HEARTBEAT":
             self.peer, self._locked = sender, True
-        return True
+        return self._locked
 
     def send(self, message: Any) -> None:
         """Send a message to the autopilot, if its address is known; what cannot be sent is lost, as on any link."""
-        if self.peer is None:
-            return
-        try:
-            self._socket.sendto(message.pack(self._codec), self.peer)
-        except OSError:
-            self.lost += 1
+        if self.peer is not None:
+            try:
+                self._socket.sendto(message.pack(self._codec), self.peer)
+            except OSError:
+                self.lost += 1
 
     def close(self) -> None:
         """Close the port; the watching thread ends."""
         self._is_closed = True
         self._socket.close()
+
+
+class Server:
+    """Waits over TCP for one autopilot, as its simulator; once it is there no other client can connect."""
+
+    def __init__(self, mavlink: ModuleType, listen: str) -> None:
+        """Open the port; raises ParameterError for a bad address or a port that is taken."""
+        self.lost, self.is_closed = 0, False
+        self._codec = _codec(mavlink, 1, SIMULATOR)
+        self._peer: socket.socket | None = None
+        self._waiting: list[Any] = []
+        self._socket = _opened(socket.SOCK_STREAM, listen)
+        self._socket.listen(1)
+
+    def accept(self) -> bool:
+        """Return whether an autopilot is connected; after the first one the port is closed."""
+        if self._peer is None:
+            try:
+                self._peer, _ = self._socket.accept()
+            except BlockingIOError:
+                return False
+            self._peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._peer.settimeout(_STUCK)
+            self._socket.close()
+        return True
+
+    def send(self, messages: list[Any]) -> None:
+        """Send messages in one piece."""
+        assert self._peer is not None
+        try:
+            self._peer.sendall(b"".join(message.pack(self._codec) for message in messages))
+        except OSError:
+            self.is_closed = True
+
+    def next(self, kind: str, patience: float) -> Any | None:
+        """Return the next message of ``kind``; None after ``patience`` s, or when the autopilot has left."""
+        while True:
+            while self._waiting:
+                message = self._waiting.pop(0)
+                if message.get_type() == kind:
+                    return message
+                self.lost += message.get_type() == "BAD_DATA"
+            if self.is_closed or not self._read(patience):
+                return None
+
+    def _read(self, patience: float) -> bool:
+        assert self._peer is not None
+        try:
+            if not select.select([self._peer], [], [], patience)[0]:
+                return False
+            data = self._peer.recv(_LARGEST)
+        except OSError:
+            data = b""
+        self.is_closed = not data
+        self._waiting += self._codec.parse_buffer(data) or () if data else ()
+        return not self.is_closed
+
+    def close(self) -> None:
+        """Close the connection and the port."""
+        self._socket.close()
+        if self._peer is not None:
+            self._peer.close()

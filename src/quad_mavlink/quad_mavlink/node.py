@@ -6,79 +6,65 @@ message: attitude laws stay in shadow. ``actuation`` is a prediction: the autopi
 
 import sys
 import time
-from contextlib import suppress
 
 from rclpy.clock import Clock, ClockType
 
 from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
-from quad_autopilot.node import AutopilotNode
-from quad_core.parameters import ParameterError
+from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
 from quad_core.safe import level_hover
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, modes, setpoints
 from quad_mavlink.interface import MAVLINK
 from quad_mavlink.parameters import MavlinkMode
 from quad_mavlink.vehicle import MavlinkVehicle
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 
 
-class MavlinkBridge(AutopilotNode):
-    """Arms PX4 or ArduPilot, flies it by attitude or body rates, lands it."""
+class MavlinkInterface(AutopilotInterface):
+    """PX4 or ArduPilot over MAVLink: armed, flown by attitude or body rates, landed."""
 
-    def __init__(self) -> None:
-        """Look for pymavlink and open the port; raises as FlightNode, ParameterError for what cannot fly."""
-        super().__init__(MAVLINK, modes.UNKNOWN)
-        if self.settings.max_rotor_thrust <= 0.0:
-            raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
+    profile = modes.UNKNOWN
+
+    def __init__(self, node: AutopilotNode) -> None:
+        """Look for pymavlink and open the port; raises ParameterError for what cannot fly."""
+        super().__init__(node)
         found = self.settings
+        self.max_rotor_thrust = thrust.required(found.max_rotor_thrust)
+        self.predicted = thrust.predicted(0.0, self.max_rotor_thrust)
         self.udp = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.mavlink = MavlinkVehicle(self.udp, found)
-        self.max_rotor_thrust = found.max_rotor_thrust
-        self.predicted = setpoints.predict(found, 0.0)
-        self._is_level_sent = self._is_waiting = False
-        self.take_attitude()
-        self.create_timer(1.0, self._on_second, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self.udp.start(self._wake)
+        self._is_level_sent = False
+        node.create_timer(1.0, self._on_second, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.udp.start(node.wake)
 
-    def _wake(self) -> None:
-        """Have the executor take what has come; called in the link's thread."""
-        executor = self.executor
-        if executor is not None and not self._is_waiting:
-            self._is_waiting = True
-            with suppress(RuntimeError):  # the process is leaving
-                executor.create_task(self._take)
-
-    def _take(self) -> None:
-        self._is_waiting = False
+    def take(self) -> None:
+        """Take what the watching thread has announced, and what it could not."""
         before = self.mavlink.kind
         for message in self.udp.messages():
             self.spoke_at = now = time.monotonic()
             sample = self.mavlink.handle(message, now)
             if sample is not None:
-                self.on_sample(self.mavlink.stamped(sample, now))
+                self.node.on_sample(self.mavlink.stamped(sample, now))
         self.profile, self.autopilot = self.mavlink.profile, self.mavlink.autopilot
         self.ack = self.mavlink.ack or self.ack
         self.mavlink.ack = None
         if self.mavlink.kind != before:
-            self.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.udp.peer}", always=True)
+            self.node.estimator = self.profile.name
+            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.udp.peer}", always=True)
             self._on_second()
 
     def _on_second(self) -> None:
-        if self.phase not in (FlightState.ENDED, FlightState.FAILED):
+        if self.node.phase not in OVER:
             self.mavlink.every_second(time.monotonic())
-        if self.mavlink.refused and not self.sample:
-            self.event(FlightEvent.WARNING, "states_refused", self.mavlink.refused[-1], self.elapsed_ns)
-
-    def before_beat(self) -> None:
-        """Take what the watching thread could not announce."""
-        self._take()
+        if self.mavlink.refused and not self.node.sample:
+            self.node.event(FlightEvent.WARNING, "states_refused", self.mavlink.refused[-1], self.node.elapsed_ns)
 
     def refusal(self) -> str:
         """Return what speaks against a flight: too weak rotors, or parameters of the autopilot."""
-        weak = thrust.weakness(self.vehicle, self.max_rotor_thrust, "max_rotor_thrust")
+        weak = thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "max_rotor_thrust")
         return weak or self.mavlink.refusal()
 
     def send_request(self, request: Request) -> None:
@@ -87,24 +73,24 @@ class MavlinkBridge(AutopilotNode):
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send an attitude, or rates towards it, and a thrust in N."""
-        self.predicted = setpoints.predict(self.settings, setpoint.thrust)
+        self.predicted = thrust.predicted(setpoint.thrust, self.max_rotor_thrust)
         target = setpoints.target(self.settings, setpoint, state, self.mavlink.boosts)
-        self.mavlink.fly(target, self.stamps())
+        self.mavlink.fly(target, self.node.stamps())
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude: as a stream before the flight, once when it is given up, for a stream keeps the mode."""
         if output == Setpoint.LEVEL and self._is_level_sent:
             return
         self._is_level_sent = output == Setpoint.LEVEL
-        level = level_hover(self.vehicle, state)._replace(thrust=newtons)
+        level = level_hover(self.node.vehicle, state)._replace(thrust=newtons)
         # a rate sent once would be turned on with
         settings = self.settings._replace(mode=MavlinkMode.ATTITUDE.value)
-        self.mavlink.fly(setpoints.target(settings, level, state, self.mavlink.boosts), self.stamps())
+        self.mavlink.fly(setpoints.target(settings, level, state, self.mavlink.boosts), self.node.stamps())
 
     def measurements(self) -> dict[str, float]:
-        """Return diagnostics: the base's, the link's, the battery in V."""
-        found = {**super().measurements(), "strangers": self.udp.strangers, "lost_datagrams": self.udp.lost}
-        return {**found, "battery_v": self.mavlink.battery} if self.sequence.phase != Phase.STREAM else found
+        """Return what the link dropped, and the battery in V."""
+        found: dict[str, float] = {"strangers": self.udp.strangers, "lost_datagrams": self.udp.lost}
+        return {**found, "battery_v": self.mavlink.battery} if self.node.sequence.phase != Phase.STREAM else found
 
     def close(self) -> None:
         """Close the port."""
@@ -113,4 +99,5 @@ class MavlinkBridge(AutopilotNode):
 
 def main() -> None:
     """Run the bridge over MAVLink."""
-    sys.exit(run(MAVLINK, MavlinkBridge, "Bridge to PX4 or ArduPilot over MAVLink: takes attitude_setpoint."))
+    text = "Bridge to PX4 or ArduPilot over MAVLink: takes attitude_setpoint."
+    sys.exit(run(MAVLINK, lambda: AutopilotNode(MAVLINK, MavlinkInterface), text))

@@ -13,12 +13,11 @@ from typing import NamedTuple
 
 from quad_autopilot import frames, thrust
 from quad_core.geometry import body_z, clamp
-from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, VehicleState
+from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode
 
 ATTITUDE_ONLY, RATES_ONLY = 7, 128
 _LEAST_COSINE = 0.1  # ArduPilot boosts no further
-_SLACK = 1e-9
 
 
 class AttitudeTarget(NamedTuple):
@@ -47,17 +46,6 @@ def target(
         turn = frames.body(thrust.rates(setpoint, state.q_wb, settings.rate_gain, settings.rate_limit))
         return AttitudeTarget(RATES_ONLY, _wxyz(state.q_wb), turn, fraction(settings, newtons))
     return AttitudeTarget(ATTITUDE_ONLY, _wxyz(setpoint.q_wb), Vec3(0.0, 0.0, 0.0), fraction(settings, newtons))
-
-
-def predict(settings: MavlinkBridgeParameters, newtons: float) -> Actuation:
-    """Return what four equal rotors make of a thrust in N: a prediction; torque and speeds are unknown and 0."""
-    largest = 4.0 * settings.max_rotor_thrust
-    made = clamp(newtons, 0.0, largest)
-    each, zero = made / 4.0, Vec3(0.0, 0.0, 0.0)
-    low, high = made < newtons - _SLACK, made > newtons + _SLACK
-    return Actuation(
-        Rotors(0.0, 0.0, 0.0, 0.0), Rotors(each, each, each, each), made, zero, low, high, False, False, False
-    )
 
 
 def _wxyz(q: Quat) -> tuple[float, float, float, float]:

@@ -24,7 +24,6 @@ _PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 _ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
 _HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
 _STATES = {modes.PX4: (_ODOMETRY,), modes.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
-_RESET_ANGLE = math.radians(10.0)
 _SHARE = 0.1  # how fast the clock's offset is corrected
 
 
@@ -45,8 +44,7 @@ class MavlinkVehicle:
         self._texts: tuple[reasons.Text, ...] = ()
         self._heartbeat: modes.Heartbeat | None = None
         self._position: estimate.Position | None = None
-        self._last: Sample | None = None
-        self._resets = 0
+        self._counter = odometry.ResetCounter(settings.reset_limit)
         self._offset = math.nan  # autopilot's ns minus ours
         self._asked = False
 
@@ -129,15 +127,8 @@ class MavlinkVehicle:
                 message.reset_counter,
             )
         q = (message.q1, message.q2, message.q3, message.q4)
-        found = estimate.of_pair(message.time_boot_ms, q, rates, self._position, self._resets)
-        if found is None:
-            return None
-        limit = self.settings.reset_limit
-        if self._last is not None and odometry.jumped(self._last, found, limit, _RESET_ANGLE):
-            self._resets += 1
-            found = found._replace(reset_counter=self._resets)
-        self._last = found
-        return found
+        found = estimate.of_pair(message.time_boot_ms, q, rates, self._position)
+        return self._counter.counted(found) if found is not None else None
 
     def stamped(self, sample: Sample, now: float) -> Sample:
         """Return a sample with the autopilot's time now, so that its age is known once TIMESYNC was answered."""

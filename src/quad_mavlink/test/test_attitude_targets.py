@@ -91,11 +91,3 @@ def test_the_motors_give_the_thrust_whatever_curve_the_autopilot_believes_in(sha
     command = setpoints.fraction(settings, share * 4.0 * TM)
     u = float(max(np.roots([believed, 1.0 - believed, -command]).real))
     assert true * u * u + (1.0 - true) * u == pytest.approx(share, abs=1e-9)
-
-
-def test_the_prediction_says_what_the_rotors_cannot_give():
-    assert setpoints.predict(SETTINGS, 9.8).thrust == pytest.approx(9.8)
-    beyond = setpoints.predict(SETTINGS, 25.0)
-    assert (beyond.thrust, beyond.thrust_high, beyond.thrust_low) == (20.0, True, False)
-    assert setpoints.predict(SETTINGS, -1.0).thrust_low
-    assert sum(beyond.rotor_thrust) == pytest.approx(20.0)

@@ -82,24 +82,19 @@ def test_odometry_in_another_frame_is_refused(frames):
 
 def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
     position = estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
-    sample = estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position, 0)
+    sample = estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position)
     assert sample.timestamp_sample == 1_010_000
     assert sample.position == pytest.approx((1.1, 2.0, -3.01))
-    assert estimate.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position, 0) is None
-    assert estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None, 0) is None
+    assert estimate.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position) is None
+    assert estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None) is None
 
 
-def test_a_jump_without_a_counter_is_seen_and_a_flight_is_none():
+def test_a_jump_without_a_counter_is_counted_and_a_flight_is_none():
     still = (0.0, 0.0, 0.0)
-    last = estimate.of_pair(1000, WXYZ, still, estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
-    flown = estimate.of_pair(1010, WXYZ, still, estimate.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)), 0)
+    last = estimate.of_pair(1000, WXYZ, still, estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
+    flown = estimate.of_pair(1010, WXYZ, still, estimate.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
     far = flown._replace(position=(1.1, 2.5, -3.0))
-    assert not odometry.jumped(last, flown, 0.3, 0.17)
-    assert odometry.jumped(last, far, 0.3, 0.17)
-    assert not odometry.jumped(last, far._replace(position=(math.nan, 0.0, 0.0)), 0.3, 0.17)
-
-
-@pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])
-def test_an_address_that_is_none_is_refused_by_name(text):
-    with pytest.raises(ParameterError, match="listen: found"):
-        link.address(text, "listen")
+    for sample, resets in ((flown, 0), (far, 1), (far._replace(position=(math.nan, 0.0, 0.0)), 0)):
+        counter = odometry.ResetCounter(0.3)
+        assert counter.counted(last).reset_counter == 0
+        assert counter.counted(sample).reset_counter == resets

@@ -8,7 +8,7 @@ import pytest
 
 from quad_core.types import Vec3, VehicleState
 from quad_mavlink.hil.exchange import Exchange, RefusedError
-from quad_mavlink.hil.parameters import HilPlantParameters
+from quad_mavlink.hil.parameters import JoinedPlantParameters
 from quad_mavlink.hil.suite import Suite
 
 CALM = Vec3(0.0, 0.0, 0.0)
@@ -44,7 +44,7 @@ def controls(time_usec, first=0.5, mode=129, flags=1):
 
 @pytest.fixture
 def exchange():
-    return Exchange(Words(), Peer(), Suite(HilPlantParameters(), 1, 4_000_000, 9.81))
+    return Exchange(Words(), Peer(), Suite(JoinedPlantParameters(), 1, 4_000_000, 9.81))
 
 
 def test_the_sensors_go_out_last_because_they_move_the_clock(exchange):

@@ -10,7 +10,7 @@ from quad_mavlink.hil.parameters import (
     AccelerometerParameters,
     BarometerParameters,
     GpsParameters,
-    HilPlantParameters,
+    JoinedPlantParameters,
     HomeParameters,
     MagnetometerParameters,
     RateGyroParameters,
@@ -18,7 +18,7 @@ from quad_mavlink.hil.parameters import (
 
 G = 9.81
 FRD = np.diag([1.0, -1.0, -1.0])
-QUIET = HilPlantParameters(
+QUIET = JoinedPlantParameters(
     gyro=RateGyroParameters(0.0, 0.0, 1.0, 0.0),
     accelerometer=AccelerometerParameters(0.0, 0.0, 1.0, 0.0),
     magnetometer=MagnetometerParameters(noise_density=0.0, bias_walk=0.0),

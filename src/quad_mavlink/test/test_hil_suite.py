@@ -6,7 +6,7 @@ import pytest
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_mavlink.hil import sensors
-from quad_mavlink.hil.parameters import GpsParameters, HilPlantParameters, MagnetometerParameters
+from quad_mavlink.hil.parameters import GpsParameters, JoinedPlantParameters, MagnetometerParameters
 from quad_mavlink.hil.suite import Suite
 
 CALM = Vec3(0.0, 0.0, 0.0)
@@ -18,7 +18,7 @@ def high(z):
     return VehicleState(Vec3(0.0, 0.0, z), CALM, Quat(0.0, 0.0, 0.0, 1.0), CALM)
 
 
-DEFAULT = HilPlantParameters()
+DEFAULT = JoinedPlantParameters()
 
 
 def readings(count, parameters=DEFAULT, seed=1):
@@ -28,22 +28,22 @@ def readings(count, parameters=DEFAULT, seed=1):
 
 def test_the_clock_begins_one_period_after_0_and_goes_in_whole_periods():
     found = readings(300)
-    assert [reading.sensor.time_usec for reading in found] == [4000 * (k + 1) for k in range(300)]
-    assert {reading.gps.time_usec for reading in found if reading.gps} == {100_000 * (k + 1) for k in range(12)}
+    assert [reading.sensor[0] for reading in found] == [4000 * (k + 1) for k in range(300)]
+    assert {reading.gps[0] for reading in found if reading.gps} == {100_000 * (k + 1) for k in range(12)}
 
 
 def test_each_sensor_is_read_at_its_own_pace():
     found = readings(300)
-    assert sum(bool(reading.sensor.fields_updated & 0x1C0) for reading in found) == 300 // 4
-    assert sum(bool(reading.sensor.fields_updated & 0x1A00) for reading in found) == 300 // 5
+    assert sum(bool(reading.sensor[-1] & 0x1C0) for reading in found) == 300 // 4
+    assert sum(bool(reading.sensor[-1] & 0x1A00) for reading in found) == 300 // 5
     assert sum(reading.truth is not None for reading in found) == 300 // 5
-    assert all(reading.sensor.fields_updated & 0x3F == 0x3F for reading in found)
+    assert all(reading.sensor[-1] & 0x3F == 0x3F for reading in found)
 
 
 def test_a_fix_is_as_old_as_its_delay():
-    parameters = HilPlantParameters(gps=CERTAIN._replace(period_steps=1, delay=0.1))
+    parameters = JoinedPlantParameters(gps=CERTAIN._replace(period_steps=1, delay=0.1))
     suite = Suite(parameters, 1, PERIOD, 9.81)
-    heights = [suite.read(high(float(k)), CALM).gps.alt / 1000.0 - 488.0 for k in range(100)]
+    heights = [suite.read(high(float(k)), CALM).gps[4] / 1000.0 - 488.0 for k in range(100)]
     assert heights[60:] == [k - 25.0 for k in range(60, 100)]  # 0.1 s of 4 ms
     assert heights[0] == 0.0  # none is older than the first
 
@@ -51,16 +51,16 @@ def test_a_fix_is_as_old_as_its_delay():
 def test_the_error_of_a_fix_grows_with_the_time_between_fixes():
     def wander(period_steps):
         gps = GpsParameters(walk=0.0, vertical_walk=0.4, period_steps=period_steps)
-        suite = Suite(HilPlantParameters(gps=gps), 1, PERIOD, 9.81)
+        suite = Suite(JoinedPlantParameters(gps=gps), 1, PERIOD, 9.81)
         fixes = [fix for _ in range(20_000) if (fix := suite.read(high(0.0), CALM).gps)]
-        return np.diff([fix.alt / 1000.0 for fix in fixes]).std()
+        return np.diff([fix[4] / 1000.0 for fix in fixes]).std()
 
     assert wander(25) == pytest.approx(0.4 * np.sqrt(0.1), rel=0.1)
 
 
 def test_a_magnetometer_read_less_often_is_no_noisier_than_its_density():
-    parameters = HilPlantParameters(magnetometer=MagnetometerParameters(period_steps=10, bias_walk=0.0))
-    found = [reading.sensor.xmag for reading in readings(20_000, parameters)[9::10]]
+    parameters = JoinedPlantParameters(magnetometer=MagnetometerParameters(period_steps=10, bias_walk=0.0))
+    found = [reading.sensor[7] for reading in readings(20_000, parameters)[9::10]]
     assert np.std(found) == pytest.approx(4e-4 / np.sqrt(0.04), rel=0.1)
 
 
@@ -75,9 +75,9 @@ def test_equal_seeds_read_equally_and_noise_never_repeats():
 
 def test_the_first_reading_feels_no_jump_from_nothing():
     moving = high(1.0)._replace(v_w=Vec3(5.0, 0.0, 0.0))
-    assert abs(Suite(HilPlantParameters(), 1, PERIOD, 9.81).read(moving, CALM).sensor.xacc) < 1.0
+    assert abs(Suite(JoinedPlantParameters(), 1, PERIOD, 9.81).read(moving, CALM).sensor[1]) < 1.0
 
 
 def test_a_period_that_is_no_whole_microsecond_is_refused():
     with pytest.raises(ParameterError, match=r"flight\.plant_period: found 4000500 ns"):
-        Suite(HilPlantParameters(), 1, 4_000_500, 9.81)
+        Suite(JoinedPlantParameters(), 1, 4_000_500, 9.81)

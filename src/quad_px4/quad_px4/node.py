@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
-from quad_autopilot.node import AutopilotNode
+from quad_autopilot.node import AutopilotInterface, AutopilotNode
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND, REQUESTED
@@ -26,17 +26,21 @@ from quad_px4.parameters import AirframeParameters
 from quad_px4.setpoints import Setpoints
 
 
-class Px4Bridge(AutopilotNode):
-    """Arms PX4, flies it with the controllers' commands, lands it; PX4 leaves offboard 1.0 s after the last beat."""
+class Px4Interface(AutopilotInterface):
+    """PX4 over uXRCE-DDS; it leaves offboard COM_OF_LOSS_T after the last heartbeat."""
 
-    def __init__(self, kind: str = PX4) -> None:
-        """Look for px4_msgs and set up the mapping; raises as FlightNode, ParameterError for what cannot fly."""
-        super().__init__(kind, PROFILE)
+    profile = PROFILE
+
+    def __init__(self, node: AutopilotNode, airframe: AirframeParameters | None = None) -> None:
+        """Look for px4_msgs and set up the mapping; raises ParameterError for what cannot fly.
+
+        ``airframe``: the vehicle as PX4 has it, that of the parameters unless it is given.
+        """
+        super().__init__(node)
         self.px4 = messages.load()
-        airframe = self.airframe()
-        self.setpoints = Setpoints(self.px4, self.settings, airframe, self.vehicle)
-        self.predicted = self.setpoints.predicted
-        self.max_rotor_thrust = airframe.max_rotor_thrust
+        self.setpoints = Setpoints(self.px4, self.settings, airframe or self.settings.airframe, node.vehicle)
+        self.by_attitude = self.setpoints.by_attitude
+        self.predicted, self.max_rotor_thrust = self.setpoints.predicted, self.setpoints.max_rotor_thrust
         self._status: Status | None = None
         self._control_mode: ControlMode | None = None
         self._flags, self._vehicle = Flags(), Vehicle()
@@ -44,21 +48,15 @@ class Px4Bridge(AutopilotNode):
         self.passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
-        if not self.setpoints.by_attitude:
+        if not self.by_attitude:
             self.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
 
     def on_ready(self) -> None:
         """Publish what a reader of the bag needs to know of PX4."""
-        super().on_ready()
-        self.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
-        if not self.setpoints.by_attitude:
+        self.node.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
+        if not self.by_attitude:
             text = "PX4 stabilises nothing in this mode: while the stream of setpoints is lost the last torque holds"
-            self.event(FlightEvent.WARNING, "px4_parameters", f"{text}; {LOSS_ADVICE}", always=True)
-
-    def airframe(self) -> AirframeParameters:
-        """Return the vehicle as PX4 has it."""
-        found: AirframeParameters = self.settings.airframe
-        return found
+            self.node.event(FlightEvent.WARNING, "px4_parameters", f"{text}; {LOSS_ADVICE}", always=True)
 
     def _listen(self) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -66,7 +64,7 @@ class Px4Bridge(AutopilotNode):
 
         def out(name: str) -> Any:
             kind = getattr(self.px4, name)
-            return self.create_publisher(kind, messages.topic(space, "in", kind), quality)
+            return self.node.create_publisher(kind, messages.topic(space, "in", kind), quality)
 
         self._heartbeat_out, self._command_out = out("OffboardControlMode"), out("VehicleCommand")
         self._setpoints_out = [out(name) for name in messages.SETPOINTS[self.setpoints.mode]]
@@ -80,9 +78,7 @@ class Px4Bridge(AutopilotNode):
             ("BatteryStatus", self._on_battery),
         ):
             kind = getattr(self.px4, name)
-            self.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
-        if self.setpoints.by_attitude:
-            self.take_attitude()
+            self.node.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
 
     def _on_status(self, message: Any) -> None:
         self.spoke_at, self._status = self.clock(), messages.status(message)
@@ -115,50 +111,52 @@ class Px4Bridge(AutopilotNode):
 
     def _on_odometry(self, message: Any) -> None:
         self.spoke_at = self.clock()
-        self.on_sample(messages.sample(message))
+        self.node.on_sample(messages.sample(message))
 
-    def on_state_published(self) -> None:
+    def on_published(self) -> None:
         """Have the guard take the state as new."""
         self._is_state_new = True
 
-    def progress(self) -> None:
+    def on_wrench(self) -> None:
         """Pass on a wrench that has just come."""
-        if self.command is not None and self.command is not self.passed_on and not self.setpoints.by_attitude:
-            self.passed_on, self._is_command_new = self.command, True
-            self.on_command()
-            if self.may_fly():
+        node, command = self.node, self.node.command
+        if command is not None and command is not self.passed_on and not self.by_attitude:
+            self.passed_on, self._is_command_new = command, True
+            node.on_command()
+            if node.may_fly():
                 self._step_guard()
-                wrench = self._flown if self.guard.taken_over else self.command.wrench
-                sampled = self.origin + self.command.step * self.flight.plant_period // 1000
-                self._send(self.setpoints.of_wrench(wrench, self.stamps()._replace(sampled=sampled)))
-                self.note_sent()
+                wrench = self._flown if node.guard.taken_over else command.wrench
+                sampled = node.origin + command.step * node.flight.plant_period // 1000
+                self._send(self.setpoints.of_wrench(wrench, node.stamps()._replace(sampled=sampled)))
+                node.note_sent()
 
     def _step_guard(self) -> None:
         """Bring the guard up to now, in PX4's own time; it rests before the first command and as PX4 lands."""
-        given, state = self.command, self.state
-        if self.sequence.phase in (Phase.CLIMB, Phase.RETURN):  # the autopilot flies: nothing grows old meanwhile
-            self.guard.rest(self.current_step)
+        node = self.node
+        given, state = node.command, node.state
+        if node.sequence.phase in (Phase.CLIMB, Phase.RETURN):  # the autopilot flies: nothing grows old meanwhile
+            node.guard.rest(node.current_step)
             self._guarded_step = -1
             return
-        if given is None or state is None or self.origin < 0 or not self.is_obeyed():
+        if given is None or state is None or node.origin < 0 or not node.is_obeyed():
             return
-        period = self.flight.plant_period
-        now = self.current_step + int(1e9 * (self.clock() - self.heard)) // period
+        period = node.flight.plant_period
+        now = node.current_step + int(1e9 * (self.clock() - node.heard)) // period
         for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
-            newest, (answered, wrench, _), of = step == now, given, self.current_step
+            newest, (answered, wrench, _), of = step == now, given, node.current_step
             command = WrenchCommand(wrench, answered, answered * period, newest and self._is_command_new, True)
             sample = StateSample(state, of, of * period, newest and self._is_state_new, True)
-            self._flown = self.guarded(command, sample, step)
+            self._flown = node.guarded(command, sample, step)
             self._guarded_step = step
             if newest:
                 self._is_command_new = self._is_state_new = False
 
-    def before_beat(self) -> None:
+    def take(self) -> None:
         """Step the guard; what it took over ends the flight."""
-        if not self.setpoints.by_attitude:
+        if not self.by_attitude:
             self._step_guard()
-        if self.guard.taken_over and self.guard.memory.reason != REQUESTED:
-            self.stop = self.stop or self.failure
+        if self.node.guard.taken_over and self.node.guard.memory.reason != REQUESTED:
+            self.node.stop = self.node.stop or self.node.failure
 
     def refusal(self) -> str:
         """Return why the vehicle must not fly: rotors that cannot lift it, or no message that tells of a pilot."""
@@ -168,25 +166,25 @@ class Px4Bridge(AutopilotNode):
 
     def send_heartbeat(self) -> None:
         """Have PX4 stay in offboard."""
-        self._heartbeat_out.publish(messages.heartbeat(self.px4, self.setpoints.mode, self.stamps().now))
+        self._heartbeat_out.publish(messages.heartbeat(self.px4, self.setpoints.mode, self.node.stamps().now))
 
     def send_request(self, request: Request) -> None:
         """Send a VehicleCommand."""
-        message = messages.command(self.px4, request, self.settings.target_system, self.stamps().now)
+        message = messages.command(self.px4, request, self.settings.target_system, self.node.stamps().now)
         self._command_out.publish(message)
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send an attitude, or rates towards it, and a thrust in N."""
-        self._send(self.setpoints.of_attitude(setpoint, state.q_wb, self.stamps()))
+        self._send(self.setpoints.of_attitude(setpoint, state.q_wb, self.node.stamps()))
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude, or no torque; what the guard flies where it has taken over."""
         if output == Setpoint.LEVEL:
-            self.guard_request = ASK_DESCEND
-            if self.guard.taken_over:
-                self._send(self.setpoints.of_wrench(self._flown, self.stamps()))
+            self.node.guard_request = ASK_DESCEND
+            if self.node.guard.taken_over:
+                self._send(self.setpoints.of_wrench(self._flown, self.node.stamps()))
                 return
-        self._send(self.setpoints.safe(newtons, state, self.stamps()))
+        self._send(self.setpoints.safe(newtons, state, self.node.stamps()))
 
     def _send(self, found: tuple[Any, ...]) -> None:
         self.predicted = self.setpoints.predicted
@@ -196,4 +194,5 @@ class Px4Bridge(AutopilotNode):
 
 def main() -> None:
     """Run the bridge to PX4."""
-    sys.exit(run(PX4, Px4Bridge, "Bridge to PX4: takes wrench_setpoint or attitude_setpoint, publishes state."))
+    text = "Bridge to PX4: takes wrench_setpoint or attitude_setpoint, publishes state."
+    sys.exit(run(PX4, lambda: AutopilotNode(PX4, Px4Interface), text))

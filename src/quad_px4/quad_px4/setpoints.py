@@ -46,6 +46,11 @@ class Setpoints:
             return self.of_attitude(level_hover(self._vehicle, state)._replace(thrust=newtons), state.q_wb, stamps)
         return self.of_wrench(Wrench(newtons, Vec3()), stamps)
 
+    @property
+    def max_rotor_thrust(self) -> float:
+        """Largest thrust of one rotor in N."""
+        return self._mapping.airframe.max_rotor_thrust
+
     def weakness(self) -> str:
         """Return why the rotors cannot lift the vehicle; empty if they can."""
-        return thrust.weakness(self._vehicle, self._mapping.airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
+        return thrust.weakness(self._vehicle, self.max_rotor_thrust, "airframe.max_rotor_thrust")

@@ -10,8 +10,8 @@ from typing import Any
 
 from quad_core.types import Vec3, VehicleState
 from quad_mavlink.hil import motors
-from quad_mavlink.hil.server import Server
 from quad_mavlink.hil.suite import Suite
+from quad_mavlink.link import Server
 
 _CONTROLS = "HIL_ACTUATOR_CONTROLS"
 
@@ -57,6 +57,13 @@ class Exchange:
             if newest or found.time_usec == self.suite.time_usec:
                 return found
             self.stale += 1
+
+    def newest(self, patience: float) -> motors.Answer | None:
+        """Return the newest outputs, whatever they answer; None if none come in ``patience`` s; raises RefusedError."""
+        found = self.answer(patience, newest=True)
+        while found is not None and (later := self.answer(0.0, newest=True)) is not None:
+            found = later
+        return found
 
     def boot(self, truth: VehicleState, wind_w: Vec3, period: float, until: float) -> motors.Answer | None:
         """Send readings every ``period`` s until the steady time ``until`` s; return the first answer if it comes."""

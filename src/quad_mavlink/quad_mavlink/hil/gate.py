@@ -6,20 +6,13 @@ at the earliest, waits a little there before each further step, and at the large
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import IntEnum
 
-from quad_mavlink.hil.joined_parameters import GateParameters
+from quad_mavlink.hil.parameters import GateParameters
 
 _KNOWN = 200
 _ONE_CLOCK = 30.0  # s; stamps farther behind are of another clock
-
-Still = Callable[[], bool | None]
-
-
-def unwatched() -> bool | None:
-    """Return that it is unknown whether a state is on its way."""
-    return None
 
 
 class Decision(IntEnum):
@@ -83,11 +76,10 @@ class Gate:
         """The topics whose answer to the last state is still to come."""
         return ", ".join(self._open)
 
-    def decide(self, following: int, idle: float, is_flying: bool, is_still: Still = unwatched) -> Decision:
+    def decide(self, following: int, idle: float, is_flying: bool) -> Decision:
         """Return whether the reading of time ``following`` may go out, ``idle`` s after the last step.
 
-        Before and after the flight (not ``is_flying``) no answer is awaited, and a state only for a moment:
-        ``is_still`` says whether one can still be on its way, None if unknown.
+        Before and after the flight (not ``is_flying``) no answer is awaited, and a state only for a moment.
         """
         if is_flying and self._open:
             return Decision.UNANSWERED if idle > self._parameters.answer_timeout else Decision.WAIT
@@ -98,9 +90,7 @@ class Gate:
         if ahead <= min(spacings):
             return Decision.GO
         if ahead <= max(spacings) or not is_flying or self._given_up == self._stamp:
-            known = is_still()
-            is_over = idle >= self._parameters.linger if known is None else known or idle >= self._parameters.overdue
-            return Decision.GO if is_over else Decision.WAIT
+            return Decision.GO if idle >= self._parameters.linger else Decision.WAIT
         if idle < self._parameters.overdue:
             return Decision.WAIT
         self._given_up = self._stamp

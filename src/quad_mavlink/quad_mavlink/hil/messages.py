@@ -1,7 +1,7 @@
 """The numbers of HIL_SENSOR, HIL_GPS and HIL_STATE_QUATERNION in the order and units in which MAVLink has them."""
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 from quad_autopilot import frames
 from quad_core.geometry import clamp, norm
@@ -19,89 +19,26 @@ _SLOWEST = 0.5
 _SHORT = 32_767
 _GRAVITY = 9.80665
 
-
-class SensorFields(NamedTuple):
-    """HIL_SENSOR: us, m/s^2, rad/s and gauss in FRD, hPa, m, degrees C."""
-
-    time_usec: int
-    xacc: float
-    yacc: float
-    zacc: float
-    xgyro: float
-    ygyro: float
-    zgyro: float
-    xmag: float
-    ymag: float
-    zmag: float
-    abs_pressure: float
-    diff_pressure: float
-    pressure_alt: float
-    temperature: float
-    fields_updated: int
+Fields = tuple[Any, ...]
 
 
-class GpsFields(NamedTuple):
-    """HIL_GPS: us, 1e-7 deg, mm, cm, cm/s in NED, 0.01 deg."""
+def sensor(time_usec: int, inertial: Inertial, field: Vec3 | None, air: Air | None) -> Fields:
+    """Return a HIL_SENSOR: us, m/s^2, rad/s, gauss (FRD), hPa, hPa, m, degrees C, marks.
 
-    time_usec: int
-    fix_type: int
-    lat: int
-    lon: int
-    alt: int
-    eph: int
-    epv: int
-    vel: int
-    vn: int
-    ve: int
-    vd: int
-    cog: int
-    satellites_visible: int
-
-
-class TruthFields(NamedTuple):
-    """HIL_STATE_QUATERNION: us, FRD in NED (wxyz), rad/s, 1e-7 deg, mm, cm/s in NED, cm/s, mG."""
-
-    time_usec: int
-    attitude_quaternion: tuple[float, float, float, float]
-    rollspeed: float
-    pitchspeed: float
-    yawspeed: float
-    lat: int
-    lon: int
-    alt: int
-    vx: int
-    vy: int
-    vz: int
-    ind_airspeed: int
-    true_airspeed: int
-    xacc: int
-    yacc: int
-    zacc: int
-
-
-def sensor(time_usec: int, inertial: Inertial, field: Vec3 | None, air: Air | None) -> SensorFields:
-    """Return a HIL_SENSOR; what has no new reading is 0 and not marked."""
+    What has no new reading is 0 and not marked.
+    """
     marks = INERTIAL | (MAGNETIC if field is not None else 0) | (BAROMETRIC if air is not None else 0)
     mag, still = field or Vec3(), air or Air(0.0, 0.0, 0.0)
-    return SensorFields(
-        time_usec,
-        *inertial.force,
-        *inertial.rate,
-        *mag,
-        abs_pressure=0.01 * still.pressure,
-        diff_pressure=0.0,
-        pressure_alt=still.altitude,
-        temperature=still.temperature,
-        fields_updated=marks,
-    )
+    pressure = 0.01 * still.pressure
+    return (time_usec, *inertial.force, *inertial.rate, *mag, pressure, 0.0, still.altitude, still.temperature, marks)
 
 
-def gps(time_usec: int, fix: Fix) -> GpsFields:
-    """Return a HIL_GPS."""
+def gps(time_usec: int, fix: Fix) -> Fields:
+    """Return a HIL_GPS: us, fix, 1e-7 deg (2), mm, cm (2), cm/s, cm/s in NED (3), 0.01 deg, satellites."""
     north, east, down = fix.velocity
     speed = math.hypot(north, east)
     course = math.degrees(math.atan2(east, north)) % 360.0
-    return GpsFields(
+    return (
         time_usec,
         FIX_3D,
         *_coordinates(fix.place),
@@ -116,13 +53,16 @@ def gps(time_usec: int, fix: Fix) -> GpsFields:
     )
 
 
-def truth(time_usec: int, state: VehicleState, place: Place, wind_w: Vec3, force: Vec3) -> TruthFields:
-    """Return a HIL_STATE_QUATERNION; ``force`` is the specific force in m/s^2, FRD."""
+def truth(time_usec: int, state: VehicleState, place: Place, wind_w: Vec3, force: Vec3) -> Fields:
+    """Return a HIL_STATE_QUATERNION; ``force`` is the specific force in m/s^2, FRD.
+
+    us, FRD in NED (wxyz), rad/s (3), 1e-7 deg (2), mm, cm/s in NED (3), cm/s through the air (2), mG (3).
+    """
     x, y, z, w = frames.attitude(state.q_wb)
     through_air = Vec3(state.v_w.x - wind_w.x, state.v_w.y - wind_w.y, state.v_w.z - wind_w.z)
     speed = min(round(100.0 * norm(through_air)), 65_535)
     north, east, down = frames.world(state.v_w)
-    return TruthFields(
+    return (
         time_usec,
         (w, x, y, z),
         *frames.body(state.omega_b),

@@ -1,10 +1,11 @@
-"""The parameters of the plant under an autopilot's simulator interface: address, sensor errors, end of the flight."""
+"""The parameters of our plant under PX4 that our own laws fly: sensors, bridge, and waiting times."""
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
-from quad_core.parameters import Flag, Real, Text, Whole
+from quad_core.parameters import Choice, Real, Text, Whole
+from quad_px4.parameters import LossLimit, Mode
 
 _ADIS = "ADIS16448 doubled, RotorS"
 _BEARD = "Beard and McLain 2012, table 7.1"
@@ -96,43 +97,51 @@ class GpsParameters(NamedTuple):
     ] = 0.01
 
 
-Plant = Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")]
-Weather = Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")]
-Listen = Annotated[str, Text("host:port on which one autopilot is awaited; 0.0.0.0 takes it from other machines")]
-TruthPeriod = Annotated[
-    int, Whole("steps", "HIL_STATE_QUATERNION, truth for the autopilot's own log, once in so many steps", 1, 1000)
-]
+class GateParameters(NamedTuple):
+    """How long, by the clock on the wall, the plant waits for PX4's states and the controllers (``gate.*``)."""
 
-
-class HilPlantParameters(NamedTuple):
-    """The plant under an autopilot's simulator interface: what flies, who may connect, when the flight ends."""
-
-    plant: Plant = "rigid_body"
-    disturbance: Weather = "none"
-    sensing: Annotated[str, Text("plug-in of group quad.sensing: what `state` shows; the autopilot has its own")] = (
-        "sensor"
-    )
-    listen: Listen = "127.0.0.1:4560"
-    thrust_curve: ThrustCurve = 0.0
+    settle: Annotated[
+        float,
+        Real("s", "wait for outputs after a reading; offboard PX4 answers setpoints, not readings", 0.0, 1.0),
+    ] = 0.002
+    linger: Annotated[
+        float,
+        Real("s", "wait for outputs after a wrench, and for a state that may be due", 0.0, 1.0, live=False),
+    ] = 0.01
+    overdue: Annotated[
+        float,
+        Real("s", "wait for a state at the largest spacing known, before the plant goes on and says so", 0.01, 600.0),
+    ] = 2.0
     answer_timeout: Annotated[
         float,
-        Real("s", "wall-clock time without an answer after which the flight fails", 0.1, 3600.0, live=False),
+        Real("s", "wait for PX4's motor outputs, and for the controllers, before the flight fails", 0.1, 600.0),
     ] = 10.0
-    duration: Annotated[
-        float, Real("s", "flight time after which the flight ends; 0: when the autopilot leaves", 0.0, 1e5, "", False)
-    ] = 0.0
-    end_disarmed: Annotated[bool, Flag("end the flight once the autopilot disarms after it was armed", live=False)] = (
-        False
+
+
+class JoinedPlantParameters(NamedTuple):
+    """The plant under PX4's simulator interface and the bridge to PX4 in one vehicle interface."""
+
+    mode: Annotated[int, Choice(("wrench", "motors"), "what is sent to PX4: thrust and torque, or motor commands")] = (
+        Mode.WRENCH.value
     )
-    truth_period_steps: TruthPeriod = 5
-    window: Annotated[
-        int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 200)
-    ] = 60
-    odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
-    clock_period_steps: Annotated[int, Whole("steps", "clock once in so many steps", 1, 100_000)] = 5
-    publish_state: Annotated[
-        bool, Flag("false: another node, such as odometry_relay, makes `state`, here from odom", live=False)
-    ] = True
+    plant: Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")] = "rigid_body"
+    disturbance: Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")] = "none"
+    sensing: Annotated[str, Text("plug-in of group quad.sensing; not used: `state` is PX4's estimate")] = "sensor"
+    listen: Annotated[str, Text("host:port on which PX4 is awaited; 0.0.0.0 takes it from other machines")] = (
+        "127.0.0.1:4560"
+    )
+    namespace: Annotated[str, Text("what stands before /fmu, as UXRCE_DDS_NS says; empty: nothing", "UXRCE_DDS_NS")] = (
+        ""
+    )
+    target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
+    thrust_curve: ThrustCurve = 0.0
+    reset_limit: ResetLimit = 0.3
+    loss_limit: LossLimit = 0.25
+    truth_period_steps: Annotated[
+        int, Whole("steps", "HIL_STATE_QUATERNION, truth for PX4's own log, once in so many steps", 1, 1000)
+    ] = 5
+    gate: GateParameters = GateParameters()
+    arming: ArmingParameters = ArmingParameters()
     home: HomeParameters = HomeParameters()
     gyro: RateGyroParameters = RateGyroParameters()
     accelerometer: AccelerometerParameters = AccelerometerParameters()

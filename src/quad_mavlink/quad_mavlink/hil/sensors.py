@@ -24,7 +24,7 @@ from quad_autopilot import frames
 from quad_core.geometry import add, rotate_inverse, scale
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_mavlink.hil import earth
-from quad_mavlink.hil.parameters import BarometerParameters, GpsParameters, HilPlantParameters, HomeParameters
+from quad_mavlink.hil.parameters import BarometerParameters, GpsParameters, HomeParameters, JoinedPlantParameters
 
 STREAM_FAMILY = 4
 BLOCK = 4096
@@ -75,7 +75,7 @@ def normals(row: NDArray[np.float64], first: int) -> Vec3:
     return Vec3(float(row[first]), float(row[first + 1]), float(row[first + 2]))
 
 
-def init(parameters: HilPlantParameters, row: NDArray[np.float64]) -> Memory:
+def init(parameters: JoinedPlantParameters, row: NDArray[np.float64]) -> Memory:
     """Return the biases at step 0; ``row`` of ``draw`` must not be used again."""
     return Memory(
         gyro=scale(parameters.gyro.turn_on, normals(row, GYRO_BIAS)),
@@ -96,7 +96,7 @@ def white(density: float, dt: float, w: Vec3) -> Vec3:
 
 
 def inertial(
-    parameters: HilPlantParameters,
+    parameters: JoinedPlantParameters,
     memory: Memory,
     before: VehicleState,
     now: VehicleState,
@@ -127,7 +127,7 @@ def middle(a: Quat, b: Quat) -> Quat:
 
 
 def compass(
-    parameters: HilPlantParameters, memory: Memory, q_wb: Quat, dt: float, row: NDArray[np.float64]
+    parameters: JoinedPlantParameters, memory: Memory, q_wb: Quat, dt: float, row: NDArray[np.float64]
 ) -> tuple[Vec3, Memory]:
     """Return what a magnetometer reads in gauss, body FRD, ``dt`` s after its last reading."""
     own = parameters.magnetometer

@@ -7,7 +7,7 @@ from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.types import Vec3, VehicleState
 from quad_mavlink.hil import earth, messages, sensors
-from quad_mavlink.hil.parameters import HilPlantParameters
+from quad_mavlink.hil.parameters import JoinedPlantParameters
 
 _MICROSECOND = 1000
 
@@ -15,9 +15,9 @@ _MICROSECOND = 1000
 class Reading(NamedTuple):
     """What is sent for one step; GPS and truth only where they are due."""
 
-    sensor: messages.SensorFields
-    gps: messages.GpsFields | None
-    truth: messages.TruthFields | None
+    sensor: messages.Fields
+    gps: messages.Fields | None
+    truth: messages.Fields | None
 
 
 class Suite:
@@ -26,7 +26,7 @@ class Suite:
     ``time_usec`` is the time of the last reading in us.
     """
 
-    def __init__(self, parameters: HilPlantParameters, seed: int, plant_period: int, gravity: float) -> None:
+    def __init__(self, parameters: JoinedPlantParameters, seed: int, plant_period: int, gravity: float) -> None:
         """Draw the first biases; ``plant_period`` in ns, a whole number of us, or ParameterError is raised."""
         if plant_period % _MICROSECOND:
             raise ParameterError(f"flight.plant_period: found {plant_period} ns, expected whole microseconds")
