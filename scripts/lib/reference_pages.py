@@ -73,7 +73,6 @@ SUMMARIES = {
     "commander": "Modes and missions: takes `mission/reference`, publishes `reference` and `flight/mode`; optional.",
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
     "crazyflie_bridge": "A Crazyflie as the vehicle: [how to](../../how_to/crazyflie.md); optional.",
-    "hil_plant": "Our plant under PX4's simulator interface: [how to](../../how_to/mavlink.md); optional.",
     "joined_plant": "Our plant under PX4, flown by our laws: [how to](../../how_to/px4.md); optional.",
     "mavlink_bridge": "A vehicle with PX4 or ArduPilot, over MAVLink: [how to](../../how_to/mavlink.md); optional.",
     "px4_bridge": "A vehicle with PX4, over uXRCE-DDS: [how to](../../how_to/px4.md); optional.",

@@ -13,50 +13,46 @@ import math
 import sys
 
 from quad_autopilot import frames
+from quad_autopilot.node import AutopilotNode
 from quad_core.cascade import SIGNALS
 from quad_core.geometry import euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3
-from quad_mavlink.hil.joined import JoinedPlant
+from quad_mavlink.hil.joined import JoinedInterface
 from quad_mavlink.interface import JOINED
 from quad_node.codec import MALFORMED, unpacker
 from quad_node.main import run
 from quad_node.topics import message_type
 from quad_px4 import messages
 from quad_px4.interface import PX4
-from quad_px4.node import Px4Bridge
+from quad_px4.node import Px4Interface
 
 
 class OwnSetpoints:
     """Sends TrajectorySetpoint instead of what the mode would send; comes before the bridge among the bases."""
 
-    def _listen(self):
-        super()._listen()
-        if not self.setpoints.by_attitude:
-            self.take_attitude()
+    def __init__(self, node):
+        super().__init__(node)
         kind = self.px4.TrajectorySetpoint
-        self._trajectory_out = self.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
-
-    def take_attitude(self):
-        """Take the reference instead."""
+        self._trajectory_out = node.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
         self._read_reference = unpacker(TrajectoryPoint, message_type(SIGNALS["reference"].kind))
-        self.subscribe("reference", self._on_reference, raw=True)
+        node.subscribe("reference", self._on_reference, raw=True)
 
     def _on_reference(self, payload):
         try:
             stamped = self._read_reference(payload)
         except MALFORMED:
             return
-        self.commanded_at = self.clock()
-        if stamped.finite and self.is_obeyed():
+        self.node.on_command()
+        if stamped.finite and self.node.is_obeyed():
             self._send_point(stamped.value)
 
     def _send(self, found):
         """Keep back what the mode would send."""
 
     def _send_point(self, point):
-        share = self.vehicle.drag_coefficient / self.vehicle.mass
+        share = self.node.vehicle.drag_coefficient / self.node.vehicle.mass
         a = Vec3(*(a + share * v for a, v in zip(point.a_w, point.v_w, strict=True)))
-        message = self.px4.TrajectorySetpoint(timestamp=self.stamps().now)
+        message = self.px4.TrajectorySetpoint(timestamp=self.node.stamps().now)
         message.position, message.velocity, message.acceleration = (
             [float(part) for part in frames.world(v)] for v in (point.p_w, point.v_w, a)
         )
@@ -66,21 +62,22 @@ class OwnSetpoints:
 
     def send_heartbeat(self):
         """Have PX4 fly by position."""
-        self._heartbeat_out.publish(self.px4.OffboardControlMode(timestamp=self.stamps().now, position=True))
+        self._heartbeat_out.publish(self.px4.OffboardControlMode(timestamp=self.node.stamps().now, position=True))
 
     def send_safe(self, output, newtons, state):
         """Stay here."""
         self._send_point(TrajectoryPoint(p_w=state.p_w, yaw=euler_from_quaternion(state.q_wb).z))
 
 
-class OwnControllers(OwnSetpoints, Px4Bridge):
+class OwnControllers(OwnSetpoints, Px4Interface):
     """PX4's controllers on a vehicle of PX4's."""
 
 
-class JoinedOwnControllers(OwnSetpoints, JoinedPlant):
+class JoinedOwnControllers(OwnSetpoints, JoinedInterface):
     """PX4's controllers on our plant."""
 
 
 if __name__ == "__main__":
     is_joined = sys.argv[1:2] == ["joined"] and bool(sys.argv.pop(1))
-    sys.exit(run(JOINED, JoinedOwnControllers, __doc__) if is_joined else run(PX4, OwnControllers, __doc__))
+    kind, interface = (JOINED, JoinedOwnControllers) if is_joined else (PX4, OwnControllers)
+    sys.exit(run(kind, lambda: AutopilotNode(kind, interface), __doc__))

@@ -98,3 +98,9 @@ def test_a_jump_without_a_counter_is_counted_and_a_flight_is_none():
         counter = odometry.ResetCounter(0.3)
         assert counter.counted(last).reset_counter == 0
         assert counter.counted(sample).reset_counter == resets
+
+
+@pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])
+def test_an_address_that_is_none_is_refused_by_name(text):
+    with pytest.raises(ParameterError, match="listen: found"):
+        link.address(text, "listen")

@@ -10,8 +10,8 @@ from quad_mavlink.hil.parameters import (
     AccelerometerParameters,
     BarometerParameters,
     GpsParameters,
-    JoinedPlantParameters,
     HomeParameters,
+    JoinedPlantParameters,
     MagnetometerParameters,
     RateGyroParameters,
 )
