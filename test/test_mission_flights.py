@@ -38,7 +38,7 @@ COMMAND = Path(get_package_prefix("quad_commander"), "lib", "quad_commander", "c
 _AT_HEIGHT_BYTES = 1_500_000  # 0.4 MB a second; 1 m is reached after 3 s
 CLOCKS = [pytest.param((), id="lockstep"), pytest.param(("--realtime",), id="realtime", marks=pytest.mark.long)]
 LOW_HOVER = ("--mission", "takeoff:1,hover,land", "--set", "trajectory.hover.position.z=1.0")
-MISSION = ("--mission", "takeoff,hover,hold:1,land", "--duration", "2")
+MISSION = ("--mission", "takeoff,goto:0.5 0 1.5 45deg,hover,hold:1,land", "--duration", "2")
 
 
 def entered(flight):
@@ -68,6 +68,9 @@ def test_a_mission_in_lockstep_repeats_to_the_bit(tmp_path):
         Mode.LAND,
         Mode.DISARMED,
     ]
+    reference = first.array("reference")
+    arrived = np.isclose(reference["p_w"], [0.5, 0.0, 1.5]).all(axis=1) & np.isclose(reference["yaw"], np.radians(45.0))
+    assert arrived.any()
     height, speed, fastest = touchdown(first)
     assert abs(height) < 0.01
     assert speed < 0.1
@@ -120,6 +123,10 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     wait_until_high(flight, out)
     refused = command(domain, "arm")
     assert (refused.returncode, "refused: ARM is not possible in" in refused.stderr) == (1, True), refused
+    outside = command(domain, "goto", "0", "0", "500")
+    assert (outside.returncode, "goto 0 0 500, outside the fence" in outside.stderr) == (1, True), outside
+    sent = command(domain, "goto", "0.5", "-0.5", "1.5", "-90deg")
+    assert (sent.returncode, "the mode is HOLD" in sent.stdout) == (0, True), sent
     held = command(domain, "hold")
     assert (held.returncode, "the mode is HOLD" in held.stdout) == (0, True), held
     landing = command(domain, "land")
@@ -130,14 +137,18 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     bag = open_flight(out)
     assert entered(bag)[-3:] == [Mode.HOLD, Mode.LAND, Mode.DISARMED]
     assert abs(touchdown(bag)[0]) < 0.01
-    steps = [int(found) for found in re.findall(r"done at step (\d+)", held.stdout + landing.stdout)]
+    steps = [int(found) for found in re.findall(r"done at step (\d+)", sent.stdout + held.stdout + landing.stdout)]
     modes = bag.array("flight/mode")
-    assert [int(modes["mode"][np.searchsorted(modes["step"], step)]) for step in steps] == [Mode.HOLD, Mode.LAND]
+    assert [int(modes["mode"][np.searchsorted(modes["step"], step)]) for step in steps] == [
+        Mode.HOLD,
+        Mode.HOLD,
+        Mode.LAND,
+    ]
     events = bag.array("flight/events")
     asked = [
         text.split()[::2][:2] for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "request"
     ]
-    assert [word for word, sender in asked if sender.startswith("command_")] == ["ARM", "HOLD", "LAND"]
+    assert [word for word, sender in asked if sender.startswith("command_")] == ["ARM", "GOTO", "GOTO", "HOLD", "LAND"]
     # a request waits 0.5 s at most for a recorder to find it; its answer is recorded in any case
     assert {*bag.array("flight/request")["sender"]} <= {sender.rstrip(":") for _, sender in asked}
 

@@ -1,7 +1,7 @@
 """The mode table for people: Markdown tables made from ``mode_table``, for docs/reference/modes.md."""
 
-from quad_commander.mode_table import ANSWERS, FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE, Mode, Request
-from quad_commander.mode_texts import limits, words
+from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE, Mode
+from quad_commander.modes import shown_limits, words
 from quad_commander.parameters import ModeParameters
 
 
@@ -16,9 +16,9 @@ def fault_table() -> str:
         cells = []
         for mode in columns:
             following = TABLE[mode][fault.condition]
-            cells.append("" if following == mode else Mode(following).name)
+            cells.append("" if following == mode else following.name)
         lasts = ", until disarmed" if fault.lasts else ""
-        lines.append(f"| {fault.text.format(**limits(ModeParameters()))}{lasts} | " + " | ".join(cells) + " |")
+        lines.append(f"| {fault.text.format(**shown_limits(ModeParameters()))}{lasts} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -26,7 +26,8 @@ def progress_table() -> str:
     """Return what leads on without a request, as Markdown."""
     lines = ["| in | when | then |", "|---|---|---|"]
     lines += [
-        f"| {mode.name} | {text.format(**limits(ModeParameters()))} | {then.name} |" for mode, _, then, text in PROGRESS
+        f"| {mode.name} | {text.format(**shown_limits(ModeParameters()))} | {then.name} |"
+        for mode, _, then, text in PROGRESS
     ]
     return "\n".join(lines)
 
@@ -34,9 +35,9 @@ def progress_table() -> str:
 def request_table() -> str:
     """Return mode x request as Markdown; a dash: refused."""
     lines = ["| request | " + " | ".join(f"in {mode.name}" for mode in Mode) + " |", "|---|" + "---|" * len(Mode)]
-    for request in GRANTED:
-        cells = [Mode(ANSWERS[mode][request]).name if ANSWERS[mode][request] >= 0 else "-" for mode in Mode]
-        lines.append(f"| {words(Request(request).name)} | " + " | ".join(cells) + " |")
+    for request, granted in GRANTED.items():
+        cells = [granted[mode].name if mode in granted else "-" for mode in Mode]
+        lines.append(f"| {words(request.name)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import mode_pages
 
 from quad_commander.mode_table import Condition, Mode, Request
-from quad_commander.mode_texts import words
+from quad_commander.modes import words
 from quad_commander.node import SERVICES
 from quad_core import plugins
 from quad_flight import configuration

@@ -15,8 +15,9 @@ from quad_dynamics.parameters import Ground
 def read_mission(given: str) -> tuple[str, list[str]]:
     """Return the mission's items and the trajectory's settings, as ``--mission`` and ``--set`` take them.
 
-    ``given`` is such items, or a YAML file: a list ``items``, and by the name of its trajectory that one's parameters;
-    a list of waypoints has one a line. Raises ParameterError, which names file and key.
+    ``given`` is such items, or a YAML file: a list ``items`` (``takeoff:2``, or ``takeoff: 2`` and
+    ``goto: [4, 0, 2, 90deg]``), and by the name of its trajectory that one's parameters; a list of waypoints has one a
+    line. Raises ParameterError, which names file and key.
     """
     path = Path(given)
     if path.suffix not in (".yaml", ".yml"):
@@ -27,6 +28,7 @@ def read_mission(given: str) -> tuple[str, list[str]]:
         raise ParameterError(f"--mission: {given}: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict) or not isinstance(items := content.pop("items", None), list):
         raise ParameterError(f"--mission: {given}: found no list items, expected for example [takeoff:2, hold:5, land]")
+    items = [_written(item) for item in items]
     settings = []
     for name, section in content.items():
         if name not in items or not isinstance(section, dict):
@@ -36,7 +38,15 @@ def read_mission(given: str) -> tuple[str, list[str]]:
         for key, value in section.items():
             shown = "; ".join(map(str, value)) if isinstance(value, list) else value
             settings.append(f"{TRAJECTORY}.{name}.{key}={shown}")
-    return ",".join(map(str, items)), settings
+    return ",".join(items), settings
+
+
+def _written(item: object) -> str:
+    """Return an item of a file as the command line has it."""
+    if isinstance(item, dict) and len(item) == 1:
+        ((name, value),) = item.items()
+        return f"{name}:{' '.join(map(str, value)) if isinstance(value, list) else value}"
+    return str(item)
 
 
 def trajectory_of(mission: str) -> str | None:

@@ -1,9 +1,10 @@
-"""Ask a flight's commander for something: `ros2 run quad_commander command land`.
+"""Ask a flight's commander for something: `ros2 run quad_commander command land`, or `... command goto 4 0 2 90deg`.
 
 Prints the answer with its reason. Exit codes: 0 done, 1 refused, 2 no answer or bad usage.
 """
 
 import argparse
+import math
 import secrets
 import sys
 import time
@@ -16,7 +17,10 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from quad_commander.missions import MissionError, read_place
 from quad_commander.mode_table import Request
+from quad_commander.references import Place
+from quad_core.parameters import radians_of
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import shutdown, topics
 from quad_node.middleware import close_unless_asked
@@ -35,13 +39,16 @@ class _Parser(argparse.ArgumentParser):
 class Asker(Node):
     """Asks once and waits for the answer on `flight/mode`."""
 
-    def __init__(self, request: Request, namespace: str) -> None:
+    def __init__(self, request: Request, namespace: str, place: Place | None = None) -> None:
         """Join the flight in ``namespace``."""
         name = f"command_{secrets.token_hex(4)}"
         super().__init__(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
         self.sender = self.get_name()
         self.answer: FlightMode | None = None
-        self._request = request
+        self._message = FlightRequest(request=int(request), sender=self.sender)
+        if place is not None:
+            self._message.p_w = list(place[:3])
+            self._message.yaw = math.nan if place.yaw is None else place.yaw
         entry = topics.TOPICS["flight/request"]
         self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
         entry = topics.TOPICS["flight/mode"]
@@ -63,17 +70,17 @@ class Asker(Node):
 
     def ask(self) -> None:
         """Send the request."""
-        self._requests.publish(FlightRequest(request=int(self._request), sender=self.sender))
+        self._requests.publish(self._message)
 
     def _on_mode(self, message: FlightMode) -> None:
         if message.sender == self.sender:
             self.answer = message
 
 
-def ask(request: Request, namespace: str, patience: float) -> tuple[int, str]:
+def ask(request: Request, namespace: str, patience: float, place: Place | None = None) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
     deadline = time.monotonic() + patience
-    asker = Asker(request, namespace)
+    asker = Asker(request, namespace, place)
     try:
         while not asker.is_connected and time.monotonic() < deadline:
             rclpy.spin_once(asker, timeout_sec=0.05)
@@ -103,13 +110,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Ask what the command line says."""
     parser = _Parser(prog="command", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("request", choices=list(WORDS), metavar="REQUEST", help=", ".join(WORDS))
+    where = "of goto: x y z in m, world frame; yaw in rad or as 90deg, without it the heading stays"
+    parser.add_argument("place", nargs="*", metavar="PLACE", help=where)
     parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
     parser.add_argument("--patience", type=float, default=10.0, metavar="S", help="how long to wait (default: 10)")
-    options = parser.parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    # argparse takes -90deg for an option
+    options = parser.parse_args([word if isinstance(radians_of(word), str) else f" {word}" for word in given])
+    place = None
+    if options.request == "goto":
+        try:
+            place = read_place([word.strip() for word in options.place], f"goto: found {' '.join(options.place)!r}")
+        except MissionError as error:
+            parser.error(str(error))
+    elif options.place:
+        parser.error(f"{options.request}: found {' '.join(options.place)!r}, expected nothing after it")
     try:
         close_unless_asked()
         rclpy.init(args=[])
-        code, line = ask(WORDS[options.request], options.namespace.strip("/"), options.patience)
+        code, line = ask(WORDS[options.request], options.namespace.strip("/"), options.patience, place)
     except InvalidNamespaceException as error:
         code, line = NO_ANSWER, f"--namespace: {str(error).splitlines()[0]}"
     except (KeyboardInterrupt, ExternalShutdownException):

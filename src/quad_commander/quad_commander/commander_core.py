@@ -1,24 +1,22 @@
 """One step of the commander without ROS: observe, ask, decide, refer, say, in the order of the package's docstring.
 
 core = CommanderCore(parameters, mission, state)          # at the first state
-said = core.step(observed, [(request, sender), ...])         # at each of its steps
+said = core.step(inputs, [PendingRequest(request, sender), ...])         # at each of its steps
 """
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from quad_commander import missions, modes, references
-from quad_commander.arming import outside
 from quad_commander.missions import Item, Kind, MissionMemory
-from quad_commander.mode_table import Condition, Mode, Request
-from quad_commander.mode_texts import reason_text, refusal_text
+from quad_commander.mode_table import GRANTED, ON_GROUND, Condition, Mode, Request
 from quad_commander.parameters import CommanderParameters
+from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest, RequestQueue
 from quad_core.geometry import norm, subtract
-from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, VehicleState
+from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, Vec3, VehicleState
 
 MISSION_SENDER = "mission"
-_ON_GROUND = (Mode.DISARMED, Mode.ARMING)
 _UNSURE_GROUND = 5.0  # m; an autopilot's estimate moves in flight, and a landing goes on until it has met the ground
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
 
@@ -87,10 +85,11 @@ class CommanderCore:
     ) -> None:
         """Start disarmed; the reference stands at ``state``. ``requests``: what was asked for already."""
         self._parameters = parameters
-        self._memory, self._mission, self._item = modes.init(), mission, MissionMemory()
+        self._memory, self._mission, self._item = modes.Memory(), mission, MissionMemory()
         self._requests = requests if requests is not None else RequestQueue()
         self._sent = references.standing(state)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
+        self._place: Place | None = None
         self._time = self._kept_waiting = self._unbegun = self._in_mode = 0.0
         self._hand_over: references.ReferencePlan | None = None
         self._aside: tuple[references.ReferencePlan, float] | None = None
@@ -105,37 +104,41 @@ class CommanderCore:
     @property
     def mode(self) -> Mode:
         """The mode of the last decision."""
-        return Mode(self._memory.mode)
+        return self._memory.mode
 
     def foresee(self, request: Request) -> str:
         """Return why ``request`` would be refused now, empty if it would not."""
-        answer, blocked_by = modes.asked(self._memory.mode, request, self._said.raised)
-        return refusal_text(self._memory.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
+        raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
+        answer, blocked_by = modes.asked(self.mode, request, raised)
+        return modes.refusal_text(self.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
         for one in asked:
             self._requests.add(one)
         if seen.refusals is not None:
-            self._refusals = seen.refusals
-        request = self._next_request(seen)
-        before = self._memory
+            self._refusals = seen.refusals + [
+                f"mission: found {refusal}"
+                for item in self._mission
+                if item.place and (refusal := self._unreachable(item.place, seen.state))
+            ]
+        before, request = self._memory, self._next_request(seen)
+        refusal = f"{request.request.name} was asked for before {request.overtaken} began" if request.overtaken else ""
+        if request.place and before.mode in GRANTED[Request.GOTO]:
+            refusal = refusal or self._unreachable(request.place, seen.state)
         decision, self._memory = modes.step(
-            self._parameters.modes,
-            before,
-            self._health(seen),
-            Request.NONE if request.overtaken else request.request,
-            seen.dt,
+            self._parameters.modes, before, self._health(seen), Request.NONE if refusal else request.request, seen.dt
         )
-        if request.overtaken:
+        if refusal:
             decision = decision._replace(answer=modes.NOT_DONE)
+        elif decision.answer == modes.NOT_DONE:
+            refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
         elif decision.answer == modes.DONE and request.sender != MISSION_SENDER:
             self._requests.grant(request)
         if decision.changed and decision.reason != modes.ON_REQUEST and decision.mode > before.mode:
-            self._requests.overtake(Mode(decision.mode))
-        news = self._note(seen, request, decision, before)
-        reference = self._refer(seen, decision, Mode(before.mode))
-        self._sent = reference
+            self._requests.overtake(decision.mode)
+        news = self._note(seen, request, refusal, decision, before)
+        self._sent = reference = self._refer(seen, decision, before.mode, request)
         over = self._is_over(seen)
         return Outputs(
             self._said._replace(is_over=over),
@@ -147,25 +150,32 @@ class CommanderCore:
             news,
         )
 
+    def _unreachable(self, place: Place, state: VehicleState) -> str:
+        """Return why the vehicle must not be sent to ``place``, empty if it may."""
+        if place.z <= state.ground_z:
+            return f"goto {place}, at most the height of the ground, expected a place in the air; land lands"
+        fence = self._parameters.fence
+        if fence.excludes(Vec3(*place[:3]), state.ground_z):
+            corners = (" ".join(f"{part:g}" for part in corner) for corner in fence)
+            return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
+        return ""
+
     def _health(self, seen: Inputs) -> modes.Health:
-        parameters, mode, autopilot = self._parameters, self._memory.mode, seen.autopilot or AutopilotSeen()
+        parameters, mode, autopilot = self._parameters, self.mode, seen.autopilot or AutopilotSeen()
         ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
         waits = mode == Mode.MISSION and self._hand_over is None
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
         lag = seen.mission_lag if seen.mission is not None else self._in_mode
+        followed = mode not in ON_GROUND and mode < Mode.DESCEND
         return modes.Health(
             reference_age=max(lag, self._unbegun),
             setpoint_age=seen.setpoint_age,
             state_age=seen.state_age,
-            guard_mode=seen.guard.mode,
-            guard_condition=seen.guard.condition,
-            guard_land=seen.guard.land,
-            contact=seen.guard.contact or seen.guard.stopped or autopilot.landed,
-            position_error=0.0
-            if mode in _ON_GROUND or mode >= Mode.DESCEND
-            else norm(subtract(seen.state.p_w, self._sent.p_w)),
+            guard=seen.guard,
+            landed=autopilot.landed,
+            position_error=norm(subtract(seen.state.p_w, self._sent.p_w)) if followed else 0.0,
             battery=seen.battery,
-            outside_fence=outside(parameters.fence, seen.state.p_w, seen.state.ground_z),
+            outside_fence=parameters.fence.excludes(seen.state.p_w, seen.state.ground_z),
             position_good=not autopilot.position_lost,
             pilot=autopilot.pilot,
             overruns=seen.overruns,
@@ -174,57 +184,56 @@ class CommanderCore:
             end_asked=bool(seen.end_asked),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,
-            reference_done=self._time >= self._plan.duration and not autopilot.flies,
+            reference_done=self._arrived and not autopilot.flies,
             done_time=max(self._time - self._plan.duration, 0.0),
         )
+
+    @property
+    def _arrived(self) -> bool:
+        return self._time >= self._plan.duration
 
     def _next_request(self, seen: Inputs) -> PendingRequest:
         """Return the operator's next request, else the mission's."""
         request, self._item = missions.next_request(
-            self._mission, self._item, self._memory.mode, self._memory.reason, seen.dt
+            self._mission, self._item, self.mode, self._memory.reason, seen.dt, self._place, self._arrived
         )
         asked_for = self._memory.reason == modes.ON_REQUEST  # an operator may hold as long as they like
-        waits = missions.is_kept_waiting(self._mission, self._item, self._memory.mode) and not request and not asked_for
-        self._kept_waiting = self._kept_waiting + seen.dt if waits else 0.0
-        waiting = self._requests.take(self._memory.mode, seen.dt)
+        waits = missions.is_kept_waiting(self._mission, self._item, self.mode, self._place)
+        is_kept = waits and not request and not asked_for
+        self._kept_waiting = self._kept_waiting + seen.dt if is_kept else 0.0
+        waiting = self._requests.take(self.mode, seen.dt)
         if waiting is not None:
             return waiting
         if self._kept_waiting > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
             return PendingRequest(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
-        on_ground = self._memory.mode in _ON_GROUND
-        if on_ground and (self._flown or self._gave_up or seen.end_asked):
+        if not request or (self.mode in ON_GROUND and (self._flown or self._gave_up or seen.end_asked)):
             return PendingRequest(Request.NONE, "")
-        return PendingRequest(request, MISSION_SENDER)
+        return PendingRequest(request, MISSION_SENDER, place=self._mission[self._item.item].place)
 
     def _note(
-        self, seen: Inputs, asked: PendingRequest, decision: modes.Decision, before: modes.Memory
+        self, seen: Inputs, asked: PendingRequest, refusal: str, decision: modes.Decision, before: modes.Memory
     ) -> list[tuple[str, str]]:
         """Take down mode, request and answer; return what is new about them."""
-        news, said = [], self._said
-        refusal = ""
-        if decision.answer == modes.NOT_DONE:
-            refusal = refusal_text(before.mode, asked.request, decision.blocked_by)
-        if asked.overtaken:
-            refusal = f"{asked.request.name} was asked for before {asked.overtaken} began"
+        news, said, mode = [], self._said, decision.mode
         again = asked == self._last and refusal == self._answer_text and asked.sender == MISSION_SENDER
         if decision.answer != modes.NOT_ASKED and not again:
             self._last, self._answer_text = asked, refusal
             said = said._replace(request=int(asked.request), answer=decision.answer, request_step=seen.step)
             answer = f"refused: {refusal}" if refusal else "done"
             news.append(("request", f"{asked.request.name} of {asked.sender}: {answer}"))
-        if decision.changed:
-            mode = Mode(decision.mode)
-            self._text = reason_text(
+        if decision.changed or (decision.answer == modes.DONE and asked.place):
+            self._text = modes.reason_text(
                 self._parameters.modes, mode, decision.reason, self._last.sender, seen.guard.reason
             )
+        if decision.changed:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
                 self._text += "".join(f"; {reason}" for reason in self._refusals or [])
-            news.append(("mode", f"{Mode(before.mode).name} to {mode.name}: {self._text}"))
+            news.append(("mode", f"{before.mode.name} to {mode.name}: {self._text}"))
             said = said._replace(since=seen.step)
             self._flown = self._flown or mode >= Mode.TAKEOFF
-            if mode < Mode.LAND and mode not in _ON_GROUND:
+            if mode < Mode.LAND and mode not in ON_GROUND:
                 self._cut = ""
             elif mode >= Mode.LAND and not self._cut:
                 self._cut_by_end = decision.reason == Condition.END_ASKED
@@ -232,26 +241,30 @@ class CommanderCore:
             if mode == Mode.ARMING:
                 self._refusals = None
         self._in_mode = 0.0 if decision.changed else self._in_mode + seen.dt
+        raised = sum(1 << condition for condition in decision.raised)
         self._said = said._replace(
-            mode=decision.mode, reason=decision.reason, raised=decision.raised, guard_request=decision.guard_request
+            mode=int(mode), reason=int(decision.reason), raised=raised, guard_request=decision.guard_request
         )
         return news
 
-    def _refer(self, seen: Inputs, decision: modes.Decision, before: Mode) -> TrajectoryPoint:
+    def _refer(self, seen: Inputs, decision: modes.Decision, before: Mode, asked: PendingRequest) -> TrajectoryPoint:
         """Return the reference of the mode that was decided."""
-        limits, mode = self._parameters.references, Mode(decision.mode)
+        limits, mode, autopilot = self._parameters.references, decision.mode, seen.autopilot or AutopilotSeen()
         current = references.continued(self._sent, seen.dt)
-        if decision.changed and (mode in _ON_GROUND or before in _ON_GROUND):
+        if decision.changed and (mode in ON_GROUND or before in ON_GROUND):
             current = references.standing(seen.state)
-        goes_along = mode >= Mode.DESCEND or (seen.autopilot is not None and (seen.autopilot.flies or self._went_along))
-        jumped = seen.autopilot is not None and seen.autopilot.jumped
-        self._went_along = mode not in _ON_GROUND and seen.autopilot is not None and seen.autopilot.flies
-        if mode not in _ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped):
+        goes_along = mode >= Mode.DESCEND or autopilot.flies or (seen.autopilot is not None and self._went_along)
+        self._went_along = mode not in ON_GROUND and autopilot.flies
+        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or autopilot.jumped):
             current = references.from_state(seen.state)  # something else flies it, or its estimate was reset
-        if decision.changed or (mode not in _ON_GROUND and (goes_along or (jumped and mode != Mode.MISSION))):
+        sent_off = decision.answer == modes.DONE and mode == Mode.HOLD and asked.place != self._place
+        if decision.changed or sent_off:
+            self._place = asked.place if decision.answer == modes.DONE and mode == Mode.HOLD else None
+        again = mode not in ON_GROUND and (goes_along or (autopilot.jumped and mode != Mode.MISSION))
+        if decision.changed or sent_off or again:
             lowest = _UNSURE_GROUND if seen.autopilot is not None and mode == Mode.LAND else 0.0
             ground = seen.state.ground_z - lowest
-            self._plan = references.plan_mode(limits, mode, current, ground, self._takeoff_height())
+            self._plan = references.plan_mode(limits, mode, current, ground, self._takeoff_height(), self._place)
             self._time, self._hand_over, self._aside = 0.0, None, None
         else:
             self._time += seen.dt
@@ -259,7 +272,7 @@ class CommanderCore:
             return self._rise(seen.state)
         if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
             point = references.sample(self._plan, self._time)
-            sideways = self._time < max(self._plan.x.duration, self._plan.y.duration)
+            sideways = self._time < max(axis.duration for axis in self._plan.axes[:2])
             on_ground = mode == Mode.LAND and seen.guard.on_ground
             return references.above(point, seen.state) if on_ground and not sideways else point
         point = references.continued(seen.mission, seen.mission_lag)
@@ -285,21 +298,19 @@ class CommanderCore:
         )
 
     def _waits_for(self) -> str:
-        return "; ".join(self._refusals or []) if self._memory.mode == Mode.ARMING else ""
+        return "; ".join(self._refusals or []) if self.mode == Mode.ARMING else ""
 
     def _is_over(self, seen: Inputs) -> bool:
-        if self._memory.mode == Mode.KILL:
+        if self.mode == Mode.KILL:
             return self._in_mode >= _KILLED_FOR or seen.guard.contact
         done = self._flown and bool(self._mission)
-        return self._memory.mode == Mode.DISARMED and (
-            done or bool(seen.end_asked) or (self._gave_up and self._mission != ())
-        )
+        return self.mode == Mode.DISARMED and (done or bool(seen.end_asked) or (self._gave_up and self._mission != ()))
 
     def _outcome(self, seen: Inputs) -> str:
         """Return why the mission was not flown to its end; empty if it was, or without a mission if nothing failed."""
         if seen.end_asked and (not self._flown or self._cut_by_end):
             return f"landed: {seen.end_asked}" if self._flown else seen.end_asked
-        if self._memory.mode == Mode.KILL or not self._flown:
+        if self.mode == Mode.KILL or not self._flown:
             return self._cut or f"not armed: {self._text}"
         last = bool(self._mission) and self._item.item >= len(self._mission) - 1 and self._item.began
         return "" if last else f"mission not finished: {self._cut}"

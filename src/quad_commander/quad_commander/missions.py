@@ -1,4 +1,4 @@
-"""Missions: ``takeoff,case2,hold:5,land`` as items, and which request comes next.
+"""Missions: ``takeoff,case2,hold:5,goto:4 0 2,land`` as items, and which request comes next.
 
     mission = parse(text, installed trajectories)            # raises MissionError
     request, memory = next_request(mission, memory, mode, reason, dt)    # at every step
@@ -7,16 +7,20 @@ The commander's mode decides; the mission only asks. While a fault or an operato
 that of the current item, the mission waits, and goes on only when an operator asks for that mode again.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
 from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.references import Place
+from quad_core.parameters import radians_of
 
 DEFAULT_HEIGHT = 1.5
 LONGEST_HOLD = 3600.0
 HIGHEST = 1000.0
+FARTHEST = 1e4
 MOST_ITEMS = 100
+LARGEST_YAW = 6.2832
 
 
 class MissionError(ValueError):
@@ -30,14 +34,16 @@ class Kind(IntEnum):
     TRAJECTORY = 1
     HOLD = 2
     LAND = 3
+    GOTO = 4
 
 
 class Item(NamedTuple):
-    """One item: kind, the trajectory's name, a number (height in m of a take-off, time in s of a hold)."""
+    """One item: kind, trajectory's name, a number (height in m of a take-off, time in s of a hold), place of a goto."""
 
     kind: Kind
     name: str = ""
     value: float = 0.0
+    place: Place | None = None
 
 
 class MissionMemory(NamedTuple):
@@ -48,11 +54,18 @@ class MissionMemory(NamedTuple):
     time: float = 0.0
 
 
-MODES = {Kind.TAKEOFF: Mode.TAKEOFF, Kind.TRAJECTORY: Mode.MISSION, Kind.HOLD: Mode.HOLD, Kind.LAND: Mode.LAND}
+MODES = {
+    Kind.TAKEOFF: Mode.TAKEOFF,
+    Kind.TRAJECTORY: Mode.MISSION,
+    Kind.HOLD: Mode.HOLD,
+    Kind.GOTO: Mode.HOLD,
+    Kind.LAND: Mode.LAND,
+}
 REQUESTS = {
     Kind.TAKEOFF: Request.TAKEOFF,
     Kind.TRAJECTORY: Request.MISSION,
     Kind.HOLD: Request.HOLD,
+    Kind.GOTO: Request.GOTO,
     Kind.LAND: Request.LAND,
 }
 DONE_BY = {Kind.TAKEOFF: Condition.AT_HEIGHT, Kind.TRAJECTORY: Condition.PLAN_ENDED}
@@ -78,17 +91,19 @@ def parse(text: str, trajectories: Collection[str]) -> tuple[Item, ...]:
 
 
 def _item(word: str, number: int, trajectories: Collection[str]) -> Item:
-    name, colon, number_text = word.partition(":")
-    known = ["takeoff[:height]", "hold:seconds", "land", *sorted(trajectories)]
+    name, colon, argument = word.partition(":")
     if name == "takeoff":
-        height = _number(word, number_text, HIGHEST, "a height in m") if colon else DEFAULT_HEIGHT
-        return Item(Kind.TAKEOFF, "", height)
+        height = _number(word, argument, HIGHEST, "a height in m") if colon else DEFAULT_HEIGHT
+        return Item(Kind.TAKEOFF, value=height)
     if name == "hold" and colon:
-        return Item(Kind.HOLD, "", _number(word, number_text, LONGEST_HOLD, "a time in s"))
+        return Item(Kind.HOLD, value=_number(word, argument, LONGEST_HOLD, "a time in s"))
+    if name == "goto" and colon:
+        return Item(Kind.GOTO, place=read_place(argument.split(), f"mission: found {word!r}"))
     if not colon and name == "land":
         return Item(Kind.LAND)
     if not colon and name in trajectories:
         return Item(Kind.TRAJECTORY, name)
+    known = ["takeoff[:height]", "hold:seconds", "goto:x y z [yaw]", "land", *sorted(trajectories)]
     raise MissionError(f"mission: found {word!r} as item {number}, expected one of {', '.join(known)}")
 
 
@@ -104,30 +119,54 @@ def _number(word: str, text: str, largest: float, meaning: str) -> float:
     return value
 
 
+def read_place(words: Sequence[str], found: str) -> Place:
+    """Return the place ``x y z [yaw]``: m, and rad or ``90deg``; raises MissionError, which begins with ``found``."""
+    try:
+        x, y, z, *yaw = (float(radians_of(word)) if number == 3 else float(word) for number, word in enumerate(words))
+        place = Place(x, y, z, *yaw)
+    except (TypeError, ValueError):
+        raise MissionError(f"{found}, expected x y z in m and, if it changes, yaw in rad (or 90deg)") from None
+    if not all(abs(value) <= FARTHEST for value in (x, y, z)):
+        raise MissionError(f"{found}, expected x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
+    if place.yaw is not None and not abs(place.yaw) <= LARGEST_YAW:
+        raise MissionError(f"{found}, expected a yaw of at most one turn; for degrees write {words[3]}deg")
+    return place
+
+
 def next_request(
-    mission: tuple[Item, ...], memory: MissionMemory, mode: int, reason: int, dt: float
+    mission: tuple[Item, ...],
+    memory: MissionMemory,
+    mode: Mode,
+    reason: int,
+    dt: float,
+    place: Place | None = None,
+    rests: bool = False,
 ) -> tuple[Request, MissionMemory]:
     """Return what the mission asks for ``dt`` s after the last call, and its next memory.
 
-    ``mode`` and ``reason`` are those of the commander's last decision. An item is over when its mode has done what it
-    should: a take-off is at height, a trajectory has ended, a hold has lasted its time. Whatever else ends its mode (a
-    fault, an operator) makes the mission wait until that mode is there again.
+    ``mode`` and ``reason`` are those of the commander's last decision; ``place``: where a HOLD was sent to, ``rests``:
+    its reference has arrived. An item is over when its mode has done what it should: a take-off is at height, a
+    trajectory has ended, a hold has lasted its time, a place is reached. Whatever else ends its mode (a fault, an
+    operator) makes the mission wait until that mode is there again.
     """
     if memory.item >= len(mission):
         return Request.NONE, memory
     item = mission[memory.item]
-    is_there = mode == MODES[item.kind]
-    if is_there and item.kind == Kind.HOLD and memory.time + dt >= item.value:
-        return next_request(mission, MissionMemory(memory.item + 1), mode, reason, 0.0)
+    is_there = mode == MODES[item.kind] and (item.kind != Kind.GOTO or place == item.place)
+    is_over = memory.began and mode == Mode.HOLD and reason == DONE_BY.get(item.kind)
+    if is_there:
+        lasted = item.kind == Kind.HOLD and memory.time + dt >= item.value
+        is_over = lasted or (item.kind == Kind.GOTO and memory.began and rests)
+    if is_over:
+        return next_request(mission, MissionMemory(memory.item + 1), mode, reason, 0.0, place, rests)
     if is_there:
         return Request.NONE, MissionMemory(memory.item, True, memory.time + dt)
-    if memory.began and mode == Mode.HOLD and reason == DONE_BY.get(item.kind):
-        return next_request(mission, MissionMemory(memory.item + 1), mode, reason, 0.0)
     begins = not memory.began and mode == (Mode.DISARMED if item.kind == Kind.TAKEOFF else Mode.HOLD)
     return (REQUESTS[item.kind] if begins else Request.NONE), memory
 
 
-def is_kept_waiting(mission: tuple[Item, ...], memory: MissionMemory, mode: int) -> bool:
-    """Return whether the vehicle stands in HOLD while the mission is at an item of another mode, or at none."""
-    is_holding_item = memory.item < len(mission) and mission[memory.item].kind == Kind.HOLD
-    return bool(mission) and mode == Mode.HOLD and not is_holding_item
+def is_kept_waiting(mission: tuple[Item, ...], memory: MissionMemory, mode: Mode, place: Place | None = None) -> bool:
+    """Return whether the vehicle stands in HOLD while the mission is at another item than its hold or goto."""
+    item = mission[memory.item] if memory.item < len(mission) else None
+    holds = item is not None and (item.kind == Kind.HOLD or (item.kind == Kind.GOTO and place == item.place))
+    return bool(mission) and mode == Mode.HOLD and not holds

@@ -1,6 +1,6 @@
 """The mode table: which mode follows when a condition is raised or a request is made. Everything else is made from it.
 
-``TABLE[mode][condition]`` and ``ANSWERS[mode][request]`` are modes. ``docs/reference/modes.md`` shows both, the tests
+``TABLE[mode][condition]`` and ``GRANTED[request][mode]`` are modes. ``docs/reference/modes.md`` shows both, the tests
 walk them, and ``modes.step`` follows them. The rows below are the source.
 """
 
@@ -65,6 +65,7 @@ class Request(IntEnum):
     DESCEND = 6
     DISARM = 7
     KILL = 8
+    GOTO = 10  # 9 ends the flight
 
 
 class Row(NamedTuple):
@@ -85,56 +86,33 @@ class Row(NamedTuple):
 
 
 IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
-FLOWN_BY_REFERENCE = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND)
+ON_GROUND = (Mode.DISARMED, Mode.ARMING)
+_BY_REFERENCE = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND)
+_LATE = "mission reference older than {reference_late}"
+_LOST = "mission reference older than {reference_lost}, also while holding for it"
 
 FAULTS = (
-    Row(
-        Condition.REFERENCE_LATE,
-        "mission reference older than {reference_late}",
-        Mode.HOLD,
-        only=(Mode.MISSION,),
-        on_ground=Mode.ARMING,
-        publisher=TRAJECTORY,
-    ),
-    Row(
-        Condition.REFERENCE_LOST,
-        "mission reference older than {reference_lost}, also while holding for it",
-        Mode.LAND,
-        only=(Mode.MISSION, Mode.HOLD),
-        on_ground=Mode.ARMING,
-        publisher=TRAJECTORY,
-    ),
+    Row(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, False, (Mode.MISSION,), Mode.ARMING, TRAJECTORY),
+    Row(Condition.REFERENCE_LOST, _LOST, Mode.LAND, False, (Mode.MISSION, Mode.HOLD), Mode.ARMING, TRAJECTORY),
     Row(
         Condition.SETPOINT_LOST,
         "attitude setpoint older than {setpoint_lost}",
         Mode.DESCEND,
-        only=FLOWN_BY_REFERENCE,
+        only=_BY_REFERENCE,
         publisher=POSITION,
     ),
     Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, publisher=SIMULATOR),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
+    Row(Condition.POSITION_ERROR, "position error above {position_error}", Mode.LAND, only=_BY_REFERENCE),
     Row(
-        Condition.POSITION_ERROR,
-        "position error above {position_error}",
-        Mode.LAND,
-        only=FLOWN_BY_REFERENCE,
-    ),
-    Row(
-        Condition.LARGE_POSITION_ERROR,
-        "position error above {large_position_error}",
-        Mode.DESCEND,
-        only=FLOWN_BY_REFERENCE,
+        Condition.LARGE_POSITION_ERROR, "position error above {large_position_error}", Mode.DESCEND, only=_BY_REFERENCE
     ),
     Row(Condition.FENCE, "outside the fence", Mode.LAND),
     Row(Condition.BATTERY_LOW, "battery below {battery_low}", Mode.LAND, lasts=True),
     Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
     Row(Condition.OVERRUNS, "more than {overruns} of the commander's cycles of a second late", Mode.HOLD),
-    Row(
-        Condition.RECORDER_LOST,
-        "recorder lost, and asked to land then",
-        Mode.LAND,
-    ),
+    Row(Condition.RECORDER_LOST, "recorder lost, and asked to land then", Mode.LAND),
     Row(Condition.GUARD_DESCENDS, "the guard flies its backup law", Mode.DESCEND),
     Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
     Row(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
@@ -171,33 +149,27 @@ GRANTED: dict[Request, dict[Mode, Mode]] = {
     Request.TAKEOFF: {Mode.DISARMED: Mode.ARMING, Mode.ARMING: Mode.ARMING},
     Request.MISSION: {Mode.HOLD: Mode.MISSION},
     Request.HOLD: dict.fromkeys(IN_THE_AIR, Mode.HOLD),
+    Request.GOTO: dict.fromkeys(IN_THE_AIR, Mode.HOLD),
     Request.LAND: dict.fromkeys(IN_THE_AIR, Mode.LAND),
     Request.DESCEND: dict.fromkeys(IN_THE_AIR, Mode.DESCEND),
     Request.DISARM: {Mode.DISARMED: Mode.DISARMED, Mode.ARMING: Mode.DISARMED, Mode.PILOT: Mode.DISARMED},
     Request.KILL: dict.fromkeys(Mode, Mode.KILL),
 }
-"""What a request leads to; not named: refused. DISARM in PILOT needs contact with the ground."""
-
-REFUSED = -1
+"""What a request leads to; not named: refused. DISARM in PILOT needs contact. GOTO is a HOLD at the place it names."""
 
 
-def _row(mode: Mode) -> tuple[int, ...]:
-    following = [int(mode)] * len(Condition)
+def _row(mode: Mode) -> dict[Condition, Mode]:
+    following = dict.fromkeys(Condition, mode)
     for fault in FAULTS:
         if mode == Mode.ARMING:
-            following[fault.condition] = int(fault.on_ground)
+            following[fault.condition] = fault.on_ground
         elif mode in (fault.only or IN_THE_AIR):
-            following[fault.condition] = int(max(mode, fault.then))
+            following[fault.condition] = max(mode, fault.then)
     if mode == Mode.DISARMED:
-        following[Condition.GUARD_KILLED] = int(Mode.KILL)
-        following[Condition.PILOT_TOOK_OVER] = int(Mode.PILOT)
-    for here, condition, then, _ in PROGRESS:
-        if here == mode:
-            following[condition] = int(then)
-    return tuple(following)
+        following[Condition.GUARD_KILLED] = Mode.KILL
+        following[Condition.PILOT_TOOK_OVER] = Mode.PILOT
+    return following | {condition: then for here, condition, then, _ in PROGRESS if here == mode}
 
 
-TABLE = tuple(_row(mode) for mode in Mode)
-ANSWERS = tuple(tuple(int(GRANTED.get(request, {}).get(mode, REFUSED)) for request in Request) for mode in Mode)
-LASTING = tuple(any(row.lasts and row.condition == condition for row in FAULTS) for condition in Condition)
-FAULT_COUNT = len(FAULTS)
+TABLE = {mode: _row(mode) for mode in Mode}
+LASTING = frozenset(row.condition for row in FAULTS if row.lasts)

@@ -13,10 +13,10 @@ from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from quad_commander import missions
-from quad_commander.arming import refusals
 from quad_commander.commander_core import AutopilotSeen, CommanderCore, Inputs, Outputs
 from quad_commander.mode_table import Mode, Request
-from quad_commander.preflight import Preflight, free_space, on_autopilot
+from quad_commander.preflight import Preflight
+from quad_commander.references import Place
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
@@ -37,7 +37,8 @@ _CHECKS_EVERY = 0.3  # s
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
 _LONGEST_SENDER = 200  # characters
-_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
+_REQUESTS = frozenset(Request) - {Request.NONE}
+_MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
 
@@ -73,7 +74,7 @@ class Commander(Responder):
             self.subscribe(topic, partial(self._on_life, topic), raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
-        self.subscribe("flight/request", self._on_request, depth=_REQUESTS)
+        self.subscribe("flight/request", self._on_request, depth=_MOST_REQUESTS)
         self.subscribe("flight/autopilot", self._on_autopilot)
         self.subscribe("battery_state", self._on_battery)
         self.subscribe("flight/events", self._on_event, depth=64)
@@ -228,17 +229,7 @@ class Commander(Responder):
         if self._since_check < _CHECKS_EVERY:
             return None
         self._since_check = 0.0
-        observed = self._preflight.observed(
-            sample, self.states_seen, self.senders, free_space(self.settings.recordings), self._charge
-        )
-        said = self._autopilot
-        if said is not None:
-            observed = on_autopilot(observed)
-        found = refusals(self.settings.arming, self.settings.fence, self.settings.limits, observed)
-        if said is not None and not said.armed:
-            why = f": {said.reasons}" if said.reasons else ""
-            found.append(f"autopilot: found it disarmed in {said.mode}{why}, expected armed")
-        return found
+        return self._preflight.refusals(sample, self.states_seen, self.senders, self._charge, self._autopilot)
 
     def senders(self, topic: str) -> int:
         """Return how many publish ``topic``, a controller in standby not counted."""
@@ -292,30 +283,45 @@ class Commander(Responder):
         self._preflight.on_node(message)
 
     def _on_request(self, message: FlightRequest) -> None:
+        found, expected = "", "one of its constants"
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
-            found = f"a sender of {len(message.sender)} characters, expected at most {_LONGEST_SENDER} printable ones"
-            self.event(FlightEvent.WARNING, "bad_request", f"flight/request: found {found}; message ignored")
+            found = f"a sender of {len(message.sender)} characters"
+            expected = f"at most {_LONGEST_SENDER} printable ones"
         elif message.run_id and message.run_id != self.flight.run_id:
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")
+            return
         elif message.request == FlightRequest.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"
-        elif not FlightRequest.NONE < message.request < FlightRequest.END or not message.sender:
+            return
+        elif message.request not in _REQUESTS or not message.sender:
             found = f"request {message.request} of {message.sender!r}"
+        place = None
+        if not found and message.request == Request.GOTO:
+            x, y, z = map(float, message.p_w)
+            place = Place(x, y, z, None if math.isnan(message.yaw) else float(message.yaw))
+            if not all(map(math.isfinite, (x, y, z, place.yaw or 0.0))):
+                found, expected = f"goto {place}", "finite numbers"
+        if found:
             self.event(
-                FlightEvent.WARNING, "bad_request", f"flight/request: found {found}, expected one of its constants"
+                FlightEvent.WARNING,
+                "bad_request",
+                f"flight/request: found {found}, expected {expected}; message ignored",
             )
         else:
-            self._ask(Request(message.request), message.sender)
+            self._ask(PendingRequest(Request(message.request), message.sender, place=place))
 
-    def _ask(self, request: Request, sender: str) -> None:
-        if not self._requests.add(PendingRequest(request, sender)):
-            text = f"flight/request: {request.name} of {sender}: {MOST_SENDERS} senders wait already; message ignored"
-            self.event(FlightEvent.WARNING, "too_many_requests", text)
+    def _ask(self, asked: PendingRequest) -> None:
+        if not self._requests.add(asked):
+            self.event(
+                FlightEvent.WARNING,
+                "too_many_requests",
+                f"flight/request: {asked.request.name} of {asked.sender}: {MOST_SENDERS} senders wait; message ignored",
+            )
 
     def _on_call(self, request: Request, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         refusal = self._core.foresee(request) if self._core else "the flight has not begun"
         if not refusal:
-            self._ask(request, "service")
+            self._ask(PendingRequest(request, "service"))
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"

@@ -3,84 +3,72 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Flag, Real, Text, Whole
+from quad_core.types import Vec3
+
+
+def _fixed(unit: str, meaning: str, low: float, high: float, source: str = "addition") -> Real:
+    """Return what a number is that stays as it is for a whole flight."""
+    return Real(unit, meaning, low, high, source, live=False)
 
 
 class ModeParameters(NamedTuple):
     """When a condition is raised. All are fixed before a flight."""
 
     reference_late: Annotated[
-        float, Real("s", "mission reference older: HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck", live=False)
+        float, _fixed("s", "mission reference older: HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 0.2
     reference_lost: Annotated[
-        float, Real("s", "mission reference older: LAND", 0.001, 100.0, "MRS, PX4 offboardCheck", live=False)
+        float, _fixed("s", "mission reference older: LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 2.0
-    setpoint_lost: Annotated[
-        float, Real("s", "attitude setpoint older: DESCEND", 0.001, 100.0, "ArduPilot", live=False)
-    ] = 0.3
-    state_lost: Annotated[float, Real("s", "state older: DESCEND", 0.001, 100.0, "MRS", live=False)] = 0.1
-    position_error: Annotated[
-        float, Real("m", "distance from the reference above: LAND", 0.01, 1000.0, "MRS", live=False)
-    ] = 1.5
+    setpoint_lost: Annotated[float, _fixed("s", "attitude setpoint older: DESCEND", 0.001, 100.0, "ArduPilot")] = 0.3
+    state_lost: Annotated[float, _fixed("s", "state older: DESCEND", 0.001, 100.0, "MRS")] = 0.1
+    position_error: Annotated[float, _fixed("m", "distance from the reference above: LAND", 0.01, 1000.0, "MRS")] = 1.5
     large_position_error: Annotated[
-        float, Real("m", "distance from the reference above: DESCEND", 0.01, 1000.0, "MRS", live=False)
+        float, _fixed("m", "distance from the reference above: DESCEND", 0.01, 1000.0, "MRS")
     ] = 2.5
-    battery_low: Annotated[
-        float, Real("", "battery below this share of full: LAND", 0.0, 1.0, "addition", live=False)
-    ] = 0.2
-    overruns: Annotated[
-        float, Real("", "share of late cycles in a second above: HOLD", 0.0, 1.0, "ros2_control", live=False)
-    ] = 0.05
+    battery_low: Annotated[float, _fixed("", "battery below this share of full: LAND", 0.0, 1.0)] = 0.2
+    overruns: Annotated[float, _fixed("", "share of late cycles in a second above: HOLD", 0.0, 1.0, "ros2_control")] = (
+        0.05
+    )
     land_without_recorder: Annotated[
         bool, Flag("a lost recorder lands the vehicle; else it is an event only", live=False)
     ] = False
     arming_late: Annotated[
-        float, Real("s", "armed without take-off for longer: DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT", live=False)
+        float, _fixed("s", "armed without take-off for longer: DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
     ] = 10.0
     spool_up: Annotated[
-        float, Real("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME", live=False)
+        float, _fixed("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")
     ] = 1.0
-    takeoff_late: Annotated[
-        float, Real("s", "take-off that lasts longer: LAND", 0.1, 1000.0, "addition", live=False)
-    ] = 30.0
+    takeoff_late: Annotated[float, _fixed("s", "take-off that lasts longer: LAND", 0.1, 1000.0)] = 30.0
     landing_late: Annotated[
-        float, Real("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "", live=False)
+        float, _fixed("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "")
     ] = 5.0
-    release_time: Annotated[
-        float, Real("s", "time that the guard has to give back after a request", 0.01, 10.0, "addition", live=False)
-    ] = 0.5
+    release_time: Annotated[float, _fixed("s", "time that the guard has to give back after a request", 0.01, 10.0)] = (
+        0.5
+    )
 
 
 class ArmingLimits(NamedTuple):
     """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
-    rate_tolerance: Annotated[
-        float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0, "addition", live=False)
-    ] = 0.2
+    rate_tolerance: Annotated[float, _fixed("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
     spacing_factor: Annotated[
-        float,
-        Real("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0, "addition", live=False),
+        float, _fixed("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0)
     ] = 2.0
-    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5, "addition", live=False)] = (
-        0.2617993877991494
-    )
-    speed: Annotated[
-        float,
-        Real("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0, "addition", live=False),
-    ] = 0.1
-    rate: Annotated[float, Real("rad/s", "turning slower: at rest", 0.001, 10.0, "addition", live=False)] = 0.1
-    battery: Annotated[float, Real("", "least share of a full battery", 0.0, 1.0, "addition", live=False)] = 0.3
-    disk: Annotated[float, Real("GB", "least free space where the bag goes", 0.0, 1e6, "addition", live=False)] = 1.0
-    longest_flight: Annotated[
-        float, Real("s", "longest flight that a plan may announce", 1.0, 1e6, "addition", live=False)
-    ] = 3600.0
+    tilt: Annotated[float, _fixed("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
+    speed: Annotated[float, _fixed("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0)] = 0.1
+    rate: Annotated[float, _fixed("rad/s", "turning slower: at rest", 0.001, 10.0)] = 0.1
+    battery: Annotated[float, _fixed("", "least share of a full battery", 0.0, 1.0)] = 0.3
+    disk: Annotated[float, _fixed("GB", "least free space where the bag goes", 0.0, 1e6)] = 1.0
+    longest_flight: Annotated[float, _fixed("s", "longest flight that a plan may announce", 1.0, 1e6)] = 3600.0
 
 
 class Corner(NamedTuple):
     """A corner of the fence: world frame, its height above where the vehicle stands at arming."""
 
-    x: Annotated[float, Real("m", "bound along x (east)", -1e4, 1e4, "addition", live=False)] = 100.0
-    y: Annotated[float, Real("m", "bound along y (north)", -1e4, 1e4, "addition", live=False)] = 100.0
-    z: Annotated[float, Real("m", "above the ground", -1e4, 1e4, "addition", live=False)] = 120.0
+    x: Annotated[float, _fixed("m", "bound along x (east)", -1e4, 1e4)] = 100.0
+    y: Annotated[float, _fixed("m", "bound along y (north)", -1e4, 1e4)] = 100.0
+    z: Annotated[float, _fixed("m", "above the ground", -1e4, 1e4)] = 120.0
 
 
 class Fence(NamedTuple):
@@ -89,25 +77,26 @@ class Fence(NamedTuple):
     low: Corner = Corner(-100.0, -100.0, -1.0)
     high: Corner = Corner(100.0, 100.0, 120.0)
 
+    def excludes(self, position: Vec3, ground_z: float) -> bool:
+        """Return whether ``position`` is outside, above ``ground_z`` m; one that is not a number is."""
+        sides = zip(self.low, (position.x, position.y, position.z - ground_z), self.high, strict=True)
+        return not all(low <= value <= high for low, value, high in sides)
+
 
 class FlightLimits(NamedTuple):
     """What a planned trajectory may ask of the vehicle."""
 
-    speed: Annotated[float, Real("m/s", "largest speed", 0.1, 100.0, "addition", live=False)] = 10.0
-    acceleration: Annotated[float, Real("m/s^2", "largest acceleration", 0.1, 100.0, "addition", live=False)] = 10.0
-    tilt: Annotated[float, Real("rad", "largest tilt", 0.01, 1.5, "addition", live=False)] = 0.8
+    speed: Annotated[float, _fixed("m/s", "largest speed", 0.1, 100.0)] = 10.0
+    acceleration: Annotated[float, _fixed("m/s^2", "largest acceleration", 0.1, 100.0)] = 10.0
+    tilt: Annotated[float, _fixed("rad", "largest tilt", 0.01, 1.5)] = 0.8
 
 
 class AxisLimits(NamedTuple):
     """What one axis may use; where the start has more of it, that is given up as quickly as the limits allow."""
 
-    speed: Annotated[float, Real("m/s, rad/s", "largest speed (yaw: rad/s)", 0.01, 100.0, "addition", live=False)] = 1.0
-    acceleration: Annotated[
-        float, Real("m/s^2, rad/s^2", "largest acceleration (yaw: rad/s^2)", 0.01, 100.0, "addition", live=False)
-    ] = 2.0
-    jerk: Annotated[float, Real("m/s^3, rad/s^3", "largest jerk (yaw: rad/s^3)", 0.01, 1e4, "addition", live=False)] = (
-        6.0
-    )
+    speed: Annotated[float, _fixed("m/s, rad/s", "largest speed (yaw: rad/s)", 0.01, 100.0)] = 1.0
+    acceleration: Annotated[float, _fixed("m/s^2, rad/s^2", "largest acceleration (yaw: rad/s^2)", 0.01, 100.0)] = 2.0
+    jerk: Annotated[float, _fixed("m/s^3, rad/s^3", "largest jerk (yaw: rad/s^3)", 0.01, 1e4)] = 6.0
 
 
 class ReferenceLimits(NamedTuple):
@@ -119,13 +108,8 @@ class ReferenceLimits(NamedTuple):
     yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
     landing_depth: Annotated[
         float,
-        Real(
-            "m",
-            "the landing reference ends this far below the ground, so that thrust drops after touchdown",
-            0.0,
-            10.0,
-            "addition",
-            live=False,
+        _fixed(
+            "m", "the landing reference ends this far below the ground, so that thrust drops after touchdown", 0.0, 10.0
         ),
     ] = 0.5
 
@@ -135,18 +119,20 @@ class CommanderParameters(NamedTuple):
 
     period_steps: Annotated[int, Whole("steps", "plant steps between two decisions", 1, 100_000)] = 5
     mission: Annotated[
-        str, Text("items flown by themselves: takeoff[:height], a trajectory, hold:seconds, land; empty: on request")
+        str,
+        Text(
+            "takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land: flown by itself; empty: on request"
+        ),
     ] = ""
     recordings: Annotated[
         str,
         Text("folder that the recorder writes to: its disk must have space before arming; empty: the working folder"),
     ] = ""
     takeoff_height: Annotated[
-        float, Real("m", "height above the ground of a take-off that names none", 0.1, 1000.0, "addition", live=False)
+        float, _fixed("m", "height above the ground of a take-off that names none", 0.1, 1000.0)
     ] = 1.5
     wait_limit: Annotated[
-        float,
-        Real("s", "a mission that a fault has kept waiting in HOLD for longer: LAND", 1.0, 1e6, "addition", live=False),
+        float, _fixed("s", "a mission that a fault has kept waiting in HOLD for longer: LAND", 1.0, 1e6)
     ] = 60.0
     give_up: Annotated[
         float,

@@ -1,20 +1,26 @@
-"""What is looked at before arming: rates and publishers of the streams, identity, plan; counted, not judged."""
+"""Arming: what the other nodes said and sent, and every reason why the vehicle must not take off.
 
+    looked = Preflight(flight, settings)
+    looked.begin(sample, states)                # when ARMING begins; then on_node, on_plan, count, note
+    reasons = looked.refusals(sample, states, publishers, battery)      # every 0.3 s; empty: the checks have passed
+
+A reason names what was found and what was expected, so that it can be shown to the operator as it is.
+"""
+
+import math
 import shutil
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-from quad_commander.arming import Observed, Stream
 from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
 from quad_core.cycle import seconds
-from quad_core.extent import Extent
 from quad_core.flight_parameters import FlightParameters
 from quad_core.geometry import norm, tilt
 from quad_core.standing import Standing
 from quad_core.types import Vec3
-from quad_msgs.msg import FlightPlan, NodeStatus
+from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
 _STREAMS = {"attitude_setpoint": POSITION, COMMAND: ATTITUDE}
@@ -28,22 +34,12 @@ def free_space(folder: str) -> float:
     return shutil.disk_usage(place).free / 1e9
 
 
-def on_autopilot(observed: Observed) -> Observed:
-    """Return what is judged of a vehicle that an autopilot owns: it sends states at its own rate, which it has checked.
-
-    Controllers answer each of them, and no more.
-    """
-    rate = 1.0 / observed.state_spacing if observed.state_spacing > 0.0 else 0.0
-    streams = tuple(one._replace(expected_rate=min(one.expected_rate, rate)) for one in observed.streams)
-    return observed._replace(announced_spacing=observed.state_spacing, streams=streams)
-
-
 class Preflight:
     """Counts since ``begin``, and what the other nodes said last."""
 
     def __init__(self, flight: FlightParameters, settings: CommanderParameters) -> None:
-        """Start with nothing heard."""
-        self._flight, self._settings = flight, settings
+        """Start with nothing received."""
+        self._flight, self._settings, self._limits = flight, settings, settings.arming
         self._nodes: dict[str, NodeStatus] = {}
         self._plan: FlightPlan | None = None
         self._plans = 0
@@ -74,49 +70,100 @@ class Preflight:
         if plan != self._plan:
             self._plan, self._plans = plan, max(self._plans, 1) if flying else self._plans + 1
 
-    def observed(
-        self, sample: Sample, states: int, publishers: Callable[[str], int], disk: float, battery: float | None
-    ) -> Observed:
-        """Return what there is to be judged.
+    def refusals(
+        self,
+        sample: Sample,
+        states: int,
+        publishers: Callable[[str], int],
+        battery: float | None,
+        autopilot: AutopilotStatus | None = None,
+    ) -> list[str]:
+        """Return every reason against arming; none: the vehicle may take off.
 
-        ``publishers`` counts those of a topic, ``disk`` is free space in GB, ``battery`` a share of full.
+        ``publishers`` counts those of a topic; ``battery`` is a share of full, None where nothing tells it.
         """
-        period = self._flight.plant_period
-        elapsed = seconds(sample.step - self._first_step, period)
-        roles = {status.role: status for status in self._nodes.values()}
-        periods = {role: status.period_steps for role, status in roles.items()}
-        streams = [
-            Stream(
-                topic,
-                publishers(topic),
-                1.0 / seconds(periods[role], period) if periods.get(role) else 0.0,
-                self._counts[topic] / elapsed,
-            )
-            for topic, role in _STREAMS.items()
-        ]
-        return Observed(
-            run_id=self._flight.run_id,
-            run_ids=tuple(sorted({status.run_id for status in self._nodes.values()} | {self._flight.run_id})),
-            interface_hashes=tuple(sorted({status.interface_hash for status in self._nodes.values()})),
-            streams=tuple(streams),
-            announced_spacing=seconds(1, period),
-            state_spacing=elapsed / max(states - self._first_states, 1),
-            tilt=tilt(sample.state.q_wb),
-            speed=norm(sample.state.v_w),
-            drift=max(self._standing.drift, self._standing.speed),
-            ground_z=sample.state.ground_z,
-            body_rate=norm(sample.state.omega_b),
-            battery=battery,
-            disk=disk,
-            plan=self._extent(),
-            plans=self._plans,
-            faulty_nodes=tuple(sorted(s.role for s in roles.values() if s.state == NodeStatus.FAULT)),
-        )
+        found = [*self._of_nodes(), *self._of_streams(sample, states, publishers, autopilot is not None)]
+        found += [*self._of_vehicle(sample, battery), *self._of_plan(sample.state.ground_z)]
+        if autopilot is not None and not autopilot.armed:
+            why = f": {autopilot.reasons}" if autopilot.reasons else ""
+            found.append(f"autopilot: found it disarmed in {autopilot.mode}{why}, expected armed")
+        return found
 
-    def _extent(self) -> Extent | None:
-        plan = self._plan
+    def _of_nodes(self) -> list[str]:
+        own, nodes = self._flight.run_id, self._nodes.values()
+        found = [] if own else ["flight.run_id is empty; arming needs a run id"]
+        if others := sorted({status.run_id for status in nodes} - {own}):
+            found.append(f"run ids: found {', '.join(map(repr, others))} too, expected {own!r} alone")
+        if len(hashes := {status.interface_hash for status in nodes}) > 1:
+            found.append(f"interface hashes: found {len(hashes)} different ones, expected one")
+        faulty = sorted(status.role for status in nodes if status.state == NodeStatus.FAULT)
+        return found + [f"{role}: found FAULT, expected no faulty node" for role in faulty]
+
+    def _of_streams(
+        self, sample: Sample, states: int, publishers: Callable[[str], int], of_autopilot: bool
+    ) -> list[str]:
+        """Return what is wrong with rates. An autopilot sends states at its own rate; controllers answer each."""
+        found, plant_period, limits = [], self._flight.plant_period, self._limits
+        elapsed = seconds(sample.step - self._first_step, plant_period)
+        spacing, announced = elapsed / max(states - self._first_states, 1), seconds(1, plant_period)
+        periods = {status.role: status.period_steps for status in self._nodes.values()}
+        for topic, role in _STREAMS.items():
+            expected = 1.0 / seconds(periods[role], plant_period) if periods.get(role) else 0.0
+            if of_autopilot:
+                expected = min(expected, 1.0 / spacing if spacing > 0.0 else 0.0)
+            if (count := publishers(topic)) != 1:
+                found.append(f"{topic}: found {count} publishers, expected 1")
+            low, high = ((1.0 + side * limits.rate_tolerance) * expected for side in (-1.0, 1.0))
+            rate = self._counts[topic] / elapsed
+            if not low <= rate <= high:
+                found.append(f"{topic}: found {rate:.1f} Hz, expected {low:.1f} to {high:.1f} Hz")
+        low, high = announced / limits.spacing_factor, announced * limits.spacing_factor
+        if not of_autopilot and not low <= spacing <= high:
+            found.append(
+                f"state: found samples {1e3 * spacing:.2f} ms apart, expected {1e3 * low:.2f} to {1e3 * high:.2f} ms: "
+                f"{1e3 * announced:.2f} ms are announced"
+            )
+        return found
+
+    def _of_vehicle(self, sample: Sample, battery: float | None) -> list[str]:
+        state, limits, found = sample.state, self._limits, []
+        angle, drift = tilt(state.q_wb), max(self._standing.drift, self._standing.speed)
+        if not angle < limits.tilt:
+            degrees, largest = math.degrees(angle), math.degrees(limits.tilt)
+            found.append(f"tilt: found {degrees:.1f} deg, expected less than {largest:.1f} deg")
+        for name, value, unit, limit in (
+            ("speed: found", norm(state.v_w), "m/s", limits.speed),
+            ("state: found an estimate that moves, while the vehicle stands, at", drift, "m/s", limits.speed),
+            ("body rate: found", norm(state.omega_b), "rad/s", limits.rate),
+        ):
+            if not value < limit:
+                found.append(f"{name} {value:.2f} {unit}, expected less than {limit:.2f} {unit}")
+        if battery is not None and not battery >= limits.battery:
+            found.append(f"battery: found {100.0 * battery:.0f} %, expected at least {100.0 * limits.battery:.0f} %")
+        disk = free_space(self._settings.recordings)
+        if not disk > limits.disk:
+            found.append(f"disk: found {disk:.2f} GB free, expected more than {limits.disk:.2f} GB")
+        return found
+
+    def _of_plan(self, ground_z: float) -> list[str]:
+        plan, fence, flight = self._plan, self._settings.fence, self._settings.limits
+        if self._plans > 1:
+            return [f"plan: found {self._plans} different ones, expected one, latched"]
         if plan is None:
-            return None
-        low, high = Vec3(*map(float, plan.low)), Vec3(*map(float, plan.high))
-        length = plan.end.sec - plan.stamp.sec + 1e-9 * (plan.end.nanosec - plan.stamp.nanosec)
-        return Extent(low, high, plan.speed, plan.acceleration, plan.tilt, length)
+            return ["plan: found none, expected one, latched"]
+        corners = [Vec3(*map(float, corner)) for corner in (plan.low, plan.high)]
+        found = [
+            f"plan: found it outside the fence at ({', '.join(f'{part:.1f}' for part in corner)}) m, expected it within"
+            for corner in corners
+            if fence.excludes(corner, ground_z)
+        ]
+        duration = plan.end.sec - plan.stamp.sec + 1e-9 * (plan.end.nanosec - plan.stamp.nanosec)
+        for name, value, largest, unit in (
+            ("a speed", plan.speed, flight.speed, "m/s"),
+            ("an acceleration", plan.acceleration, flight.acceleration, "m/s^2"),
+            ("a tilt", plan.tilt, flight.tilt, "rad"),
+            ("a duration", duration, self._limits.longest_flight, "s"),
+        ):
+            if not 0.0 <= value <= largest:
+                found.append(f"plan: found {name} of {value:.2f} {unit}, expected at most {largest:.2f} {unit}")
+        return found

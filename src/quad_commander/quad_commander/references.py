@@ -1,4 +1,4 @@
-"""References of TAKEOFF, HOLD and LAND: from any current reference to rest, jerk-limited.
+"""References of TAKEOFF, HOLD, LAND and of the way to a place: from any current reference to rest, jerk-limited.
 
 Per axis two parts of constant jerk: the quickest stop from (v, a) to rest,
 
@@ -16,29 +16,27 @@ offset go to rest at zero the same way: ``plan_hand_over`` once, ``handed_over``
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from quad_commander.mode_table import Mode
 from quad_commander.parameters import AxisLimits, ReferenceLimits
-from quad_core.geometry import add, euler_from_quaternion, wrap_angle
+from quad_core.geometry import ZERO, add, euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 
-TAKEOFF, LAND = Mode.TAKEOFF.value, Mode.LAND.value
-THIRD = 1.0 / 3.0
-SEGMENTS = 10
-Times = tuple[float, float, float, float, float, float, float, float, float, float]
 
+class Place(NamedTuple):
+    """Where to fly: world frame, m; ``yaw`` in rad, None to keep the heading."""
 
-class AxisPlan(NamedTuple):
-    """One coordinate: where it starts, durations in s and jerks of its segments, where it comes to rest and when."""
+    x: float
+    y: float
+    z: float
+    yaw: float | None = None
 
-    p: float
-    v: float
-    a: float
-    times: Times
-    jerks: Times
-    end: float
-    duration: float
+    def __str__(self) -> str:
+        """Return it as ``missions.read_place`` reads it."""
+        yaw = "" if self.yaw is None else f" {math.degrees(self.yaw):g}deg"
+        return f"{self.x:g} {self.y:g} {self.z:g}{yaw}"
 
 
 class Motion(NamedTuple):
@@ -47,56 +45,60 @@ class Motion(NamedTuple):
     p: float
     v: float
     a: float
-    jerk: float
+    jerk: float = 0.0
+
+
+class AxisPlan(NamedTuple):
+    """One coordinate: its start, (duration in s, jerk) of each segment, where it comes to rest and when in s."""
+
+    start: Motion
+    segments: tuple[tuple[float, float], ...]
+    end: float
+    duration: float
 
 
 class ReferencePlan(NamedTuple):
     """The reference of a mode: x, y, z, yaw; at rest from ``duration`` s on."""
 
-    x: AxisPlan
-    y: AxisPlan
-    z: AxisPlan
-    yaw: AxisPlan
+    axes: tuple[AxisPlan, ...]
     duration: float
 
 
 def plan_mode(
-    limits: ReferenceLimits, mode: int, current: TrajectoryPoint, ground_height: float, takeoff_height: float
+    limits: ReferenceLimits,
+    mode: Mode,
+    current: TrajectoryPoint,
+    ground_height: float,
+    takeoff_height: float,
+    place: Place | None = None,
 ) -> ReferencePlan:
     """Return the plan of ``mode`` from the ``current`` reference on; heights in m, take-off's above the ground.
 
-    TAKEOFF stops and rises, LAND stops and sinks, every other mode stops. None sinks to take off or rises to land.
+    TAKEOFF stops and rises, LAND stops and sinks, every other mode stops, and flies to ``place`` if there is one. None
+    sinks to take off or rises to land.
     """
-    vertical = limits.landing if mode == LAND else limits.climb
-    z = stopped(vertical, current.p_w.z, current.v_w.z, current.a_w.z)
-    if mode == TAKEOFF and z.end < ground_height + takeoff_height:
-        z = moved(vertical, z, ground_height + takeoff_height)
-    if mode == LAND and z.end > ground_height - limits.landing_depth:
-        z = moved(vertical, z, ground_height - limits.landing_depth)
-    x = stopped(limits.horizontal, current.p_w.x, current.v_w.x, current.a_w.x)
-    y = stopped(limits.horizontal, current.p_w.y, current.v_w.y, current.a_w.y)
-    yaw = stopped(limits.yaw, current.yaw, current.yaw_rate, current.yaw_acceleration)
-    return ReferencePlan(x, y, z, yaw, longest(x, y, z, yaw))
+    each = (limits.horizontal, limits.horizontal, limits.landing if mode == Mode.LAND else limits.climb, limits.yaw)
+    x, y, z, yaw = (stopped(bound, motion) for bound, motion in zip(each, motions(current), strict=True))
+    if mode == Mode.TAKEOFF and z.end < ground_height + takeoff_height:
+        z = moved(each[2], z, ground_height + takeoff_height)
+    elif mode == Mode.LAND and z.end > ground_height - limits.landing_depth:
+        z = moved(each[2], z, ground_height - limits.landing_depth)
+    elif place is not None:
+        x, y, z = (moved(bound, axis, to) for bound, axis, to in zip(each, (x, y, z), place[:3], strict=False))
+        if place.yaw is not None:
+            yaw = moved(limits.yaw, yaw, yaw.end + wrap_angle(place.yaw - yaw.end))
+    return _together((x, y, z, yaw))
 
 
 def plan_hand_over(limits: ReferenceLimits, current: TrajectoryPoint, mission: TrajectoryPoint) -> ReferencePlan:
     """Return how the difference of ``current`` from the ``mission``'s first point goes to zero."""
-    x = brought_to(
-        limits.horizontal, current.p_w.x - mission.p_w.x, current.v_w.x - mission.v_w.x, current.a_w.x - mission.a_w.x
+    each = (limits.horizontal, limits.horizontal, limits.climb, limits.yaw)
+    pairs = zip(motions(current), motions(mission), strict=True)
+    offsets = [Motion(here.p - there.p, here.v - there.v, here.a - there.a) for here, there in pairs]
+    offsets[3] = offsets[3]._replace(p=wrap_angle(offsets[3].p))
+    return _together(
+        tuple(moved(bound, stopped(bound, offset), 0.0) for bound, offset in zip(each, offsets, strict=True))
     )
-    y = brought_to(
-        limits.horizontal, current.p_w.y - mission.p_w.y, current.v_w.y - mission.v_w.y, current.a_w.y - mission.a_w.y
-    )
-    z = brought_to(
-        limits.climb, current.p_w.z - mission.p_w.z, current.v_w.z - mission.v_w.z, current.a_w.z - mission.a_w.z
-    )
-    yaw = brought_to(
-        limits.yaw,
-        wrap_angle(current.yaw - mission.yaw),
-        current.yaw_rate - mission.yaw_rate,
-        current.yaw_acceleration - mission.yaw_acceleration,
-    )
-    return ReferencePlan(x, y, z, yaw, longest(x, y, z, yaw))
 
 
 def handed_over(plan: ReferencePlan, time: float, mission: TrajectoryPoint) -> TrajectoryPoint:
@@ -104,91 +106,73 @@ def handed_over(plan: ReferencePlan, time: float, mission: TrajectoryPoint) -> T
     if time >= plan.duration:
         return mission
     rest = sample(plan, time)
-    return TrajectoryPoint(
-        mission.trajectory_time,
-        add(mission.p_w, rest.p_w),
-        add(mission.v_w, rest.v_w),
-        add(mission.a_w, rest.a_w),
-        add(mission.jerk_w, rest.jerk_w),
-        mission.snap_w,
-        mission.yaw + rest.yaw,
-        mission.yaw_rate + rest.yaw_rate,
-        mission.yaw_acceleration + rest.yaw_acceleration,
+    return mission._replace(
+        p_w=add(mission.p_w, rest.p_w),
+        v_w=add(mission.v_w, rest.v_w),
+        a_w=add(mission.a_w, rest.a_w),
+        jerk_w=add(mission.jerk_w, rest.jerk_w),
+        yaw=mission.yaw + rest.yaw,
+        yaw_rate=mission.yaw_rate + rest.yaw_rate,
+        yaw_acceleration=mission.yaw_acceleration + rest.yaw_acceleration,
     )
 
 
-def continued(point: TrajectoryPoint, time: float) -> TrajectoryPoint:
-    """Return ``point`` carried on for ``time`` s with its own derivatives up to the jerk."""
+def continued(current: TrajectoryPoint, time: float) -> TrajectoryPoint:
+    """Return the ``current`` point carried on for ``time`` s with its own derivatives up to the jerk."""
     if time == 0.0:
-        return point
-    axes = zip(point.p_w, point.v_w, point.a_w, point.jerk_w, strict=True)
-    x, y, z = (advanced(Motion(p, v, a, jerk), jerk, time) for p, v, a, jerk in axes)
-    yaw = advanced(Motion(point.yaw, point.yaw_rate, point.yaw_acceleration, 0.0), 0.0, time)
-    return TrajectoryPoint(
-        point.trajectory_time + time,
-        Vec3(x.p, y.p, z.p),
-        Vec3(x.v, y.v, z.v),
-        Vec3(x.a, y.a, z.a),
-        point.jerk_w,
-        point.snap_w,
-        yaw.p,
-        yaw.v,
-        yaw.a,
-    )
+        return current
+    carried = point(current.trajectory_time + time, [advanced(axis, axis.jerk, time) for axis in motions(current)])
+    return carried._replace(snap_w=current.snap_w)
 
 
 def standing(state: VehicleState) -> TrajectoryPoint:
     """Return the reference of a vehicle that stands where it is."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return from_state(state)._replace(v_w=zero)
+    return from_state(state)._replace(v_w=ZERO)
 
 
 def from_state(state: VehicleState) -> TrajectoryPoint:
     """Return the reference that a vehicle flies which followed none (after DESCEND): its own motion."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    yaw = euler_from_quaternion(state.q_wb).z
-    return TrajectoryPoint(0.0, state.p_w, state.v_w, zero, zero, zero, yaw, 0.0, 0.0)
+    return TrajectoryPoint(0.0, state.p_w, state.v_w, yaw=euler_from_quaternion(state.q_wb).z)
 
 
-def above(point: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
-    """Return ``point`` moved to where the vehicle is, at its own height: a vehicle on the ground must not tilt."""
-    return point._replace(p_w=Vec3(state.p_w.x, state.p_w.y, point.p_w.z))
+def above(current: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
+    """Return the point moved to where the vehicle is, at its own height: a vehicle on the ground must not tilt."""
+    return current._replace(p_w=Vec3(state.p_w.x, state.p_w.y, current.p_w.z))
 
 
-def beside(point: TrajectoryPoint, other: TrajectoryPoint) -> TrajectoryPoint:
-    """Return ``point`` with the horizontal motion of ``other``."""
-    pairs = ((getattr(point, name), getattr(other, name)) for name in ("p_w", "v_w", "a_w", "jerk_w"))
-    p, v, a, jerk = (Vec3(aside.x, aside.y, own.z) for own, aside in pairs)
-    return point._replace(p_w=p, v_w=v, a_w=a, jerk_w=jerk)
+def beside(current: TrajectoryPoint, other: TrajectoryPoint) -> TrajectoryPoint:
+    """Return the ``current`` point with the horizontal motion of ``other``."""
+    return point(current.trajectory_time, [*motions(other)[:2], *motions(current)[2:]])
 
 
 def sample(plan: ReferencePlan, time: float) -> TrajectoryPoint:
     """Return the reference ``time`` s after the plan was made; ``trajectory_time`` is negative until it is at rest."""
-    x, y, z, yaw = at(plan.x, time), at(plan.y, time), at(plan.z, time), at(plan.yaw, time)
-    return TrajectoryPoint(
-        time - plan.duration if time < plan.duration else 0.0,
-        Vec3(x.p, y.p, z.p),
-        Vec3(x.v, y.v, z.v),
-        Vec3(x.a, y.a, z.a),
-        Vec3(x.jerk, y.jerk, z.jerk),
-        Vec3(0.0, 0.0, 0.0),
-        yaw.p,
-        yaw.v,
-        yaw.a,
-    )
+    return point(min(time - plan.duration, 0.0), [at(axis, time) for axis in plan.axes])
+
+
+def motions(current: TrajectoryPoint) -> list[Motion]:
+    """Return the motion of x, y, z and yaw."""
+    along = zip(current.p_w, current.v_w, current.a_w, current.jerk_w, strict=True)
+    return [*(Motion(*axis) for axis in along), Motion(current.yaw, current.yaw_rate, current.yaw_acceleration)]
+
+
+def point(trajectory_time: float, axes: Sequence[Motion]) -> TrajectoryPoint:
+    """Return the reference with the motions of x, y, z and yaw."""
+    p, v, a, jerk = (Vec3(*derivative) for derivative in zip(*axes[:3], strict=True))
+    yaw = axes[3]
+    return TrajectoryPoint(trajectory_time, p, v, a, jerk, ZERO, yaw.p, yaw.v, yaw.a)
 
 
 def at(plan: AxisPlan, time: float) -> Motion:
     """Return the motion of one coordinate ``time`` s after its start."""
     if time >= plan.duration:
-        return Motion(plan.end, 0.0, 0.0, 0.0)
-    motion = Motion(plan.p, plan.v, plan.a, 0.0)
-    left = time
-    for i in range(SEGMENTS):
-        if left < plan.times[i]:
-            return advanced(motion, plan.jerks[i], left)
-        motion = advanced(motion, plan.jerks[i], plan.times[i])
-        left = left - plan.times[i]
+        return Motion(plan.end, 0.0, 0.0)
+    motion = plan.start
+    for duration, jerk in plan.segments:
+        if time < duration:
+            return advanced(motion, jerk, time)
+        motion = advanced(motion, jerk, duration)
+        time -= duration
     return motion
 
 
@@ -200,42 +184,34 @@ def advanced(motion: Motion, jerk: float, time: float) -> Motion:
     )
 
 
-def stopped(limits: AxisLimits, p: float, v: float, a: float) -> AxisPlan:
+def stopped(limits: AxisLimits, start: Motion) -> AxisPlan:
     """Return the quickest way from (v, a) to rest within acceleration and jerk."""
     jerk = limits.jerk
     # where the speed ends if the acceleration is given up at once: that way the rest has to be braked
-    left = v + a * abs(a) / (2.0 * jerk)
+    left = start.v + start.a * abs(start.a) / (2.0 * jerk)
     sign = 1.0 if left >= 0.0 else -1.0
-    v, a = sign * v, sign * a
-    square = jerk * v + 0.5 * a * a
-    peak = math.sqrt(square) if square > 0.0 else 0.0
-    if peak > limits.acceleration:
-        peak = limits.acceleration
+    v, a = sign * start.v, sign * start.a
+    peak = min(math.sqrt(max(jerk * v + 0.5 * a * a, 0.0)), limits.acceleration)
     first = abs(a + peak) / jerk
     after = v + 0.5 * (a - peak) * first - 0.5 * peak * peak / jerk
-    middle = after / peak if peak > 0.0 and after > 0.0 else 0.0
-    times = (first, middle, peak / jerk, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    one = -sign * jerk if a > -peak else sign * jerk
-    jerks = (one, 0.0, sign * jerk, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return finished(p, sign * v, sign * a, times, jerks)
+    middle = max(after, 0.0) / peak if peak > 0.0 else 0.0
+    up = -sign * jerk if a > -peak else sign * jerk
+    motion = start = start._replace(jerk=0.0)
+    segments = ((first, up), (middle, 0.0), (peak / jerk, sign * jerk))
+    for time, constant in segments:
+        motion = advanced(motion, constant, time)
+    return AxisPlan(start, segments, motion.p, first + middle + peak / jerk)
 
 
 def moved(limits: AxisLimits, stop: AxisPlan, target: float) -> AxisPlan:
     """Return ``stop`` continued to rest at ``target``."""
     way = target - stop.end
-    sign = 1.0 if way >= 0.0 else -1.0
     ramp, constant, cruise = rest_to_rest(limits, abs(way))
-    jerk = sign * limits.jerk
-    t, j = stop.times, stop.jerks
-    times = (t[0], t[1], t[2], ramp, constant, ramp, cruise, ramp, constant, ramp)
-    jerks = (j[0], j[1], j[2], jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk)
+    jerk = math.copysign(limits.jerk, way)
+    speed_up = ((ramp, jerk), (constant, 0.0), (ramp, -jerk))
+    slow_down = ((ramp, -jerk), (constant, 0.0), (ramp, jerk))
     duration = stop.duration + 4.0 * ramp + 2.0 * constant + cruise
-    return AxisPlan(stop.p, stop.v, stop.a, times, jerks, target, duration)
-
-
-def brought_to(limits: AxisLimits, p: float, v: float, a: float) -> AxisPlan:
-    """Return the way of one coordinate to rest at zero."""
-    return moved(limits, stopped(limits, p, v, a), 0.0)
+    return AxisPlan(stop.start, (*stop.segments, *speed_up, (cruise, 0.0), *slow_down), target, duration)
 
 
 def rest_to_rest(limits: AxisLimits, way: float) -> tuple[float, float, float]:
@@ -252,22 +228,9 @@ def rest_to_rest(limits: AxisLimits, way: float) -> tuple[float, float, float]:
     peak = 0.5 * acceleration * (math.sqrt(ramp * ramp + 4.0 * way / acceleration) - ramp)
     constant = peak / acceleration - ramp
     if constant < 0.0:
-        ramp, constant = abs(way / (2.0 * jerk)) ** THIRD, 0.0
+        ramp, constant = (way / (2.0 * jerk)) ** (1.0 / 3.0), 0.0
     return ramp, constant, 0.0
 
 
-def finished(p: float, v: float, a: float, times: Times, jerks: Times) -> AxisPlan:
-    """Return the plan with its end, where the speed is zero but for rounding."""
-    motion = Motion(p, v, a, 0.0)
-    duration = 0.0
-    for i in range(SEGMENTS):
-        motion = advanced(motion, jerks[i], times[i])
-        duration += times[i]
-    return AxisPlan(p, v, a, times, jerks, motion.p, duration)
-
-
-def longest(x: AxisPlan, y: AxisPlan, z: AxisPlan, yaw: AxisPlan) -> float:
-    """Return the duration in s after which all four coordinates are at rest."""
-    duration = x.duration if x.duration > y.duration else y.duration
-    duration = z.duration if z.duration > duration else duration
-    return yaw.duration if yaw.duration > duration else duration
+def _together(axes: tuple[AxisPlan, ...]) -> ReferencePlan:
+    return ReferencePlan(axes, max(axis.duration for axis in axes))

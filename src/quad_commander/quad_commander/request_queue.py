@@ -8,21 +8,27 @@ queue.grant(asked)                              # if it was done
 
 from typing import NamedTuple
 
-from quad_commander.mode_table import ANSWERS, Mode, Request
+from quad_commander.mode_table import GRANTED, Mode, Request
+from quad_commander.references import Place
 
 MOST_SENDERS = 16
 REPEATS_WITHIN = 0.5
 """Seconds within which a sender that asks again for what it was granted only repeats itself."""
 
+_REFUSED = -1
 _RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
 
 
 class PendingRequest(NamedTuple):
-    """A request and its sender; ``overtaken``: the more severe mode that a fault began meanwhile, if any."""
+    """A request and its sender.
+
+    ``overtaken``: the more severe mode that a fault began meanwhile, if any; ``place``: where GOTO is to lead.
+    """
 
     request: Request
     sender: str
     overtaken: str = ""
+    place: Place | None = None
 
 
 class RequestQueue:
@@ -54,13 +60,13 @@ class RequestQueue:
         self._waiting[asked.sender] = asked
         return True
 
-    def take(self, mode: int, dt: float) -> PendingRequest | None:
+    def take(self, mode: Mode, dt: float) -> PendingRequest | None:
         """Return the most severe request and forget it; ``dt`` s have passed since the last call."""
         self._granted = {key: age + dt for key, age in self._granted.items() if age + dt <= REPEATS_WITHIN}
         while self._waiting:
             asked = self._waiting.pop(max(self._waiting.values(), key=_rank).sender)
             repeated = (asked.sender, asked.request) in self._granted
-            if not (repeated and ANSWERS[mode][asked.request] < mode):
+            if not (repeated and GRANTED[asked.request].get(mode, _REFUSED) < mode):
                 return asked
         return None
 

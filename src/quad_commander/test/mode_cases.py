@@ -2,8 +2,9 @@
 
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
-from quad_commander.modes import Health, Memory, Timers
+from quad_commander.modes import Health, Memory
 from quad_commander.parameters import ModeParameters
+from quad_core.types import GuardStatus
 from quad_guard import guard
 
 LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND
@@ -46,7 +47,7 @@ HEALTH = {
     Condition.REFERENCE_LOST: {"reference_age": 2.1},
     Condition.SETPOINT_LOST: {"setpoint_age": 0.31},
     Condition.STATE_LOST: {"state_age": 0.101},
-    Condition.STATE_REFUSED: {"guard_land": True},
+    Condition.STATE_REFUSED: {"guard": GuardStatus(land=True)},
     Condition.POSITION_LOST: {"position_good": False},
     Condition.POSITION_ERROR: {"position_error": 1.6},
     Condition.LARGE_POSITION_ERROR: {"position_error": 2.6},
@@ -55,8 +56,8 @@ HEALTH = {
     Condition.ESTIMATOR_RESET: {"estimator_reset": True},
     Condition.OVERRUNS: {"overruns": 0.06},
     Condition.RECORDER_LOST: {"recorder_lost": True},
-    Condition.GUARD_DESCENDS: {"guard_mode": guard.DESCEND, "guard_condition": guard.WRENCH_LOST},
-    Condition.GUARD_KILLED: {"guard_mode": guard.KILL, "guard_condition": guard.STATE_GONE},
+    Condition.GUARD_DESCENDS: {"guard": GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)},
+    Condition.GUARD_KILLED: {"guard": GuardStatus(mode=guard.KILL, condition=guard.STATE_GONE)},
     Condition.PILOT_TOOK_OVER: {"pilot": True},
     Condition.END_ASKED: {"end_asked": True},
 }
@@ -69,18 +70,19 @@ LONG = 0.6
 
 def health(*conditions, **changes):
     """Return what is observed when ``conditions`` are raised."""
-    seen = {}
+    seen, report = {}, {}
     for condition in conditions:
         seen |= HEALTH[condition]
-    return Health(**{**seen, **changes})
+        report |= {name: value for name, value in seen.get("guard", GuardStatus())._asdict().items() if value}
+    return Health(**{**seen, "guard": GuardStatus(**report), **changes})
 
 
 def in_mode(mode, **changes):
     """Return the memory in the middle of ``mode``; a HOLD is one that waits for its mission."""
     waits = mode in (Mode.MISSION, Mode.HOLD)
-    return Memory(int(mode), modes.NO_REASON, 0, waits, False, Timers(mode=5.0))._replace(**changes)
+    return Memory(mode, in_mission=waits, time=5.0)._replace(**changes)
 
 
 def after(memory, *conditions, request=Request.NONE, dt=LONG, **changes):
     """Return (decision, memory) of one step with ``conditions`` raised."""
-    return modes.step(PARAMETERS, memory, health(*conditions, **changes), int(request), dt)
+    return modes.step(PARAMETERS, memory, health(*conditions, **changes), request, dt)

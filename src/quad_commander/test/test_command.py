@@ -1,11 +1,14 @@
 """`command` sends one request and reports the answer, or that none came."""
 
+import math
+
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 from quad_commander import command
 from quad_commander.mode_table import Request
+from quad_commander.references import Place
 from quad_msgs.msg import FlightMode
 from quad_node import executor, topics
 
@@ -65,6 +68,36 @@ def test_a_commander_that_does_not_answer_gets_the_request_and_that_is_reported(
     line = "flight/mode: found no answer within 2 s, expected one"
     assert command.ask(request_, "", PATIENCE) == (command.NO_ANSWER, line)
     assert requests == [request_]
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (["goto", "4", "0"], "goto: found '4 0', expected x y z in m"),
+        (["goto", "4", "0", "two"], "goto: found '4 0 two', expected x y z in m"),
+        (["goto", "4", "0", "2", "90"], "for degrees write 90deg"),
+        (["land", "2"], "land: found '2', expected nothing after it"),
+        (["lnad"], "invalid choice: 'lnad'"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_refused_before_anything_starts(words, found, capsys):
+    with pytest.raises(SystemExit) as ended:
+        command.main(words)
+    assert ended.value.code == command.NO_ANSWER
+    assert found in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "place"),
+    [("4 -1 2", Place(4.0, -1.0, 2.0)), ("4 0 -.5 -90deg --patience 3", Place(4.0, 0.0, -0.5, -math.pi / 2.0))],
+)
+def test_a_place_is_sent_as_it_was_written(words, place, monkeypatch):
+    asked = []
+    monkeypatch.setattr(command, "ask", lambda *given: asked.append(given) or (command.DONE, "done"))
+    with pytest.raises(SystemExit):
+        command.main(["goto", *words.split()])
+    assert asked[0][0] == Request.GOTO
+    assert asked[0][3] == place
 
 
 def test_a_flight_without_a_commander_is_named(commander):

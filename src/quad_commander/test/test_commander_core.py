@@ -11,6 +11,7 @@ from quad_commander.commander_core import AutopilotSeen, CommanderCore, Inputs
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
 from quad_commander.parameters import CommanderParameters
+from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
@@ -229,6 +230,73 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
         assert reference.p_w.x == pytest.approx(x, abs=1e-9)
         assert (reference.v_w.x, reference.v_w.y, reference.a_w.x) == (0.0, 0.0, 0.0)
         assert reference.v_w.z < 0.0
+
+
+def sent_to(*place, request=Request.GOTO):
+    return PendingRequest(request, "pilot", place=Place(*place))
+
+
+def test_a_place_is_flown_to_within_the_limits_and_held():
+    flight = Flight("takeoff:2,hold:600,land").go(8.0).go(DT, sent_to(4.0, -3.0, 5.0, 1.0))
+    begun = len(flight.references)
+    assert (flight.said.mode.answer, flight.said.text) == (1, "asked for by pilot")
+    flight.go(10.0)
+    assert flight.core.mode == Mode.HOLD
+    last = flight.said.reference
+    assert (last.p_w, last.v_w, last.yaw) == (pytest.approx(Vec3(4.0, -3.0, 5.0)), Vec3(), pytest.approx(1.0))
+    bound = PARAMETERS.references.horizontal.speed
+    fastest = [max(abs(point.v_w.x), abs(point.v_w.y), abs(point.v_w.z)) for point in flight.references[begun:]]
+    assert 0.9 * bound < max(fastest) <= bound + 1e-9
+    assert largest_steps(flight.in_the_air())[1] < 4.0 * DT
+
+
+def test_an_operator_stops_the_way_to_a_place_by_hold():
+    flight = Flight("takeoff:2,hold:600,land").go(8.0).go(2.0, sent_to(50.0, 0.0, 2.0))
+    flight.go(3.0, PendingRequest(Request.HOLD, "pilot"))
+    assert flight.said.reference.v_w == Vec3()
+    assert 1.0 < flight.said.reference.p_w.x < 3.0
+
+
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ((200.0, 0.0, 2.0), "goto 200 0 2, outside the fence, expected a place within -100 -100 -1 to 100 100 120 m"),
+        ((0.0, 0.0, 121.0), "goto 0 0 121, outside the fence"),
+        ((0.0, 0.0, 0.0), "goto 0 0 0, at most the height of the ground"),
+    ],
+)
+def test_a_place_that_must_not_be_flown_to_is_refused_by_name(place, reason):
+    flight = Flight("takeoff:2,hold:600,land").go(8.0).go(DT, sent_to(*place))
+    assert (flight.said.mode.answer, flight.core.mode) == (2, Mode.HOLD)
+    assert flight.said.answer_text.startswith(reason)
+    grounded = Flight(f"takeoff:2,goto:{place[0]} {place[1]} {place[2]},land").go(12.0)
+    assert grounded.entered() == [Mode.ARMING, Mode.DISARMED]
+    assert f"mission: found {reason}" in grounded.said.outcome
+
+
+def test_on_the_ground_no_place_is_flown_to():
+    flight = Flight("").go(1.0).go(DT, sent_to(1.0, 0.0, 2.0))
+    assert flight.said.answer_text == "GOTO is not possible in DISARMED"
+
+
+def test_a_mission_flies_from_place_to_place():
+    """The second way takes longer than a mission may be kept waiting."""
+    flight = Flight("takeoff:2,goto:3 0 2,goto:3 -70 2 90deg,hold:2,land").go(75.0)
+    assert flight.core.mode == Mode.HOLD
+    assert max(point.p_w.x for point in flight.references) == pytest.approx(3.0)
+    flight.go(30.0)
+    assert flight.entered()[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, "")
+    landed = flight.references[-1]
+    assert landed.p_w[:2] == pytest.approx((3.0, -70.0))
+    assert flight.in_the_air()[-1].yaw == pytest.approx(math.pi / 2.0)
+
+
+def test_a_fault_ends_the_way_to_a_place():
+    flight = Flight("takeoff:2,goto:50 0 2,land").go(10.0)
+    flight.go(12.0, battery=0.1)
+    assert flight.entered()[-2:] == [Mode.LAND, Mode.DISARMED]
+    assert flight.said.outcome.startswith("mission not finished: LAND")
 
 
 def test_a_request_is_taken_down_with_its_step_and_a_refusal_with_its_reason():

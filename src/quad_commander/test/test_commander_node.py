@@ -66,6 +66,26 @@ def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender)
     assert len(node.events[0][2]) < 200  # an event of megabytes would harm as much
 
 
+@pytest.mark.parametrize(
+    ("place", "yaw", "reference"),
+    [([0.5, 0.0, 1.0], math.nan, (0.5, 0.0)), ([0.5, 0.0, 1.0], 0.5, (0.5, 0.5)), ([math.inf, 0.0, 1.0], 0.0, None)],
+)
+def test_a_place_that_is_asked_for_is_where_the_reference_goes(make, place, yaw, reference):
+    node = make()
+    node.plan()
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    node.callbacks["flight/request"](FlightRequest(request=FlightRequest.GOTO, sender="pilot", p_w=place, yaw=yaw))
+    node.fly(520, 530)
+    if reference is None:
+        assert ("bad_request", node.modes[-1].name) == (node.events[-1][1], "TAKEOFF")
+        return
+    assert (node.modes[-1].name, node.modes[-1].request, node.modes[-1].answer) == ("HOLD", 10, FlightMode.DONE)
+    node.fly(530, 2000)
+    last = node.references[-1]
+    assert (last.p_w[0], last.yaw) == pytest.approx(reference)
+
+
 def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     node = make()
     call = node._on_call

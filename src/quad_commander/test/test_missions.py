@@ -1,30 +1,47 @@
 """Missions: what can be written, what is refused in which words, and how one is flown."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from quad_commander.missions import Item, Kind, MissionError, MissionMemory, next_request, parse
 from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.references import Place
 
 NAMES = {"case1", "case2", "hover"}
 
 
 def test_a_mission_is_read_in_order():
     assert parse("takeoff:2, case2,hold:5,land", NAMES) == (
-        Item(Kind.TAKEOFF, "", 2.0),
+        Item(Kind.TAKEOFF, value=2.0),
         Item(Kind.TRAJECTORY, "case2"),
-        Item(Kind.HOLD, "", 5.0),
+        Item(Kind.HOLD, value=5.0),
         Item(Kind.LAND),
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("goto:1 -2.5 3", Place(1.0, -2.5, 3.0)),
+        ("goto:1 2 3 0", Place(1.0, 2.0, 3.0, 0.0)),
+        ("goto: 1 2 3  -90deg", Place(1.0, 2.0, 3.0, -math.pi / 2.0)),
+    ],
+)
+def test_a_place_has_three_coordinates_and_may_have_a_heading(text, place):
+    (_, item, _) = parse(f"takeoff,{text}", NAMES)
+    assert item == Item(Kind.GOTO, place=place)
+    assert parse(f"takeoff,goto:{item.place}", NAMES)[1].place == pytest.approx(place)
+
+
 def test_every_mission_ends_with_a_landing():
-    assert parse("takeoff", NAMES) == (Item(Kind.TAKEOFF, "", 1.5), Item(Kind.LAND))
+    assert parse("takeoff", NAMES) == (Item(Kind.TAKEOFF, value=1.5), Item(Kind.LAND))
 
 
 @pytest.mark.parametrize(("text", "found", "expected"), [
-    ("", "''", "takeoff[:height], hold:seconds, land, case1, case2, hover"),
+    ("", "''", "takeoff[:height], hold:seconds, goto:x y z [yaw], land, case1, case2, hover"),
     ("takeoff,case3", "'case3' as item 2", "case1, case2, hover"),
     ("takeoff,,land", "'' as item 2", "takeoff[:height]"),
     ("case2,land", "item 1 'case2'", "takeoff first"),
@@ -37,6 +54,12 @@ def test_every_mission_ends_with_a_landing():
     ("takeoff:1e9", "'takeoff:1e9'", "a height in m above 0 and at most 1000"),
     ("takeoff:", "'takeoff:'", "a height in m"),
     ("takeoff,case2:3", "'case2:3' as item 2", "case2"),
+    ("takeoff,goto", "'goto' as item 2", "goto:x y z [yaw]"),
+    ("takeoff,goto:1 2", "'goto:1 2'", "x y z in m and, if it changes, yaw in rad (or 90deg)"),
+    ("takeoff,goto:1 2 3 4 5", "'goto:1 2 3 4 5'", "x y z in m"),
+    ("takeoff,goto:1 two 3", "'goto:1 two 3'", "x y z in m"),
+    ("takeoff,goto:1 2 nan", "'goto:1 2 nan'", "[-10000, 10000] m"),
+    ("takeoff,goto:1 2 3 90", "'goto:1 2 3 90'", "for degrees write 90deg"),
     ("takeoff," + "hold:1," * 100 + "land", "102 items", "at most 100"),
 ])  # fmt: skip
 def test_what_cannot_be_flown_is_named(text, found, expected):
@@ -46,7 +69,7 @@ def test_what_cannot_be_flown_is_named(text, found, expected):
     assert expected in str(error.value)
 
 
-@given(st.text(alphabet="takeofldcs2h:,15. ", max_size=40))
+@given(st.text(alphabet="takeofldcs2hg:,15. ", max_size=40))
 def test_no_text_raises_anything_else(text):
     try:
         items = parse(text, NAMES)

@@ -9,7 +9,7 @@ from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import Health
-from quad_core.compilation import compiled
+from quad_core.types import GuardStatus
 from quad_guard import guard
 
 DT = 0.01
@@ -20,12 +20,12 @@ def fly(memory, seconds, request=Request.NONE, **seen):
     decision = None
     for number in range(round(seconds / DT)):
         asked = request if number == 0 else Request.NONE
-        decision, memory = modes.step(PARAMETERS, memory, Health(**seen), int(asked), DT)
+        decision, memory = modes.step(PARAMETERS, memory, Health(**seen), asked, DT)
     return decision, memory
 
 
 def test_a_flight_from_arming_to_disarming():
-    memory, visited = modes.init(), []
+    memory, visited = modes.Memory(), []
 
     def go(seconds, request=Request.NONE, **seen):
         nonlocal memory
@@ -38,31 +38,31 @@ def test_a_flight_from_arming_to_disarming():
     go(0.1, Request.MISSION)
     go(0.1, plan_ended=True)
     go(0.1, Request.LAND)
-    go(0.1, contact=True)
+    go(0.1, landed=True)
     assert visited == ["ARMING", "TAKEOFF", "HOLD", "MISSION", "HOLD", "LAND", "DISARMED"]
 
 
 def test_without_passed_checks_nothing_takes_off_and_arming_ends():
-    decision, memory = fly(modes.init(), 9.9, Request.TAKEOFF)
+    decision, memory = fly(modes.Memory(), 9.9, Request.TAKEOFF)
     assert decision.mode == Mode.ARMING
     decision, _ = fly(memory, 0.2)
     assert (decision.mode, decision.reason) in [(Mode.DISARMED, Condition.ARMING_LATE)]
 
 
 def test_arming_alone_does_not_take_off():
-    decision, _ = fly(modes.init(), 5.0, Request.ARM, checks_passed=True)
+    decision, _ = fly(modes.Memory(), 5.0, Request.ARM, checks_passed=True)
     assert decision.mode == Mode.ARMING
 
 
 @pytest.mark.parametrize("mode", [Mode.LAND, Mode.DESCEND])
 def test_contact_is_what_the_guard_says(mode):
     assert fly(in_mode(mode), 3.0)[0].mode == mode
-    assert fly(in_mode(mode), 0.01, contact=True)[0].mode == Mode.DISARMED
+    assert fly(in_mode(mode), 0.01, landed=True)[0].mode == Mode.DISARMED
 
 
 @pytest.mark.parametrize("mode", [Mode.TAKEOFF, Mode.MISSION, Mode.HOLD])
 def test_contact_disarms_no_vehicle_that_is_not_landing(mode):
-    assert fly(in_mode(mode), 3.0, contact=True)[0].mode == mode
+    assert fly(in_mode(mode), 3.0, landed=True)[0].mode == mode
 
 
 def test_a_lost_mission_is_held_for_and_then_landed():
@@ -97,8 +97,8 @@ def test_nothing_disarms_in_the_air(mode):
 
 def test_a_pilot_may_disarm_on_the_ground_only():
     assert fly(in_mode(Mode.PILOT), 1.0, Request.DISARM)[0].mode == Mode.PILOT
-    _, memory = fly(in_mode(Mode.PILOT), 0.6, contact=True)
-    assert fly(memory, DT, Request.DISARM, contact=True)[0].mode == Mode.DISARMED
+    _, memory = fly(in_mode(Mode.PILOT), 0.6, landed=True)
+    assert fly(memory, DT, Request.DISARM, landed=True)[0].mode == Mode.DISARMED
 
 
 def test_faults_win_over_a_request_of_the_same_step():
@@ -118,24 +118,26 @@ def test_going_down_is_never_refused():
         assert decision.mode >= Mode.DESCEND
 
 
+def descending(condition):
+    return {"guard": GuardStatus(mode=guard.DESCEND, condition=condition)}
+
+
 def test_the_guard_gives_back_on_request_within_its_time():
-    guarded = {"guard_mode": guard.DESCEND, "guard_condition": guard.WRENCH_LOST}
-    decision, memory = fly(in_mode(Mode.MISSION), 0.1, **guarded)
+    decision, memory = fly(in_mode(Mode.MISSION), 0.1, **descending(guard.WRENCH_LOST))
     assert (decision.mode, decision.guard_request) == (Mode.DESCEND, guard.ASK_DESCEND)
     # what was wrong is over: the guard descends because it is asked to
-    asked = {"guard_mode": guard.DESCEND, "guard_condition": guard.REQUESTED}
-    decision, memory = fly(memory, 0.2, **asked)
+    decision, memory = fly(memory, 0.2, **descending(guard.REQUESTED))
     assert decision.mode == Mode.DESCEND
-    decision, memory = fly(memory, 0.2, Request.HOLD, **{**asked, "guard_condition": guard.GOOD})
+    decision, memory = fly(memory, 0.2, Request.HOLD, **descending(guard.GOOD))
     assert (decision.mode, decision.guard_request) == (Mode.HOLD, guard.RELEASE)
     given, _ = fly(memory, 1.0)
     assert (given.mode, given.guard_request) == (Mode.HOLD, guard.NO_REQUEST)
-    refused, _ = fly(memory, 0.5, **{**asked, "guard_condition": guard.GOOD})
+    refused, _ = fly(memory, 0.5, **descending(guard.GOOD))
     assert (refused.mode, refused.reason) == (Mode.DESCEND, Condition.GUARD_DESCENDS)
 
 
 def test_a_guard_that_took_over_between_two_steps_is_seen():
-    decision, _ = fly(in_mode(Mode.MISSION), 0.02, guard_mode=guard.DESCEND, guard_condition=guard.GOOD)
+    decision, _ = fly(in_mode(Mode.MISSION), 0.02, **descending(guard.GOOD))
     assert decision.mode == Mode.DESCEND
     assert decision.guard_request == guard.ASK_DESCEND
 
@@ -151,7 +153,7 @@ def test_the_guard_is_never_released_without_a_request():
 
 def test_a_lost_recorder_is_an_event_unless_asked_to_land():
     calm = PARAMETERS._replace(land_without_recorder=False)
-    decision, _ = modes.step(calm, in_mode(Mode.MISSION), health(Condition.RECORDER_LOST), 0, LONG)
+    decision, _ = modes.step(calm, in_mode(Mode.MISSION), health(Condition.RECORDER_LOST), Request.NONE, LONG)
     assert decision.mode == Mode.MISSION
 
 
@@ -161,22 +163,8 @@ def test_late_take_off_and_landing():
     assert fly(in_mode(Mode.LAND), 0.1, reference_done=True, done_time=5.1)[0].mode == Mode.DESCEND
 
 
-def test_compiled_it_decides_the_same():
-    pytest.importorskip("numba")
-    fast, rng = compiled(modes.step), random.Random(2)
-    for _ in range(40):
-        memory = twin = modes.init()
-        for _ in range(50):
-            seen = health(*rng.sample(list(HEALTH), rng.choice([0, 0, 0, 1, 2])))
-            seen = seen._replace(checks_passed=True, reference_done=rng.random() < 0.3)
-            request, dt = rng.choice([0, 0, 1, 2, 3, 4, 5, 6, 7]), rng.choice([DT, LONG])
-            decision, memory = modes.step(PARAMETERS, memory, seen, request, dt)
-            found, twin = fast(PARAMETERS, twin, seen, request, dt)
-            assert (found, twin) == (decision, memory)
-
-
 def test_a_new_battery_ends_what_the_old_one_raised():
-    _, memory = fly(in_mode(Mode.LAND), 0.6, battery=0.1, contact=True)
+    _, memory = fly(in_mode(Mode.LAND), 0.6, battery=0.1, landed=True)
     assert memory.mode == Mode.DISARMED
     decision, _ = fly(memory, DT, Request.ARM, battery=0.1)
     assert (decision.mode, decision.blocked_by) == (Mode.DISARMED, Condition.BATTERY_LOW)
@@ -184,8 +172,16 @@ def test_a_new_battery_ends_what_the_old_one_raised():
 
 
 def test_what_changes_no_mode_is_no_reason():
-    decision, _ = fly(modes.init(), 1.0, contact=True)
+    decision, _ = fly(modes.Memory(), 1.0, landed=True)
     assert (decision.mode, decision.reason) == (Mode.DISARMED, modes.NO_REASON)
     _, memory = fly(in_mode(Mode.HOLD), DT, Request.MISSION)
     decision, _ = fly(memory, 1.0)
     assert (decision.mode, decision.reason) == (Mode.MISSION, modes.ON_REQUEST)
+
+
+def test_a_vehicle_that_holds_for_a_lost_mission_and_is_sent_elsewhere_waits_no_more():
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
+    assert (memory.mode, memory.reason) == (Mode.HOLD, Condition.REFERENCE_LATE)
+    decision, memory = fly(memory, DT, Request.GOTO, reference_age=0.3)
+    assert (decision.mode, decision.answer, decision.reason) == (Mode.HOLD, modes.DONE, modes.ON_REQUEST)
+    assert fly(memory, 5.0, reference_age=100.0)[0].mode == Mode.HOLD

@@ -1,22 +1,34 @@
-"""The room on the disk that arming looks at is that of the recording, wherever the commander itself was started."""
+"""Arming: a good vehicle is armed, and each thing that is wrong is refused by name."""
 
+import math
 import shutil
 from collections import namedtuple
 
 import pytest
+from builtin_interfaces.msg import Time
 
 from quad_commander import preflight
-from quad_commander.parameters import CommanderParameters
+from quad_commander.parameters import CommanderParameters, Fence
 from quad_core.flight_parameters import FlightParameters
-from quad_core.types import Quat, Vec3, VehicleState
-from quad_msgs.msg import NodeStatus
+from quad_core.geometry import quaternion_from_euler
+from quad_core.types import Vec3, VehicleState
+from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
 Usage = namedtuple("Usage", "free")
+GOOD = VehicleState()
+PLAN = {
+    "low": [-1.0, -1.0, 0.0],
+    "high": [1.0, 1.0, 3.0],
+    "speed": 2.0,
+    "acceleration": 1.5,
+    "tilt": 0.2,
+    "end": Time(sec=60),
+}
 
 
 @pytest.fixture
-def disks(monkeypatch, tmp_path):
+def disk(monkeypatch, tmp_path):
     """Return a folder whose disk has 40 GB free; every other one has 0.5 GB."""
     card = tmp_path / "card"
     card.mkdir()
@@ -27,40 +39,117 @@ def disks(monkeypatch, tmp_path):
     return card
 
 
-def test_the_disk_of_the_recording_counts(disks):
-    (disks / "flights").mkdir()
-    assert preflight.free_space(str(disks / "flights")) == 40.0
-
-
-def test_a_folder_that_is_still_to_be_made_lies_where_its_nearest_parent_does(disks):
-    assert preflight.free_space(str(disks / "2026" / "bag")) == 40.0
+def test_the_disk_of_the_recording_counts(disk, monkeypatch):
+    (disk / "flights").mkdir()
+    assert preflight.free_space(str(disk / "flights")) == 40.0
+    assert preflight.free_space(str(disk / "2026" / "bag")) == 40.0, "the nearest parent that is there"
     assert preflight.free_space("elsewhere/bag") == 0.5
-
-
-def test_without_a_name_it_is_the_folder_in_which_the_node_runs(disks, monkeypatch):
-    assert preflight.free_space("") == 0.5
-    monkeypatch.chdir(disks)
+    assert preflight.free_space("") == 0.5, "the folder in which the node runs"
+    monkeypatch.chdir(disk)
     assert preflight.free_space("") == 40.0
 
 
-SAMPLE = Sample(500, 1_000_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
-
-
 @pytest.fixture
-def looked_at():
-    return preflight.Preflight(FlightParameters(run_id="a1"), CommanderParameters())
+def refusals(disk):
+    """Return a function that gives the reasons after a second on the ground, with what is told being wrong."""
+
+    def look(state=GOOD, run_id="a1", nodes=(), plans=(PLAN,), drift=0.0, folder=disk, **changed):
+        seen = {"setpoints": 100, "wrenches": 500, "states": 500, "publishers": 1, "battery": 0.9, "autopilot": None}
+        seen |= changed
+        looked = preflight.Preflight(FlightParameters(run_id=run_id), CommanderParameters(recordings=str(folder)))
+        sample = Sample(500, 1_000_000_000, state, 0.01)
+        looked.begin(sample._replace(step=0), 0)
+        for status in ({"role": "position_controller", "period_steps": 5}, {"role": "attitude_controller"}, *nodes):
+            known = {"node": f"/{status['role']}", "run_id": "a1", "interface_hash": "f00d", "period_steps": 1}
+            looked.on_node(NodeStatus(**{**known, **status}))
+        for plan in plans:
+            looked.on_plan(FlightPlan(**plan), flying=False)
+        for topic, count in (("attitude_setpoint", seen["setpoints"]), ("wrench_setpoint", seen["wrenches"])):
+            for _ in range(count):
+                looked.count(topic)
+        for step in range(0, 501, 5):
+            moved = state._replace(p_w=Vec3(drift * step * 0.002, 0.0, 0.0))
+            looked.note(sample._replace(step=step, state=moved))
+        return looked.refusals(sample, seen["states"], lambda _: seen["publishers"], seen["battery"], seen["autopilot"])
+
+    return look
 
 
-def seen(looked_at):
-    return looked_at.observed(SAMPLE, 100, lambda _topic: 1, 40.0, None)
+def test_a_good_vehicle_is_armed(refusals):
+    assert refusals() == []
+    assert refusals(battery=None) == []
+    assert refusals(plans=(PLAN, PLAN)) == [], "the same plan again is no second one"
 
 
-def test_who_names_no_run_is_nobody(looked_at):
-    looked_at.on_node(NodeStatus(node="/x", role="recorder", state=NodeStatus.FAULT, period_steps=5))
-    found = seen(looked_at)
-    assert (found.run_ids, found.interface_hashes, found.faulty_nodes) == (("a1",), (), ())
+def tilted(degrees):
+    return GOOD._replace(q_wb=quaternion_from_euler(Vec3(math.radians(degrees), 0.0, 0.0)))
 
 
-def test_a_node_without_a_period_has_no_rate(looked_at):
-    looked_at.on_node(NodeStatus(node="/x", role="position_controller", run_id="a1"))
-    assert [stream.expected_rate for stream in seen(looked_at).streams] == [0.0, 0.0]
+def plan(**changes):
+    return {"plans": ({**PLAN, **changes},)}
+
+
+@pytest.mark.parametrize(("changes", "reason"), [
+    ({"run_id": "", "nodes": ()}, "flight.run_id is empty"),
+    ({"nodes": [{"role": "x", "run_id": "b2"}]}, "run ids: found 'b2' too, expected 'a1' alone"),
+    ({"nodes": [{"role": "x", "interface_hash": "beef"}]}, "interface hashes: found 2 different ones"),
+    ({"nodes": [{"role": "trajectory", "state": NodeStatus.FAULT}]}, "trajectory: found FAULT"),
+    ({"setpoints": 79}, "attitude_setpoint: found 79.0 Hz, expected 80.0 to 120.0 Hz"),
+    ({"wrenches": 601}, "wrench_setpoint: found 601.0 Hz, expected 400.0 to 600.0 Hz"),
+    ({"states": 105}, "state: found samples 9.52 ms apart, expected 1.00 to 4.00 ms"),
+    ({"states": 1100}, "state: found samples 0.91 ms apart"),
+    ({"state": tilted(15.1)}, "tilt: found 15.1 deg, expected less than 15.0 deg"),
+    ({"drift": 0.11}, "state: found an estimate that moves, while the vehicle stands, at 0.11 m/s"),
+    ({"drift": math.nan}, "state: found an estimate that moves, while the vehicle stands, at nan m/s"),
+    ({"state": GOOD._replace(omega_b=Vec3(0.11, 0.0, 0.0))}, "body rate: found 0.11 rad/s"),
+    ({"state": GOOD._replace(ground_z=3.0)}, "plan: found it outside the fence at (-1.0, -1.0, 0.0) m"),
+    ({"battery": 0.29}, "battery: found 29 %, expected at least 30 %"),
+    ({"folder": "elsewhere"}, "disk: found 0.50 GB free"),
+    ({"plans": ()}, "plan: found none"),
+    ({"plans": (PLAN, {**PLAN, "speed": 1.0})}, "plan: found 2 different ones"),
+    (plan(high=[0.0, 0.0, 121.0]), "plan: found it outside the fence at (0.0, 0.0, 121.0) m"),
+    (plan(speed=10.1), "plan: found a speed of 10.10 m/s, expected at most 10.00 m/s"),
+    (plan(acceleration=math.inf), "plan: found an acceleration of inf m/s^2"),
+    (plan(tilt=0.9), "plan: found a tilt of 0.90 rad"),
+    (plan(end=Time(sec=1_000_000_000)), "plan: found a duration of 1000000000.00 s"),
+    (plan(end=Time(sec=-1)), "plan: found a duration of -1.00 s"),
+    ({"autopilot": AutopilotStatus(mode="STABILIZED", reasons="no GPS")}, "autopilot: found it disarmed in STABILIZED"),
+])  # fmt: skip
+def test_each_fault_is_refused_by_name(refusals, changes, reason):
+    found = [text for text in refusals(**changes) if changes.get("run_id") != "" or not text.startswith("run ids")]
+    assert len(found) == 1
+    assert found[0].startswith(reason)
+
+
+def test_all_reasons_are_named_at_once(refusals):
+    assert len(refusals(state=tilted(40.0), battery=0.0, folder="elsewhere", plans=(), publishers=2)) == 6
+    fast = refusals(state=GOOD._replace(v_w=Vec3(0.11, 0.0, 0.0)))
+    assert [text.partition(":")[0] for text in fast] == ["speed", "state"], "it moves, and so does the estimate"
+
+
+def test_who_names_no_run_is_nobody(refusals):
+    assert refusals(nodes=[{"role": "recorder", "run_id": "", "state": NodeStatus.FAULT}]) == []
+
+
+def test_a_node_without_a_period_has_no_rate(refusals):
+    (found,) = refusals(nodes=[{"role": "position_controller", "period_steps": 0}])
+    assert found == "attitude_setpoint: found 100.0 Hz, expected 0.0 to 0.0 Hz"
+
+
+def test_an_autopilot_sends_states_at_its_own_rate(refusals):
+    armed = AutopilotStatus(armed=True)
+    assert refusals(autopilot=armed, states=100, wrenches=100) == []
+    assert len(refusals(autopilot=armed, states=100, wrenches=300)) == 1
+
+
+@pytest.mark.parametrize(("position", "ground", "is_outside"), [
+    (Vec3(0.0, 0.0, 0.0), 0.0, False),
+    (Vec3(100.0, -100.0, 50.0), 0.0, False),
+    (Vec3(100.1, 0.0, 0.0), 0.0, True),
+    (Vec3(0.0, 0.0, -1.1), 0.0, True),
+    (Vec3(0.0, math.nan, 0.0), 0.0, True),
+    (Vec3(0.0, 0.0, -13.0), -13.2, False),
+    (Vec3(0.0, 0.0, 107.0), -13.2, True),
+])  # fmt: skip
+def test_the_fence_is_a_box_above_the_ground_and_what_is_not_a_number_is_outside(position, ground, is_outside):
+    assert Fence().excludes(position, ground) == is_outside

@@ -1,7 +1,6 @@
 """References of the modes: no step in p, v, a at any change of mode, within limits, always to rest."""
 
 import math
-import random
 
 import pytest
 from hypothesis import assume, given, settings
@@ -10,7 +9,6 @@ from hypothesis import strategies as st
 from quad_commander import references as refs
 from quad_commander.mode_table import Mode
 from quad_commander.references import AxisLimits, ReferenceLimits
-from quad_core.compilation import compiled
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 
@@ -99,6 +97,20 @@ def test_each_mode_ends_at_rest_where_it_should(start, mode):
         assert last.p_w.z <= GROUND - LIMITS.landing_depth
 
 
+@given(points, st.builds(refs.Place, *(st.floats(-90.0, 90.0),) * 3, st.none() | st.floats(-6.0, 6.0)))
+def test_the_way_to_a_place_is_within_the_limits_and_ends_there(start, place):
+    plan = refs.plan_mode(LIMITS, Mode.HOLD, start, GROUND, HEIGHT, place)
+    for number in range(101):
+        assert_within(start, refs.sample(plan, plan.duration * number / 100.0), limits_of(Mode.HOLD))
+    last = refs.sample(plan, plan.duration)
+    assert last.p_w == pytest.approx(place[:3])
+    assert (last.v_w, last.a_w, last.yaw_rate) == (ZERO, ZERO, 0.0)
+    if place.yaw is not None:
+        assert math.cos(last.yaw - place.yaw) == pytest.approx(1.0)
+        stop = refs.sample(refs.plan_mode(LIMITS, Mode.HOLD, start, GROUND, HEIGHT), 1e9).yaw
+        assert abs(last.yaw - stop) <= math.pi + 1e-9, "the short way"
+
+
 def test_take_off_and_landing_from_rest_go_straight_up_and_down():
     start = TrajectoryPoint(0.0, Vec3(3.0, -2.0, 0.0), ZERO, ZERO, ZERO, ZERO, 0.7, 0.0, 0.0)
     up = refs.plan_mode(LIMITS, Mode.TAKEOFF, start, GROUND, HEIGHT)
@@ -156,7 +168,7 @@ def ruckig_duration(p, v, a, target, bound):
 @given(st.floats(-10.0, 10.0), st.floats(-2.0, 2.0))
 def test_stops_are_as_quick_as_ruckigs(v, a):
     bound = AxisLimits(1.0, 2.0, 6.0)
-    plan = refs.stopped(bound, 0.0, v, a)
+    plan = refs.stopped(bound, refs.Motion(0.0, v, a))
     duration, end = ruckig_duration(0.0, v, a, None, bound)
     assert plan.duration == pytest.approx(duration, abs=1e-6)
     assert plan.end == pytest.approx(end, abs=1e-5)
@@ -165,26 +177,8 @@ def test_stops_are_as_quick_as_ruckigs(v, a):
 @given(st.floats(1e-6, 30.0), st.floats(0.3, 3.0), st.floats(0.3, 5.0), st.floats(1.0, 20.0))
 def test_ways_from_rest_to_rest_are_as_quick_as_ruckigs(way, speed, acceleration, jerk):
     bound = AxisLimits(speed, acceleration, jerk)
-    plan = refs.moved(bound, refs.stopped(bound, 0.0, 0.0, 0.0), way)
+    plan = refs.moved(bound, refs.stopped(bound, refs.Motion(0.0, 0.0, 0.0)), way)
     duration, _ = ruckig_duration(0.0, 0.0, 0.0, way, bound)
     assert plan.duration == pytest.approx(duration, rel=1e-6)
     last = refs.at(plan, plan.duration * (1.0 - 1e-12))
     assert last.p == pytest.approx(way, rel=1e-6, abs=1e-9)
-
-
-def test_compiled_it_gives_the_same_bits():
-    pytest.importorskip("numba")
-    plan_mode, sample = compiled(refs.plan_mode), compiled(refs.sample)
-    rng = random.Random(3)
-
-    def draw(bound):
-        return Vec3(*(rng.uniform(-bound, bound) for _ in range(3)))
-
-    for _ in range(200):
-        start = TrajectoryPoint(0.0, draw(50.0), draw(5.0), draw(8.0), ZERO, ZERO, *draw(2.0))
-        mode = int(rng.choice(OWN))
-        plan = refs.plan_mode(LIMITS, mode, start, GROUND, HEIGHT)
-        assert plan_mode(LIMITS, mode, start, GROUND, HEIGHT) == plan
-        for _ in range(10):
-            time = rng.uniform(0.0, 1.1 * plan.duration)
-            assert sample(plan, time) == refs.sample(plan, time)
