@@ -22,8 +22,7 @@ from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_node import topics
-from quad_node.executor import init, spin
-from quad_node.scheduling import settle
+from quad_node.executor import init, settle, spin
 
 PERIOD = 2_000_000
 SLOW = 5

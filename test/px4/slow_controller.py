@@ -4,8 +4,8 @@ import sys
 import time
 
 from quad_core.cascade import ATTITUDE
-from quad_node.law_node import LawNode
 from quad_node.main import run
+from quad_node.responder import LawNode
 
 PAUSE = float(sys.argv.pop(1))
 

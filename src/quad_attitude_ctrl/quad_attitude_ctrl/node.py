@@ -8,8 +8,8 @@ A standby also has flight/takeover; topics that every node has: ``quad_node.flig
 import sys
 
 from quad_core.cascade import ATTITUDE
-from quad_node.law_node import LawNode
 from quad_node.main import run
+from quad_node.responder import LawNode
 
 
 def make() -> LawNode:

@@ -12,9 +12,9 @@ from rclpy.task import Future
 
 from quad_core.cascade import POSITION, STAGES
 from quad_core.parameters import ParameterError
-from quad_node import executor, parameters, scheduling, shutdown
+from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
-from quad_node.law_node import LawNode
+from quad_node.responder import LawNode
 
 NAME = "one_process"
 FAILED = 1
@@ -71,7 +71,7 @@ def run(args: list[str]) -> int:
 def destroy(nodes: list[FlightNode], code: int) -> None:
     """Destroy the nodes; if one hangs, the process ends with ``code``."""
     while nodes:
-        shutdown.destroy(nodes.pop(), code)
+        executor.destroy(nodes.pop(), code)
 
 
 def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
@@ -82,7 +82,7 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
     """
     halted = Future()
     executor.on_signals(stop, halted, nodes[0].on_signal)
-    nodes[0].scheduled(scheduling.settle(nodes[0].priority))
+    nodes[0].scheduled(executor.settle(nodes[0].priority))
     spinner = executor.make_executor()
     for node in nodes:
         spinner.add_node(node)

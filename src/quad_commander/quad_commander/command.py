@@ -22,7 +22,7 @@ from quad_commander.mode_table import Request
 from quad_commander.references import Place
 from quad_core.parameters import radians_of
 from quad_msgs.msg import FlightMode, FlightRequest
-from quad_node import shutdown, topics
+from quad_node import executor, topics
 from quad_node.middleware import close_unless_asked
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
@@ -97,7 +97,7 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
         answer = asker.answer
         asker.settle()
     finally:
-        shutdown.destroy(asker, _HUNG)
+        executor.destroy(asker, _HUNG)
     if answer is None:
         return NO_ANSWER, f"flight/mode: found no answer within {patience:g} s, expected one"
     if answer.answer == FlightMode.REFUSED:

@@ -28,9 +28,8 @@ from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links
 from quad_node.codec import head_of, packer
 from quad_node.conversion import set_stamp
-from quad_node.inputs import Arrival, InputTopic
 from quad_node.main import run
-from quad_node.responder import Responder, Sample
+from quad_node.responder import Arrival, InputTopic, Responder, Sample
 
 SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
 _CHECKS_EVERY = 0.3  # s

@@ -9,10 +9,10 @@ without ROS, compiled) runs this in its place, so that all give the same bits.
 from collections.abc import Callable
 from functools import cache
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 from quad_core.prediction import Known, Prediction, Shown, predict, unknown
-from quad_core.records import field_kinds
+from quad_core.records import field_kinds, referable
 from quad_core.rotor_lead import Given, LeadShown, RotorLead, ahead_of_rotors
 
 COMPENSATIONS = ("prediction", "rotor_lead")
@@ -43,9 +43,12 @@ def compensated(law: ModuleType, inputs: type[Any], names: frozenset[str], predi
     title = "_".join(name for name in COMPENSATIONS if name in names)
     suffix = f"{law.__name__}_{title}"
     module = ModuleType(f"{law.__name__}[{title}]", __doc__)
-    memory_kind, shown_kind = _kind("Memory", suffix, first), _kind("Internals", suffix, internals)
+    memory_kind, shown_kind = (
+        referable("Memory", suffix, first, __name__),
+        referable("Internals", suffix, internals, __name__),
+    )
     vars(module).update(
-        Parameters=_kind("Parameters", suffix, parameters),
+        Parameters=referable("Parameters", suffix, parameters, __name__),
         Memory=memory_kind,
         Internals=shown_kind,
         COMPILES=getattr(law, "COMPILES", True),
@@ -99,12 +102,3 @@ def _init(law: Function, memory_kind: Any, others: list[Any]) -> Function:
         return memory_kind(law(parameters.law, vehicle), *(unknown() if kind is Known else kind() for kind in others))
 
     return init
-
-
-def _kind(name: str, suffix: str, kinds: dict[str, type[Any]]) -> type[Any]:
-    """Return a NamedTuple that pickles by reference: else Numba's file cache never knows it again."""
-    made: type[Any] = NamedTuple(name, list(kinds.items()))  # type: ignore[misc]
-    made.__module__ = __name__
-    made.__qualname__ = f"{name}_{suffix.replace('.', '_')}"
-    globals()[made.__qualname__] = made
-    return made

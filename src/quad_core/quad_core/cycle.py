@@ -4,7 +4,7 @@ Time is counted in plant steps of integer nanoseconds; seconds are made here and
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from quad_core.geometry import ZERO, dot
@@ -166,6 +166,12 @@ def followed(behind: Behind, distance: float, stamp_ns: int) -> Behind:
     if infeasible < 0 and (stamp_ns - behind.nearer_ns) / 1e9 > INFEASIBLE_TIME:
         infeasible = stamp_ns
     return Behind(behind.since_ns, behind.nearer_ns, behind.least, infeasible)
+
+
+def numbers_finite(numbers: Sequence[float]) -> bool:
+    """Return whether all numbers of a flat sequence are finite."""
+    # one sum is enough but for finite numbers that overflow it
+    return math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))
 
 
 Check = Callable[[Any], bool]

@@ -3,8 +3,8 @@
     step = round((stamp - origin) / plant period)
     v    = slope of p, w_b = slope of the rotation vector, both by least squares over the last WINDOW s, age WINDOW / 2
 
-A twist is held against these slopes. One that does not fit is named, with the mistake that would explain it, and from
-then on the slopes take its place. A position that jumps is a reset: what it jumped by is taken off again, so that the
+A twist is held against these slopes. One that does not fit is named, with the twist that would, and from then on the
+slopes take its place. A position that jumps is a reset: what it jumped by is taken off again, so that the
 states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted.
 """
 
@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, negate, norm, relative_attitude, rotate, rotate_inverse, scale, subtract
+from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, scale, subtract
 from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
@@ -208,13 +208,13 @@ class Estimator:
             wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
             if self._lasts("velocity", wrong, time, 0.5 * CHECK):
                 self.derives_velocity = True
-                self._name("linear", found, true.v_w, "m/s", linear_mistakes(samples))
+                self._name("linear", found, true.v_w, "m/s")
         if samples[-1].twist_angular is not None and not self.derives_rate:
             found = _mean([one.twist_angular or ZERO for one in samples])
             wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
             if self._lasts("rate", wrong, time, 0.0):
                 self.derives_rate = True
-                self._name("angular", found, true.omega_b, "rad/s", angular_mistakes(samples))
+                self._name("angular", found, true.omega_b, "rad/s")
 
     def _lasts(self, what: str, wrong: bool, time: float, patience: float) -> bool:
         if not wrong:
@@ -222,13 +222,11 @@ class Estimator:
             return False
         return time - self._misfit_since.setdefault(what, time) >= patience
 
-    def _name(self, part: str, found: Vec3, true: Vec3, unit: str, mistakes: dict[str, Vec3]) -> None:
-        off = {name: norm(subtract(value, true)) for name, value in mistakes.items()}
-        best = min(off, key=lambda name: off[name])
-        why = f": {best}" if off[best] < 0.5 * norm(subtract(found, true)) else ""
+    def _name(self, part: str, found: Vec3, true: Vec3, unit: str) -> None:
         text = (
             f"twist.{part} does not fit the change of pose: found {_shown(found)} {unit}, the pose changes by "
-            f"{_shown(true)} {unit}{why}; from now on it is derived from the pose, {1e3 * 0.5 * WINDOW:.0f} ms old"
+            f"{_shown(true)} {unit}; expected {unit} in the body frame (REP 105), FLU axes; from now on it is derived "
+            f"from the pose, {1e3 * 0.5 * WINDOW:.0f} ms old"
         )
         self._say("wrong_twist", text)
 
@@ -260,33 +258,6 @@ def slope(seen: Sequence[_Seen]) -> Slope:
         v = add(v, scale(share, one.sample.p_w))
         w = add(w, scale(share, _rotation(relative_attitude(newest.sample.q_wb, one.sample.q_wb))))
     return Slope(v, w, newest.time - middle)
-
-
-def linear_mistakes(samples: Sequence[Sample]) -> dict[str, Vec3]:
-    """Return {mistake: mean world velocity in m/s that the samples mean if it was made}."""
-    given = [(one.q_wb, one.twist_linear or ZERO) for one in samples]
-    return {
-        "it looks as if it was in the world frame, expected the body frame (REP 105)": _mean([v for _, v in given]),
-        "it looks as if its sign was wrong": _mean([negate(rotate(q, v)) for q, v in given]),
-        "it looks as if it was in FRD axes, expected FLU": _mean([rotate(q, Vec3(v.x, -v.y, -v.z)) for q, v in given]),
-        "it looks as if it was in the NED world, expected the body frame": _mean(
-            [Vec3(v.y, v.x, -v.z) for _, v in given]
-        ),
-    }
-
-
-def angular_mistakes(samples: Sequence[Sample]) -> dict[str, Vec3]:
-    """Return {mistake: mean body rate in rad/s that the samples mean if it was made}."""
-    given = [(one.q_wb, one.twist_angular or ZERO) for one in samples]
-    degree = math.radians(1.0)
-    return {
-        "it looks as if it was in deg/s, expected rad/s": _mean([scale(degree, w) for _, w in given]),
-        "it looks as if its sign was wrong": _mean([negate(w) for _, w in given]),
-        "it looks as if it was in the world frame, expected the body frame": _mean(
-            [rotate_inverse(q, w) for q, w in given]
-        ),
-        "it looks as if it was in FRD axes, expected FLU": _mean([Vec3(w.x, -w.y, -w.z) for _, w in given]),
-    }
 
 
 def _mean(vectors: Sequence[Vec3]) -> Vec3:

@@ -13,10 +13,11 @@ The vehicle's owner keeps ``LiftOff`` and marks each state; all else follows fro
 
 from collections.abc import Callable
 from functools import cache
-from types import FunctionType, ModuleType
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from quad_core.geometry import ZERO, add, euler_from_quaternion, norm, quaternion_from_euler, scale
+from quad_core.records import referable
 from quad_core.types import AttitudeInputs, AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState
 
 CLEAR = 0.7
@@ -137,70 +138,60 @@ def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> 
     return PositionInputs(inputs.state, moved, inputs.actuation)
 
 
-def _unbound(*_: Any) -> Any:
-    raise RuntimeError("bound by lifting")
-
-
-law_step: Callable[..., Any] = _unbound
-as_on_ground: Callable[..., Any] = _unbound
-Memory: Any = None
-
-
-def _step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
-    """Return output, memory and internals of one step of ``dt`` s; on the ground the memory stays as it is."""
-    if not inputs.state.on_ground:
-        return law_step(parameters, vehicle, memory, inputs, dt)
-    output, _, internals = law_step(parameters, vehicle, memory, as_on_ground(inputs), dt)
-    return output, memory, internals
-
-
-def _position_step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
-    """Do as ``_step``; what the vehicle was carried aside on the way up is taken back by and by, not in one step."""
-    if inputs.state.on_ground:
-        distance, speed = apart(inputs)
-        output, law, internals = law_step(parameters, vehicle, memory.law, straight_up(inputs), dt)
-        return output, Memory(memory.law, distance, speed, True), internals
-    if not memory.returns:
-        output, law, internals = law_step(parameters, vehicle, memory.law, inputs, dt)
-        return output, Memory(law, memory.distance, memory.speed, False), internals
-    pull = add(scale(-RETURN * RETURN, memory.distance), scale(-2.0 * RETURN, memory.speed))
-    seen = shifted(inputs, memory.distance, memory.speed, pull)
-    output, law, internals = law_step(parameters, vehicle, memory.law, seen, dt)
-    speed = add(memory.speed, scale(dt, pull))
-    distance = add(memory.distance, scale(dt, speed))
-    returns = norm(distance) > RETURNED or norm(speed) > RETURNED
-    return output, Memory(law, distance, speed, returns), internals
-
-
 @cache
 def lifting(law: ModuleType, inputs: type[Any]) -> ModuleType:
     """Return the module of ``law`` whose ``step`` lifts the vehicle straight up while its state is on the ground.
 
-    ``inputs`` is the class of what the law's stage takes. Whoever runs it gives it the law's first memory there.
+    ``inputs`` is the class of what the law's stage takes. What runs it gives it the law's first memory there.
     """
     module = ModuleType(f"{law.__name__}[lift_off]", law.__doc__)
     vars(module).update({name: value for name, value in vars(law).items() if not name.startswith("__")})
-    text, scope = _step, {**globals(), "law_step": law.step, "as_on_ground": level}
     if inputs is PositionInputs:
-        kind = _memory(law)
-        text, scope["Memory"], module.Memory = _position_step, kind, kind  # type: ignore[attr-defined]
-        vars(module)["init"] = lambda parameters, vehicle: kind(law.init(parameters, vehicle), ZERO, ZERO, False)
-    elif inputs is not AttitudeInputs:
-        scope["as_on_ground"] = _unchanged
-    step = FunctionType(text.__code__, scope, "step")
-    step.__doc__, step.__module__, step.__qualname__ = text.__doc__, __name__, f"step[{law.__name__}]"
-    vars(module)["step"] = step
+        fields = {"law": law.Memory, "distance": Vec3, "speed": Vec3, "returns": bool}
+        kind: Any = referable("Memory", f"{law.__name__}_lifted", fields, __name__)
+        vars(module).update(
+            Memory=kind,
+            init=lambda parameters, vehicle: kind(law.init(parameters, vehicle), ZERO, ZERO, False),
+            step=_position_step(law.step, kind),
+        )
+    else:
+        vars(module)["step"] = _step(law.step, level if inputs is AttitudeInputs else _unchanged)
     return module
+
+
+def _step(law: Callable[..., Any], as_on_ground: Callable[[Any], Any]) -> Callable[..., Any]:
+    """Return ``step`` of a law that sees what ``as_on_ground`` gives, and whose memory stays as it is there."""
+
+    def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        if not inputs.state.on_ground:
+            return law(parameters, vehicle, memory, inputs, dt)
+        output, _, internals = law(parameters, vehicle, memory, as_on_ground(inputs), dt)
+        return output, memory, internals
+
+    return step
+
+
+def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
+    """Return ``step`` that takes back by and by, not in one step, what the vehicle was carried aside on the way up."""
+
+    def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        if inputs.state.on_ground:
+            distance, speed = apart(inputs)
+            output, own, internals = law(parameters, vehicle, memory.law, straight_up(inputs), dt)
+            return output, kind(memory.law, distance, speed, True), internals
+        if not memory.returns:
+            output, own, internals = law(parameters, vehicle, memory.law, inputs, dt)
+            return output, kind(own, memory.distance, memory.speed, False), internals
+        pull = add(scale(-RETURN * RETURN, memory.distance), scale(-2.0 * RETURN, memory.speed))
+        seen = shifted(inputs, memory.distance, memory.speed, pull)
+        output, own, internals = law(parameters, vehicle, memory.law, seen, dt)
+        speed = add(memory.speed, scale(dt, pull))
+        distance = add(memory.distance, scale(dt, speed))
+        returns = norm(distance) > RETURNED or norm(speed) > RETURNED
+        return output, kind(own, distance, speed, returns), internals
+
+    return step
 
 
 def _unchanged(inputs: Any) -> Any:
     return inputs
-
-
-def _memory(law: ModuleType) -> Any:
-    """Return the memory around that of ``law``: a class that pickles by reference, for Numba's file cache."""
-    fields = [("law", law.Memory), ("distance", Vec3), ("speed", Vec3), ("returns", bool)]
-    kind: Any = NamedTuple("Memory", fields)  # type: ignore[misc]
-    kind.__module__, kind.__qualname__ = __name__, f"Memory_{law.__name__.replace('.', '_')}"
-    globals()[kind.__qualname__] = kind
-    return kind

@@ -4,7 +4,7 @@ A value is a number (float, int, bool) or a NamedTuple of values. Its leaves are
 are its fields, of which a Vec3 is one of shape (3,), as in the messages.
 """
 
-import math
+import sys
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -59,6 +59,15 @@ def joined(name: str, *kinds: type[Any]) -> type[Any]:
     return made
 
 
+def referable(name: str, suffix: str, kinds: dict[str, type[Any]], module: str) -> type[Any]:
+    """Return a NamedTuple class that pickles by reference, as ``name``_``suffix`` of ``module``, for Numba's cache."""
+    made: type[Any] = NamedTuple(name, list(kinds.items()))  # type: ignore[misc]
+    made.__module__ = module
+    made.__qualname__ = f"{name}_{suffix.replace('.', '_')}"
+    setattr(sys.modules[module], made.__qualname__, made)
+    return made
+
+
 def flattener(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]]:
     """Return a function from a value to its numbers in the order of ``leaves``."""
     names = [leaf.name for leaf in leaves(kind)]
@@ -82,28 +91,6 @@ def builder(kind: type[Any]) -> Callable[[Sequence[Any]], Any]:
     if all(inner is None for inner, _, _ in plan):
         return make  # type: ignore[no-any-return]
     return lambda numbers: make([numbers[at] if inner is None else inner(numbers[at:end]) for inner, at, end in plan])
-
-
-def numbers_finite(numbers: Sequence[Any]) -> bool:
-    """Return whether all numbers of a flat sequence are finite."""
-    # one sum is enough but for finite numbers that overflow it
-    return math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))
-
-
-def all_finite(value: Any) -> bool:
-    """Return whether every number of a value is finite; works for any (nested) tuple of numbers."""
-    return math.isfinite(_total(value)) or _each_finite(value)
-
-
-def _total(value: Any) -> float:
-    total = 0.0
-    for part in value:
-        total += _total(part) if isinstance(part, tuple) else part
-    return total
-
-
-def _each_finite(value: Any) -> bool:
-    return all(_each_finite(part) if isinstance(part, tuple) else math.isfinite(part) for part in value)
 
 
 def columns(kind: type[Any]) -> tuple[Column, ...]:

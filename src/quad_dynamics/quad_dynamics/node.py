@@ -6,7 +6,7 @@ Publishes: state (VehicleState), truth (VehicleState), actuation (Actuation), di
 odom (Odometry), clock (Clock), flight/state (FlightState), flight/guard (GuardStatus).
 With a commander it subscribes also: flight/mode (FlightMode).
 With a commander it publishes also: flight/request (FlightRequest).
-In real time it watches the setpoints' age as well (``quad_node.setpoint_watch``). Topics that every node has:
+In real time it watches the setpoints' age as well (``quad_node.command_link``). Topics that every node has:
 ``quad_node.flight_node``.
 """
 

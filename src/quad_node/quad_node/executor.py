@@ -1,9 +1,21 @@
-"""The executor of all nodes, and how a process ends."""
+"""The process of a node: its scheduling, its executor, its signals and its end.
 
+Fast DDS 2.14 can hang for ever in the destructor of a participant when another participant leaves at the same moment:
+it waits, with a time limit that overflows, for callbacks that need a lock which it holds. rclpy holds the interpreter's
+lock meanwhile, so that neither a thread nor a signal handler of Python runs. Therefore ``destroy`` has a limit.
+"""
+
+import ctypes
+import gc
+import os
 import signal
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -16,6 +28,9 @@ from quad_node.middleware import close_unless_asked
 
 # Without a finite timeout the EventsExecutor of the rclpy wheels hangs; a day is longer than any flight.
 SPIN_TIMEOUT = 86_400.0
+_TASKS = Path("/proc/self/task")
+PATIENCE = 5  # s; destroying a node takes a tenth of one
+_CLOCK_MONOTONIC, _SIGEV_THREAD = 1, 2
 
 
 def make_executor(kind: str = "events") -> Executor:
@@ -75,3 +90,68 @@ def on_signals(stop: "list[str]", done: Future, goes_on: Callable[[str], bool] |
         signal.signal(number, handler)
     if stop and not done.done():
         done.set_result(None)
+
+
+def settle(priority: int, aside: bool = False) -> str:
+    """Ready this process for a flight; returns why the system refused, empty if it did not.
+
+    ``priority``: of SCHED_FIFO for all threads of the process, 0: as it is. ``aside``: no node waits for this process;
+    without a priority, a message that wakes it then does not take the core from its sender.
+    """
+    # What was made so far stays for the flight: collecting it again and again costs stalls of milliseconds.
+    gc.collect()
+    gc.freeze()
+    refused = _schedule("SCHED_FIFO", priority) if priority > 0 else ""
+    if aside and (refused or priority == 0):
+        return _schedule("SCHED_BATCH", 0)
+    return refused
+
+
+def _schedule(policy: str, priority: int) -> str:
+    if not (hasattr(os, policy) and _TASKS.is_dir()):
+        return f"this system has no {policy}"
+    try:
+        for task in _TASKS.iterdir():
+            with suppress(ProcessLookupError):  # a thread that has just ended
+                os.sched_setscheduler(int(task.name), getattr(os, policy), os.sched_param(priority))
+    except PermissionError:
+        return f"{policy} {priority}: not permitted, see ulimit -r"
+    return ""
+
+
+class _Event(ctypes.Structure):
+    """Glibc's ``sigevent``: call ``function`` with ``value`` in a thread of its own."""
+
+    _fields_ = (
+        ("value", ctypes.c_longlong),
+        ("signal", ctypes.c_int),
+        ("notify", ctypes.c_int),
+        ("function", ctypes.c_void_p),
+        ("attributes", ctypes.c_void_p),
+        ("padding", ctypes.c_char * 32),
+    )
+
+
+def destroy(node: Node, exit_code: int) -> None:
+    """Destroy ``node``; a process that hangs meanwhile ends with ``exit_code``. No executor may spin it any more."""
+    with limited(exit_code):
+        node.destroy_node()
+
+
+@contextmanager
+def limited(exit_code: int, patience: int = PATIENCE) -> Iterator[None]:
+    """End the process with ``exit_code`` if the body takes longer than ``patience`` s; only on Linux with glibc."""
+    timer = ctypes.c_void_p()
+    libc: Any = ctypes.CDLL(None) if sys.platform == "linux" else None
+    armed = False
+    if libc is not None and hasattr(libc, "timer_create"):
+        end = ctypes.cast(libc._exit, ctypes.c_void_p)
+        event = _Event(exit_code, 0, _SIGEV_THREAD, end)
+        if libc.timer_create(_CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0:
+            once = (ctypes.c_long * 4)(0, 0, patience, 0)
+            armed = libc.timer_settime(timer, 0, ctypes.byref(once), None) == 0
+    try:
+        yield
+    finally:
+        if armed:
+            libc.timer_delete(timer)

@@ -10,6 +10,7 @@ In lockstep the plant waits for a controller that does not answer, and the guard
 """
 
 import time
+from contextlib import suppress
 from typing import Any
 
 from rclpy.publisher import Publisher
@@ -23,7 +24,7 @@ from quad_node.codec import MALFORMED, head_of, unpack_wrench
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
-from quad_node.sequence_filter import LARGEST_GAP
+from quad_node.state_filter import LARGEST_GAP
 
 _NEVER = 2**62
 
@@ -43,28 +44,12 @@ class StageNode(FlightNode):
     inside: list[Publisher]
 
 
-class Single:
-    """A controller without a standby, or a shadow. ``flies``: other nodes wait for it."""
-
-    def __init__(self, node: StageNode) -> None:
-        """Compute; a shadow's answers are not flown."""
-        self.node = node
-        self.flies = not node.shadow
-
-    def comes_late(self, step: int) -> bool:  # noqa: ARG002
-        """Return whether to take part from ``step`` on: a controller would fly with an empty memory."""
-        return self.node.shadow
-
-    def before(self, step: int) -> None:
-        """Decide which controller flies, before the answer to ``step`` is sent."""
-
-
-class HotStandby(Single):
-    """One of two controllers of a stage: it flies, or it stands by."""
+class HotStandby:
+    """One of two controllers of a stage. ``flies``: it is the one that flies; otherwise it stands by."""
 
     def __init__(self, node: StageNode) -> None:
         """Subscribe to takeovers and to the other's answers; offer the service `<role>/take_over`."""
-        super().__init__(node)
+        self.node, self.flies = node, not node.shadow
         stage = node.stage
         topics = (stage.gives, stage.internals_topic)
         self._other = stage.role if node.shadow else SHADOW + stage.role
@@ -193,22 +178,16 @@ class HotStandby(Single):
 
     def _on_answer(self, payload: bytes) -> None:
         """Note the newest answer of the other controller."""
-        topic = self.node.stage.gives
-        step, run = self._step_of(payload) if topic == COMMAND else head_of(payload)
-        if self.flies or step < 0 or (topic != COMMAND and self.node.is_foreign(topic, run)):
+        topic, period = self.node.stage.gives, self.node.flight.plant_period
+        step, run = head_of(payload)
+        if topic == COMMAND:  # a wrench, which names no run
+            with suppress(*MALFORMED):
+                step, run = unpack_wrench(payload, period).step, self.node.run
+        if self.flies or step < 0 or self.node.is_foreign(topic, run):
             return
-        if (
-            step - self._last > LARGEST_GAP * NANOSECONDS / self.node.flight.plant_period
-        ):  # absurd; it would hide silence
+        if step - self._last > LARGEST_GAP * NANOSECONDS / period:  # accepted, it would hide silence
             return
         self._newest, self._heard = max(self._newest, step), time.monotonic()
-
-    def _step_of(self, payload: bytes) -> tuple[int, int]:
-        """Return the step that a wrench answers, -1 if the payload is none; it names no run."""
-        try:
-            return unpack_wrench(payload)[1] // self.node.flight.plant_period, 0
-        except MALFORMED:
-            return -1, 0
 
     def _on_call(self, _: Trigger.Request, response: Trigger.Response) -> Any:
         refusal = self._refusal()
@@ -219,9 +198,3 @@ class HotStandby(Single):
         self._asked = self._asked or not refusal
         response.success, response.message = not refusal, refusal or f"takes effect {_AHEAD} answers later"
         return response
-
-
-def standby_of(node: StageNode) -> Single:
-    """Return what ``node`` has to do with another controller of its stage."""
-    is_paired = node.flight.standby and (node.shadow or SHADOW + node.role in node.roles)
-    return HotStandby(node) if is_paired else Single(node)

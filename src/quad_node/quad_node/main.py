@@ -12,7 +12,7 @@ from quad_core.cascade import ALL_ROLES
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_node import executor, parameters, scheduling, shutdown
+from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
 
 # How long, in s, a node may take to see that its last messages arrived.
@@ -55,7 +55,7 @@ def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -
     except OSError as error:
         return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
     executor.on_signals(stop, node.done, node.on_signal)
-    node.scheduled(scheduling.settle(node.priority, node.in_background))
+    node.scheduled(executor.settle(node.priority, node.in_background))
     try:
         executor.spin([node], node.done)
         if stop:
@@ -64,7 +64,7 @@ def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -
         node.close()
         return node.exit_code
     finally:
-        shutdown.destroy(node, node.exit_code)
+        executor.destroy(node, node.exit_code)
 
 
 def help_text(role: str, summary: str) -> str:

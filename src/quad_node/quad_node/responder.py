@@ -1,7 +1,10 @@
-"""A node that answers states by one rule in both clocks.
+"""Nodes that answer states by one rule in both clocks: ``Responder``, and ``LawNode`` that runs a stage's law.
 
-It answers the state of step k when its inputs of that step are there, or when its deadline has passed. Lockstep has no
-deadline; in real time it is the next state.
+A node answers the state of step k when its inputs of that step are there, or when its deadline has passed. Lockstep has
+no deadline; in real time it is the next state.
+
+Every responder subscribes to ``state``; a ``LawNode`` to the topics that its stage takes, and it publishes what the
+stage gives and its internals (see the ``stage.py`` of each controller's package).
 """
 
 import time
@@ -11,22 +14,35 @@ from typing import Any, NamedTuple
 
 from rclpy.publisher import Publisher
 
-from quad_core.cascade import SIGNALS
-from quad_core.cycle import is_flyable, seconds
-from quad_core.records import flattener
-from quad_core.types import VehicleState
+from quad_core.cascade import SHADOW, SIGNALS, STAGE
+from quad_core.cycle import finite_check, is_flyable, seconds
+from quad_core.parameters import Value
+from quad_core.records import flattener, joined
+from quad_core.safe import safe_input
+from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import MALFORMED, ForeignRunError, Stamped, head_of, step_of, unpacker
+from quad_node.codec import (
+    MALFORMED,
+    ForeignRunError,
+    Stamped,
+    extra_names,
+    head_of,
+    numbers_packer,
+    packer,
+    step_of,
+    unpacker,
+)
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
-from quad_node.inputs import Arrival, InputTopic
-from quad_node.sequence_filter import LARGEST_GAP, SequenceFilter
-from quad_node.start_detector import Start, StartDetector
+from quad_node.hot_standby import HotStandby
+from quad_node.state_filter import LARGEST_GAP, SequenceFilter, StartDetector
 
 _LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
+_MOST_KEPT = 8192  # values of an input: more than the steps that may lie ahead of the last state
+_CATCH_UP = 2.0  # s that a shadow has for its last answers
 
 
 class Sample(NamedTuple):
@@ -36,6 +52,67 @@ class Sample(NamedTuple):
     stamp_ns: int
     state: VehicleState
     dt: float
+
+
+class Arrival(NamedTuple):
+    """A value of an input topic: the steps [``step``, ``next_step``) that it holds for, when it came (steady s)."""
+
+    step: int
+    next_step: int
+    value: Any
+    arrived: float
+
+    @property
+    def age(self) -> float:
+        """Time since the value came, s on the steady clock."""
+        return time.monotonic() - self.arrived
+
+
+class InputTopic:
+    """What has arrived of one topic that a step needs in addition to the state: one value for each step."""
+
+    def __init__(self, topic: str, lag: int) -> None:
+        """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before."""
+        self.topic, self.lag = topic, lag
+        self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
+        self._arrivals: dict[int, Arrival] = {}
+        self._newest: Arrival | None = None
+
+    def put(self, arrival: Arrival) -> None:
+        """Keep a value; of two for the same step the first, which is also the recorded one."""
+        self._newest = self._arrivals.setdefault(arrival.step, arrival)
+        if len(self._arrivals) > _MOST_KEPT:
+            del self._arrivals[next(iter(self._arrivals))]
+
+    def newest(self) -> Arrival | None:
+        """Return the value that came last."""
+        return self._newest
+
+    def at(self, step: int) -> Arrival | None:
+        """Return the value that belongs to ``step``, None if it has not come."""
+        due = step - self.lag
+        begun = [first for first, arrival in self._arrivals.items() if first <= due < arrival.next_step]
+        return self._arrivals[max(begun)] if begun else None
+
+    def forget_before(self, step: int) -> None:
+        """Drop what no step from ``step`` on needs."""
+        for first, arrival in list(self._arrivals.items()):
+            if arrival.next_step <= step - self.lag:
+                del self._arrivals[first]
+
+    def now(self, period: int, is_due: bool) -> Arrival | None:
+        """Return the newest value if a step in real time need not wait for its own.
+
+        ``period``: plant steps between two answers of the node. A slower input does not delay it, nor one of a step
+        before; another one does until the step ``is_due``.
+        """
+        newest = self._newest
+        waits = newest is not None and not (is_due or self.lag or newest.next_step - newest.step > period)
+        return None if waits else newest
+
+    def is_lost(self, step: int) -> bool:
+        """Return whether the value that belongs to ``step`` never comes: later ones have."""
+        return self._newest is not None and self._newest.step > step - self.lag and self.at(step) is None
 
 
 class Responder(FlightNode):
@@ -66,7 +143,7 @@ class Responder(FlightNode):
         return bool(self._pending)
 
     def take(self, topic: str, lag: int = 0, kind: type[Any] | None = None) -> InputTopic:
-        """Subscribe to a topic whose values belong to steps; malformed messages are refused.
+        """Subscribe to a topic whose values belong to steps; malformed messages are rejected.
 
         ``kind``: the NamedTuple that it carries, for a topic that is not among the signals.
         """
@@ -76,8 +153,8 @@ class Responder(FlightNode):
         run_id = self.flight.run_id.encode() if "run_id" in message.get_fields_and_field_types() else b""
 
         def keep(payload: bytes) -> None:
-            if self._is_needless(taken, payload):
-                return
+            if self.lockstep and not self._pending and taken.one_step and 0 <= step_of(payload) < self._due - lag:
+                return  # no step that this node answers needs it
             stamped = self._read(topic, payload, read)
             if stamped is None:
                 return
@@ -87,9 +164,15 @@ class Responder(FlightNode):
             numbers = flat(stamped.value)
             if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
                 self.reject(topic, "a number that is not finite or out of range", stamped.stamp_ns)
-                return
-            taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
-            self.answer_ready()
+            elif stamped.next_step <= stamped.step:
+                text = f"step {stamped.step}, next_step {stamped.next_step}, expected a later one"
+                self.reject(topic, text, stamped.stamp_ns, "rejected_malformed")
+            elif self.lockstep and self._states.is_far_ahead(stamped.step):
+                text = f"step {stamped.step}, more than {LARGEST_GAP:g} s after the last state"
+                self.reject(topic, text, stamped.stamp_ns, "rejected_future")
+            else:
+                taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
+                self.answer_ready()
 
         self.subscribe(topic, keep, raw=True)
         self.inputs.append(taken)
@@ -115,7 +198,7 @@ class Responder(FlightNode):
     def comes_late(self, step: int) -> bool:
         """Return whether to take part, from ``step`` on, in a flight that began without this node.
 
-        Not in command: what the process before it knew of the flight is lost. So it says that, once.
+        It does not: what the process before it knew of the flight is lost. It reports that once.
         """
         if not self.counters["came_late"]:
             text = f"step {step}: the flight is under way without {self.role}; this process stays silent"
@@ -125,7 +208,7 @@ class Responder(FlightNode):
 
     def set_status(self, state: int, detail: str) -> None:
         """Change this node's state and publish it."""
-        if state == NodeStatus.READY:  # noted before it is said: the flight may begin at once
+        if state == NodeStatus.READY:  # noted before it is sent: the flight may begin at once
             self._start.on_ready(time.monotonic())
         super().set_status(state, detail)
 
@@ -141,6 +224,8 @@ class Responder(FlightNode):
                 continue
             sample = Sample(step, stamp, state, self._elapsed(stamp))
             self._answered_stamp, self.current_step = stamp, step
+            for taken in self.inputs:
+                taken.forget_before(step)
             for publisher, message in self.answer(sample, arrivals):
                 publisher.publish(message)
 
@@ -167,19 +252,21 @@ class Responder(FlightNode):
     def _on_flight_state(self, message: FlightState) -> None:
         super()._on_flight_state(message)
         if not is_foreign(message.run_id, self.flight.run_id):
-            flying = message.state == FlightState.FLYING
-            self._start.on_flight_state(flying, message.wall_time, time.monotonic())
+            self._start.on_flight_state(message.state == FlightState.FLYING, message.wall_time, time.monotonic())
 
     def _joins(self, step: int) -> bool:
         """Return whether to take part, the first state being that of ``step``; asked until it does."""
-        start = self._start.find(self.lockstep, step)
-        if start is not Start.MISSED:
-            return start is Start.SEEN
-        begin = -(-step // self.period_steps) * self.period_steps
+        saw_start = self._start.saw_start(self.lockstep, step)
+        if saw_start is not False:
+            return bool(saw_start)
+        begin = self._next_multiple(step)
         if not self.comes_late(begin):
             return False
         self._due = begin
         return True
+
+    def _next_multiple(self, step: int) -> int:
+        return -(-step // self.period_steps) * self.period_steps
 
     def _read(self, topic: str, payload: bytes, read: Callable[[bytes], Stamped]) -> Stamped | None:
         """Return what a payload holds; None, reported, if it is not the message that the topic carries."""
@@ -187,10 +274,9 @@ class Responder(FlightNode):
             return read(payload)
         except ForeignRunError:
             self.is_foreign(topic, -1)
-            return None
         except MALFORMED as error:
             self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", 0, "rejected_malformed")
-            return None
+        return None
 
     def _on_state(self, payload: bytes) -> None:
         (step, run), last = head_of(payload), self._states.last
@@ -204,25 +290,23 @@ class Responder(FlightNode):
             self._on_deadline()
             return
         stamped = self._read("state", payload, self._read_state)
-        if stamped is None:
+        if stamped is None or not self._is_next(stamped, now):
             return
-        step, _, stamp, state, _ = stamped
-        if not self._is_next(step, stamp, state, now):
-            return
+        step = stamped.step
         if self._states.take(step, now):  # the later states before it were another run's
             self._pending.clear()
-            self._due = -(-step // self.period_steps) * self.period_steps
+            self._due = self._next_multiple(step)
         if step >= self._due:
             self._due = step + self.period_steps
             self._on_deadline()
             if not self.lockstep:
                 self._pending.clear()
-            self._pending.append((step, stamp, state))
+            self._pending.append((step, stamped.stamp_ns, stamped.value))
             self.answer_ready()
 
-    def _is_next(self, step: int, stamp: int, state: VehicleState, now: float) -> bool:
+    def _is_next(self, stamped: Stamped, now: float) -> bool:
         """Return whether a state continues the flight; one that does not is reported."""
-        last = self._states.last
+        step, stamp, last = stamped.step, stamped.stamp_ns, self._states.last
         if not self._states.allows(step, now):
             if self._states.is_far_ahead(step):
                 text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
@@ -231,7 +315,7 @@ class Responder(FlightNode):
         if abs(stamp - step * self.flight.plant_period) > LARGEST_GAP * NANOSECONDS:
             self.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")
             return False
-        if (step >= self._due or step < last) and not is_flyable(state):
+        if (step >= self._due or step < last) and not is_flyable(stamped.value):
             self.reject("state", "a number that is not finite or out of range", stamp)
             return False
         return last >= 0 or self._joins(step)
@@ -241,9 +325,112 @@ class Responder(FlightNode):
         if self._pending and not self.lockstep:
             self.answer_ready(is_due=True)
 
-    def _is_needless(self, taken: InputTopic, payload: bytes) -> bool:
-        """Return whether to skip this value: no step this node answers will use it."""
-        if not self.lockstep or self._pending or not taken.one_step:
-            return False
-        step = step_of(payload)
-        return 0 <= step < self._due - taken.lag
+
+class LawNode(Responder):
+    """Holds a law's memory between steps. ``on_internals``: called with what the law showed of itself in each step."""
+
+    def __init__(self, role: str) -> None:
+        """Load the law of parameter ``law``; raises as FlightNode."""
+        super().__init__(role)
+        self.stage = STAGE[self.role.removeprefix(SHADOW)]
+        self._ended: tuple[FlightState, float] | None = None
+        self.on_internals: Callable[[Any, Sample], None] | None = None
+        self.law = self.resolved.law
+        module = self.law.module
+        self.step = module.step
+        self.memory = module.init(self.law.parameters, self.vehicle)
+        self._is_finite = finite_check(self.stage.output)
+        self._is_memory_finite = finite_check(module.Memory)
+        for taken in self.stage.takes:
+            self.take(taken.topic, taken.lag)
+        self.outputs = [self.publisher(self.stage.gives)]
+        self._pack = packer(self.stage.output, topics.message_type(self.stage.output), self.run)
+        internals_message = topics.message_type(self.stage.internals)
+        self.inside = [self.publisher(self.stage.internals_topic)]
+        self._flat_internals = flattener(module.Internals)
+        recorded = joined("Recorded", StepRecord, module.Internals)
+        self._pack_internals = numbers_packer(recorded, internals_message, self.run)
+        self.internals_names = extra_names(module.Internals, internals_message)
+        is_paired = self.flight.standby and (self.shadow or SHADOW + self.role in self.roles)
+        self.standby = HotStandby(self) if is_paired else None
+        self.publish_parameters()
+
+    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+        """Give the output and the internals of one step."""
+        values, replaced = self._values_of(sample, arrivals)
+        if values is None:
+            return
+        if sample.state.on_ground:  # what was learnt in an earlier flight is of no use for the next one
+            self.memory = self.law.module.init(self.law.parameters, self.vehicle)
+        inputs = self.stage.inputs(sample.state, *values)
+        output, memory, internals = self.step(self.law.parameters, self.vehicle, self.memory, inputs, sample.dt)
+        if not (self._is_finite(output) and self._is_memory_finite(memory)):
+            self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", sample.stamp_ns)
+            self.finish(1, f"{self.law.name}: non-finite output at step {sample.step}")
+            return
+        self.memory = memory
+        if self.on_internals is not None:
+            self.on_internals(internals, sample)
+        if self.standby is not None:
+            self.standby.before(sample.step)
+        answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
+        for publisher in self.outputs:
+            yield publisher, answer
+        steps = [arrival.step if arrival else -1 for arrival in arrivals]
+        steps += [-1] * (len(InputSteps._fields) - len(steps))
+        numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
+        shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
+        for publisher in self.inside:
+            yield publisher, shown
+
+    def comes_late(self, step: int) -> bool:
+        """Return whether to compute from ``step`` on: as a shadow or a standby."""
+        late = self.standby.comes_late(step) if self.standby is not None else self.shadow
+        return late or super().comes_late(step)
+
+    def leaves_out(self, step: int) -> bool:
+        """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
+        flies = self.standby.flies if self.standby is not None else not self.shadow
+        return not flies and any(taken.is_lost(step) for taken in self.inputs)
+
+    def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
+        """Return the law's inputs other than the state, None if one is too old and has no replacement.
+
+        The second result has bit k set if a safe value replaces input k.
+        """
+        values, replaced = [], 0
+        for place, (taken, arrival) in enumerate(zip(self.stage.takes, arrivals, strict=True)):
+            value = arrival.value if arrival else SIGNALS[taken.topic].kind()
+            if arrival and not self.lockstep and not taken.lag and arrival.age > self.resolved.node.input_timeout:
+                self._report_stale(taken.topic, arrival)
+                value = safe_input(taken.topic, value, self.vehicle, sample.state)
+                replaced |= 1 << place
+                if value is None:
+                    return None, replaced
+            values.append(value)
+        return values, replaced
+
+    def on_flight_ended(self, message: FlightState) -> None:
+        """Leave; a shadow first answers what it has not answered yet, because no node waited for it."""
+        if self._ended is None:
+            self._ended = (message, time.monotonic())
+        if not self.shadow or self._caught_up():
+            super().on_flight_ended(message)
+
+    def on_tick(self) -> None:
+        """Let a shadow leave."""
+        if self._ended is not None and self._caught_up():
+            super().on_flight_ended(self._ended[0])
+
+    def _caught_up(self) -> bool:
+        assert self._ended is not None
+        message, since = self._ended
+        due = message.step // self.period_steps * self.period_steps
+        return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
+
+    def _report_stale(self, topic: str, arrival: Arrival) -> None:
+        self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {arrival.age * 1e3:.0f} ms old; safe output")
+
+    def on_parameters(self, changes: dict[str, Value]) -> None:  # noqa: ARG002
+        """Let the law run on with its new parameters; its memory is kept."""
+        self.law = self.resolved.law

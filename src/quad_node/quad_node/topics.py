@@ -45,9 +45,9 @@ from quad_msgs.msg import (
 SHADOW_TOPICS = "shadow/"
 """Namespace in which shadow controllers answer, so that no vehicle obeys them."""
 
-# The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much, and some repeats.
+# The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much.
 LOCKSTEP_HISTORY = 256
-# Who is stopped for a second gets what it missed: 2 s at 1 kHz, and what an acknowledgement takes.
+# 2 s at 1 kHz: a node that was stopped for a second loses nothing.
 REALTIME_HISTORY = 2048
 
 
@@ -82,9 +82,9 @@ class Topic(NamedTuple):
     type: type[Any]
     publishers: tuple[str, ...]
     subscribers: tuple[str, ...]
-    step: bool
-    latched: bool
-    paper: str
+    step: bool = False
+    latched: bool = False
+    paper: str = ""
     only_with: str = ""
     foreign: bool = False
 
@@ -174,8 +174,8 @@ def _shadow_topics(role: str) -> tuple[Topic, Topic]:
     stage = STAGE[role.removeprefix(SHADOW)]
     answer, inside = message_type(stage.output), message_type(stage.internals)
     return (
-        Topic(SHADOW_TOPICS + stage.gives, answer, (role,), (RECORDER,), False, False, stage.paper, role),
-        Topic(SHADOW_TOPICS + stage.internals_topic, inside, (role,), (RECORDER,), False, False, "", role),
+        Topic(SHADOW_TOPICS + stage.gives, answer, (role,), (RECORDER,), paper=stage.paper, only_with=role),
+        Topic(SHADOW_TOPICS + stage.internals_topic, inside, (role,), (RECORDER,), only_with=role),
     )
 
 
@@ -188,28 +188,25 @@ TOPICS = {
     for topic in (
         *map(_step_topic, SIGNALS.values()),
         *(topic for role in SHADOWS for topic in _shadow_topics(role)),
-        Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY), False, False, ""),
-        Topic("clock", Clock, (SIMULATOR,), (RECORDER,), False, False, ""),
-        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
-        Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, False, True, ""),
-        Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
-        Topic("flight/autopilot", AutopilotStatus, (SIMULATOR,), (COMMANDER, RECORDER), False, True, ""),
-        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), False, True, ""),
-        Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), False, False, "", COMMANDER),
+        Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY)),
+        Topic("clock", Clock, (SIMULATOR,), (RECORDER,)),
+        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), latched=True),
+        Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, latched=True),
+        Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), latched=True),
+        Topic("flight/autopilot", AutopilotStatus, (SIMULATOR,), (COMMANDER, RECORDER), latched=True),
+        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), latched=True),
+        Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), only_with=COMMANDER),
         Topic(
             "battery_state",
             BatteryState,
             (SIMULATOR,),
             (COMMANDER, RECORDER),
-            False,
-            False,
-            "",
-            COMMANDER,
+            only_with=COMMANDER,
             foreign=True,
         ),
-        Topic("flight/takeover", Takeover, (*_STAGES, *SHADOWS), (*_STAGES, *SHADOWS, RECORDER), False, True, ""),
-        Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), False, True, ""),
-        Topic("flight/events", FlightEvent, _ALL, (RECORDER,), False, False, ""),
-        Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), False, False, ""),
+        Topic("flight/takeover", Takeover, (*_STAGES, *SHADOWS), (*_STAGES, *SHADOWS, RECORDER), latched=True),
+        Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), latched=True),
+        Topic("flight/events", FlightEvent, _ALL, (RECORDER,)),
+        Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,)),
     )
 }

@@ -15,7 +15,7 @@ from quad_core.cycle import seconds
 from quad_msgs.msg import FlightEvent, FlightRequest, FlightState, NodeStatus
 from quad_node import topics
 from quad_node.conversion import stamp_ns
-from quad_node.shutdown import destroy
+from quad_node.executor import destroy
 
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"

@@ -8,8 +8,7 @@ from rclpy.serialization import serialize_message
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import AttitudeThrust, Takeover
 from quad_node import executor
-from quad_node.law_node import LawNode
-from quad_node.responder import Sample
+from quad_node.responder import LawNode, Sample
 
 SHADOW, MAIN = "shadow_position_controller", "position_controller"
 ROLES = f"simulator,trajectory,position_controller,attitude_controller,recorder,{SHADOW}"

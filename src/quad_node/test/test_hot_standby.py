@@ -22,7 +22,7 @@ from paired_controllers import (
 )
 
 from quad_core.parameters import ParameterError
-from quad_node.inputs import Arrival
+from quad_node.responder import Arrival
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from quad_core.vehicle import Vehicle
 from quad_guard import guard
 from quad_guard.checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
 from quad_msgs.msg import GuardStatus
-from quad_node.vehicle_guard import VehicleGuard, culprit, severest
+from quad_node.vehicle_node import VehicleGuard, culprit, severest
 
 pytestmark = pytest.mark.unit
 

@@ -12,9 +12,8 @@ from quad_core.cycle import Behind, behind_check, followed, limits_met
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
 from quad_msgs.msg import FlightEvent
-from quad_node.law_node import LawNode
 from quad_node.main import run
-from quad_node.responder import Sample
+from quad_node.responder import LawNode, Sample
 
 
 class ReachCheck:

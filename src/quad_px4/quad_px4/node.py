@@ -18,7 +18,7 @@ from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND, REQUESTED
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
-from quad_node.vehicle_guard import Command
+from quad_node.vehicle_node import Command
 from quad_px4 import messages
 from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, Vehicle, autopilot
 from quad_px4.interface import PX4

@@ -28,9 +28,8 @@ from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node.codec import packer
 from quad_node.conversion import set_stamp
-from quad_node.inputs import Arrival
 from quad_node.main import run
-from quad_node.responder import Responder, Sample
+from quad_node.responder import Arrival, Responder, Sample
 
 _SAMPLES = 400  # instants at which a plan is looked at before the flight
 

@@ -16,8 +16,8 @@ from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import pack_wrench, step_of
-from quad_node.conversion import reader, set_stamp, stamp_ns
+from quad_node.codec import head_of, pack_wrench, step_of, unpacker
+from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.interface import interface_hash
 from quad_node.main import run
@@ -64,14 +64,14 @@ class PlantCheck(FlightNode):
         self._report, self._left = report, list[Manoeuvre]()
         super().__init__(COMMANDING)
         self._rules = Rules(report, self.flight, interface_hash())
-        self._read = reader(VehicleState, VehicleStateMsg)
+        self._read = unpacker(VehicleState, VehicleStateMsg)
         self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
         self._left = manoeuvres(self.vehicle)
         self._until, self._before = 0, VehicleState()
         self._probe, self._probed = list(_PROBES) if self.lockstep else [], 0.0
         self._waiting = ""
         self._expect("the vehicle sends and takes what it must, and says READY", self.flight.start_timeout)
-        self.subscribe("state", self._on_state, depth=64)
+        self.subscribe("state", self._on_state, depth=64, raw=True)
         self.subscribe("actuation", self._on_actuation, depth=64)
         self.subscribe("flight/nodes", self._on_node, depth=64)
         for topic in _MAY_SEND:
@@ -103,13 +103,13 @@ class PlantCheck(FlightNode):
         self._rules.run("actuation", message.run)
         self._rules.actuation(message.step, (message.thrust, *message.torque_b))
 
-    def _on_state(self, message: VehicleStateMsg) -> None:
-        state, step = self._read(message), message.step
-        self._rules.run("state", message.run)
+    def _on_state(self, payload: bytes) -> None:
+        step, _, stamp, state, _ = self._read(payload)
+        self._rules.run("state", head_of(payload)[1])
         self.flying = True
         if self._rules.last is None:
             self._first(state, step)
-        if self._rules.state(state, step, stamp_ns(message.stamp)):
+        if self._rules.state(state, step, stamp):
             return
         if self._probe and step > 0:
             self._report.add(self._probe[0], f"the plant went on to step {step}")

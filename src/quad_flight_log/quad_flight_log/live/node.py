@@ -22,7 +22,7 @@ from quad_flight_log.live import shapes
 from quad_flight_log.live.shapes import Shape, Snapshot, Trail
 from quad_flight_log.recorder.vehicle_pose import body_frame, pose_of, tf_message, transform_of
 from quad_flight_log.report.vehicle_drawing import rgb
-from quad_node import executor, shutdown, topics
+from quad_node import executor, topics
 from quad_node.conversion import set_stamp
 from quad_node.parameters import check_words, fail
 
@@ -179,6 +179,6 @@ def _run_markers() -> int:
     try:
         executor.spin([node], node.done)
     finally:
-        shutdown.destroy(node, 0)
+        executor.destroy(node, 0)
         rclpy.try_shutdown()
     return 0

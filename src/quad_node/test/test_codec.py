@@ -17,6 +17,7 @@ from quad_core.types import Vec3
 from quad_msgs import msg
 from quad_node.codec import (
     ForeignRunError,
+    extra_names,
     head_of,
     pack_clock,
     pack_odometry,
@@ -26,7 +27,7 @@ from quad_node.codec import (
     unpack_wrench,
     unpacker,
 )
-from quad_node.conversion import extra_names, reader, set_stamp, stamp_ns
+from quad_node.conversion import set_stamp, stamp_ns
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 PAIRS = ["VehicleState", "TrajectoryPoint", "AttitudeThrust", "Actuation", "Disturbance"]
@@ -55,20 +56,6 @@ def same_payload(found, expected, message_type):
     return behind in (0, 4) and deserialize_message(found, message_type) == deserialize_message(expected, message_type)
 
 
-def big_endian(payload, message_type):
-    """The same message as a foreign middleware may send it; made by hand for stamp, step, steps and numbers."""
-    import struct
-
-    kinds = message_type.get_fields_and_field_types()
-    code = "iIQI4x" + ("next_step" in kinds) * "Q"
-    for name, kind in kinds.items():
-        if name not in HEAD:
-            count = kind.partition("[")[2].rstrip("]") or "1"
-            gap = 0 if kind.startswith("boolean") else -struct.calcsize("<" + code) % 8
-            code += gap * "x" + count + ("?" if kind.startswith("boolean") else "d")
-    return b"\x00\x00\x00\x00" + struct.pack(">" + code, *struct.unpack_from("<" + code, payload, 4))
-
-
 @pytest.mark.parametrize("name", PAIRS)
 @settings(deadline=None)
 @given(numbers=st.lists(FINITE, min_size=40, max_size=40))
@@ -79,7 +66,11 @@ def test_payloads_are_those_of_rclpy_to_the_bit(name, numbers):
     message = deserialize_message(payload, message_type)
     assert same_payload(serialize_message(message), payload, message_type)
     assert message.run == RUN
-    assert repr(reader(cls, message_type)(message)) == repr(value)
+    for field, expected in value._asdict().items():
+        shown = getattr(message, field)
+        assert repr(shown.tolist() if isinstance(expected, tuple) else shown) == repr(
+            list(expected) if isinstance(expected, tuple) else expected
+        )
     assert (message.step, getattr(message, "next_step", 12), stamp_ns(message.stamp)) == (7, 12, STAMP)
     back = unpacker(cls, message_type)(payload)
     assert repr(back.value) == repr(value)
@@ -87,23 +78,24 @@ def test_payloads_are_those_of_rclpy_to_the_bit(name, numbers):
 
 
 @pytest.mark.parametrize("name", PAIRS)
-def test_a_payload_in_the_other_byte_order_says_the_same(name):
+@pytest.mark.parametrize("head", [b"\x00\x00\x00\x00", b"\x00\x07\x00\x00"])
+def test_a_payload_in_another_encoding_is_malformed(name, head):
     cls, message_type = getattr(types, name), getattr(msg, name)
-    value = numbered(cls, (0.1 * n for n in range(60)))
-    payload = packer(cls, message_type)(value, 7, 12, STAMP)
-    assert unpacker(cls, message_type)(big_endian(payload, message_type)) == unpacker(cls, message_type)(payload)
+    payload = packer(cls, message_type)(numbered(cls, (0.1 * n for n in range(60))), 7, 12, STAMP)
+    with pytest.raises(ValueError, match=f"found {head.hex()}, expected 00010000"):
+        unpacker(cls, message_type)(head + payload[4:])
+    assert step_of(head + payload[4:]) == -1
 
 
 @pytest.mark.parametrize("name", PAIRS)
-def test_a_payload_of_another_run_is_refused_in_both_byte_orders(name):
+def test_a_payload_of_another_run_is_refused(name):
     cls, message_type = getattr(types, name), getattr(msg, name)
     value = numbered(cls, (0.1 * n for n in range(60)))
     theirs, nobodys = (packer(cls, message_type, run)(value, 7, 12, STAMP) for run in (RUN, 0))
     read, ours = unpacker(cls, message_type, run=RUN), unpacker(cls, message_type, run=RUN + 1)
-    for payload in (theirs, big_endian(theirs, message_type)):
-        assert read(payload) == unpacker(cls, message_type)(payload)
-        with pytest.raises(ForeignRunError):
-            ours(payload)
+    assert read(theirs) == unpacker(cls, message_type)(theirs)
+    with pytest.raises(ForeignRunError):
+        ours(theirs)
     with pytest.raises(ForeignRunError):
         read(nobodys)
     assert head_of(theirs) == (7, RUN)
@@ -164,7 +156,11 @@ def test_wrench_is_physical_in_base_link():
     assert message.header.frame_id == "base_link"
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
     assert (message.wrench.force.x, message.wrench.force.y, message.wrench.force.z) == (0.0, 0.0, 5.0)
-    assert unpack_wrench(payload) == (types.Wrench(5.0, Vec3(0.1, 0.2, 0.3)), 1_500_000_000)
+    assert unpack_wrench(payload, 2_000_000) == (
+        *(750, 751, 1_500_000_000),
+        types.Wrench(5.0, Vec3(0.1, 0.2, 0.3)),
+        True,
+    )
 
 
 def test_odometry_and_clock_are_those_of_rclpy_to_the_bit():
@@ -198,8 +194,7 @@ def test_a_payload_says_whether_its_numbers_are_finite(bad):
             assert read(write(numbered(cls, iter(numbers)), 7, 12, STAMP)).finite
             numbers[place] = bad
             value = numbered(cls, iter(numbers))
-            for payload in (write(value, 7, 12, STAMP), big_endian(write(value, 7, 12, STAMP), message_type)):
-                assert not read(payload).finite
+            assert not read(write(value, 7, 12, STAMP)).finite
         large = numbered(cls, itertools.repeat(1e308))
         assert read(write(large, 7, 12, STAMP)).finite
 
@@ -207,7 +202,7 @@ def test_a_payload_says_whether_its_numbers_are_finite(bad):
 def test_the_step_of_a_payload_is_read_without_the_rest():
     payload = packer(types.TrajectoryPoint, msg.TrajectoryPoint)(types.TrajectoryPoint(), 7, 12, STAMP)
     assert step_of(payload) == 7
-    assert step_of(big_endian(payload, msg.TrajectoryPoint)) == -1
+    assert step_of(payload[:20]) == -1
 
 
 @pytest.mark.parametrize("frame", ["map", "b", "odom", "my_base_link", "base_link/rotor"])
@@ -215,7 +210,7 @@ def test_a_wrench_in_another_frame_is_refused(frame):
     message = WrenchStamped()
     message.header.frame_id = frame
     with pytest.raises(ValueError, match="expected 'base_link'"):
-        unpack_wrench(serialize_message(message))
+        unpack_wrench(serialize_message(message), 2_000_000)
 
 
 @pytest.mark.parametrize("frame", ["", "base_link", "vehicle_7/base_link"])
@@ -224,4 +219,5 @@ def test_a_wrench_in_a_frame_of_any_length_is_read(frame):
     message.header.frame_id = frame
     set_stamp(message.header.stamp, STAMP)
     message.wrench.force.x, message.wrench.force.z, message.wrench.torque.y = 9.0, 5.0, 0.25
-    assert unpack_wrench(serialize_message(message)) == (types.Wrench(5.0, Vec3(0.0, 0.25, 0.0)), STAMP)
+    found = unpack_wrench(serialize_message(message), 2_000_000)
+    assert (found.value, found.stamp_ns) == (types.Wrench(5.0, Vec3(0.0, 0.25, 0.0)), STAMP)

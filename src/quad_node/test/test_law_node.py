@@ -14,9 +14,7 @@ from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Quat, Tra
 from quad_flight import flight
 from quad_msgs.msg import PositionInternals
 from quad_node import executor
-from quad_node.inputs import Arrival
-from quad_node.law_node import LawNode
-from quad_node.responder import Sample
+from quad_node.responder import Arrival, LawNode, Sample
 from quad_position_ctrl import aibs
 
 SAMPLE = Sample(7, 14_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)

@@ -1,7 +1,10 @@
-"""The executor of all nodes: it ends when it is asked to, by a callback or by a signal, and hides no exception."""
+"""The process of a node ends when it is asked to, hides no exception, and asks the system for its scheduling."""
 
+import gc
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -133,7 +136,7 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
     made = []
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     monkeypatch.setattr(executor, "spin", lambda nodes, done: made.append((nodes[0], done.done())))
-    monkeypatch.setattr(main.shutdown, "destroy", lambda node, code: None)
+    monkeypatch.setattr(executor, "destroy", lambda node, code: None)
     try:
         assert main._spin("recorder", Opened) == 1
     finally:
@@ -142,3 +145,87 @@ def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch
     [(node, was_done)] = made
     assert was_done
     assert node.said == ["SIGINT", "drained", "closed"]
+
+
+ALL_THREADS = """
+import os, threading
+from pathlib import Path
+from quad_node.executor import settle
+waiting = threading.Event()
+threading.Thread(target=waiting.wait, daemon=True).start()
+refused = settle({priority}, {aside})
+found = {{os.sched_getscheduler(int(task.name)) for task in Path("/proc/self/task").iterdir()}}
+print(refused or sorted(found))
+waiting.set()
+"""
+
+
+@pytest.fixture
+def thawed():
+    yield
+    gc.unfreeze()
+
+
+@pytest.mark.parametrize(
+    ("priority", "aside", "policy"),
+    [(0, False, os.SCHED_OTHER), (7, False, os.SCHED_FIFO), (0, True, os.SCHED_BATCH), (7, True, os.SCHED_FIFO)],
+)
+def test_all_threads_are_scheduled_alike(priority, aside, policy):
+    text = ALL_THREADS.format(priority=priority, aside=aside)
+    printed = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.strip()
+    assert printed == str([int(policy)]) or (policy == os.SCHED_FIFO and "not permitted" in printed)
+
+
+def test_a_refusal_is_reported(monkeypatch, thawed):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(executor.os, "sched_setscheduler", refuse)
+    assert executor.settle(40) == "SCHED_FIFO 40: not permitted, see ulimit -r"
+    assert executor.settle(0) == ""
+
+
+def test_a_background_node_stands_back_where_a_priority_is_refused(monkeypatch, thawed):
+    asked = []
+
+    def refuse_fifo(_pid, policy, _parameters):
+        asked.append(policy)
+        if policy == os.SCHED_FIFO:
+            raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(executor.os, "sched_setscheduler", refuse_fifo)
+    assert executor.settle(1, aside=True) == ""
+    assert asked[0] == os.SCHED_FIFO
+    assert set(asked[1:]) == {os.SCHED_BATCH}
+
+
+def test_what_was_made_before_the_flight_is_not_collected_again(thawed):
+    before = gc.get_freeze_count()
+    assert executor.settle(0) == ""
+    assert gc.get_freeze_count() > before
+
+
+HANG = """
+import ctypes
+from quad_node.executor import limited
+with limited({code}, 1):
+    ctypes.PyDLL(None).sleep({seconds})
+print("left", flush=True)
+import time
+time.sleep(1.5)
+raise SystemExit(7)
+"""
+
+
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_process_that_hangs_in_its_shutdown_ends_with_its_exit_code(code):
+    began = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", HANG.format(code=code, seconds=30)], timeout=20, check=False)
+    assert done.returncode == code
+    assert time.monotonic() - began < 15.0
+
+
+def test_a_process_that_shuts_down_in_time_goes_on():
+    words = [sys.executable, "-c", HANG.format(code=0, seconds=0)]
+    done = subprocess.run(words, timeout=20, check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (7, "left\n")

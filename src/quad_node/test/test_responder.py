@@ -1,4 +1,4 @@
-"""Which states a node answers: those whose inputs are there, once."""
+"""Which states a node answers: those whose inputs are there, once, and no foreign message changes that."""
 
 import math
 import time
@@ -266,3 +266,84 @@ def test_a_flight_without_a_run_id_takes_the_messages_of_every_run(make):
     node.state(0, run=OURS)
     assert node.steps() == [0]
     assert node.counters["foreign_run"] == 0
+
+
+@pytest.mark.parametrize("mode", ["realtime", "lockstep"])
+def test_a_state_that_a_stranger_sent_does_not_make_the_later_ones_old(make, mode):
+    node = make("period_steps:=5", f"flight.mode:={mode}")
+    node.reference(0, 2**64 - 1)
+    node.actuation(4)
+    node.state(0)
+    node.state(200)
+    time.sleep(0.05)
+    node.state(4)
+    node.state(5)
+    assert node.steps()[-1] == 5
+
+
+@pytest.mark.parametrize("number", [1e13, -1e300, math.nan, math.inf])
+def test_an_absurd_input_is_refused_and_the_law_does_not_see_it(make, number):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 1, x=1.0)
+    node.reference(0, 1, x=number)
+    node.state(0)
+    assert node.counters["rejected"] == 1
+    assert [values[0].p_w.x for _, values in node.samples] == [1.0]
+
+
+@pytest.mark.parametrize("mode", ["realtime", "lockstep"])
+def test_a_state_with_the_stamp_of_another_time_is_refused(make, mode):
+    node = make("period_steps:=1", f"flight.mode:={mode}")
+    node.reference(0, 1)
+    node.state(0, stamp=(2**31 - 1) * 10**9)  # a trajectory could not say when its plan ends
+    assert (node.counters["rejected"], node.counters["rejected_stamp"]) == (1, 1)
+    node.state(0)
+    assert [(sample.step, sample.stamp_ns) for sample, _ in node.samples] == [(0, 0)]
+
+
+def test_in_real_time_a_step_waits_for_its_own_reference_as_in_lockstep(make):
+    """The publisher answers the same state a moment later: without the wait the law flies a period behind."""
+    node = make("period_steps:=5", "flight.mode:=realtime")
+    node.reference(0, 5, x=10.0)
+    node.state(0)
+    node.state(5)
+    assert node.steps() == [0]
+    node.reference(5, 10, x=20.0)
+    assert node.steps() == [0, 5]
+    assert node.samples[1][1][0].p_w.x == 20.0
+
+
+def test_in_real_time_a_step_waits_no_longer_than_until_the_next_state(make):
+    node = make("period_steps:=5", "flight.mode:=realtime")
+    node.reference(0, 5, x=10.0)
+    node.state(0)
+    node.state(5, x=0.5)
+    node.state(6, x=0.6)
+    assert node.steps() == [0, 5]
+    assert (node.samples[1][0].state.p_w.x, node.samples[1][1][0].p_w.x) == (0.5, 10.0)
+    node.reference(5, 10, x=20.0)
+    assert node.steps() == [0, 5]
+    node.state(11)  # its own due state left out, and so is 10's reference
+    assert node.steps() == [0, 5]
+    node.state(16)
+    assert node.steps() == [0, 5, 11]
+
+
+def test_in_real_time_an_input_that_is_slower_than_the_node_does_not_delay_it(make):
+    node = make("period_steps:=1", "flight.mode:=realtime")
+    node.reference(0, 5)
+    for step in range(8):
+        node.state(step)
+    assert node.steps() == list(range(8))
+
+
+def test_foreign_inputs_of_the_same_run_displace_none_that_a_step_in_lockstep_needs(make):
+    node = make("period_steps:=1")
+    node.reference(0, 1, x=1.0)
+    for step in range(251):
+        node.reference(step, 2**64 - 1, x=9.0)
+    node.reference(251, 2**64 - 1, x=9.0)
+    node.state(0)
+    assert node.samples[0][1][0].p_w.x == 1.0
+    node.reference(10**6, 2**64 - 1, x=9.0)
+    assert node.counters["rejected_future"] == 1

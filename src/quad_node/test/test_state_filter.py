@@ -1,0 +1,104 @@
+"""Which state a node accepts next, and whether it saw the start of its flight."""
+
+import pytest
+
+from quad_node.state_filter import LARGEST_GAP, QUIET, SequenceFilter, StartDetector
+
+pytestmark = pytest.mark.unit
+
+PERIOD = 2_000_000  # ns
+STEP = PERIOD * 1e-9  # s
+FAR = 2**63
+
+
+class Flight:
+    """States in their order, each ``STEP`` after the one before unless ``after`` says otherwise."""
+
+    def __init__(self):
+        self.order, self.now, self.accepted = SequenceFilter(PERIOD), 100.0, []
+
+    def say(self, *steps, after=STEP):
+        for step in steps:
+            self.now += after
+            if self.order.allows(step, self.now):
+                self.order.take(step, self.now)
+                self.accepted.append(step)
+        return self
+
+
+def test_states_follow_each_other_and_may_come_again():
+    assert Flight().say(0, 1, 1, 2, 7).accepted == [0, 1, 1, 2, 7]
+
+
+@pytest.mark.parametrize("count", [1, 2, 50])
+@pytest.mark.parametrize("far", [FAR, 100_000, 2])
+def test_a_burst_of_another_run_among_the_flights_states_is_not_believed(count, far):
+    flight = Flight().say(*range(1000, 1010)).say(*[far] * count, after=0.0).say(*range(1010, 1015))
+    assert flight.accepted == [*range(1000, 1015)]
+
+
+def test_a_stranger_who_speaks_for_long_between_them_is_not_believed():
+    flight = Flight().say(0)
+    for step in range(1, 200):
+        flight.say(step).say(FAR, after=0.0)
+    assert flight.accepted == [*range(200)]
+
+
+def test_after_a_real_gap_the_second_state_is_believed():
+    flight = Flight().say(0, 1).say(1000, after=2.0).say(1001, 1002)
+    assert flight.accepted == [0, 1, 1001, 1002]
+
+
+@pytest.mark.parametrize("far", [FAR, 200])  # one that may follow, too: 0.4 s ahead
+def test_a_stranger_who_was_believed_is_forgotten_within_the_time_that_the_guard_waits(far):
+    flight = Flight().say(far).say(*range(100))
+    first = flight.accepted[1]
+    assert first * STEP < QUIET + 3 * STEP < 0.05
+    assert flight.accepted == [far, *range(first, 100)]
+
+
+def test_a_plant_that_asks_again_is_heard_after_a_stranger():
+    assert Flight().say(FAR).say(0, 0, after=0.5).accepted == [FAR, 0]
+
+
+def test_what_is_far_ahead_is_told_from_what_is_old():
+    order = SequenceFilter(PERIOD)
+    order.take(1000, 0.0)
+    largest = round(LARGEST_GAP / STEP)
+    assert [order.is_far_ahead(step) for step in (0, 999, 1000 + largest, 1001 + largest)] == [False] * 3 + [True]
+
+
+def joined(ready=None, states=()):
+    """Return what is known after READY at ``ready`` and ``states`` of (flying, s since step 0, when it came)."""
+    known = StartDetector()
+    if ready is not None:
+        known.on_ready(ready)
+    for state in states:
+        known.on_flight_state(*state)
+    return known
+
+
+def test_step_0_is_the_start_in_both_clocks():
+    assert joined().saw_start(True, 0) is joined().saw_start(False, 0) is True
+
+
+def test_in_lockstep_any_other_first_state_is_late():
+    assert joined(1.0, [(True, 0.0, 2.0)]).saw_start(True, 5) is False
+
+
+@pytest.mark.parametrize(
+    ("ready", "states", "saw"),
+    [
+        (1.0, [(False, 0.0, 0.5), (True, 0.0, 2.0)], True),
+        (1.0, [(False, 0.0, 0.5), (True, 0.5, 2.5)], True),  # it slept over the first of them
+        (1.0, [(False, 0.0, 0.5)], True),  # an estimator speaks before the flight
+        (1.0, [(True, 8.0, 2.0)], False),
+        (1.0, [(False, 0.0, 0.9), (True, 0.0, 0.9), (True, 8.0, 1.1)], False),
+        (None, [(False, 0.0, 0.9), (True, 0.0, 0.9)], False),  # its own flight waits until it is ready
+        (None, [(False, 0.0, 0.9)], None),
+        (1.0, [], None),
+        (None, [], None),
+    ],
+)
+def test_in_real_time_a_flight_that_is_older_than_the_node_is_ready_is_another_s(ready, states, saw):
+    assert joined(ready, states).saw_start(False, 5) is saw
