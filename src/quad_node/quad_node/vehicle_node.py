@@ -23,7 +23,8 @@ from quad_guard.checks import (
     WrenchCommand,
     command_refusal,
 )
-from quad_guard.guard import ASK_DESCEND, KILL, MODES, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
+from quad_guard.ending import described
+from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, GuardStatus, NodeStatus, RecorderAck
 from quad_node.codec import MALFORMED, Stamped, unpack_wrench
 from quad_node.command_link import CommandLink, SetpointWatch
@@ -37,6 +38,7 @@ _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to re
 _SECOND = 1_000_000_000  # ns
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _RESTING = Report(PASS, guard.GOOD, 0, guard.GOOD, 0.0, 0.0, 0, 0, 0, 0, False, False, False, False, False)
+_SHOWN = [name for name in GuardStatus.get_fields_and_field_types() if name in Report._fields]
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
 
 
@@ -97,13 +99,11 @@ class VehicleGuard:
     def describe(self) -> str:
         """Return since when and why the guard flies, for people; empty if it does not."""
         memory = self.memory
-        if memory.mode == PASS:
-            return ""
-        reason = REASONS[memory.reason]
+        found = described(memory.mode, memory.reason, memory.since)
         topic = {WRENCH_LOST: f"{COMMAND}:", STATE_LOST: "state:"}.get(memory.reason)
-        if topic and self.last_refusal.startswith(topic):
-            reason += f", the last one was refused: {self.last_refusal}"
-        return f"guard in {MODES[memory.mode]} since step {memory.since}: {reason}"
+        if found and topic and self.last_refusal.startswith(topic):
+            found += f", the last one was refused: {self.last_refusal}"
+        return found
 
     def _tell(self, step: int, report: Report) -> None:
         """Publish what changed, and ten times a second what is."""
@@ -146,24 +146,14 @@ class VehicleGuard:
             self._node.event(FlightEvent.WARNING, "guard_descends", text, stamp, always=True)
 
     def _publish(self, step: int, report: Report) -> None:
+        shown = {name: getattr(report, name) for name in _SHOWN}
+        shown["refused_commands"] += self._dropped
         message = GuardStatus(
             step=step,
-            since=report.since,
-            refused_commands=report.refused_commands + self._dropped,
-            refused_samples=report.refused_samples,
-            command_age=report.command_age,
-            state_age=report.state_age,
-            mode=report.mode,
-            reason=report.reason,
-            condition=report.condition,
-            warning=report.warning,
-            land=report.land,
-            stopped=report.stopped,
-            on_ground=report.on_ground,
-            contact=report.contact,
             reason_text=REASONS[report.reason],
             refusal=self.last_refusal,
             run_id=self._node.flight.run_id,
+            **shown,
         )
         set_stamp(message.stamp, step * self._period)
         self._status_out.publish(message)
