@@ -9,9 +9,8 @@ from table import Row
 
 from quad_core import plugins
 from quad_core.compilation import compiled
-from quad_core.cycle import finite_check
 from quad_core.geometry import quaternion_from_euler
-from quad_core.records import flattener
+from quad_core.records import finite_check, flattener
 from quad_core.types import (
     Actuation,
     AttitudeInputs,

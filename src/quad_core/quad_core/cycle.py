@@ -4,11 +4,10 @@ Time is counted in plant steps of integer nanoseconds; seconds are made here and
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.geometry import ZERO, dot
-from quad_core.records import NUMBERS, field_kinds
 from quad_core.types import (
     ALL_ROTORS,
     NO_LINK_FAULT,
@@ -17,6 +16,7 @@ from quad_core.types import (
     Conditions,
     Disturbance,
     PositionInternals,
+    Quat,
     SensorFault,
     Vec3,
     VehicleState,
@@ -62,6 +62,11 @@ def is_flyable(state: VehicleState) -> bool:
         and abs(omega.z) <= BODY_RATE_BOUND
         and abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= QUATERNION_SQUARE_TOLERANCE
     )
+
+
+def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
+    """Return a state without age, in the air; compiled text has to name every field, for Numba takes no defaults."""
+    return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 def pushed(force_w: Vec3, torque_b: Vec3) -> Conditions:
@@ -166,48 +171,3 @@ def followed(behind: Behind, distance: float, stamp_ns: int) -> Behind:
     if infeasible < 0 and (stamp_ns - behind.nearer_ns) / 1e9 > INFEASIBLE_TIME:
         infeasible = stamp_ns
     return Behind(behind.since_ns, behind.nearer_ns, behind.least, infeasible)
-
-
-def numbers_finite(numbers: Sequence[float]) -> bool:
-    """Return whether all numbers of a flat sequence are finite."""
-    # one sum is enough but for finite numbers that overflow it
-    return math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))
-
-
-Check = Callable[[Any], bool]
-
-
-def finite_check(kind: type[Any]) -> Check:
-    """Return a function that tells whether every number of a ``kind`` is finite; CPython and Numba run it.
-
-    The node and the loop without ROS both use it, so that they refuse the same answers at the same step.
-    """
-    if kind in NUMBERS:
-        return _is_finite if kind is float else _always
-    parts = tuple(field_kinds(kind).values())
-    if all(part is float for part in parts):
-        return _are_finite
-    check: Check = _always
-    for at, part in enumerate(parts):
-        check = _and_part(check, at, finite_check(part))
-    return check
-
-
-def _always(_: Any) -> bool:
-    return True
-
-
-def _is_finite(number: float) -> bool:
-    return math.isfinite(number)
-
-
-def _are_finite(numbers: Any) -> bool:
-    good = True
-    for number in numbers[:]:  # Numba iterates over plain tuples
-        good &= math.isfinite(number)
-    return good
-
-
-def _and_part(before: Check, at: int, part: Check) -> Check:
-    # without branches, which take the compiled loop three times as long
-    return lambda value: before(value) & part(value[at])

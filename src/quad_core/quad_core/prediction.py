@@ -25,9 +25,10 @@ Hamel and Pflimlin, IEEE TAC 53(5), 2008).
 import math
 from typing import Annotated, NamedTuple
 
+from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
 from quad_core.parameters import Flag, Real
-from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
+from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
 

@@ -44,11 +44,6 @@ class VehicleState(NamedTuple):
     on_ground: bool = False
 
 
-def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
-    """Return a state without age, in the air; compiled text has to name every field, for Numba takes no defaults."""
-    return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
-
-
 class TrajectoryPoint(NamedTuple):
     """Reference at one instant, world frame (eqs. 61-68).
 

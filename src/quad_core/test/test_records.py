@@ -6,8 +6,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from quad_core.compilation import compiled
-from quad_core.cycle import finite_check, numbers_finite
-from quad_core.records import Leaf, builder, field_kinds, flattener, leaves
+from quad_core.records import Leaf, builder, field_kinds, finite_check, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, Wrench
 
 

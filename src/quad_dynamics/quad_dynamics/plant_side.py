@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from quad_core.cycle import is_faulty, seconds
+from quad_core.cycle import fresh, is_faulty, seconds
 from quad_core.lift_off import LiftOff, airborne, lifted_off, marked
-from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench, fresh
+from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step

@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cycle import is_faulty, seconds
+from quad_core.cycle import fresh, is_faulty, seconds
 from quad_core.geometry import euler_from_quaternion, normalized, quaternion_from_euler
 from quad_core.parameters import Real, Whole
-from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 
 CHANNELS = 12
 DROPOUT = 12

@@ -13,7 +13,8 @@ from types import ModuleType
 from typing import Any
 
 from quad_core.cascade import STAGES
-from quad_core.cycle import finite_check, seconds
+from quad_core.cycle import seconds
+from quad_core.records import finite_check
 from quad_core.roles import Stage
 
 PerStage: Any = namedtuple("PerStage", [stage.role for stage in STAGES])  # type: ignore[misc]

@@ -18,9 +18,10 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 import math
 from typing import NamedTuple
 
+from quad_core.cycle import fresh
 from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
 from quad_core.guard_parameters import BackupLaw, ContactRule
-from quad_core.types import Quat, Vec3, VehicleState, Wrench, fresh
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from quad_core.cycle import BODY_RATE_BOUND
+from quad_core.cycle import BODY_RATE_BOUND, fresh
 from quad_core.guard_parameters import GuardParameters, StateLimits
-from quad_core.types import Quat, Vec3, VehicleState, Wrench, fresh
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import predict
 from quad_guard.checks import (

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from quad_core.cycle import numbers_finite
-from quad_core.records import builder, flattener, leaves
+from quad_core.records import builder, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_node.conversion import NANOSECONDS
 

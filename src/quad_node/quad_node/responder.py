@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 from rclpy.publisher import Publisher
 
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
-from quad_core.cycle import finite_check, is_flyable, seconds
+from quad_core.cycle import is_flyable, seconds
 from quad_core.parameters import Value
-from quad_core.records import flattener, joined
+from quad_core.records import finite_check, flattener, joined
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus

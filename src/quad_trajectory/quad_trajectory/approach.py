@@ -11,9 +11,10 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
+from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, euler_from_quaternion, norm, subtract, wrap_angle
 from quad_core.parameters import Choice
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState, fresh
+from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, is_within, turn_duration
 from quad_trajectory.polynomial import AxisPoint, Segment, at_rest, axes_at, no_segment, point, septic, smooth_step
