@@ -34,7 +34,7 @@ ALWAYS = (
     ["verify"], ["hash", "--topics"], ["export", "--out", "csv"],
 )  # fmt: skip
 SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
-             ["export", "--format", "mat", "--out", "mat"], ["replay"], ["metrics", "--salvage"])  # fmt: skip
+             ["replay"], ["metrics", "--salvage"])  # fmt: skip
 SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--out", "view"],
           ["plot", "--format", "svg", "--only", "position", "--out", "plot"])  # fmt: skip
 

@@ -279,7 +279,7 @@ COMMANDS = {
     ),
     "export": Command(
         _export,
-        "Write topics as CSV, Parquet or MATLAB files; 1 if a topic cannot be read: it is named, the others written.",
+        "Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.",
         "log export flights/case1-1-1 --out tables\n"
         "log export flights/case1-1-1 --format parquet --topic truth --topic reference --out tables",
         {

@@ -10,6 +10,11 @@ def printable(text: str) -> str:
     return _UNPRINTABLE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
+def one_line(error: Exception, longest: int = 200) -> str:
+    """Return what an error of a library says, in one line of at most ``longest`` characters."""
+    return " ".join(str(error).split())[:longest] or type(error).__name__
+
+
 class FlightLogError(Exception):
     """Something is wrong with a flight log; the text names the file, what was found and what was expected."""
 

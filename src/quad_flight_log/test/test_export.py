@@ -2,15 +2,11 @@
 
 import csv
 import json
-import struct
 import tracemalloc
-import warnings
 
 import flight_samples
-import hostile_bags
 import numpy as np
 import pytest
-import scipy.io
 
 from quad_flight_log import cli
 from quad_flight_log.bag.export import ExportError, export
@@ -53,33 +49,6 @@ def test_parquet_keeps_values_and_types(flown, flown_bag, tmp_path):
     inside = pq.read_table(paths[2])
     assert inside.schema.field("extra").type == pa.list_(pa.float64())
     assert inside.schema.field("torque_limited[1]").type == pa.bool_()
-
-
-def test_matlab_gets_a_struct_per_topic(flown, flown_bag, tmp_path):
-    (path,) = export(open_flight(flown_bag), tmp_path, "mat", TOPICS).paths
-    content = scipy.io.loadmat(path, squeeze_me=True)
-    np.testing.assert_array_equal(content["truth"]["p_w"].item(), flown.result.topics["truth"]["p_w"])
-    np.testing.assert_array_equal(
-        content["wrench_setpoint"]["wrench"].item()["torque"].item()["x"].item(),
-        flown.result.topics["wrench_setpoint"]["torque_b"][:, 0],
-    )
-    assert content["metadata"]["seed"].item() == "7"
-
-
-def test_names_that_matlab_does_not_admit_are_changed_and_nothing_is_lost(tmp_path):
-    topics = ["/", "/1st", "/_a", "/t_a", "/größe", "/a/b", "/a_b", "/metadata", "/" + "x" * 70]
-    path = tmp_path / "odd.mcap"
-    made = {name: ("a/msg/A", "float64 x", [struct.pack("<Id", 0x100, index)]) for index, name in enumerate(topics)}
-    hostile_bags.write(path, made, **{"": "empty", "1": "one", "ä": "two"})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        (file,) = export(open_flight(path), tmp_path, "mat", []).paths
-    content = scipy.io.loadmat(file)
-    theirs = [name for name in content if not name.startswith("__") and name not in ("metadata", "parameters")]
-    found = {name: content[name]["x"].item().item() for name in theirs}
-    assert sorted(found.values()) == list(range(len(topics)))
-    assert found["metadata_2"] == 7
-    assert sorted(str(np.squeeze(value)) for value in content["metadata"].item()) == ["empty", "one", "two"]
 
 
 def test_the_verb_names_its_files_and_never_overwrites(flown_bag, tmp_path, capsys):

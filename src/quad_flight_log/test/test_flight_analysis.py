@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loop_flight import write_flight
 
-from quad_flight_log.analysis.frames import aligned_arrays, aligned_frame, frame
+from quad_flight_log.analysis.frames import aligned_frame, frame
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 
@@ -23,40 +24,28 @@ def test_a_frame_has_a_column_per_number(flown, flown_bag):
 
 
 def test_alignment_keeps_the_stamps_that_all_have(flown, flown_bag):
-    flight = open_flight(flown_bag)
-    found = aligned_arrays(flight, "truth", "reference", "attitude_setpoint")
-    stamps = flown.result.topics["reference"]["stamp_ns"]
-    for table in found.values():
-        np.testing.assert_array_equal(table["stamp_ns"], stamps)
-    np.testing.assert_array_equal(found["truth"]["p_w"], flown.result.topics["truth"]["p_w"][::5])
-    joined = aligned_frame(flight, "truth", "reference")
-    np.testing.assert_array_equal(joined["truth.p_w[0]"], flown.result.topics["truth"]["p_w"][::5, 0])
-    np.testing.assert_array_equal(joined["reference.yaw"], flown.result.topics["reference"]["yaw"])
+    found = aligned_frame(open_flight(flown_bag), "truth", "reference", "attitude_setpoint")
+    truth, reference = flown.result.topics["truth"], flown.result.topics["reference"]
+    for topic in ("truth", "reference", "attitude_setpoint"):
+        np.testing.assert_array_equal(found[f"{topic}.stamp_ns"], reference["stamp_ns"])
+    np.testing.assert_array_equal(found["truth.p_w[0]"], truth["p_w"][::5, 0])
+    np.testing.assert_array_equal(found["reference.yaw"], reference["yaw"])
+    assert found.index.name == "time"
 
 
-def test_held_takes_the_newest_of_the_slower_topic(flown, flown_bag):
-    found = aligned_arrays(open_flight(flown_bag), "truth", "reference", forward_fill=True)
-    assert len(found["truth"]) == len(flown.result.topics["truth"])
-    expected = np.repeat(flown.result.topics["reference"]["stamp_ns"], 5)[: len(found["truth"])]
-    np.testing.assert_array_equal(found["reference"]["stamp_ns"], expected)
-
-
-def test_held_leaves_out_what_comes_before_the_first(flown, tmp_path):
-    from loop_flight import write_flight
-
-    late = [item for item in flown.messages if item[0] != "reference" or item[1].step >= 50]
-    found = aligned_arrays(
-        open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late))),
-        "truth",
-        "reference",
-        forward_fill=True,
-    )
-    assert found["truth"]["step"][0] == 50
+@pytest.mark.parametrize("first", [0, 50])
+def test_forward_fill_takes_the_newest_of_the_slower_topic_and_nothing_before_its_first(first, flown, tmp_path):
+    late = [item for item in flown.messages if item[0] != "reference" or item[1].step >= first]
+    flight = open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late)))
+    found = aligned_frame(flight, "truth", "reference", forward_fill=True)
+    steps = np.arange(first, len(flown.result.topics["truth"]))
+    np.testing.assert_array_equal(found["truth.step"], steps)
+    np.testing.assert_array_equal(found["reference.step"], steps // 5 * 5)
 
 
 def test_a_topic_without_stamps_cannot_be_aligned(flown_bag):
     with pytest.raises(TopicError, match="NodeParameters has no stamp"):
-        aligned_arrays(open_flight(flown_bag), "truth", "flight/parameters")
+        aligned_frame(open_flight(flown_bag), "truth", "flight/parameters")
     assert list(frame(open_flight(flown_bag), "flight/parameters").index) == [0.0] * 5
 
 

@@ -28,7 +28,6 @@ VERBS = {
     "recover": ["--out", "recovered"],
     "export": ["--out", "csv"],
     "export --format parquet": ["--out", "parquet"],
-    "export --format mat": ["--out", "mat"],
     "replay": [],
     "report": ["--out", "report"],
     "compare": ["--out", "compare"],

@@ -1,10 +1,10 @@
-"""A flight for other tools: CSV, Parquet, MATLAB. Topic by topic, CSV and Parquet in blocks of bounded size."""
+"""A flight for other tools: CSV or Parquet, topic by topic, in blocks of bounded size."""
 
 import csv
 import itertools
 import json
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,9 +15,8 @@ from quad_flight_log.bag.messages import Column
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, SchemaError
 
-FORMATS = ("csv", "parquet", "mat")
+FORMATS = ("csv", "parquet")
 _LONGEST_NAME = 200
-_LONGEST_MATLAB = 50  # of the 63 letters of a name; a number may follow
 
 
 class ExportError(FlightLogError):
@@ -43,12 +42,12 @@ def export(flight: Flight, directory: Path, form: str, topics: list[str]) -> Exp
     left_out = {name: flight.unreadable[name] for name in names if name in flight.unreadable}
     names = [name for name in names if name not in left_out]
     directory.mkdir(parents=True, exist_ok=True)
-    if form == "mat":
-        path = _new(directory / f"{flight.path.name.partition('.')[0]}.mat")
-        return Exported([_matlab(flight, path, names, left_out)], left_out)
     write = _parquet if form == "parquet" else _csv
     taken: set[str] = set()
-    files = {name: _new(directory / f"{_free_name(name, taken)}.{form}") for name in names}
+    files = {name: directory / f"{_free_name(name, taken)}.{form}" for name in names}
+    there = next((path for path in files.values() if path.exists()), None)
+    if there:
+        raise ExportError(f"{there}: exists; an export never overwrites")
     paths = []
     for name, path in files.items():
         part = path.with_name(path.name + ".part")
@@ -81,12 +80,6 @@ def write_csv(path: Path, content: Mapping[str, NDArray[Any]]) -> None:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(content)
         writer.writerows(zip(*(values.tolist() for values in content.values()), strict=True))
-
-
-def _new(path: Path) -> Path:
-    if path.exists():
-        raise ExportError(f"{path}: exists; an export never overwrites")
-    return path
 
 
 def _csv(flight: Flight, name: str, path: Path) -> None:
@@ -129,42 +122,3 @@ def _parquet(flight: Flight, name: str, path: Path) -> None:
     finally:
         if writer is not None:
             writer.close()
-
-
-def _matlab(flight: Flight, path: Path, names: list[str], left_out: dict[str, str]) -> Path:
-    try:
-        from scipy.io import savemat
-    except ImportError as error:
-        raise ExportError("mat: install the Python package scipy") from error
-    content: dict[str, Any] = {"metadata": None, "parameters": None}
-    for name in names:
-        try:
-            content[_matlab_name(name.strip("/"), content)] = _struct(flight.array(name))
-        except SchemaError as error:  # noqa: PERF203 (the other topics are exported)
-            left_out[name] = str(error)
-    notes: dict[str, Any] = {}
-    for key, value in flight.metadata.items():
-        notes[_matlab_name(key, notes)] = value
-    content["metadata"], content["parameters"] = notes, flight.parameters_text
-    try:
-        savemat(path, content, long_field_names=True, oned_as="column")
-    except ValueError as error:
-        path.unlink(missing_ok=True)
-        raise ExportError(f"{path}: {error}") from error
-    return path
-
-
-def _matlab_name(text: str, taken: Collection[str]) -> str:
-    """Return ``text`` as a name that MATLAB admits (letter first, then letters, digits, _) and that is not taken."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", text)[:_LONGEST_MATLAB]
-    first = plain if plain[:1].isalpha() else f"t{plain}"
-    names = itertools.chain([first], (f"{first}_{number}" for number in itertools.count(2)))
-    return next(name for name in names if name not in taken)
-
-
-def _struct(table: NDArray[Any]) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    for name in table.dtype.names or ():
-        values = table[name]
-        out[name] = _struct(values) if values.dtype.names else values
-    return out

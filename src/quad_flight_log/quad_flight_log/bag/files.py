@@ -1,41 +1,258 @@
-"""The files of a bag: which they are, in which order, and how each is read.
+"""The files of a bag: which they are, in which order, and what is in each.
 
 A bag is a directory as rosbag2 leaves it (one file or several, MCAP or SQLite, plain or compressed with zstd), or one
-of its files.
+of its files. MCAP files are read record by record with the stream reader of ``mcap``, closed or cut: a file that ends
+within a record (killed recorder, full disk, cut copy) gives the messages before that place. Any other damage is an
+error, unless the caller asks to salvage the messages before it. SQLite files are read by ``rosbags``.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, BinaryIO, NamedTuple, cast
 
+import zstandard
+from mcap import records
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.well_known import Profile
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 
 from quad_core.parameter_files import load_yaml
-from quad_flight_log.bag.mcap_file import Channel, McapFile, Message, Progress
-from quad_flight_log.bag.notes import METADATA_FILE
-from quad_flight_log.errors import CorruptError, NotAFlightError
+from quad_flight_log.bag.notes import LIBRARY, METADATA_FILE
+from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, one_line
 
+_MAGIC = b"\x89MCAP0\r\n"
+_ZSTD = b"\x28\xb5\x2f\xfd"  # no CDR payload begins so: rosbag2 compressed the message
+_RECORD_LIMIT = 80 << 20  # bytes
+_EXPANSION_LIMIT = 50  # bytes unpacked for each byte of the file; the indexes alone keep our bags below 30
+_FREE_SIZE = 16 << 20  # bytes that any file may unpack to
+_SEQUENCES = 1 << 32  # messages after which the numbers of our recorder begin again
 _PACKED = {".zstd": "zstd", ".zst": "zstd", ".lz4": "lz4", ".gz": "gzip", ".bz2": "bzip2", ".xz": "xz"}
 _NUMBERED = re.compile(r"(.*)_(\d+)$")
+_ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
+
+Progress = Callable[[int, int], None]
 
 
-class BagFile(Protocol):
-    """What is read from a file of a bag, as in ``McapFile``."""
+class Channel(NamedTuple):
+    """A topic as one file declares it; ``definition`` is the text of its type, in ``schema_encoding``."""
 
-    path: Path
-    written_by: str
-    damage: str
-    truncated: bool
-    protected: bool
-    uncompressed_size: int
-    channels: dict[int, Channel]
-    notes: list[tuple[str, dict[str, str]]]
-    attachments: dict[str, bytes]
+    topic: str
+    type: str
+    encoding: str
+    schema_encoding: str
+    definition: bytes
+    type_hash: str
+    offered_qos: str
+
+
+class Message(NamedTuple):
+    """A message as it stands in the file; times in ns."""
+
+    channel: Channel
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+class _CutError(Exception):
+    """The file ends within a record."""
+
+
+class _DamageError(Exception):
+    """A record is not what it should be."""
+
+
+class BagFile:
+    """What one file holds, known after ``messages`` was read to its end.
+
+    ``notes``: metadata records in order. ``truncated``: the file is cut or damaged, ``damage`` says where and how.
+    ``protected``: a checksum covers every message.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read nothing yet."""
+        self.path = path
+        self._reset()
+
+    def _reset(self) -> None:
+        self.written_by = self.damage = ""
+        self.truncated, self.protected = False, True
+        self.uncompressed_size = 0
+        self.channels: dict[int, Channel] = {}
+        self.notes: list[tuple[str, dict[str, str]]] = []
+        self.attachments: dict[str, bytes] = {}
 
     def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:
-        """Yield the messages in the order of the file."""
+        """Yield the messages in the order of the file.
+
+        Raises NotAFlightError (no bag), CorruptError or LimitError; with ``salvage`` damage ends the messages.
+        """
+        raise NotImplementedError
+
+    def _damaged(self, error: Exception, problem: str, salvage: bool) -> None:
+        self.truncated, self.damage = True, problem
+        if not salvage:
+            kind = LimitError if isinstance(error, LimitError) else CorruptError
+            raise kind(f"{self.path}: {problem}") from error
+
+
+class SqliteFile(BagFile):
+    """An SQLite bag: a whole directory, or one file. The format has no checksums."""
+
+    def __init__(self, path: Path, source: Path) -> None:
+        """Read ``source`` later; ``path`` names the first file."""
+        super().__init__(path)
+        self._source, self.written_by, self.protected = source, "rosbag2 (SQLite)", False
+
+    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:  # noqa: ARG002
+        """Yield the messages in the order of their times; as in ``BagFile``."""
+        try:
+            with Reader(self._source) as reader:
+                self.channels = {connection.id: _channel(connection) for connection in reader.connections}
+                for connection, time, data in reader.messages():
+                    yield Message(self.channels[connection.id], time, time, bytes(data))
+        except Exception as error:  # whatever rosbags, SQLite and zstd raise
+            self._damaged(error, one_line(error), salvage)
+
+
+def _channel(connection: Any) -> Channel:
+    encoding, text = _ENCODINGS.get(connection.msgdef.format, ""), connection.msgdef.data.encode()
+    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text, connection.digest or "", "")
+
+
+class McapFile(BagFile):
+    """An MCAP file, plain or compressed with zstd."""
+
+    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:
+        """Yield the messages; as in ``BagFile``."""
+        self._reset()
+        self._schemas: dict[int, Any] = {}
+        self._count = 0
+        try:
+            file = self.path.open("rb")
+        except OSError as error:
+            raise NotAFlightError(f"{self.path}: {error.strerror or error}") from error
+        with file:
+            stream = _Stream(file, self.path, progress)
+            try:
+                yield from self._read(stream)
+            except NotAFlightError:
+                raise
+            except _CutError:
+                self.truncated, self.damage = True, f"ends within a record at byte {stream.at}"
+            except Exception as error:  # whatever mcap and its decompressors raise over damaged bytes
+                known = isinstance(error, _DamageError | LimitError)
+                text = str(error) if known else f"a record cannot be read ({type(error).__name__}: {one_line(error)})"
+                self._damaged(error, f"{text} (at byte {stream.at})", salvage)
+            finally:
+                if progress and stream.size:
+                    progress(stream.size, stream.size)
+
+    @property
+    def _own(self) -> bool:
+        return self.written_by.startswith(LIBRARY)
+
+    def _read(self, stream: "_Stream") -> Iterator[Message]:
+        end, statistics = None, None
+        reader = StreamReader(
+            cast("Any", stream), emit_chunks=True, validate_crcs=True, record_size_limit=_RECORD_LIMIT
+        )
+        for record in reader.records:
+            if isinstance(record, records.DataEnd):
+                end = record
+            elif isinstance(record, records.Statistics):
+                statistics = record
+            elif end:  # a summary repeats what was read
+                continue
+            elif isinstance(record, records.Chunk):
+                yield from self._chunk(record, stream.size or stream.at)
+            else:
+                yield from self._record(record)
+        if self._own and not (end and end.data_section_crc and statistics):
+            raise _DamageError("closed without a checksum of its data or without statistics")
+        if statistics and statistics.message_count != self._count:
+            raise _DamageError(f"found {self._count} messages, expected {statistics.message_count}")
+
+    def _chunk(self, chunk: records.Chunk, file_size: int) -> Iterator[Message]:
+        if chunk.compression not in ("", "zstd", "lz4"):
+            raise _DamageError(f"chunk compressed as {chunk.compression!r}, expected zstd, lz4 or none")
+        self.uncompressed_size += chunk.uncompressed_size
+        if self.uncompressed_size > max(_FREE_SIZE, _EXPANSION_LIMIT * file_size):
+            raise LimitError(f"chunks unpack to more than {_EXPANSION_LIMIT} times the size of the file")
+        self.protected &= chunk.uncompressed_crc != 0
+        if self._own and not chunk.uncompressed_crc:
+            raise _DamageError("chunk without a checksum")
+        for record in breakup_chunk(chunk, validate_crc=True):
+            yield from self._record(record, in_chunk=True)
+
+    def _record(self, record: Any, *, in_chunk: bool = False) -> Iterator[Message]:
+        match record:
+            case records.Message():
+                self.protected &= in_chunk
+                yield self._message(record)
+            case records.Header(profile=profile, library=writer):
+                self.written_by = writer
+                if profile not in (Profile.ROS2, ""):
+                    raise NotAFlightError(f"{self.path}: its profile is {profile!r}, expected ros2")
+            case records.Schema():
+                _declare(self._schemas, record.id, record, f"schema {record.id}")
+            case records.Channel():
+                _declare(self.channels, record.id, self._channel(record), f"channel {record.id}")
+            case records.Metadata():
+                self.notes.append((record.name, dict(record.metadata)))
+            case records.Attachment():
+                self.attachments[record.name] = record.data
+
+    def _channel(self, record: records.Channel) -> Channel:
+        schema, about = self._schemas.get(record.schema_id), record.metadata
+        if record.schema_id and schema is None:
+            raise _DamageError(f"channel {record.topic!r} names schema {record.schema_id}, which is not declared")
+        name, encoding, text = (schema.name, schema.encoding, schema.data) if schema else ("", "", b"")
+        extra = about.get("topic_type_hash", ""), about.get("offered_qos_profiles", "")
+        return Channel(record.topic, name, record.message_encoding, encoding, text, *extra)
+
+    def _message(self, record: records.Message) -> Message:
+        number = record.channel_id
+        if number not in self.channels:
+            raise _DamageError(f"message on channel {number}, which is not declared")
+        if self._own and record.sequence != self._count % _SEQUENCES:
+            raise _DamageError(f"message {record.sequence}, expected {self._count}")
+        self._count += 1
+        data = zstandard.decompress(record.data) if record.data[:4] == _ZSTD else record.data
+        return Message(self.channels[number], record.log_time, record.publish_time, data)
+
+
+class _Stream:
+    """The bytes of a file, unpacked where the file is compressed; a short read is a cut file."""
+
+    def __init__(self, file: BinaryIO, path: Path, progress: Progress | None) -> None:
+        self.at, self._progress = 0, progress
+        head = file.read(len(_MAGIC))
+        file.seek(0)
+        if not head:
+            raise NotAFlightError(f"{path}: is empty, expected an MCAP file")
+        self.size = 0 if head[:4] == _ZSTD else path.stat().st_size
+        self._file = file if self.size else zstandard.ZstdDecompressor().stream_reader(file)
+        if self.size and not _MAGIC.startswith(head):
+            raise NotAFlightError(f"{path}: starts with {head!r}, expected an MCAP file ({_MAGIC!r})")
+
+    def read(self, size: int) -> bytes:
+        if self.size and self.at + size > self.size:
+            raise _CutError
+        data: bytes = self._file.read(size)
+        self.at += len(data)
+        if len(data) < size:
+            raise _CutError
+        if self._progress and self.size:
+            self._progress(self.at, self.size)
+        return data
+
+
+def _declare(known: dict[int, Any], number: int, item: Any, name: str) -> None:
+    if known.setdefault(number, item) != item:
+        raise _DamageError(f"{name} is declared twice, differently")
 
 
 class Files(NamedTuple):
@@ -44,39 +261,6 @@ class Files(NamedTuple):
     files: list[BagFile]
     names: list[str]
     missing: list[str]
-
-
-class SqliteFile:
-    """An SQLite bag, read by ``rosbags``: a whole directory, or one file. The format has no checksums."""
-
-    def __init__(self, path: Path, source: Path) -> None:
-        """Read ``source`` later; ``path`` names the first file."""
-        self.path, self._source = path, source
-        self.written_by, self.damage, self.truncated, self.protected = "rosbag2 (SQLite)", "", False, False
-        self.uncompressed_size = 0
-        self.channels: dict[int, Channel] = {}
-        self.notes: list[tuple[str, dict[str, str]]] = []
-        self.attachments: dict[str, bytes] = {}
-
-    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:  # noqa: ARG002
-        """Yield the messages in the order of their times; as in ``McapFile``."""
-        try:
-            with Reader(self._source) as reader:
-                of = {connection.id: _channel(connection) for connection in reader.connections}
-                self.channels = of
-                for connection, time, data in reader.messages():
-                    yield Message(of[connection.id], time, time, bytes(data))
-        except Exception as error:  # whatever rosbags, SQLite and zstd raise
-            problem = " ".join(str(error).split())[:200] or type(error).__name__
-            self.truncated, self.damage = True, problem
-            if not salvage:
-                raise CorruptError(f"{self._source}: {problem}") from error
-
-
-def _channel(connection: Any) -> Channel:
-    encodings = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
-    encoding, text = encodings.get(connection.msgdef.format, ""), connection.msgdef.data.encode()
-    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text, connection.digest or "", "")
 
 
 def files_of(path: Path) -> Files:
@@ -106,13 +290,11 @@ def _file(path: Path) -> BagFile:
     packed = _PACKED.get(path.suffix, "")
     if packed not in ("", "zstd"):
         raise NotAFlightError(f"{path}: compressed with {packed}, expected zstd or none: unpack the file first")
-    if ".db3" in path.suffixes:
-        if packed:
-            raise NotAFlightError(
-                f"{path}: a compressed SQLite file is read with its metadata.yaml: name the directory"
-            )
-        return SqliteFile(path, path)
-    return McapFile(path)
+    if ".db3" not in path.suffixes:
+        return McapFile(path)
+    if packed:
+        raise NotAFlightError(f"{path}: a compressed SQLite file is read with its metadata.yaml: name the directory")
+    return SqliteFile(path, path)
 
 
 def _place(path: Path) -> tuple[str, int]:

@@ -17,7 +17,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from quad_flight_log.errors import FlightLogError, SchemaError
+from quad_flight_log.errors import FlightLogError, SchemaError, one_line
 
 Table = NDArray[np.void]
 Fields = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
@@ -49,7 +49,7 @@ class MessageType:
     def __init__(self, name: str, store: Typestore, masked: Sequence[str] = ()) -> None:
         """Take the type ``name`` from ``store``; fields ``masked`` are no part of the payload hash."""
         self.name, self._store, self._masked = name, store, masked
-        self._dtype = _dtype(store.fielddefs, name)
+        self._dtype = _form(store.fielddefs, name, (), {}).dtype
         self.fields = tuple(field for field, _ in store.fielddefs[name][1])
         self._places: dict[int, list[int]] = {}
 
@@ -72,10 +72,10 @@ class MessageType:
         """
         messages, decode, name = [], self._store.deserialize_cdr, self.name
         try:
-            messages += [decode(payload, name) for payload in payloads]
+            for payload in payloads:
+                messages.append(decode(payload, name))  # noqa: PERF401 (how many there are says which one is bad)
         except Exception as error:  # whatever rosbags raises over bytes that are no message
-            problem = " ".join(str(error).split())[:200] or type(error).__name__
-            raise SchemaError(f"{where}: message {_first_bad(decode, name, payloads)}: {problem}") from error
+            raise SchemaError(f"{where}: message {len(messages)}: {one_line(error)}") from error
         stamp = _stamp_path(self._dtype)
         taken = next((field for field in TIMES if field in self.fields), None)
         if taken:
@@ -182,9 +182,7 @@ def message_type(name: str, text: str) -> MessageType:
     try:
         store.register(get_types_from_msg(_SEPARATOR.sub(r"\1\nMSG:", text), full))
     except Exception as error:  # whatever the parser raises
-        problem = " ".join(str(error).split())[:200] or type(error).__name__
-        raise SchemaError(f"the definition of {full} cannot be read: {problem}") from error
-    _measured(store.fielddefs, full, (), {})
+        raise SchemaError(f"the definition of {full} cannot be read: {one_line(error)}") from error
     top = re.split(r"^={80}\s*$", text, maxsplit=1, flags=re.MULTILINE)[0]
     return MessageType(full, store, tuple(_MASKED.findall(top)))
 
@@ -205,13 +203,16 @@ def _full_name(name: str) -> str:
     return f"{parts[0]}/msg/{parts[-1]}"
 
 
-class _Size(NamedTuple):
+class _Form(NamedTuple):
+    """How a type lies in memory: a row of a table, and what its smallest message takes, in fields and bytes."""
+
+    dtype: np.dtype[Any]
     fields: int
     bytes: int
 
 
-def _measured(types: Fields, name: str, above: tuple[str, ...], known: dict[str, _Size]) -> _Size:
-    """Return what one message takes at least; raises SchemaError for a type that is impossible or too large."""
+def _form(types: Fields, name: str, above: tuple[str, ...], known: dict[str, _Form]) -> _Form:
+    """Return the form of a type; raises SchemaError for one that is impossible or too large."""
     if name in known:
         return known[name]
     root = (*above, name)[0]
@@ -221,42 +222,33 @@ def _measured(types: Fields, name: str, above: tuple[str, ...], known: dict[str,
         raise SchemaError(f"{root}: {name} contains itself")
     if len(above) > _DEEPEST:
         raise SchemaError(f"{root}: messages in messages, more than {_DEEPEST} deep")
-    fields = size = 0
+    fields, size, described = 0, 0, list[Any]()
     names = [field for field, _ in types[name][1]]
     twice = next((field for field in names if names.count(field) > 1), None)
     if twice:
         raise SchemaError(f"{root}: two fields of {name} are called {twice!r}")
     for field, (kind, detail) in types[name][1]:
-        item, count = (detail[0], detail[1]) if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else ((kind, detail), 1)
+        many = kind in (Nodetype.ARRAY, Nodetype.SEQUENCE)
+        item, count = (detail[0], detail[1]) if many else ((kind, detail), 1)
         if kind == Nodetype.ARRAY and count == 0:
             raise SchemaError(f"{root}: {field!r} is an array of 0 items, expected at least 1")
+        code = _CODES.get(item[1][0]) if item[0] == Nodetype.BASE else None
         if item[0] == Nodetype.NAME:
-            inner = _measured(types, item[1], (*above, name), known)
-        elif item[1][0] in _CODES or item[1][0] == "string":
-            inner = _Size(1, np.dtype(_CODES.get(item[1][0], "u4")).itemsize)
+            inner = _form(types, item[1], (*above, name), known)
+        elif code or item[1][0] == "string":
+            inner = _Form(np.dtype(code or "O"), 1, np.dtype(code or "u4").itemsize)
         else:
             raise SchemaError(f"{root}: {field!r} is of type {item[1][0]}, which is not read")
-        numbers = item[0] == Nodetype.BASE and item[1][0] != "string"
-        fields += inner.fields * (1 if numbers or kind == Nodetype.SEQUENCE else count)
+        fields += inner.fields * (1 if code or kind == Nodetype.SEQUENCE else count)
         size += 4 if kind == Nodetype.SEQUENCE else inner.bytes * count
         if fields > _MOST_FIELDS or size > _LARGEST:
             raise SchemaError(f"{root}: {name} holds more than {_MOST_FIELDS} fields or {_LARGEST} bytes")
-    known[name] = _Size(max(fields, 1), size)
-    return known[name]
-
-
-def _dtype(types: Fields, name: str) -> np.dtype[Any]:
-    described: list[Any] = []
-    for field, (kind, detail) in types[name][1]:
-        if kind == Nodetype.NAME:
-            described.append((field, _dtype(types, detail)))
-        elif kind == Nodetype.BASE:
-            described.append((field, _CODES.get(detail[0], "O")))
-        elif kind == Nodetype.ARRAY and detail[0][0] == Nodetype.BASE and detail[0][1][0] in _CODES:
-            described.append((field, _CODES[detail[0][1][0]], (detail[1],)))
+        if kind == Nodetype.ARRAY and code:
+            described.append((field, code, (count,)))
         else:
-            described.append((field, "O"))
-    return np.dtype(described)
+            described.append((field, "O" if many else inner.dtype))
+    known[name] = _Form(np.dtype(described), max(fields, 1), size)
+    return known[name]
 
 
 def _stamp_path(dtype: np.dtype[Any]) -> tuple[str, ...]:
@@ -283,12 +275,3 @@ def _objects(items: list[Any]) -> NDArray[Any]:
 
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)
-
-
-def _first_bad(decode: Any, name: str, payloads: Sequence[bytes]) -> int:
-    for index, payload in enumerate(payloads):
-        try:
-            decode(payload, name)
-        except Exception:  # noqa: PERF203 (it ends the loop)
-            return index
-    return -1

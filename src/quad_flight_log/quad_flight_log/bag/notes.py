@@ -9,6 +9,7 @@ import yaml
 
 from quad_core.parameter_files import load_yaml
 
+LIBRARY = "quad_flight_log 2"  # how the library string of our recorder begins: its files have every checksum
 METADATA_FILE = "metadata.yaml"
 ROSBAG2 = "rosbag2"  # metadata record with the text of metadata.yaml
 QUAD = "quad"  # metadata record written at the start

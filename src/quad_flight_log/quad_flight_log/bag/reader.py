@@ -13,10 +13,9 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from quad_core.cascade import SIGNALS
 from quad_core.parameter_files import load_yaml
-from quad_flight_log.bag.files import files_of
-from quad_flight_log.bag.mcap_file import LIBRARY, Channel, Message, Progress
+from quad_flight_log.bag.files import Channel, Message, Progress, files_of
 from quad_flight_log.bag.messages import Column, MessageType, Table, known_type, message_type
-from quad_flight_log.bag.notes import PARAMETERS, QUAD, QUAD_END, opened_notes
+from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opened_notes
 from quad_flight_log.errors import (
     AmbiguousTopicError,
     CorruptError,

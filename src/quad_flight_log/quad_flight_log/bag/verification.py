@@ -5,6 +5,7 @@ import json
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.notes import METADATA_FILE, ROSBAG2
 from quad_flight_log.bag.reader import Flight
+from quad_flight_log.errors import one_line
 
 
 def problems_of(flight: Flight) -> list[str]:
@@ -32,7 +33,7 @@ def _metadata_problems(flight: Flight) -> list[str]:
         }
         files = list(about["relative_file_paths"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        return [f"{path}: cannot be read ({type(error).__name__}: {' '.join(str(error).split())[:200]})"]
+        return [f"{path}: cannot be read ({type(error).__name__}: {one_line(error)})"]
     have = {topic.name: (topic.type, topic.messages) for topic in flight.topics.values()}
     expected = flight.file_names
     problems = [f"{path}: names the files {files}, expected {expected}"] if files != expected else []

@@ -13,12 +13,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
-from quad_flight_log.bag.mcap_file import LIBRARY, McapFile
 from quad_flight_log.bag.notes import (
+    LIBRARY,
     METADATA_FILE,
     PARAMETERS,
     QUAD,
@@ -31,7 +32,7 @@ from quad_flight_log.bag.notes import (
     qos_text,
     sealed_notes,
 )
-from quad_flight_log.errors import BagWriteError, FlightLogError
+from quad_flight_log.errors import BagWriteError
 
 DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
 FLUSH_PERIOD = 0.2  # s between two chunks; with the above less than 300 ms are lost with the process
@@ -270,11 +271,12 @@ class BagWriter:
         """Count as dropped what waits, and what was written and is not in the file."""
         for topic, *_ in self._queue:
             self.dropped[self._topics[topic].summary.name] += 1
-        counts: Counter[str] = Counter()
-        with contextlib.suppress(FlightLogError):
-            counts.update(message.channel.topic for message in McapFile(self.part_path).messages(salvage=True))
+        counts: Counter[int] = Counter()
+        with contextlib.suppress(Exception), self.part_path.open("rb") as stream:  # whatever mcap raises where it ends
+            for record in StreamReader(stream).records:
+                counts[record.channel_id if isinstance(record, Message) else -1] += 1
         for index, entry in enumerate(self._topics):
-            have = counts[entry.summary.name]
+            have = counts[entry.channel]
             self.dropped[entry.summary.name] += self._counts[index] - have
             self._counts[index] = have
 
