@@ -198,6 +198,45 @@ def test_px4_lands_by_itself_when_the_bridge_dies_and_is_told_to_when_it_is_stop
         assert report["events"][-1][1] == "disarmed"
 
 
+OURS = ["-p", "external_mode:=Case flight"]
+
+
+def test_our_flight_is_a_mode_that_px4_lists_checks_and_flies(given, tmp_path):
+    options = {"external": "accepted"}
+    ended = flown(tmp_path / "flight", given, options, "attitude", NODES, *OURS)
+    assert ended.code == 0, ended.output
+    events = [what for _, what in ended.report["events"]]
+    assert ended.report["names"][0] == "Case flight"
+    assert "Case flight is EXTERNAL1 of PX4" in ended.output
+    assert events.index("nav_state 23, arming_state 2") < events.index("nav_state 18, arming_state 2")
+    assert "command 176" not in events  # offboard is not asked for
+    assert ended.report["heartbeats"] == []
+    assert events[-1] in ("disarmed", "unregistered")
+    assert abs(min(pose[3] for pose in ended.report["poses"]) + 2.0) < 0.2
+    checks = np.array(ended.report["checks"])
+    assert np.diff(checks[:, 0]).max() < 0.7  # each answered while it flew, but for one that was late
+    assert checks[0, 1] == 0.0  # before its nodes and states are there it cannot be armed
+
+
+def test_a_pilot_selects_our_mode_and_leaves_it(given, tmp_path):
+    options = {"external": "accepted", "selected_after": 4.0, "pilot_after": 3.0}
+    ended = flown(tmp_path / "flight", given, options, "attitude", NODES, *OURS, "-p", "chosen_by:=pilot")
+    events = [what for _, what in ended.report["events"]]
+    assert "command 100001" not in events  # the bridge does not choose
+    assert events.index("selected") < events.index("nav_state 23, arming_state 2") < events.index("pilot")
+    assert ended.code == 1
+    assert "a pilot or PX4 took the vehicle in flight: mode POSCTL" in cause(ended)
+
+
+@pytest.mark.parametrize(("external", "words"), [("", "no register_ext_component_reply"), ("refused", "refused")])
+def test_a_px4_without_external_modes_is_flown_in_offboard_and_that_is_said(given, tmp_path, external, words):
+    with Flight(tmp_path / "flight", given, {"external": external}, *ALONE, "-p", "mode:=attitude", *OURS) as flight:
+        ended = flight.end()
+    assert words in ended.output
+    assert "flown in offboard instead" in ended.output
+    assert "nav_state 14, arming_state 2" in [what for _, what in ended.report["events"]]
+
+
 def checked(folder, given, *bridge):
     """Return the exit code and the output of check_plant on the bridge."""
     period = ["-p", "flight.roles:=simulator,attitude_controller", "-p", "flight.plant_period:=8000000"]
@@ -236,6 +275,7 @@ def test_what_cannot_fly_ends_with_one_line_and_2(given):
         (without, known, "px4_msgs: not found"),
         (given, [*known, "-p", "flight.mode:=lockstep"], "flight.mode: found lockstep"),
         (given, ["--ros-args", *PERIODS], "airframe.max_rotor_thrust: found 0.0"),
+        (given, [*known, *OURS], "external_mode: found 'Case flight'"),
     ):
         done = run(environment_, *words)
         assert done.returncode == 2, done.stderr

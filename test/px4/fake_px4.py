@@ -38,11 +38,14 @@ OPTIONS = {
     "loss": 0.1,  # COM_OF_LOSS_T
     "battery": 0.9,
     "battery_after": 0.0,  # s in offboard and armed until it is at 5 %; 0: never
+    "external": "",  # "": no such topics, "refused", or "accepted"
+    "selected_after": 0.0,  # s after a mode of ours was registered until a pilot selects it; 0: never
     "version": 1,
 }
-SET_MODE, ARM, LAND, TAKEOFF = 176, 400, 21, 22
-OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL, AUTO_TAKEOFF = 14, 4, 18, 2, 17
-FLYING = (OFFBOARD, AUTO_TAKEOFF, AUTO_LOITER)
+SET_MODE, ARM, LAND, TAKEOFF, SET_NAV_STATE = 176, 400, 21, 22, 100001
+OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL, AUTO_TAKEOFF, EXTERNAL = 14, 4, 18, 2, 17, 23
+FLYING = (OFFBOARD, AUTO_TAKEOFF, AUTO_LOITER, EXTERNAL)
+CHECK_EVERY, MISSES = 0.3, 3
 TAKEOFF_HEIGHT = 2.5
 ARMED, DISARMED = 2, 1
 BEATS = 20
@@ -65,6 +68,7 @@ class FakePx4:
         self.acks, self.held_back, self.resets, self.shift = [], None, 0, np.zeros(3)
         self.samples, self.next_sample = 0, 0.0
         self.flags = msg.FailsafeFlags()
+        self.registered, self.config, self.check_at, self.checks, self.can_run = 0.0, None, 0.0, [0, 0], False
         self.said = {}  # {topic: (when, what) of its last message}
         self.report = {"events": [], "wrenches": [], "poses": [], "heartbeats": [], "setpoints": [], "idle_broken": 0}
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -82,6 +86,10 @@ class FakePx4:
         self.ack_out = self.node.create_publisher(msg.VehicleCommandAck, "/fmu/out/vehicle_command_ack", out)
         self.landed_out = self.node.create_publisher(msg.VehicleLandDetected, "/fmu/out/vehicle_land_detected", out)
         self.battery_out = self.node.create_publisher(msg.BatteryStatus, "/fmu/out/battery_status_v1", out)
+        self.reply_out = self.node.create_publisher(
+            msg.RegisterExtComponentReply, "/fmu/out/register_ext_component_reply", out
+        )
+        self.check_out = self.node.create_publisher(msg.ArmingCheckRequest, "/fmu/out/arming_check_request", out)
         self.flags_out = self.node.create_publisher(msg.FailsafeFlags, "/fmu/out/failsafe_flags", out)
         for kind, name, callback in (
             (msg.OffboardControlMode, "offboard_control_mode", self.on_beat),
@@ -91,6 +99,10 @@ class FakePx4:
             (msg.VehicleAttitudeSetpoint, "vehicle_attitude_setpoint_v1", self.on_attitude),
             (msg.VehicleRatesSetpoint, "vehicle_rates_setpoint", self.on_rates),
             (msg.VehicleCommand, "vehicle_command", self.on_command),
+            (msg.RegisterExtComponentRequest, "register_ext_component_request", self.on_register),
+            (msg.VehicleControlMode, "config_control_setpoints", self.on_config),
+            (msg.ArmingCheckReply, "arming_check_reply_v1", self.on_check),
+            (msg.UnregisterExtComponent, "unregister_ext_component", self.on_unregister),
         ):
             self.node.create_subscription(kind, f"/fmu/in/{name}", callback, into)
 
@@ -101,6 +113,45 @@ class FakePx4:
 
     def note(self, what):
         self.report["events"].append([round(self.now, 3), what])
+
+    def on_register(self, message):
+        self.report.setdefault("names", []).append(bytes(message.name).rstrip(bytes(1)).decode())
+        if not self.options["external"]:
+            return
+        reply = msg.RegisterExtComponentReply(timestamp=self.stamp(), request_id=message.request_id, name=message.name)
+        reply.px4_ros2_api_version, reply.success = 1, self.options["external"] == "accepted"
+        reply.mode_id, reply.arming_check_id = (EXTERNAL, 0) if reply.success else (-1, -1)
+        self.registered = self.now if reply.success else 0.0
+        self.reply_out.publish(reply)
+
+    def on_config(self, message):
+        if self.registered and message.source_id == EXTERNAL:
+            self.config = message
+
+    def on_check(self, message):
+        needs = (message.mode_req_angular_velocity, message.mode_req_attitude, message.mode_req_local_position)
+        if message.registration_id == 0 and message.request_id == self.checks[0] and all(needs):
+            self.can_run, self.checks[1] = message.can_arm_and_run, message.request_id
+            self.report.setdefault("checks", []).append([round(self.now, 3), message.can_arm_and_run])
+
+    def on_unregister(self, message):
+        if message.mode_id == EXTERNAL:
+            self.registered = 0.0
+            self.note("unregistered")
+
+    def check_external(self):
+        """Ask our mode three times a second whether it can run; one that does not answer is lost."""
+        if not self.registered or self.now < self.check_at:
+            return
+        self.check_at = self.now + CHECK_EVERY
+        if self.checks[0] - self.checks[1] > MISSES and self.nav_state == EXTERNAL and self.arming_state == ARMED:
+            self.nav_state, self.failsafe = AUTO_LAND, True
+            self.note("external mode lost")
+        self.checks[0] += 1
+        self.check_out.publish(msg.ArmingCheckRequest(timestamp=self.stamp(), request_id=self.checks[0]))
+        if 0.0 < self.options["selected_after"] < self.now - self.registered:
+            self.options["selected_after"], self.nav_state = 0.0, EXTERNAL
+            self.note("selected")
 
     def on_beat(self, message):
         if self.stream_lost:
@@ -163,6 +214,10 @@ class FakePx4:
             if self.beats < BEATS or self.stream_lost:
                 return 1
             self.nav_state = OFFBOARD
+        elif message.command == SET_NAV_STATE:
+            if message.param1 != EXTERNAL or not self.registered or self.config is None:
+                return 1
+            self.nav_state = EXTERNAL
         elif message.command == ARM and message.param1 == 0.0:
             if self.arming_state == ARMED and not self.body.on_ground and message.param2 != 21196.0:
                 return 1
@@ -173,7 +228,8 @@ class FakePx4:
                 return 1
             self.nav_state = AUTO_TAKEOFF
         elif message.command == ARM:
-            if message.param1 != 1.0 or self.nav_state != OFFBOARD or self.options["bad_preflight"]:
+            ready = self.nav_state == OFFBOARD or (self.nav_state == EXTERNAL and self.can_run)
+            if message.param1 != 1.0 or not ready or self.options["bad_preflight"]:
                 return 1
             self.arming_state, self.armed_at = ARMED, self.now
         elif message.command == LAND:
@@ -188,21 +244,26 @@ class FakePx4:
             return np.zeros(4)
         if self.nav_state in (AUTO_TAKEOFF, AUTO_LOITER):
             return self.body.climb(TAKEOFF_HEIGHT)
-        if self.nav_state != OFFBOARD:
+        if self.nav_state not in (OFFBOARD, EXTERNAL):
             return self.body.land()
+        level = self.level
+        if self.nav_state == EXTERNAL:
+            by_rates = "body_rate" if self.config.flag_control_rates_enabled else "thrust_and_torque"
+            level = "attitude" if self.config.flag_control_attitude_enabled else by_rates
         return {
             "thrust_and_torque": lambda: self.body.allocate(self.torque, self.thrust),
             "direct_actuator": lambda: np.clip(self.motors, 0.0, 1.0),
             "attitude": lambda: self.body.hold_attitude(self.attitude, self.attitude_thrust),
             "body_rate": lambda: self.body.hold_rates(self.rates, self.rates_thrust),
-        }.get(self.level, lambda: np.zeros(4))()
+        }.get(level, lambda: np.zeros(4))()
 
     def step(self):
         """Go on by 4 ms."""
         options = self.options
-        flying = self.arming_state == ARMED and self.nav_state == OFFBOARD
+        self.check_external()
+        flying = self.arming_state == ARMED and self.nav_state in (OFFBOARD, EXTERNAL)
         self.flown_for += 0.004 if flying else 0.0
-        if flying and self.stream_lost:
+        if flying and self.stream_lost and self.nav_state == OFFBOARD:
             self.nav_state, self.failsafe = AUTO_LAND, True
             self.note("offboard lost")
         # right after a status: the next one is as far away as it can be
@@ -255,6 +316,7 @@ class FakePx4:
         if self.is_due("control mode", 0.02):
             message = msg.VehicleControlMode(timestamp=self.stamp(), flag_armed=self.arming_state == ARMED)
             message.flag_control_offboard_enabled = self.nav_state == OFFBOARD
+            message.source_id = EXTERNAL if self.nav_state == EXTERNAL else 0
             self.control_out.publish(message)
         if self.is_due("status", 0.2):
             self.status_out.publish(

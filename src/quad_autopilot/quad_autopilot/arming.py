@@ -291,7 +291,7 @@ def _preparing(
             return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
         spooled = inputs.autopilot_time - memory.spooled_from >= parameters.spool_up
         return memory._replace(phase=Phase.FLY, usual=autopilot.reasons) if spooled else memory
-    if inputs.now - memory.since > parameters.step_timeout:
+    if inputs.now - memory.since > parameters.step_timeout and not (phase == Phase.MODE and profile.mode is None):
         what = f"change to {profile.offboard}" if phase == Phase.MODE else "arm"
         answer = memory.answer or "never acknowledged (is target_system right?)"
         text = (

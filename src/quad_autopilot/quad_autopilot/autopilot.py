@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-DO_SET_MODE, ARM_DISARM, NAV_LAND, NAV_TAKEOFF = 176, 400, 21, 22
+DO_SET_MODE, ARM_DISARM, NAV_LAND, NAV_TAKEOFF, SET_NAV_STATE = 176, 400, 21, 22, 100_001
 COMMANDS = {
     DO_SET_MODE: "DO_SET_MODE", ARM_DISARM: "COMPONENT_ARM_DISARM", NAV_LAND: "NAV_LAND", NAV_TAKEOFF: "NAV_TAKEOFF",
+    SET_NAV_STATE: "SET_NAV_STATE",
 }  # fmt: skip
 FORCE = 21196.0
 """Second parameter of COMPONENT_ARM_DISARM: disarm in the air, too."""
@@ -79,7 +80,8 @@ class Profile(NamedTuple):
     """How an autopilot is asked, and what its messages are called there.
 
     ``offboard`` names the mode in which it follows our setpoints, ``status`` and ``state`` the messages that say how it
-    is and where the vehicle is, ``hint`` what to look for when they do not come. ``loss_limit``: s within which it must
+    is and where the vehicle is, ``hint`` what to look for when they do not come. ``mode``: how that mode is asked for,
+    None where a pilot chooses it. ``loss_limit``: s within which it must
     notice a stream that stops before it is armed, 0: not tested; ``loss_advice``: what to set where it does not.
     """
 
@@ -88,7 +90,7 @@ class Profile(NamedTuple):
     status: str
     state: str
     hint: str
-    mode: Request
+    mode: Request | None
     arm: Request = Request(ARM_DISARM, 1.0)
     land: Request = Request(NAV_LAND)
     takeoff: Request = Request(NAV_TAKEOFF)

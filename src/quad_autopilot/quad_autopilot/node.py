@@ -437,6 +437,15 @@ class AutopilotNode(VehicleNode):
         """Return for how long in s a state has waited for a command; infinite before the first command."""
         return max(now - self._unanswered_at, 0.0) if math.isfinite(self.commanded_at) else math.inf
 
+    def arming_refusal(self) -> str:
+        """Return why the vehicle must not be armed in our mode now; empty where it may, or flies."""
+        phase = self.sequence.phase
+        if phase in (Phase.STANDBY, Phase.LANDED, Phase.RELEASED):
+            return f"the flight does not arm: {phase.name.lower()}"
+        if missing := self.handshake.missing():
+            return f"not ready: {', '.join(missing)}"
+        return self._refusal() if phase in (Phase.STREAM, Phase.MODE) else ""
+
     def _refusal(self) -> str:
         """Return why the flight must not begin."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}

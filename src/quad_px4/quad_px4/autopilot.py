@@ -7,7 +7,7 @@ from quad_autopilot.autopilot import DO_SET_MODE, Autopilot, Control, Profile, R
 
 OFFBOARD, LANDING, TAKEOFF, LOITER = 14, (18, 12, 20), 17, 4
 """nav_state: offboard; land, descend, precision land; take-off; hold."""
-ARMED = 2
+ARMED, EXTERNAL1 = 2, 23
 PROFILE = Profile(
     "PX4",
     "offboard",
@@ -16,6 +16,8 @@ PROFILE = Profile(
     "is its uXRCE-DDS agent running?",
     Request(DO_SET_MODE, 1.0, 6.0),
 )
+MODE_LOSS = 1.0
+"""Seconds within which PX4 misses an external mode that stopped: three arming checks, 0.3 s apart."""
 POSITION_INVALID = "local_position_invalid"
 LOSS_ADVICE = "set COM_OF_LOSS_T to 0.1 and COM_OBL_RC_ACT to 4 (Land), docs/how_to/px4.md"
 """What keeps a bridge, an agent or a computer that stops from crashing the vehicle in modes wrench and motors."""
@@ -28,7 +30,8 @@ NAV_STATES = {
 
 def mode_name(nav_state: int) -> str:
     """Return PX4's name of a mode."""
-    return NAV_STATES.get(nav_state, f"mode {nav_state}")
+    external = nav_state - EXTERNAL1 + 1
+    return NAV_STATES.get(nav_state, f"EXTERNAL{external}" if 1 <= external <= 8 else f"mode {nav_state}")
 
 
 class Status(NamedTuple):
@@ -60,23 +63,31 @@ class Vehicle(NamedTuple):
 
 
 class ControlMode(NamedTuple):
-    """What the bridge reads of a VehicleControlMode, at most 50 times a second; ``timestamp`` in us."""
+    """What the bridge reads of a VehicleControlMode, at most 50 times a second; ``timestamp`` in us.
+
+    ``ours``: the mode in which PX4 follows our setpoints is active.
+    """
 
     timestamp: int
     armed: bool
-    offboard: bool
+    ours: bool
 
 
 _UNKNOWN = Vehicle()
 
 
-def autopilot(status: Status, mode: ControlMode | None, flags: Flags, vehicle: Vehicle = _UNKNOWN) -> Autopilot:
-    """Return what PX4 says of itself: its controlling party by the newer of the two messages, why by the status."""
-    name, whose, armed = mode_name(status.nav_state), control(status.nav_state), status.arming_state == ARMED
+def autopilot(
+    status: Status, mode: ControlMode | None, flags: Flags, vehicle: Vehicle = _UNKNOWN, ours: int = OFFBOARD
+) -> Autopilot:
+    """Return what PX4 says of itself: its controlling party by the newer of the two messages, why by the status.
+
+    ``ours``: nav_state of the mode in which PX4 follows our setpoints.
+    """
+    name, whose, armed = mode_name(status.nav_state), control(status.nav_state, ours), status.arming_state == ARMED
     if mode is not None and mode.timestamp > status.timestamp:
         armed = mode.armed
-        if mode.offboard:
-            name, whose = mode_name(OFFBOARD), Control.OURS
+        if mode.ours:
+            name, whose = mode_name(ours), Control.OURS
         elif whose == Control.OURS:
             name, whose = "not said yet", Control.UNSAID
     return Autopilot(
@@ -94,7 +105,7 @@ def autopilot(status: Status, mode: ControlMode | None, flags: Flags, vehicle: V
     )
 
 
-def control(nav_state: int) -> Control:
+def control(nav_state: int, ours: int = OFFBOARD) -> Control:
     """Return whose the vehicle is in a mode."""
-    known = {OFFBOARD: Control.OURS, TAKEOFF: Control.CLIMBING, LOITER: Control.WAITING}
+    known = {ours: Control.OURS, TAKEOFF: Control.CLIMBING, LOITER: Control.WAITING}
     return Control.LANDING if nav_state in LANDING else known.get(nav_state, Control.OTHER)

@@ -129,9 +129,13 @@ def status(message: Any) -> Status:
     )
 
 
-def control_mode(message: Any) -> ControlMode:
-    """Return a VehicleControlMode as plain numbers."""
-    return ControlMode(int(message.timestamp), bool(message.flag_armed), bool(message.flag_control_offboard_enabled))
+def control_mode(message: Any, external: int = -1) -> ControlMode:
+    """Return a VehicleControlMode as plain numbers; ``external``: nav_state of our external mode, -1: offboard is ours.
+
+    PX4 shows an external mode's own configuration while that mode is active, its number included.
+    """
+    ours = message.source_id == external if external >= 0 else message.flag_control_offboard_enabled
+    return ControlMode(int(message.timestamp), bool(message.flag_armed), bool(ours))
 
 
 def flags(message: Any, before: Flags) -> Flags:

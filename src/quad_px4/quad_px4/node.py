@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotInterface, AutopilotNode
+from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND, REQUESTED
@@ -20,9 +21,21 @@ from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_node import Command
 from quad_px4 import messages
-from quad_px4.autopilot import LOSS_ADVICE, PROFILE, ControlMode, Flags, Status, Vehicle, autopilot
+from quad_px4.autopilot import (
+    LOSS_ADVICE,
+    MODE_LOSS,
+    OFFBOARD,
+    PROFILE,
+    ControlMode,
+    Flags,
+    Status,
+    Vehicle,
+    autopilot,
+    mode_name,
+)
+from quad_px4.external_mode import ExternalMode
 from quad_px4.interface import PX4
-from quad_px4.parameters import AirframeParameters
+from quad_px4.parameters import AirframeParameters, ChosenBy
 from quad_px4.setpoints import Setpoints
 
 
@@ -45,10 +58,11 @@ class Px4Interface(AutopilotInterface):
         self._control_mode: ControlMode | None = None
         self._flags, self._vehicle = Flags(), Vehicle()
         self._guarded_step, self._flown = -1, Wrench()
+        self._external = self._registered()
         self.passed_on: Command | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
-        if not self.by_attitude:
+        if not self.by_attitude and self._external is None:
             self.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
 
     def on_ready(self) -> None:
@@ -57,6 +71,45 @@ class Px4Interface(AutopilotInterface):
         if not self.by_attitude:
             text = "PX4 stabilises nothing in this mode: while the stream of setpoints is lost the last torque holds"
             self.node.event(FlightEvent.WARNING, "px4_parameters", f"{text}; {LOSS_ADVICE}", always=True)
+
+    def _registered(self) -> ExternalMode | None:
+        """Return the registration of parameter external_mode, None without; raises ParameterError."""
+        name, limit = getattr(self.settings, "external_mode", ""), self.settings.loss_limit
+        if not name:
+            return None
+        if not self.by_attitude and 0.0 < limit < MODE_LOSS:
+            raise ParameterError(
+                f"external_mode: found {name!r} in mode wrench or motors, loss_limit {limit:g} s; expected "
+                f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
+            )
+        return ExternalMode(
+            self.node, self.px4, self.settings.namespace, name, self.setpoints.mode, self.node.arming_refusal
+        )
+
+    @property
+    def _ours(self) -> int:
+        """Number of our external mode in PX4, -1 while it has none."""
+        return self._external.nav_state if self._external is not None else -1
+
+    def missing(self) -> list[str]:
+        """Return what PX4 has to answer before it is asked for anything: the registration of our mode."""
+        is_open = self._external is not None and self._external.is_open
+        return [f"PX4's answer to the registration of mode {self.settings.external_mode}"] if is_open else []
+
+    def _register(self) -> None:
+        """Ask for our external mode; once it is known whether there is one, say so."""
+        external = self._external
+        if external is None or self.profile is not PROFILE:
+            return
+        external.ask(self.node.stamps().now)
+        if external.failure:
+            self._external = None
+            text = f"{self.settings.external_mode}: {external.failure}; flown in offboard instead"
+            self.node.event(FlightEvent.WARNING, "external_mode", text, always=True)
+        elif not external.is_open:
+            self.profile = external.profile(PROFILE, ChosenBy(self.settings.chosen_by))
+            text = f"{self.settings.external_mode} is {mode_name(external.nav_state)} of PX4"
+            self.node.event(FlightEvent.INFO, "external_mode", text, always=True)
 
     def _listen(self) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -85,12 +138,13 @@ class Px4Interface(AutopilotInterface):
         self._update()
 
     def _on_control_mode(self, message: Any) -> None:
-        self.spoke_at, self._control_mode = self.clock(), messages.control_mode(message)
+        self.spoke_at, self._control_mode = self.clock(), messages.control_mode(message, self._ours)
         self._update()
 
     def _update(self) -> None:
         if self._status is not None:
-            self.autopilot = autopilot(self._status, self._control_mode, self._flags, self._vehicle)
+            ours = self._ours if self._ours >= 0 else OFFBOARD
+            self.autopilot = autopilot(self._status, self._control_mode, self._flags, self._vehicle, ours)
 
     def _on_flags(self, message: Any) -> None:
         self.spoke_at, self._flags = self.clock(), messages.flags(message, self._flags)
@@ -153,6 +207,7 @@ class Px4Interface(AutopilotInterface):
 
     def take(self) -> None:
         """Step the guard; what it took over ends the flight."""
+        self._register()
         if not self.by_attitude:
             self._step_guard()
         if self.node.guard.taken_over and self.node.guard.memory.reason != REQUESTED:
@@ -166,7 +221,8 @@ class Px4Interface(AutopilotInterface):
 
     def send_heartbeat(self) -> None:
         """Have PX4 stay in offboard."""
-        self._heartbeat_out.publish(messages.heartbeat(self.px4, self.setpoints.mode, self.node.stamps().now))
+        if self._ours < 0:  # an external mode is kept by the answers to its arming checks
+            self._heartbeat_out.publish(messages.heartbeat(self.px4, self.setpoints.mode, self.node.stamps().now))
 
     def send_request(self, request: Request) -> None:
         """Send a VehicleCommand."""
@@ -185,6 +241,11 @@ class Px4Interface(AutopilotInterface):
                 self._send(self.setpoints.of_wrench(self._flown, self.node.stamps()))
                 return
         self._send(self.setpoints.safe(newtons, state, self.node.stamps()))
+
+    def close(self) -> None:
+        """Take our mode out of PX4's list."""
+        if self._external is not None:
+            self._external.close()
 
     def _send(self, found: tuple[Any, ...]) -> None:
         self.predicted = self.setpoints.predicted

@@ -30,6 +30,13 @@ class Mode(IntEnum):
     RATES = 3
 
 
+class ChosenBy(IntEnum):
+    """What changes PX4 to our external mode."""
+
+    BRIDGE = 0
+    PILOT = 1
+
+
 class RotorPlace(NamedTuple):
     """One rotor as PX4 describes it: body frame FRD, so y to the right; ``km`` > 0 turns counter-clockwise."""
 
@@ -71,6 +78,12 @@ class Px4BridgeParameters(NamedTuple):
         ""
     )
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
+    external_mode: Annotated[
+        str, Text("name of a mode of our own in PX4's list, at most 24 letters; empty: PX4's offboard mode is used")
+    ] = ""
+    chosen_by: Annotated[
+        int, Choice(ChosenBy, "what changes PX4 to external_mode: the bridge, or a pilot, who is waited for")
+    ] = ChosenBy.BRIDGE.value
     rate_gain: RateGain = 6.5
     rate_limit: RateLimit = 3.8
     reset_limit: ResetLimit = 0.3

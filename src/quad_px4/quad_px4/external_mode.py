@@ -1,0 +1,148 @@
+"""Our flight as a mode in PX4's own list, which a ground station shows and a pilot selects (PX4 1.15 to 1.17).
+
+::
+
+    register_ext_component_request ->             name, with an arming check
+                                   <- register_ext_component_reply         number of the mode, of the check
+    config_control_setpoints       ->             which of PX4's controllers run in the mode
+                                   <- arming_check_request                 every 0.3 s
+    arming_check_reply             ->             within 50 ms; after three misses PX4 takes the mode as dead (0.9 s)
+    unregister_ext_component       ->             at the end
+
+A PX4 or px4_msgs that lacks this, or refuses, is flown in offboard, and ``failure`` says why.
+"""
+
+import secrets
+import time
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from quad_autopilot.autopilot import SET_NAV_STATE, Profile, Request
+from quad_px4 import messages
+from quad_px4.parameters import ChosenBy, Mode
+
+NAME_LENGTH = 24
+NEEDED = {
+    "RegisterExtComponentRequest": ("request_id", "name", "register_mode", "register_arming_check"),
+    "RegisterExtComponentReply": ("request_id", "success", "mode_id", "arming_check_id"),
+    "ArmingCheckRequest": ("request_id",),
+    "ArmingCheckReply": ("request_id", "registration_id", "can_arm_and_run", "mode_req_local_position"),
+    "UnregisterExtComponent": ("name", "mode_id", "arming_check_id", "mode_executor_id"),
+    "VehicleControlMode": ("source_id", "flag_control_rates_enabled", "flag_control_allocation_enabled"),
+}
+CONTROLLERS = {
+    Mode.WRENCH: ("allocation",),
+    Mode.MOTORS: (),
+    Mode.ATTITUDE: ("attitude", "rates", "allocation"),
+    Mode.RATES: ("rates", "allocation"),
+}
+"""{mode: PX4's own controllers that run in it}."""
+REQUIRED = ("angular_velocity", "attitude", "local_alt", "local_position")
+"""What PX4's estimate must have in our mode."""
+_QUALITY = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+_ASK_EVERY, _ASKS = 1.0, 5
+_CONFIG = "config_control_setpoints"
+
+
+class ExternalMode:
+    """The registration of one mode.
+
+    ``nav_state`` is its number in PX4, -1 until it is registered; ``failure``: why it cannot be, empty if it can.
+    """
+
+    def __init__(
+        self, node: Node, px4: ModuleType, namespace: str, name: str, mode: Mode, refusal: Callable[[], str]
+    ) -> None:
+        """Ask PX4 for a mode ``name`` that sends the setpoints of ``mode``; ``refusal``: why it cannot be armed now."""
+        self.nav_state, self.failure, self._check = -1, missing(px4), -1
+        self._node, self._px4, self._space, self._name, self._mode = node, px4, namespace, name, mode
+        self._refusal, self._number = refusal, secrets.randbits(63)
+        self._asks, self._ask_at = 0, time.monotonic()
+        if self.failure:
+            return
+        self._request_out = self._out("RegisterExtComponentRequest")
+        self._answer_out, self._leave_out = self._out("ArmingCheckReply"), self._out("UnregisterExtComponent")
+        topic = messages.topic(namespace, "in", px4.VehicleControlMode).replace("vehicle_control_mode", _CONFIG)
+        self._config_out = node.create_publisher(px4.VehicleControlMode, topic, _QUALITY)
+        for kind, callback in (("RegisterExtComponentReply", self._on_reply), ("ArmingCheckRequest", self._on_check)):
+            message = getattr(px4, kind)
+            node.create_subscription(message, messages.topic(namespace, "out", message), callback, _QUALITY)
+
+    def _out(self, kind: str) -> Any:
+        message = getattr(self._px4, kind)
+        return self._node.create_publisher(message, messages.topic(self._space, "in", message), _QUALITY)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether PX4 has not answered yet."""
+        return self.nav_state < 0 and not self.failure
+
+    def ask(self, stamp: int) -> None:
+        """Ask for the registration, once a second until it is answered; ``stamp`` in us of PX4."""
+        now = time.monotonic()
+        if not self.is_open or now < self._ask_at:
+            return
+        if self._asks == _ASKS:
+            self.failure = f"no register_ext_component_reply in {_ASKS} s: PX4 is older than 1.15, or has no such topic"
+            return
+        self._asks, self._ask_at = self._asks + 1, now + _ASK_EVERY
+        message = self._px4.RegisterExtComponentRequest(timestamp=stamp, request_id=self._number)
+        message.name = _letters(self._name)
+        message.px4_ros2_api_version = message.LATEST_PX4_ROS2_API_VERSION
+        message.register_arming_check = message.register_mode = True
+        self._request_out.publish(message)
+
+    def _on_reply(self, message: Any) -> None:
+        if message.request_id != self._number or not self.is_open:
+            return
+        expected = self._px4.RegisterExtComponentRequest.LATEST_PX4_ROS2_API_VERSION
+        if message.px4_ros2_api_version != expected:
+            self.failure = f"PX4 registers by version {message.px4_ros2_api_version}, px4_msgs has {expected}"
+        elif not message.success:
+            self.failure = "PX4 refused to register it: armed, or no free place among its external modes"
+        else:
+            self.nav_state, self._check = int(message.mode_id), int(message.arming_check_id)
+            config = self._px4.VehicleControlMode(timestamp=message.timestamp, source_id=self.nav_state)
+            for controller in CONTROLLERS[self._mode]:
+                setattr(config, f"flag_control_{controller}_enabled", True)
+            self._config_out.publish(config)
+
+    def _on_check(self, message: Any) -> None:
+        if self.nav_state < 0:
+            return
+        answer = self._px4.ArmingCheckReply(timestamp=message.timestamp, request_id=message.request_id)
+        answer.registration_id, answer.can_arm_and_run = self._check, not self._refusal()
+        for name in REQUIRED:
+            setattr(answer, f"mode_req_{name}", True)
+        self._answer_out.publish(answer)
+
+    def profile(self, before: Profile, chosen_by: ChosenBy) -> Profile:
+        """Return how a PX4 with this mode is asked; a pilot who chooses it is waited for."""
+        request = Request(SET_NAV_STATE, float(self.nav_state)) if chosen_by == ChosenBy.BRIDGE else None
+        return before._replace(offboard=self._name, mode=request)
+
+    def close(self) -> None:
+        """Have PX4 take the mode out of its list."""
+        if self.nav_state >= 0:
+            message = self._px4.UnregisterExtComponent(name=_letters(self._name), mode_executor_id=-1)
+            message.mode_id, message.arming_check_id = self.nav_state, self._check
+            self._leave_out.publish(message)
+
+
+def missing(px4: ModuleType) -> str:
+    """Return what of the protocol a px4_msgs lacks; empty if nothing."""
+    for name, fields in NEEDED.items():
+        known = getattr(px4, name).get_fields_and_field_types() if hasattr(px4, name) else {}
+        if lacking := [field for field in fields if field not in known]:
+            return f"px4_msgs has no {name}.{lacking[0]}; external modes need that of 1.15 to 1.17"
+    return ""
+
+
+def _letters(name: str) -> list[int]:
+    """Return a name as PX4's char[25]."""
+    given = name.encode("ascii", "replace")[:NAME_LENGTH]
+    return [*given, *[0] * (NAME_LENGTH + 1 - len(given))]
