@@ -15,7 +15,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 sys.path.insert(0, str(ROOT / "src" / "quad_flight_log" / "test"))
 import drawn_flights
 import flight_samples
-import foreign_readers
 
 NUMBERS = [0.0, -0.0, 5e-324, 1e308, -1e300, float("nan"), float("inf"), float("-inf"), 1.0]
 TEXTS = st.text(max_size=12) | st.sampled_from(["", "\x1b[31m", "\n", "a" * 5000, "../../x", "NaN", "1e999", "state"])
@@ -86,23 +85,6 @@ def store_of(kind, text):
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(text, kind))
     return store
-
-
-def flat(value, store=None):
-    """Return the numbers and texts of one message as bytes: a row of our reader's, or one of rosbags with its types."""
-    return b"".join(_leaves(store, value))
-
-
-def _leaves(store, value):
-    if hasattr(value, "__msgtype__"):
-        for name, _ in store.fielddefs[value.__msgtype__][1]:
-            yield from _leaves(store, getattr(value, name))
-    elif isinstance(value, list):
-        yield struct.pack("<d", len(value))
-        for item in value:
-            yield from _leaves(store, item)
-    else:
-        yield from foreign_readers.leaves(value)
 
 
 def _random(store, kind, rng):

@@ -1,7 +1,5 @@
 """What the attitude law's tests share: presets, a vehicle, inputs over all that the law may be called with."""
 
-import random
-import struct
 from collections.abc import Iterator
 from typing import Any
 
@@ -33,40 +31,6 @@ def numbers(value: Any) -> Iterator[float]:
             yield from numbers(part)
     else:
         yield value
-
-
-def bits(value: Any) -> bytes:
-    """Return every number of nested tuples as its bytes: signs of zeros count."""
-    found = [float(number) for number in numbers(value)]
-    return struct.pack(f"{len(found)}d", *found)
-
-
-def random_vector(rng: random.Random, size: float) -> Vec3:
-    """Return a vector with components in +-``size``."""
-    return Vec3(rng.uniform(-size, size), rng.uniform(-size, size), rng.uniform(-size, size))
-
-
-def random_inputs(rng: random.Random) -> AttitudeInputs:
-    """Return inputs from a calm hover up to tumbling at the ends of the flyable range."""
-    turned = 10.0 ** rng.uniform(-4.0, 0.1)
-    fast = 10.0 ** rng.uniform(-4.0, 3.0)
-    angles = Vec3(rng.uniform(-2.4, 2.4) * turned, rng.uniform(-1.2, 1.2) * turned, rng.uniform(-3.1, 3.1))
-    state = VehicleState(
-        Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), quaternion_from_euler(angles), random_vector(rng, fast)
-    )
-    angles_d = Vec3(rng.uniform(-0.8, 0.8), rng.uniform(-0.8, 0.8), rng.uniform(-3.1, 3.1))
-    setpoint = AttitudeThrust(
-        angles_d,
-        random_vector(rng, 5.0),
-        random_vector(rng, 50.0),
-        quaternion_from_euler(angles_d),
-        rng.uniform(0.0, 16.0),
-        rng.uniform(0.0, 1.0),
-    )
-    actuation = Actuation(
-        roll_limited=rng.random() < 0.1, pitch_limited=rng.random() < 0.1, yaw_limited=rng.random() < 0.1
-    )
-    return AttitudeInputs(state, setpoint, actuation)
 
 
 def vectors(size: float) -> st.SearchStrategy[Vec3]:

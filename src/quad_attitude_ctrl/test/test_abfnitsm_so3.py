@@ -2,7 +2,6 @@
 
 import math
 import random
-import struct
 
 import numpy as np
 import pytest
@@ -243,18 +242,3 @@ def test_only_the_goal_s_heading_gives_way_to_the_vehicle_s(seed, widest):
     _, _, z, w = (vehicle.inv() * turned_goal).as_quat()
     left = 2.0 * np.arctan2(z, w)
     assert abs((left + np.pi) % (2.0 * np.pi) - np.pi) <= widest + 1e-6
-
-
-def test_compiled_it_gives_the_same_bits():
-    pytest.importorskip("numba")
-    from quad_core.compilation import compiled
-
-    parameters = build(abfnitsm_so3.Parameters, {"command": "led"})
-    machine, rng = compiled(abfnitsm_so3.step), random.Random(3)
-    mine = theirs = abfnitsm_so3.init(parameters, VEHICLE)
-    for _ in range(300):
-        given_ = inputs(vector(rng, 3.0), vector(rng, 20.0), vector(rng, 1.5), vector(rng, 5.0), vector(rng, 30.0))
-        one, mine, _ = abfnitsm_so3.step(parameters, VEHICLE, mine, given_, DT)
-        two, theirs, _ = machine(parameters, VEHICLE, theirs, given_, DT)
-        bits = [struct.pack("4d", wrench.thrust, *wrench.torque_b) for wrench in (one, two)]
-        assert bits[0] == bits[1]

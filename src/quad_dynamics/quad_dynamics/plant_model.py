@@ -5,7 +5,7 @@ from quad_core.lift_off import airborne, marked, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
-from quad_dynamics.plant_side import Drawn, Side, bound, functions_of
+from quad_dynamics.plant_side import Drawn, Memory, Side, receive, side_functions
 from quad_guard.checks import WrenchCommand
 from quad_guard.ending import has_ground, stands
 
@@ -25,14 +25,15 @@ class PlantModel:
         self._plant, self._weather, self._sensing = plant, weather, sensing
         self._seed, period = resolved.flight.seed, resolved.flight.plant_period
         self._side = Side(resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters)
-        self._do = bound(functions_of(plant.module, weather.module, sensing.module))
+        self._do = side_functions(plant.module, weather.module, sensing.module)
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
         self._link_line, linked = link.init()
         self._commanded = Wrench()
         self.truth: VehicleState
         self.state: VehicleState
         self.conditions: Conditions
-        self.truth, self._memory = self._do["begin"](self._side, sensed, linked)
+        self._memory: Memory
+        self.truth, self._memory = self._do.begin(self._side, sensed, linked)
         self.armed, self.actuated_step = True, -1
         self.cover(round(_FIRST_LENGTH / seconds(1, period)))
         self._look(0)
@@ -47,8 +48,7 @@ class PlantModel:
     @property
     def actuation(self) -> Actuation:
         """What the rotors made of the last wrench."""
-        found: Actuation = self._memory.actuation
-        return found
+        return self._memory.actuation
 
     def disturbance(self) -> Disturbance:
         """Return what acts over the coming step; the lumped terms are those of the wrench commanded last."""
@@ -80,15 +80,14 @@ class PlantModel:
         ``wrench`` is what is sent at ``step``, the answer to the state of ``command_step``.
         """
         self._commanded = wrench
-        found: WrenchCommand
-        found, self._memory = self._do["receive"](
+        found, self._memory = receive(
             self._side, self._drawn, self._memory, self.conditions, wrench, command_step, step
         )
         return found
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
         """Integrate over ``step`` with ``wrench`` for the rotors; returns the true state at its end."""
-        self.truth, self._memory = self._do["move"](self._side, self._memory, self.conditions, wrench)
+        self.truth, self._memory = self._do.move(self._side, self._memory, self.conditions, wrench)
         self.actuated_step = step
         if step + 1 >= self._covered:
             self.cover(2 * self._covered)
@@ -96,6 +95,6 @@ class PlantModel:
         return self.truth
 
     def _look(self, step: int) -> None:
-        self.conditions, self.state, self._memory = self._do["sense"](
+        self.conditions, self.state, self._memory = self._do.sense(
             self._side, self._drawn, self._memory, self.truth, self.armed, step
         )

@@ -5,12 +5,11 @@
     wrench[k]    = guard(received[k], state[k])                   ``quad_guard.guard.step``
     truth[k + 1] = plant(wrench[k])                               ``move``
 
-The loop without ROS and the simulator's node call these functions, so both give the same bits. Some names here stand
-for functions of the chosen plug-ins: ``bound`` puts those in their place.
+The loop without ROS and the simulator's node call these functions, so both give the same bits. ``side_functions`` makes
+them of the chosen plug-ins.
 """
 
-from collections.abc import Callable, Mapping
-from types import FunctionType
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import fresh, is_faulty, seconds
@@ -20,18 +19,6 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step
 from quad_guard.checks import WrenchCommand
-
-
-def unbound(*_: Any) -> Any:
-    """Stand for a function of a plug-in."""
-    raise RuntimeError("a function of a plug-in is not bound; see quad_dynamics.plant_side.bound")
-
-
-plant_init: Callable[..., Any] = unbound
-plant_step: Callable[..., Any] = unbound
-plant_observe: Callable[..., Any] = unbound
-disturbance_sample: Callable[..., Any] = unbound
-sensing_step: Callable[..., Any] = unbound
 
 
 class Side(NamedTuple):
@@ -69,34 +56,6 @@ class Memory(NamedTuple):
     actuation: Actuation
 
 
-def begin(side: Side, sensing: Any, linked: LinkMemory) -> tuple[VehicleState, Memory]:
-    """Return the true state and the memory before step 0; ``sensing`` and ``linked``: memories of plug-in and link."""
-    zero, none = Vec3(0.0, 0.0, 0.0), Rotors(0.0, 0.0, 0.0, 0.0)
-    plant = plant_init(side.plant, side.vehicle)
-    actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
-    truth = seen_of(plant_observe(side.plant, side.vehicle, plant))
-    return truth, Memory(plant, sensing, linked, airborne(0.0), actuation)
-
-
-def sense(
-    side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, armed: bool, k: int
-) -> tuple[Conditions, VehicleState, Memory]:
-    """Return what acts over step ``k``, the state that the controllers see of ``truth``, and the memory.
-
-    ``armed``: the motors may turn. Writes to the delay line of the sensors.
-    """
-    conditions = disturbance_sample(side.disturbance, drawn.weather, seconds(k, side.period))
-    sensing, lift, state = memory.sensing, memory.lift, truth
-    if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
-        state, sensing = sensing_step(
-            side.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
-        )
-    if lift.on_ground or lift.ground_z != 0.0 or not armed:
-        lift = lifted_off(lift, state, armed, seconds(1, side.period))
-        state = marked(state, lift)
-    return conditions, state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
-
-
 def receive(
     side: Side, drawn: Drawn, memory: Memory, conditions: Conditions, sent: Wrench, command_step: int, k: int
 ) -> tuple[WrenchCommand, Memory]:
@@ -111,38 +70,55 @@ def receive(
     return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
 
 
-def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> tuple[VehicleState, Memory]:
-    """Return the true state one plant period later, under ``wrench`` for the rotors, and the memory."""
-    dt = seconds(1, side.period)
-    plant, actuation = plant_step(side.plant, side.vehicle, memory.plant, wrench, conditions, dt)
-    truth = seen_of(plant_observe(side.plant, side.vehicle, plant))
-    return truth, Memory(plant, memory.sensing, memory.link, memory.lift, actuation)
-
-
 def seen_of(motion: VehicleState) -> VehicleState:
     """Return what a plant observes with every field: one that is compiled may leave out those after the body rates."""
     return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
 
 
-def functions_of(plant: Any, disturbance: Any, sensing: Any) -> dict[str, Callable[..., Any]]:
-    """Return {name here: function} of three plug-in modules."""
-    return {
-        "plant_init": plant.init,
-        "plant_step": plant.step,
-        "plant_observe": plant.observe,
-        "disturbance_sample": disturbance.sample,
-        "sensing_step": sensing.step,
-    }
+class SideFunctions(NamedTuple):
+    """The functions of a plant step that depend on plug-ins; what each returns stands in ``side_functions``."""
+
+    begin: Callable[..., Any]
+    sense: Callable[..., Any]
+    move: Callable[..., Any]
 
 
-def bound(functions: Mapping[str, Callable[..., Any]]) -> dict[str, FunctionType]:
-    """Return {name: function} of ``begin``, ``sense``, ``receive``, ``move``, with ``functions`` in their place."""
-    return {function.__name__: _twin(function, functions) for function in (begin, sense, receive, move)}
+def side_functions(plant: Any, disturbance: Any, sensing: Any) -> SideFunctions:
+    """Return the functions of three plug-in modules."""
+    plant_init, plant_step, plant_observe = plant.init, plant.step, plant.observe
+    disturbance_sample, sensing_step = disturbance.sample, sensing.step
 
+    def begin(side: Side, sensing: Any, linked: LinkMemory) -> tuple[VehicleState, Memory]:
+        """Return the true state and the memory before step 0; ``sensing``, ``linked``: memories of plug-in and link."""
+        zero, none = Vec3(0.0, 0.0, 0.0), Rotors(0.0, 0.0, 0.0, 0.0)
+        state = plant_init(side.plant, side.vehicle)
+        actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
+        truth = seen_of(plant_observe(side.plant, side.vehicle, state))
+        return truth, Memory(state, sensing, linked, airborne(0.0), actuation)
 
-def _twin(function: Any, scope: Mapping[str, Any]) -> FunctionType:
-    """Return a copy of ``function`` with other globals."""
-    assert isinstance(function, FunctionType)
-    twin = FunctionType(function.__code__, {**function.__globals__, **scope}, function.__name__)
-    twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__
-    return twin
+    def sense(
+        side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, armed: bool, k: int
+    ) -> tuple[Conditions, VehicleState, Memory]:
+        """Return what acts over step ``k``, the state that the controllers see of ``truth``, and the memory.
+
+        ``armed``: the motors may turn. Writes to the delay line of the sensors.
+        """
+        conditions = disturbance_sample(side.disturbance, drawn.weather, seconds(k, side.period))
+        sensing, lift, state = memory.sensing, memory.lift, truth
+        if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
+            state, sensing = sensing_step(
+                side.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
+            )
+        if lift.on_ground or lift.ground_z != 0.0 or not armed:
+            lift = lifted_off(lift, state, armed, seconds(1, side.period))
+            state = marked(state, lift)
+        return conditions, state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
+
+    def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> tuple[VehicleState, Memory]:
+        """Return the true state one plant period later, under ``wrench`` for the rotors, and the memory."""
+        dt = seconds(1, side.period)
+        state, actuation = plant_step(side.plant, side.vehicle, memory.plant, wrench, conditions, dt)
+        truth = seen_of(plant_observe(side.plant, side.vehicle, state))
+        return truth, Memory(state, memory.sensing, memory.link, memory.lift, actuation)
+
+    return SideFunctions(begin, sense, move)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cycle import fresh, is_faulty, seconds
-from quad_core.geometry import euler_from_quaternion, normalized, quaternion_from_euler
+from quad_core.geometry import add, euler_from_quaternion, quaternion_from_euler, turned
 from quad_core.parameters import Real, Whole
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 
@@ -187,28 +187,20 @@ def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
     """Return one sample of ``truth`` with the errors of table row ``row``."""
-    turned = errors(table, row, 6, parameters.attitude_bias, parameters.attitude_noise)
+    turn = errors(table, row, 6, parameters.attitude_bias, parameters.attitude_noise)
     q = truth.q_wb
-    if turned.x != 0.0 or turned.y != 0.0 or turned.z != 0.0:
-        x, y, z = 0.5 * turned.x, 0.5 * turned.y, 0.5 * turned.z
-        q = normalized(
-            Quat(
-                q.x + q.w * x + q.y * z - q.z * y,
-                q.y + q.w * y + q.z * x - q.x * z,
-                q.z + q.w * z + q.x * y - q.y * x,
-                q.w - q.x * x - q.y * y - q.z * z,
-            )
-        )
+    if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
+        q = turned(q, turn)
     if parameters.attitude_quantum > 0.0:
         q = quaternion_from_euler(rounded(euler_from_quaternion(q), parameters.attitude_quantum))
     position = errors(table, row, 0, parameters.position_bias, parameters.position_noise)
     velocity = errors(table, row, 3, parameters.velocity_bias, parameters.velocity_noise)
     rates = errors(table, row, 9, parameters.rate_bias, parameters.rate_noise)
     return fresh(
-        rounded(total(truth.p_w, position), parameters.position_quantum),
-        rounded(total(truth.v_w, velocity), parameters.velocity_quantum),
+        rounded(add(truth.p_w, position), parameters.position_quantum),
+        rounded(add(truth.v_w, velocity), parameters.velocity_quantum),
         q,
-        rounded(total(truth.omega_b, rates), parameters.rate_quantum),
+        rounded(add(truth.omega_b, rates), parameters.rate_quantum),
     )
 
 
@@ -233,11 +225,6 @@ def errors(table: NDArray[np.float64], row: int, first: int, bias: float, noise:
         bias * float(table[0, first + 1]) + noise * float(table[row, first + 1]),
         bias * float(table[0, first + 2]) + noise * float(table[row, first + 2]),
     )
-
-
-def total(a: Vec3, b: Vec3) -> Vec3:
-    """Return the sum of two vectors."""
-    return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
 
 
 def rounded(v: Vec3, quantum: float) -> Vec3:

@@ -1,33 +1,24 @@
-"""Disturbance ``timeline``: wind, payload and failures as events (``timeline_events``), all drawn before take-off.
+"""Disturbance ``timeline``: wind, payload and failures as events, all drawn before take-off.
+
+One event per line: ``KIND NAME=VALUE ...``; vectors are written ``x,y,z``; ``#`` begins a comment. Times in s since
+take-off; an event without an end lasts to the end of the flight.
 
 The table of a flight: row 0 holds the number of events, then a row per event (code, start, end, first row and number of
 rows of what was drawn for it, its values), then what was drawn.
 """
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.parameters import Text
+from quad_core.geometry import add
+from quad_core.parameters import ParameterError, Text
 from quad_core.types import CALM, Conditions, LinkFault, Payload, Rotors, SensorFault, Vec3
 from quad_core.vehicle import Vehicle
 from quad_dynamics import dryden, held_gaussian
-from quad_dynamics.timeline_events import (
-    BATTERY,
-    DRYDEN,
-    FREEZE,
-    GAUSSIAN,
-    GUST,
-    KINDS,
-    LINK,
-    PAYLOAD,
-    PUSH,
-    ROTOR,
-    Event,
-    parsed,
-)
 
 STREAM_FAMILY = 3
 WIDTH = 16
@@ -35,6 +26,120 @@ VALUES = 5
 TURBULENCE_PERIOD = 0.01
 LINK_PERIOD = 0.002
 EDGE = 1e-9
+LATEST = 7200.0
+FOR_EVER = 1e18
+WIND, GUST, DRYDEN, GAUSSIAN, PUSH, PAYLOAD, ROTOR, BATTERY, FREEZE, JUMP, LINK = (float(i) for i in range(11))
+"""Codes of the kinds; those of moving air come first, ROTOR and BATTERY stand together."""
+
+
+class Number(NamedTuple):
+    """A number of an event; ``default`` None: it must be given."""
+
+    unit: str
+    low: float
+    high: float
+    default: float | None = None
+
+
+class Vector(NamedTuple):
+    """Three numbers of an event; without ``needed`` they are zero where not given."""
+
+    unit: str
+    size: float
+    needed: bool = True
+
+
+class Kind(NamedTuple):
+    """One kind of event: code in the table, its numbers in the order of the table's columns, meaning."""
+
+    code: float
+    fields: Mapping[str, Number | Vector]
+    meaning: str
+
+
+class Event(NamedTuple):
+    """One checked event. ``values``: the numbers of its fields, flat. ``line`` counts from 1."""
+
+    line: int
+    text: str
+    kind: str
+    start: float
+    end: float
+    values: tuple[float, ...]
+
+
+class EventError(ParameterError):
+    """A line of a scenario is refused; ``text`` is that line, so that its place in a file can be found."""
+
+    def __init__(self, line: int, text: str, problem: str) -> None:
+        super().__init__(f"events: line {line}: {text!r}: {problem}")
+        self.text = text
+
+
+KINDS = {
+    "wind": Kind(WIND, {"velocity": Vector("m/s", 100.0)}, "constant wind"),
+    "gust": Kind(GUST, {"velocity": Vector("m/s", 100.0)}, "1-cosine gust of this peak; needs an end"),
+    "dryden": Kind(
+        DRYDEN,
+        {
+            "wind": Number("m/s", 0.1, 50.0),
+            "altitude": Number("m", 1.0, 300.0, 10.0),
+            "airspeed": Number("m/s", 0.1, 100.0),
+            "direction": Number("rad", -7.0, 7.0, 0.0),
+        },
+        "turbulence for a mean wind (at 6 m) blowing towards direction, flown through at airspeed",
+    ),
+    "held_gaussian": Kind(
+        GAUSSIAN,
+        {
+            "acceleration_sd": Number("m/s^2", 0.0, 100.0, 0.5),
+            "acceleration_clip": Number("m/s^2", 0.0, 1000.0, 1.5),
+            "angular_sd": Number("rad/s^2", 0.0, 1000.0, 2.0 / 3.0),
+            "angular_clip": Number("rad/s^2", 0.0, 1e4, 2.0),
+            "hold": Number("s", 0.01, 1000.0, 2.0),
+        },
+        "the paper's disturbance, section 4",
+    ),
+    "push": Kind(
+        PUSH,
+        {"force": Vector("N", 1e4, needed=False), "torque": Vector("N m", 1e3, needed=False)},
+        "pulse of force (world) and torque (body)",
+    ),
+    "payload": Kind(
+        PAYLOAD,
+        {
+            "mass": Number("kg", 0.0, 100.0),
+            "offset": Vector("m", 10.0, needed=False),
+            "inertia": Vector("kg m^2", 10.0, needed=False),
+        },
+        "payload picked up at start and dropped at the end; offset of its centre (body), inertia about its own centre",
+    ),
+    "rotor": Kind(
+        ROTOR,
+        {"number": Number("", 1.0, 4.0), "effectiveness": Number("", 0.0, 2.0)},
+        "true over nominal thrust of one rotor, 0: stopped",
+    ),
+    "battery": Kind(
+        BATTERY,
+        {"limit": Number("", 0.05, 1.0), "sag": Number("s", 0.0, 7200.0, 0.0)},
+        "largest thrust over nominal, reached evenly over the time sag",
+    ),
+    "freeze": Kind(FREEZE, {}, "sensors repeat their last reading"),
+    "jump": Kind(
+        JUMP,
+        {"offset": Vector("m", 1000.0, needed=False), "yaw": Number("rad", -3.2, 3.2, 0.0)},
+        "sensors jump in position (world) and heading",
+    ),
+    "link": Kind(
+        LINK,
+        {
+            "delay": Number("s", 0.0, 10.0, 0.0),
+            "jitter": Number("s", 0.0, 10.0, 0.0),
+            "drop": Number("", 0.0, 1.0, 0.0),
+        },
+        "commands come late by delay and up to jitter more, and share drop of them never",
+    ),
+}
 
 
 class Parameters(NamedTuple):
@@ -109,21 +214,50 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
 
 def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
     """Return conditions ``c`` with the event of ``row`` added, ``since`` s after its start."""
-    code = float(table[row, 0])
+    force, torque, wind, payload, rotors, limit, sensor, link = c
+    code, first, second = float(table[row, 0]), float(table[row, VALUES]), float(table[row, VALUES + 1])
     if code <= DRYDEN:
-        return blown(c, air(table, row, since))
-    if code == PUSH:
-        return pushed(c, vector(table, row, VALUES), vector(table, row, VALUES + 3))
-    if code == GAUSSIAN:
+        wind = add(wind, air(table, row, since))
+    elif code == PUSH:
+        force, torque = add(force, vector(table, row, VALUES)), add(torque, vector(table, row, VALUES + 3))
+    elif code == GAUSSIAN:
         drawn = drawn_row(table, row, since, float(table[row, VALUES + 4]))
-        return pushed(c, vector(table, drawn, 0), vector(table, drawn, 3))
-    if code == PAYLOAD:
-        return carrying(c, float(table[row, VALUES]), vector(table, row, VALUES + 1), vector(table, row, VALUES + 4))
-    if ROTOR <= code <= BATTERY:
-        return weakened(c, table, row, since)
-    if code == LINK:
-        return late(c, table, row, since)
-    return misread(c, code == FREEZE, table, row)
+        force, torque = add(force, vector(table, drawn, 0)), add(torque, vector(table, drawn, 3))
+    elif code == PAYLOAD:
+        payload = carrying(payload, first, vector(table, row, VALUES + 1), vector(table, row, VALUES + 4))
+    elif code == ROTOR:
+        rotors = Rotors(
+            rotors.r1 * second if first == 1.0 else rotors.r1,
+            rotors.r2 * second if first == 2.0 else rotors.r2,
+            rotors.r3 * second if first == 3.0 else rotors.r3,
+            rotors.r4 * second if first == 4.0 else rotors.r4,
+        )
+    elif code == BATTERY:
+        limit *= 1.0 - (1.0 - first) * since / second if since < second else first
+    elif code == LINK:
+        drawn = drawn_row(table, row, since, LINK_PERIOD)
+        lost = float(table[drawn, 1]) < float(table[row, VALUES + 2])
+        link = LinkFault(link.delay + (first + second * float(table[drawn, 0])), link.lost or lost)
+    elif code == FREEZE:
+        sensor = SensorFault(True, sensor.offset_w, sensor.yaw_offset)
+    else:
+        offset = add(sensor.offset_w, vector(table, row, VALUES))
+        sensor = SensorFault(sensor.frozen, offset, sensor.yaw_offset + float(table[row, VALUES + 3]))
+    return Conditions(force, torque, wind, payload, rotors, limit, sensor, link)
+
+
+def carrying(p: Payload, mass: float, offset: Vec3, inertia: Vec3) -> Payload:
+    """Return ``p`` and one more payload: kg, m from the centre (body), kg m^2 about its own centre."""
+    x, y, z = offset.x, offset.y, offset.z
+    about = Vec3(
+        inertia.x + mass * (y * y + z * z), inertia.y + mass * (x * x + z * z), inertia.z + mass * (x * x + y * y)
+    )
+    return Payload(
+        p.mass + mass,
+        add(p.moment_b, Vec3(mass * x, mass * y, mass * z)),
+        add(p.inertia_b, about),
+        add(p.products_b, Vec3(mass * y * z, mass * x * z, mass * x * y)),
+    )
 
 
 def vector(table: NDArray[np.float64], row: int, first: int) -> Vec3:
@@ -158,74 +292,71 @@ def air(table: NDArray[np.float64], row: int, since: float) -> Vec3:
     return peak
 
 
-def plus(a: Vec3, b: Vec3) -> Vec3:
-    """Return the sum of two vectors."""
-    return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
+def parsed(text: str) -> list[Event]:
+    """Return the events of ``text``; raises EventError naming the line, what was found and what was expected."""
+    events = []
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.partition("#")[0].strip()
+        if line:
+            events.append(_event(number, line))
+    return events
 
 
-def blown(c: Conditions, wind_w: Vec3) -> Conditions:
-    """Return ``c`` with more wind in m/s."""
-    wind = plus(c.wind_w, wind_w)
-    return Conditions(c.force_w, c.torque_b, wind, c.payload, c.rotor_effectiveness, c.thrust_limit, c.sensor, c.link)
+def _event(number: int, line: str) -> Event:
+    name, *words = line.split()
+    if name not in KINDS:
+        raise EventError(number, line, f"unknown kind {name!r}; expected one of {', '.join(KINDS)}")
+    kind, given = KINDS[name], {}
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not equals or key not in {"start", "end", *kind.fields}:
+            expected = ", ".join(f"{item}=" for item in ("start", "end", *kind.fields))
+            raise EventError(number, line, f"found {word!r}, expected some of {expected}")
+        if key in given:
+            raise EventError(number, line, f"{key} stands twice")
+        given[key] = value
+    start, end = _times(number, line, given)
+    if name == "gust" and end == FOR_EVER:
+        raise EventError(number, line, "a gust needs end=")
+    values: list[float] = []
+    for key, field in kind.fields.items():
+        values += _values(number, line, key, field, given.get(key))
+    if name == "rotor" and values[0] != math.floor(values[0]):
+        raise EventError(number, line, f"number: found {values[0]:g}, expected 1, 2, 3 or 4")
+    return Event(number, line, name, start, end, tuple(values))
 
 
-def pushed(c: Conditions, force_w: Vec3, torque_b: Vec3) -> Conditions:
-    """Return ``c`` with more force N (world) and torque N m (body)."""
-    force, torque = plus(c.force_w, force_w), plus(c.torque_b, torque_b)
-    return Conditions(force, torque, c.wind_w, c.payload, c.rotor_effectiveness, c.thrust_limit, c.sensor, c.link)
+def _times(number: int, line: str, given: Mapping[str, str]) -> tuple[float, float]:
+    start = _number(number, line, "start", Number("s", 0.0, LATEST), given.get("start", "0"))
+    if "end" not in given:
+        return start, FOR_EVER
+    end = _number(number, line, "end", Number("s", 0.0, LATEST), given["end"])
+    if end <= start:
+        raise EventError(number, line, f"end: found {end:g}, expected more than start, {start:g}")
+    return start, end
 
 
-def carrying(c: Conditions, mass: float, offset: Vec3, inertia: Vec3) -> Conditions:
-    """Return ``c`` with one more payload: kg, m from the centre (body), kg m^2 about its own centre."""
-    x, y, z = offset.x, offset.y, offset.z
-    p = c.payload
-    payload = Payload(
-        p.mass + mass,
-        plus(p.moment_b, Vec3(mass * x, mass * y, mass * z)),
-        plus(
-            p.inertia_b,
-            Vec3(
-                inertia.x + mass * (y * y + z * z),
-                inertia.y + mass * (x * x + z * z),
-                inertia.z + mass * (x * x + y * y),
-            ),
-        ),
-        plus(p.products_b, Vec3(mass * y * z, mass * x * z, mass * x * y)),
-    )
-    return Conditions(c.force_w, c.torque_b, c.wind_w, payload, c.rotor_effectiveness, c.thrust_limit, c.sensor, c.link)
+def _values(number: int, line: str, key: str, field: Number | Vector, text: str | None) -> list[float]:
+    if isinstance(field, Number):
+        if text is None and field.default is None:
+            raise EventError(number, line, f"{key}= is missing")
+        return [field.default or 0.0] if text is None else [_number(number, line, key, field, text)]
+    if text is None:
+        if field.needed:
+            raise EventError(number, line, f"{key}= is missing")
+        return [0.0, 0.0, 0.0]
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise EventError(number, line, f"{key}: found {text!r}, expected x,y,z in {field.unit}")
+    return [_number(number, line, key, Number(field.unit, -field.size, field.size), part) for part in parts]
 
 
-def weakened(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
-    """Return ``c`` with a rotor that works worse, or a battery that allows less."""
-    e, limit = c.rotor_effectiveness, c.thrust_limit
-    if float(table[row, 0]) == ROTOR:
-        number, factor = float(table[row, VALUES]), float(table[row, VALUES + 1])
-        e = Rotors(
-            e.r1 * factor if number == 1.0 else e.r1,
-            e.r2 * factor if number == 2.0 else e.r2,
-            e.r3 * factor if number == 3.0 else e.r3,
-            e.r4 * factor if number == 4.0 else e.r4,
-        )
-    else:
-        end, sag = float(table[row, VALUES]), float(table[row, VALUES + 1])
-        limit *= 1.0 - (1.0 - end) * since / sag if since < sag else end
-    return Conditions(c.force_w, c.torque_b, c.wind_w, c.payload, e, limit, c.sensor, c.link)
-
-
-def late(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
-    """Return ``c`` with a worse command link."""
-    drawn = drawn_row(table, row, since, LINK_PERIOD)
-    delay = float(table[row, VALUES]) + float(table[row, VALUES + 1]) * float(table[drawn, 0])
-    lost = float(table[drawn, 1]) < float(table[row, VALUES + 2])
-    link = LinkFault(c.link.delay + delay, c.link.lost or lost)
-    return Conditions(c.force_w, c.torque_b, c.wind_w, c.payload, c.rotor_effectiveness, c.thrust_limit, c.sensor, link)
-
-
-def misread(c: Conditions, frozen: bool, table: NDArray[np.float64], row: int) -> Conditions:
-    """Return ``c`` with sensors frozen or jumped."""
-    offset, yaw = c.sensor.offset_w, c.sensor.yaw_offset
-    if not frozen:
-        offset = plus(offset, vector(table, row, VALUES))
-        yaw += float(table[row, VALUES + 3])
-    sensor = SensorFault(c.sensor.frozen or frozen, offset, yaw)
-    return Conditions(c.force_w, c.torque_b, c.wind_w, c.payload, c.rotor_effectiveness, c.thrust_limit, sensor, c.link)
+def _number(number: int, line: str, key: str, field: Number, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not field.low <= value <= field.high:
+        expected = f"a number in [{field.low:g}, {field.high:g}] {field.unit}".rstrip()
+        raise EventError(number, line, f"{key}: found {text!r}, expected {expected}")
+    return value

@@ -17,7 +17,7 @@ from quad_core import compilation
 from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
 from quad_core.ownership import private_folder
-from quad_dynamics import plant_side
+from quad_dynamics.plant_side import side_functions
 from quad_flight import loop, rows, stages
 
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
@@ -122,10 +122,9 @@ def reached(function: FunctionType, seen: set[FunctionType], files: set[Path]) -
 
 
 def _bound(modules: Modules, write: Callable[..., Any]) -> Engine:
-    side = plant_side.functions_of(modules.plant, modules.disturbance, modules.sensing)
+    side = side_functions(modules.plant, modules.disturbance, modules.sensing)
     functions = {
-        **side,
-        **plant_side.bound(side),
+        **side._asdict(),
         "plant_lumped": modules.plant.lumped,
         "trajectory_plan": modules.trajectory.plan,
         "trajectory_sample": modules.trajectory.sample,

@@ -15,7 +15,7 @@ from quad_core.lift_off import airborne, marked, standing
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
-from quad_dynamics.plant_side import Drawn, Side
+from quad_dynamics.plant_side import Drawn, Side, receive
 from quad_dynamics.plant_side import Memory as SideMemory
 from quad_flight.score import Score, scored, with_torque_change
 from quad_guard.checks import StateSample
@@ -47,7 +47,6 @@ Function = Callable[..., Any]
 plant_lumped: Function = unbound
 begin: Function = unbound
 sense: Function = unbound
-receive: Function = unbound
 move: Function = unbound
 trajectory_plan: Function = unbound
 trajectory_sample: Function = unbound

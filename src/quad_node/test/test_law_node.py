@@ -45,14 +45,14 @@ def test_the_law_gets_parameters_memory_inputs_and_time_and_its_answer_is_sent(n
 
     def step(parameters, vehicle, memory, inputs, dt):
         seen.append((parameters.x.position_gain, memory, inputs, dt))
-        law = aibs.Memory(thrust=float(len(seen)))
+        law = aibs.Memory(velocity=Vec3(float(len(seen)), 0.0, 0.0))
         return AttitudeThrust(thrust=4.0), memory._replace(law=law), aibs.Internals(lyapunov=9.0)
 
     node.step = step
     for _ in range(2):
         answers = list(node.answer(SAMPLE, [None, None]))
     gain, memory, inputs, dt = seen[1]
-    assert (gain, memory.law.thrust, inputs.state, dt) == (3.5, 1.0, SAMPLE.state, 0.01)
+    assert (gain, memory.law.velocity.x, inputs.state, dt) == (3.5, 1.0, SAMPLE.state, 0.01)
     (setpoint, _), (internals, payload) = answers
     assert setpoint.topic_name.endswith("/attitude_setpoint")
     assert internals.topic_name.endswith("/position_controller/internals")
@@ -97,7 +97,7 @@ def test_an_input_that_is_too_old_in_real_time_is_replaced_and_the_answer_says_s
     ("output", "memory"),
     [
         (AttitudeThrust(thrust=math.nan), aibs.Memory()),
-        (AttitudeThrust(thrust=1.0), aibs.Memory(thrust=math.inf)),
+        (AttitudeThrust(thrust=1.0), aibs.Memory(velocity=Vec3(math.inf, 0.0, 0.0))),
     ],
 )
 def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, output, memory):
@@ -115,7 +115,7 @@ def remembering_infinity(step, at_call):
     def stepped(*arguments):
         setpoint, memory, internals = step(*arguments)
         if next(calls) == at_call:
-            own = getattr(memory, "law", memory)._replace(thrust=math.inf)
+            own = getattr(memory, "law", memory)._replace(velocity=Vec3(math.inf, 0.0, 0.0))
             memory = memory._replace(law=own) if hasattr(memory, "law") else own
         return setpoint, memory, internals
 

@@ -26,7 +26,6 @@ from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.backstepping import (
     Axes,
     AxisCommand,
-    AxisCorrection,
     AxisGains,
     axis_command,
     axis_states,
@@ -83,8 +82,8 @@ class Parameters(NamedTuple):
 class Memory(NamedTuple):
     """What AIBS keeps from step to step: Gamma, xi_hat, and what the disturbance estimate compares with.
 
-    ``error_integral`` m s, ``adaptive_gain`` 1/s, ``disturbance_estimate`` m/s^2, ``velocity`` m/s, ``thrust_axis``
-    (body z in the world) and ``thrust`` N of the last step, ``initialised``: there was one.
+    ``error_integral`` m s, ``adaptive_gain`` 1/s, ``disturbance_estimate`` m/s^2, ``velocity`` m/s and ``thrust_axis``
+    (body z in the world) of the last step, ``initialised``: there was one.
     """
 
     error_integral: Vec3 = Vec3()
@@ -92,7 +91,6 @@ class Memory(NamedTuple):
     disturbance_estimate: Vec3 = Vec3()
     velocity: Vec3 = Vec3()
     thrust_axis: Vec3 = Vec3()
-    thrust: float = 0.0
     initialised: bool = False
 
 
@@ -104,7 +102,6 @@ def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (t
         disturbance_estimate=ZERO,
         velocity=ZERO,
         thrust_axis=ZERO,
-        thrust=0.0,
         initialised=False,
     )
 
@@ -139,7 +136,6 @@ def step(
         disturbance_estimate=disturbance,
         velocity=state.v_w,
         thrust_axis=thrust_axis,
-        thrust=setpoint.thrust,
         initialised=True,
     )
     internals = _internals(parameters, memory, x, y, z, disturbance, correction, thrust, frozen)
@@ -158,8 +154,8 @@ def _disturbance_estimate(
     """Return the estimate of d in m/s^2, world frame; in the first step there is nothing to compare with."""
     if not memory.initialised:
         return memory.disturbance_estimate
-    achieved = inputs.actuation.thrust
-    observed = ObservedStep(memory.velocity, inputs.state.v_w, memory.thrust_axis, thrust_axis, memory.thrust, achieved)
+    thrust = inputs.actuation.thrust
+    observed = ObservedStep(memory.velocity, inputs.state.v_w, memory.thrust_axis, thrust_axis, thrust)
     return estimate(parameters.observer, vehicle, memory.disturbance_estimate, observed, drag, dt)
 
 
@@ -191,19 +187,11 @@ def _axis_commands(
 ) -> tuple[AxisCommand, AxisCommand, AxisCommand]:
     """Return eqs. 18, 23, 25 and 30 of the three axes."""
     x, y, z = axes
-    gain, integral, pair, single = (
-        memory.adaptive_gain,
-        memory.error_integral,
-        correction.horizontal,
-        correction.vertical,
-    )
-    to_x = AxisCorrection(pair.x, pair.rate_x, pair.scale, pair.limited)
-    to_y = AxisCorrection(pair.y, pair.rate_y, pair.scale, pair.limited)
-    to_z = AxisCorrection(single.x, single.rate_x, single.scale, single.limited)
+    gain, integral = memory.adaptive_gain, memory.error_integral
     return (
-        axis_command(parameters.x, x, to_x, gain.x, integral.x, drag, disturbance.x),
-        axis_command(parameters.y, y, to_y, gain.y, integral.y, drag, disturbance.y),
-        axis_command(parameters.z, z, to_z, gain.z, integral.z, drag, disturbance.z),
+        axis_command(parameters.x, x, correction.x, gain.x, integral.x, drag, disturbance.x),
+        axis_command(parameters.y, y, correction.y, gain.y, integral.y, drag, disturbance.y),
+        axis_command(parameters.z, z, correction.z, gain.z, integral.z, drag, disturbance.z),
     )
 
 

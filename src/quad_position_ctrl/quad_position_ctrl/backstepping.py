@@ -11,6 +11,7 @@ from quad_core.geometry import clamp
 from quad_core.parameters import Real
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import DragSign
+from quad_position_ctrl.speed_limit import AxisCorrection
 
 
 def tracking_error(actual: float, desired: float) -> float:
@@ -196,15 +197,6 @@ class AxisState(NamedTuple):
 
 Axes = tuple[AxisState, AxisState, AxisState]
 """Vehicle and reference along x, y and z."""
-
-
-class AxisCorrection(NamedTuple):
-    """One axis of ``speed_limit.BoundedCorrection``: m/s, its derivative m/s^2, its shortening, whether it is any."""
-
-    velocity: float
-    rate: float
-    scale: float
-    limited: bool
 
 
 class AxisCommand(NamedTuple):

@@ -9,20 +9,12 @@ function L/(s + L); as thrust and attitude enter as they *are*, limits cannot wi
 """
 
 import math
-from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import clamp
-from quad_core.parameters import Choice, Real
+from quad_core.parameters import Real
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
-
-
-class ThrustSource(IntEnum):
-    """Which thrust the observer counts with: what `actuation` says, or what was commanded."""
-
-    ACHIEVED = 0
-    COMMANDED = 1
 
 
 class Observer(NamedTuple):
@@ -32,21 +24,16 @@ class Observer(NamedTuple):
         12.0
     )
     max_estimate: Annotated[float, Real("m/s^2", "bound of the estimate per axis", 0.0, 100.0, "addition")] = 5.0
-    thrust: Annotated[
-        int,
-        Choice(ThrustSource, "thrust that is counted with: as `actuation` says, or as commanded", "addition"),
-    ] = ThrustSource.ACHIEVED.value
 
 
 class ObservedStep(NamedTuple):
-    """The step that just ended: velocity m/s and body z axis (world frame) at both ends, thrust N during it."""
+    """The step that just ended: velocity m/s and body z axis (world frame) at both ends, thrust N that rotors gave."""
 
     velocity_before: Vec3
     velocity_now: Vec3
     axis_before: Vec3
     axis_now: Vec3
-    commanded_thrust: float
-    achieved_thrust: float
+    thrust: float
 
 
 def known_acceleration(
@@ -86,8 +73,7 @@ def estimate(observer: Observer, vehicle: Vehicle, before: Vec3, step: ObservedS
     """
     if observer.bandwidth <= 0.0:
         return before
-    thrust = step.achieved_thrust if observer.thrust == ThrustSource.ACHIEVED else step.commanded_thrust
-    lift = thrust / vehicle.mass
+    lift = step.thrust / vehicle.mass
     old, now, z_old, z_now = step.velocity_before, step.velocity_now, step.axis_before, step.axis_now
     known_x = known_acceleration(lift, z_old.x, z_now.x, 0.0, drag, now.x)
     known_y = known_acceleration(lift, z_old.y, z_now.y, 0.0, drag, now.y)

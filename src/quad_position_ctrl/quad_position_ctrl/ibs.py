@@ -17,7 +17,7 @@ from quad_position_ctrl.aibs import Parameters as AdaptiveParameters
 from quad_position_ctrl.aibs import init as adaptive_init
 from quad_position_ctrl.aibs import step as adaptive_step
 from quad_position_ctrl.backstepping import AxisGains as AdaptiveGains
-from quad_position_ctrl.disturbance_observer import Observer, ThrustSource
+from quad_position_ctrl.disturbance_observer import Observer
 from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, TiltHeading
 from quad_position_ctrl.speed_limit import SpeedLimits
 
@@ -86,7 +86,7 @@ def _adaptive(parameters: Parameters) -> AdaptiveParameters:
         anti_windup=parameters.anti_windup,
         speed=parameters.speed,
         limits=parameters.limits,
-        observer=Observer(bandwidth=0.0, max_estimate=0.0, thrust=ThrustSource.ACHIEVED),
+        observer=Observer(bandwidth=0.0, max_estimate=0.0),
         feed_forward=parameters.feed_forward,
     )
 

@@ -37,22 +37,21 @@ class Shortening(NamedTuple):
     limited: bool
 
 
-class BoundedPair(NamedTuple):
-    """Two components of a bounded correction velocity, m/s, and of its time derivative, m/s^2."""
+class AxisCorrection(NamedTuple):
+    """A bounded correction along one axis: velocity m/s, its derivative m/s^2, ``scale`` as in ``Shortening``."""
 
-    x: float
-    y: float
-    rate_x: float
-    rate_y: float
+    velocity: float
+    rate: float
     scale: float
     limited: bool
 
 
 class BoundedCorrection(NamedTuple):
-    """Velocity towards the reference, bounded in the horizontal plane and along z (the x of ``vertical``)."""
+    """Velocity towards the reference, bounded in the horizontal plane (x and y together) and along z."""
 
-    horizontal: BoundedPair
-    vertical: BoundedPair
+    x: AxisCorrection
+    y: AxisCorrection
+    z: AxisCorrection
 
 
 def speed_limit(speed: float, gain: float, braking: float, max_speed: float) -> Shortening:
@@ -76,26 +75,22 @@ def speed_limit(speed: float, gain: float, braking: float, max_speed: float) -> 
 
 def bounded_pair(
     x: float, y: float, rate_x: float, rate_y: float, gain: float, braking: float, max_speed: float
-) -> BoundedPair:
-    """Return the correction (x, y) in m/s bounded by its length, and the time derivative of the bounded vector.
+) -> tuple[AxisCorrection, AxisCorrection]:
+    """Return the correction (x, y) in m/s bounded by its length, with the time derivative of the bounded vector.
 
     ``rate_x``, ``rate_y`` in m/s^2 are the derivatives of x and y. The direction is kept. A single axis has y = 0.
     """
     speed = math.sqrt(x * x + y * y)
     limit = speed_limit(speed, gain, braking, max_speed)
     if not limit.limited:
-        return BoundedPair(x, y, rate_x, rate_y, 1.0, False)
+        return AxisCorrection(x, rate_x, 1.0, False), AxisCorrection(y, rate_y, 1.0, False)
     along_x = x / speed
     along_y = y / speed
     along = along_x * rate_x + along_y * rate_y
     radial = (limit.slope - limit.scale) * along
-    return BoundedPair(
-        limit.scale * x,
-        limit.scale * y,
-        limit.scale * rate_x + radial * along_x,
-        limit.scale * rate_y + radial * along_y,
-        limit.scale,
-        True,
+    return (
+        AxisCorrection(limit.scale * x, limit.scale * rate_x + radial * along_x, limit.scale, True),
+        AxisCorrection(limit.scale * y, limit.scale * rate_y + radial * along_y, limit.scale, True),
     )
 
 
@@ -106,10 +101,9 @@ def bounded_correction(
 
     ``rate`` is its derivative in m/s^2; ``gain_xy``, ``gain_z`` > 0 in 1/s are correction over distance.
     """
-    return BoundedCorrection(
-        bounded_pair(velocity.x, velocity.y, rate.x, rate.y, gain_xy, limits.braking_xy, limits.max_xy),
-        bounded_pair(velocity.z, 0.0, rate.z, 0.0, gain_z, limits.braking_z, limits.max_z),
-    )
+    x, y = bounded_pair(velocity.x, velocity.y, rate.x, rate.y, gain_xy, limits.braking_xy, limits.max_xy)
+    z, _ = bounded_pair(velocity.z, 0.0, rate.z, 0.0, gain_z, limits.braking_z, limits.max_z)
+    return BoundedCorrection(x, y, z)
 
 
 def proportional_correction(error: Vec3, gain_xy: float, gain_z: float, limits: SpeedLimits) -> BoundedCorrection:
@@ -123,9 +117,9 @@ def proportional_correction(error: Vec3, gain_xy: float, gain_z: float, limits: 
 
 def correction_vector(correction: BoundedCorrection) -> Vec3:
     """Return the bounded correction in m/s, world frame."""
-    return Vec3(correction.horizontal.x, correction.horizontal.y, correction.vertical.x)
+    return Vec3(correction.x.velocity, correction.y.velocity, correction.z.velocity)
 
 
 def is_speed_limited(correction: BoundedCorrection) -> bool:
     """Return whether a bound was met, in the plane or along z."""
-    return correction.horizontal.limited or correction.vertical.limited
+    return correction.x.limited or correction.z.limited

@@ -1,7 +1,5 @@
 """What the position law's tests share: presets, a vehicle, inputs over all that the law may be called with."""
 
-import random
-import struct
 from collections.abc import Iterator
 from typing import Any
 
@@ -25,43 +23,6 @@ def numbers(value: Any) -> Iterator[float]:
             yield from numbers(part)
     else:
         yield value
-
-
-def bits(value: Any) -> bytes:
-    """Return every number of nested tuples as its bytes: signs of zeros count."""
-    found = [float(number) for number in numbers(value)]
-    return struct.pack(f"{len(found)}d", *found)
-
-
-def random_vector(rng: random.Random, size: float) -> Vec3:
-    """Return a vector with components in +-``size``."""
-    return Vec3(rng.uniform(-size, size), rng.uniform(-size, size), rng.uniform(-size, size))
-
-
-def random_inputs(rng: random.Random) -> PositionInputs:
-    """Return inputs from near the reference up to the ends of the flyable range, in any attitude."""
-    far = 10.0 ** rng.uniform(-3.0, 4.0)
-    fast = 10.0 ** rng.uniform(-3.0, 3.0)
-    state = VehicleState(
-        random_vector(rng, far),
-        random_vector(rng, fast),
-        quaternion_from_euler(Vec3(rng.uniform(-3.1, 3.1), rng.uniform(-1.57, 1.57), rng.uniform(-3.1, 3.1))),
-        random_vector(rng, 20.0),
-    )
-    zero = Vec3(0.0, 0.0, 0.0)
-    reference = TrajectoryPoint(
-        0.0,
-        random_vector(rng, 0.5 * far),
-        random_vector(rng, 5.0),
-        random_vector(rng, 5.0),
-        zero,
-        zero,
-        rng.uniform(-3.1, 3.1),
-        rng.uniform(-2.0, 2.0),
-        rng.uniform(-5.0, 5.0),
-    )
-    actuation = Actuation(thrust=rng.uniform(0.0, 40.0), thrust_high=rng.random() < 0.1, thrust_low=rng.random() < 0.1)
-    return PositionInputs(state, reference, actuation)
 
 
 def vectors(size: float) -> st.SearchStrategy[Vec3]:
@@ -107,6 +68,5 @@ def any_memory(parameters: aibs.Parameters) -> st.SearchStrategy[aibs.Memory]:
         vectors(bound),
         vectors(1e3),
         vectors(0.57),
-        st.floats(0.0, 100.0),
         st.booleans(),
     )

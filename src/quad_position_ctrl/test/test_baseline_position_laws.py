@@ -1,13 +1,11 @@
-"""IBS, cascaded PID and SE(3): commands against the formulas of their sources, memory, limits, both engines."""
+"""IBS, cascaded PID and SE(3): commands against the formulas of their sources, memory, limits."""
 
 import math
-import random
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quad_core.compilation import compiled
 from quad_core.parameters import build
 from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -218,26 +216,3 @@ def test_thrust_command_says_what_was_limited():
     assert low.thrust == pytest.approx(0.1 * max_thrust)
     assert high.thrust_limited
     assert low.thrust_limited
-
-
-@pytest.mark.parametrize("law", [ibs, pid, se3], ids=lambda law: law.__name__.rpartition(".")[2])
-def test_numba_gives_the_same_bits_within_the_limits(law):
-    parameters, draw = law.Parameters(), random.Random(7)
-    fast = compiled(law.step)
-    memory = other = law.init(parameters, VEHICLE)
-    max_thrust = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
-    for _ in range(3000):
-        spread = draw.choice((0.01, 1.0, 100.0))
-        given = inputs(
-            P_D + [draw.gauss(0.0, spread) for _ in range(3)],
-            V_D + [draw.gauss(0.0, spread) for _ in range(3)],
-            tuple(draw.uniform(-1.2, 1.2) for _ in range(3)),
-            Actuation(thrust_high=draw.random() < 0.05),
-        )
-        answer, memory, seen = law.step(parameters, VEHICLE, memory, given, DT)
-        answer_2, other, seen_2 = fast(parameters, VEHICLE, other, given, DT)
-        assert (answer, memory, seen) == (answer_2, other, seen_2)
-        assert 0.02 * max_thrust <= answer.thrust <= max_thrust
-        cos_tilt = math.cos(answer.angles.x) * math.cos(answer.angles.y)
-        assert cos_tilt >= math.cos(0.87) - 1e-9
-        assert all(map(math.isfinite, (*answer.angles, *answer.q_wb, answer.thrust_fraction)))

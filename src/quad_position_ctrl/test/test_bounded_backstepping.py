@@ -2,7 +2,8 @@
 
 import pytest
 
-from quad_position_ctrl.backstepping import AxisCorrection, AxisGains, AxisState, axis_command, updated_gain
+from quad_position_ctrl.backstepping import AxisGains, AxisState, axis_command, updated_gain
+from quad_position_ctrl.speed_limit import AxisCorrection
 
 GAINS = AxisGains(position_gain=2.0, integral_gain=0.5, adaptation_rate=1.5, initial_gain=1.0, adaptation_leak=0.2)
 STATE = AxisState(

@@ -32,39 +32,34 @@ def test_estimate_is_bounded_both_ways():
 
 def test_constant_disturbance_is_met_with_the_time_constant():
     """A tilted point mass under a constant d: the estimate is d (1 - exp(-L t)) at every step."""
-    observer = Observer(bandwidth=8.0, max_estimate=5.0, thrust=0)
+    observer = Observer(bandwidth=8.0, max_estimate=5.0)
     axis, thrust, d = Vec3(0.6, 0.0, 0.8), 25.0, (0.7, -0.4, 1.1)
     acceleration = (12.5 * 0.6 + d[0], d[1], 12.5 * 0.8 - 10.0 + d[2])
     estimated, velocity = ZERO, Vec3(3.0, -2.0, 1.0)
     for k in range(1, 101):
         now = Vec3(*(v + DT * a for v, a in zip(velocity, acceleration, strict=True)))
-        estimated = estimate(
-            observer, VEHICLE, estimated, ObservedStep(velocity, now, axis, axis, -99.0, thrust), 0.0, DT
-        )
+        estimated = estimate(observer, VEHICLE, estimated, ObservedStep(velocity, now, axis, axis, thrust), 0.0, DT)
         velocity = now
         share = 1.0 - math.exp(-8.0 * k * DT)
         assert estimated == pytest.approx([share * part for part in d], abs=1e-10)
 
 
 def test_drag_is_explained_with_the_present_velocity():
-    observer = Observer(bandwidth=1e2, max_estimate=5.0, thrust=0)
+    observer = Observer(bandwidth=1e2, max_estimate=5.0)
     now = Vec3(4.0, 0.0, 0.0)
     before = Vec3(4.0 + 0.5 * 4.0 * DT, 0.0, 0.0)
-    found = estimate(observer, VEHICLE, ZERO, ObservedStep(before, now, UP, UP, 0.0, 20.0), -0.5, DT)
+    found = estimate(observer, VEHICLE, ZERO, ObservedStep(before, now, UP, UP, 20.0), -0.5, DT)
     assert found == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
-@pytest.mark.parametrize(("source", "believed"), [(0, 20.0), (1, 24.0)])
-def test_thrust_is_what_was_achieved_or_commanded(source, believed):
-    """In hover at 20 N, 24 N commanded: who believes the command sees 2 m/s^2 that pull down."""
-    observer = Observer(bandwidth=1e2, max_estimate=5.0, thrust=source)
-    found = estimate(observer, VEHICLE, ZERO, ObservedStep(ZERO, ZERO, UP, UP, 24.0, 20.0), 0.0, DT)
-    share = 1.0 - math.exp(-1.0)
-    assert found == pytest.approx((0.0, 0.0, share * (10.0 - believed / 2.0)), abs=1e-12)
+def test_what_thrust_and_weight_leave_over_is_the_disturbance():
+    """At rest on 24 N, where the weight is 20 N: something pulls down by 2 m/s^2."""
+    found = estimate(Observer(bandwidth=1e2), VEHICLE, ZERO, ObservedStep(ZERO, ZERO, UP, UP, 24.0), 0.0, DT)
+    assert found == pytest.approx((0.0, 0.0, -2.0 * (1.0 - math.exp(-1.0))), abs=1e-12)
 
 
 def test_without_bandwidth_nothing_is_estimated():
-    off = Observer(bandwidth=0.0, max_estimate=5.0, thrust=0)
+    off = Observer(bandwidth=0.0, max_estimate=5.0)
     before = Vec3(0.1, 0.2, 0.3)
-    step = ObservedStep(ZERO, Vec3(9.0, 9.0, 9.0), UP, UP, 0.0, 0.0)
+    step = ObservedStep(ZERO, Vec3(9.0, 9.0, 9.0), UP, UP, 0.0)
     assert estimate(off, VEHICLE, before, step, 0.0, DT) is before

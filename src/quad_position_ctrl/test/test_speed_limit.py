@@ -43,15 +43,15 @@ def test_flying_the_bounded_speed_decelerates_constantly():
 
 
 def test_pair_is_shortened_in_its_direction():
-    pair = bounded_pair(3.0, 4.0, 0.0, 0.0, GAIN, BRAKING, 100.0)
+    x, y = bounded_pair(3.0, 4.0, 0.0, 0.0, GAIN, BRAKING, 100.0)
     # length 5: bounded to sqrt(1.5 * (10 - 1.5))
-    assert (pair.x, pair.y) == (pytest.approx(0.6 * math.sqrt(12.75)), pytest.approx(0.8 * math.sqrt(12.75)))
-    assert pair.scale == pytest.approx(math.sqrt(12.75) / 5.0)
-    assert pair.limited
+    assert (x.velocity, y.velocity) == pytest.approx((0.6 * math.sqrt(12.75), 0.8 * math.sqrt(12.75)))
+    assert x[2:] == y[2:] == (pytest.approx(math.sqrt(12.75) / 5.0), True)
 
 
 def test_pair_within_the_bound_is_untouched():
-    assert bounded_pair(0.6, -0.8, 7.0, 8.0, GAIN, BRAKING, 100.0) == (0.6, -0.8, 7.0, 8.0, 1.0, False)
+    pair = bounded_pair(0.6, -0.8, 7.0, 8.0, GAIN, BRAKING, 100.0)
+    assert pair == ((0.6, 7.0, 1.0, False), (-0.8, 8.0, 1.0, False))
 
 
 @pytest.mark.parametrize("max_speed", [100.0, 4.0])
@@ -65,11 +65,11 @@ def test_rates_are_the_derivative_of_the_bounded_pair(max_speed):
         before, after = (
             bounded_pair(x + s * rate_x, y + s * rate_y, 0.0, 0.0, GAIN, BRAKING, max_speed) for s in (-h, h)
         )
-        if before.limited != after.limited:
+        if before[0].limited != after[0].limited:
             continue
         checked += 1
-        assert pair.rate_x == pytest.approx((after.x - before.x) / (2.0 * h), rel=1e-5, abs=1e-5)
-        assert pair.rate_y == pytest.approx((after.y - before.y) / (2.0 * h), rel=1e-5, abs=1e-5)
+        for axis, behind, ahead in zip(pair, before, after, strict=True):
+            assert axis.rate == pytest.approx((ahead.velocity - behind.velocity) / (2.0 * h), rel=1e-5, abs=1e-5)
     assert checked > 180
 
 

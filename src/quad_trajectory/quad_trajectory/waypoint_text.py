@@ -25,8 +25,7 @@ _MOST_DIGITS = 15
 _DEGREE = math.pi / 180.0
 _TURN = 2.0 * math.pi
 
-NEWLINE, HASH, PLUS, MINUS, DOT, ZERO, NINE, SEMICOLON = 10, 35, 43, 45, 46, 48, 57, 59
-LETTER_D = 100
+DOT, ZERO, NINE = ord("."), ord("0"), ord("9")
 
 
 class Turn(IntEnum):
@@ -71,30 +70,15 @@ def read_points(text: str, turn: int) -> Table:
     ``turn``: a Turn. SHORT adds whole turns to a yaw so that it is within half a turn of the one before.
     """
     table = zeros((MOST_POINTS, 4))
-    rows = 0
-    column = 0
-    i = 0
-    while i < len(text):
-        code = ord(text[i])
-        if code == HASH:
-            while i < len(text) and not ends_line(ord(text[i])):
-                i += 1
-        elif ends_line(code):
-            rows, column = (rows + 1 if column > 0 else rows), 0
-            i += 1
-        elif code == PLUS or MINUS <= code <= NINE:
-            if column == 0 and rows > 0:
-                table[rows, 3] = table[rows - 1, 3]
-            end = word_end(text, i)
-            table[rows, column] = number(text, i, end)
-            column += 1
-            i = end
-        elif code == LETTER_D and column == 4:
-            table[rows, 3] *= _DEGREE
-            i += 3
-        else:
-            i += 1
-    count = rows + 1 if column > 0 else rows
+    count = 0
+    for line in text.replace(";", "\n").split("\n"):
+        words = line.partition("#")[0].split()
+        if len(words) > 0:
+            if count > 0:
+                table[count, 3] = table[count - 1, 3]
+            for column in range(len(words)):
+                table[count, column] = number(words[column])
+            count += 1
     if turn == Turn.SHORT:
         for row in range(1, count):
             table[row, 3] -= _TURN * math.floor((table[row, 3] - table[row - 1, 3]) / _TURN + 0.5)
@@ -115,32 +99,21 @@ def long_turns(text: str) -> list[str]:
     return found
 
 
-def ends_line(code: int) -> bool:
-    """Return whether the character of this code ends a waypoint."""
-    if code == NEWLINE:
-        return True
-    return code == SEMICOLON
-
-
-def word_end(text: str, begin: int) -> int:
-    """Return where the number that begins at ``begin`` ends."""
-    i = begin + 1
-    while i < len(text) and (ZERO <= ord(text[i]) <= NINE or ord(text[i]) == DOT):
-        i += 1
-    return i
-
-
-def number(text: str, begin: int, end: int) -> float:
-    """Return the decimal number that stands in ``text`` from ``begin`` to ``end``."""
+def number(word: str) -> float:
+    """Return the decimal number ``word``, in rad if ``deg`` stands behind it."""
     digits = 0
     scale = 1
     fraction = False
-    for i in range(begin, end):
-        code = ord(text[i])
+    for letter in word:
+        code = ord(letter)
         if code == DOT:
             fraction = True
         elif ZERO <= code <= NINE:
             digits = 10 * digits + (code - ZERO)
             scale = 10 * scale if fraction else scale
     value = digits / scale
-    return -value if ord(text[begin]) == MINUS else value
+    if word.startswith("-"):
+        value = -value
+    if word.endswith("deg"):
+        value *= _DEGREE
+    return value

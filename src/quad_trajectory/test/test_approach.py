@@ -144,48 +144,28 @@ def test_gate_between_transit_and_run_up_is_smooth():
         assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6)
 
 
-def test_hover_duration_is_the_shortest_that_the_speed_limit_allows():
-    """From rest to rest the speed peaks at 35/16 of the mean: 12 m at 3 m/s take 8.75 s, at 0.995 of it 8.79 s."""
-    parameters = build(hover.Parameters, {"position.z": 12.0, "limits.acceleration": 50.0, "limits.jerk": 1e3})
-    plan = hover.plan(parameters, VEHICLE, VehicleState())
-    assert plan.duration == 9.0
+WIDE = {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
+TILT = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
+SHORTEST = {
+    # from rest to rest the speed peaks at 35/16 of the mean: 12 m at 0.995 * 3 m/s take 8.79 s
+    "speed": ({"position.z": 12.0, "limits.speed": 3.0}, 0.0, 9.0),
+    # 84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 2 m/s^2: T >= 6.731 s
+    "acceleration": ({"position.z": 12.0, "limits.acceleration": 2.0}, 0.0, 6.75),
+    # 84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 9.8 tan(0.1) m/s^2: T >= 9.600 s
+    "tilt": (TILT, 0.0, 9.75),
+    # down at 45 deg both accelerations peak at a = 90.16 / T^2: a <= 0.995 tan(0.1) (9.8 - a): T >= 10.067 s
+    "tilt while sinking": (TILT, 12.0, 10.25),
+    # the jerk from rest to rest peaks at 52.5 times way / T^3: 52.5 * 12 / T^3 <= 0.995 * 1 m/s^3: T >= 8.588 s
+    "jerk": ({"position.z": 12.0, "limits.jerk": 1.0}, 0.0, 8.75),
+    # a turn by 3 rad at 0.5 rad/s takes 35/16 * 3 / 0.5 = 13.125 s
+    "yaw alone": ({"yaw": 3.0, "limits.yaw_rate": 0.5}, 2.0, 13.25),
+}
 
 
-def test_hover_duration_is_the_shortest_that_the_acceleration_limit_allows():
-    """84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 2 m/s^2: T >= 6.731 s."""
-    values = {"position.z": 12.0, "limits.speed": 50.0, "limits.acceleration": 2.0, "limits.jerk": 1e3}
-    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
-    assert plan.duration == 6.75
-
-
-def test_hover_duration_is_the_shortest_that_the_tilt_limit_allows():
-    """84 sqrt(5) / 25 * 12 m / T^2 <= 0.995 * 9.8 tan(0.1) m/s^2: T >= 9.600 s."""
-    values = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
-    values |= {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
-    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
-    assert plan.duration == 9.75
-
-
-def test_the_tilt_limit_counts_the_thrust_lost_while_sinking():
-    """Down at 45 deg both accelerations peak at a = 90.16 / T^2: a <= 0.995 tan(0.1) (9.8 - a): T >= 10.067 s."""
-    values = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
-    values |= {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
-    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState(p_w=Vec3(0.0, 0.0, 12.0)))
-    assert plan.duration == 10.25
-
-
-def test_hover_duration_is_the_shortest_that_the_jerk_limit_allows():
-    """The jerk from rest to rest peaks at 52.5 times way / T^3: 52.5 * 12 / T^3 <= 0.995 * 1 m/s^3: T >= 8.588 s."""
-    values = {"position.z": 12.0, "limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1.0}
-    plan = hover.plan(build(hover.Parameters, values), VEHICLE, VehicleState())
-    assert plan.duration == 8.75
-
-
-def test_yaw_alone_can_decide_the_duration():
-    """A turn by 3 rad at 0.5 rad/s takes 35/16 * 3 / 0.5 = 13.125 s."""
-    parameters = build(hover.Parameters, {"yaw": 3.0, "limits.yaw_rate": 0.5})
-    plan = hover.plan(parameters, VEHICLE, VehicleState(p_w=Vec3(0.0, 0.0, 2.0)))
-    assert plan.duration == 13.25
+@pytest.mark.parametrize(("values", "height", "duration"), SHORTEST.values(), ids=SHORTEST)
+def test_hover_is_reached_in_the_shortest_time_that_its_limits_allow(values, height, duration):
+    start = VehicleState(p_w=Vec3(0.0, 0.0, height))
+    assert hover.plan(build(hover.Parameters, WIDE | values), VEHICLE, start).duration == duration
 
 
 def test_already_there_lasts_the_shortest_time():

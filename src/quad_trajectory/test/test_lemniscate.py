@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from quad_core.parameters import build
-from quad_core.types import Vec3, VehicleState
+from quad_core.types import VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory import lemniscate
 
@@ -75,11 +75,3 @@ def test_an_agile_lemniscate_is_reached(speed):
     assert after.trajectory_time == 0.0
     for name in ORDERS[:4]:
         assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6), name
-
-
-def test_after_the_end_the_last_point_is_held_at_rest():
-    parameters, plan = printed(duration=12.5)
-    last = lemniscate.sample(parameters, plan, math.nextafter(12.5, 0.0))
-    point = lemniscate.sample(parameters, plan, 13.0)
-    assert point.p_w == pytest.approx(last.p_w, abs=1e-9)
-    assert point.v_w == point.a_w == point.jerk_w == point.snap_w == Vec3()

@@ -8,7 +8,7 @@ import sympy as sp
 from quad_core.parameters import build
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory import case1, case2, hover
+from quad_trajectory import case1, case2, hover, lemniscate
 
 VEHICLE = Vehicle()
 AT_REST = VehicleState()
@@ -115,9 +115,10 @@ def test_shaped_yaw_turns_within_its_limits_and_is_its_own_derivative(module, li
         assert (after.yaw_rate - before.yaw_rate) / 0.004 == pytest.approx(now.yaw_acceleration, abs=2e-4)
 
 
-@pytest.mark.parametrize("module", CASES)
+@pytest.mark.parametrize("module", [*CASES, lemniscate])
 def test_after_the_end_the_last_point_is_held_at_rest(module):
-    parameters, plan = printed(module, duration=12.5)
+    parameters = build(module.Parameters, {"start": "printed", "duration": 12.5})
+    plan = module.plan(parameters, VEHICLE, AT_REST)
     assert module.duration(parameters, plan) == 12.5
     last = module.sample(parameters, plan, math.nextafter(12.5, 0.0))
     for time in (12.5, 13.0, 1e4):
