@@ -17,15 +17,12 @@ import yaml
 from study_figures import metric_figures
 
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import Figure, Table
-from quad_flight_log.report.html_page import Page, Section, write_page
-from quad_flight_log.report.pages import flight_figures
-from quad_flight_log.report.paper_figures import CASES, paper_figures
-from quad_flight_log.report.run import Run, run_from_tables
+from quad_flight_log.report.figures import Figure
+from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_tables
+from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
 
 FILES = ("study.json", "flights.parquet", "summary.parquet")
 _KEYS = ("name", "command", "cases", "plants", "seeds", "controllers", "metrics")
-_FORMATS = ("png", "pdf", "svg")
 
 
 class Study(NamedTuple):
@@ -78,43 +75,35 @@ def study_page(study: Study, command: str) -> Page:
         ("seed rule", str(facts.get("seed_rule", ""))),
         ("objective", str(facts.get("objective", ""))),
     ]
-    sections = [Section("Controllers", tables=(_controllers(study),))]
+    body: list[Figure | str] = []
     for case in facts["cases"]:
-        sections += [_results(study, case, plant) for plant in facts["plants"]]
+        for plant in facts["plants"]:
+            body += _results(study, case, plant)
         runs = [run for run in study.examples if run.trajectory == case]
         note = f"One flight per controller, the first held-out seed ({seeds[0] if seeds else 'none'})."
         if runs:
-            shown = paper_figures(runs)
-            sections.append(Section(f"{CASES.get(case, case)}: the paper's figures", note, tuple(shown)))
-            inside = [figure for figure in flight_figures(runs) if figure.key not in {item.key for item in shown}]
-            sections.append(Section(f"Inside the flights of {case}", note, tuple(inside)))
-    sections.append(Section("Parameters, tuning and versions", folded=tuple(_folded(study))))
-    facts_shown = tuple((name, value) for name, value in lines if value)
-    return Page(f"Study {facts['name']}", command, facts_shown, tuple(sections))
+            body += [heading(f"{CASES.get(case, case)}: the paper's figures", note), *paper_figures(runs)]
+            body += [heading(f"Inside the flights of {case}", note), *inside_figures(runs)]
+    body += [heading("Controllers, tuning and versions"), _controllers(study), *_folded(study)]
+    return Page(f"Study {facts['name']}", command, [each for each in lines if each[1]], body, None, _numbers(study))
 
 
-def write_report(directory: Path, command: str = "", formats: Sequence[str] = ()) -> Path:
-    """Write ``directory/report.html``, and ``directory/figures`` in ``formats``; returns the page's path.
+def _numbers(study: Study) -> list[tuple[str, str]]:
+    """Return the median RMSE of up to three controllers in the first case: what the page opens with."""
+    case, plant = study.facts["cases"][0], study.facts["plants"][0]
+    summary = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
+    medians = summary[summary["metric"] == "position_rmse"].set_index("controller")["median"]
+    shown = [(name, title) for name, title in study.titles.items() if name in medians.index][:3]
+    return [(f"{1000.0 * medians[name]:.3g} mm", f"{title}: RMSE in {case}, median") for name, title in shown]
+
+
+def write_report(directory: Path, command: str = "") -> Path:
+    """Write ``directory/report.html`` and return its path.
 
     Raises FlightLogError as ``read_study``, or if a file cannot be written.
     """
-    study = read_study(directory)
     again = f"python studies/study_report.py {shlex.quote(str(directory))}"
-    path = write_page(study_page(study, command or again), directory / "report.html")
-    if formats:
-        from quad_flight_log.report.printed_figures import write_figures
-
-        write_figures(study_figures(study), directory / "figures", formats)
-    return path
-
-
-def study_figures(study: Study) -> list[Figure]:
-    """Return all figures of a study."""
-    found: list[Figure] = []
-    for case in study.facts["cases"]:
-        for plant in study.facts["plants"]:
-            found += metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant)
-    return [*found, *flight_figures(study.examples)]
+    return write_page(study_page(read_study(directory), command or again), directory / "report.html")
 
 
 def _parquet(path: Path) -> Any:
@@ -144,32 +133,32 @@ def _span(seeds: Sequence[int]) -> str:
     return f"{seeds[0]} to {seeds[-1]}" if even else ", ".join(map(str, seeds))
 
 
-def _controllers(study: Study) -> Table:
-    rows = tuple(
+def _controllers(study: Study) -> str:
+    rows = [
         (study.titles[name], str(about.get("position", "")), str(about.get("attitude", "")))
         for name, about in study.facts["controllers"].items()
-    )
-    return Table("", ("controller", "position law", "attitude law"), rows)
+    ]
+    return table(("controller", "position law", "attitude law"), rows)
 
 
-def _results(study: Study, case: str, plant: str) -> Section:
+def _results(study: Study, case: str, plant: str) -> list[Figure | str]:
     chosen = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
     rows = {(row["controller"], row["metric"]): row for row in chosen.to_dict("records")}
     first, *others = study.titles.values()
-    values = Table(
-        "Median, and 5 to 95 % of the seeds",
+    values = table(
         ("metric", *study.titles.values(), "unit"),
-        tuple(_row(rows, study, metric, _median) for metric in study.facts["metrics"]),
+        [_row(rows, study, metric, _median) for metric in study.facts["metrics"]],
+        "Median, and 5 to 95 % of the seeds",
         f"Flights flown to their end: {_ended(study, case, plant)}.",
     )
-    differences = Table(
-        f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
+    differences = table(
         ("metric", *others, "unit"),
-        tuple(_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]),
+        [_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]],
+        f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
         f"Positive: {first} has less. An interval without 0 is a difference that the seeds do not explain.",
     )
     figures = metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant)
-    return Section(f"Results: {case}, plant {plant}", figures=tuple(figures), tables=(values, differences))
+    return [heading(f"Results: {case}, plant {plant}"), values, differences, *figures]
 
 
 def _ended(study: Study, case: str, plant: str) -> str:
@@ -200,16 +189,14 @@ def _difference(row: Any) -> str:
     return f"{row['difference']:+.3g} [{row['difference_low']:+.3g}, {row['difference_high']:+.3g}]"
 
 
-def _folded(study: Study) -> list[tuple[str, str]]:
-    found = []
+def _folded(study: Study) -> list[str]:
+    texts: dict[str, Any] = {}
     for name, about in study.facts["controllers"].items():
-        parts = [part for part in ("gains", "parameters", "tuning") if about.get(part)]
-        found += [(f"{study.titles[name]}: {part}", yaml.safe_dump(about[part], sort_keys=False)) for part in parts]
-    found.append(("Seeds", yaml.safe_dump({key: study.facts.get(key, []) for key in ("seeds", "training_seeds")})))
-    found.append(("Metrics", yaml.safe_dump(study.facts["metrics"], sort_keys=False)))
-    if study.facts.get("versions"):
-        found.append(("Versions", yaml.safe_dump(study.facts["versions"])))
-    return found
+        for part in ("gains", "parameters", "tuning"):
+            texts[f"{study.titles[name]}: {part}"] = about.get(part)
+    texts["Seeds"] = {key: study.facts.get(key, []) for key in ("seeds", "training_seeds")}
+    texts["Metrics"], texts["Versions"] = study.facts["metrics"], study.facts.get("versions")
+    return [folded(name, verbatim(yaml.safe_dump(each, sort_keys=False))) for name, each in texts.items() if each]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -217,15 +204,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python studies/study_report.py",
         description="Build the report of a study from its stored flights.",
-        epilog="examples:\n  python studies/study_report.py results\n"
-        "  python studies/study_report.py results --format png --format pdf",
+        epilog="example:\n  python studies/study_report.py results",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("directory", type=Path, metavar="DIR", help="directory that scripts/study wrote")
-    parser.add_argument("--format", action="append", choices=_FORMATS, help="also write the figures; may be repeated")
     options = parser.parse_args(arguments)
     try:
-        path = write_report(options.directory, formats=options.format or ())
+        path = write_report(options.directory)
     except FlightLogError as error:
         sys.stderr.write(f"study_report: {error}\n")
         return 2

@@ -30,7 +30,9 @@ def browser_path() -> str | None:
 class Browser:
     """One headless browser with one page. ``problems``: errors of its console; ``requests``: what it loaded."""
 
-    def __init__(self, profile: Path, size: tuple[int, int] = (1200, 900), patience: float = 90.0) -> None:
+    def __init__(
+        self, profile: Path, size: tuple[int, int] = (1200, 900), patience: float = 90.0, theme: str = "light"
+    ) -> None:
         """Start the browser with an empty profile folder and connect to it."""
         from websockets.sync.client import connect
 
@@ -57,6 +59,7 @@ class Browser:
             self._call(
                 "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
             )
+            self._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
         except BaseException:
             self._stop()
             raise

@@ -11,13 +11,10 @@ from headless_browser import Browser
 
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import runs_of
-from quad_flight_log.report.html_page import write_page
-from quad_flight_log.report.interactive_figures import colours
+from quad_flight_log.report.figures import PALETTE, REFERENCE_COLOUR
+from quad_flight_log.report.flight_figures import Run, run_from_flight
+from quad_flight_log.report.page import write_page
 from quad_flight_log.report.pages import comparison_page, names_of
-from quad_flight_log.report.paper_figures import path_figure
-from quad_flight_log.report.printed_figures import draw_path
-from quad_flight_log.report.run import Run, run_from_flight
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -59,18 +56,24 @@ def main() -> int:
 def draw_paths(runs: list[Run], path: Path) -> None:
     """Draw the flown path and the reference of each run side by side."""
     import matplotlib as mpl
+    import numpy as np
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     with mpl.rc_context({"font.size": 8.0, "grid.color": "#d9dde2", "grid.linewidth": 0.5}):
         canvas = Figure(figsize=(8.6, 4.6), layout="constrained")
         for place, run in enumerate(runs):
             ax = canvas.add_subplot(1, len(runs), place + 1, projection="3d")
-            figure = path_figure([run])
-            draw_path(ax, figure.panels[0], colours(runs_of([figure])))
+            reference, flown = (run.tables[topic]["p_w"].T for topic in ("reference", "truth"))
+            ax.plot(*reference, color=REFERENCE_COLOUR, linewidth=3.0, alpha=0.5, label="reference")
+            ax.plot(*flown, color=PALETTE[0], linewidth=1.0, label="flown")
+            ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+            ax.set_box_aspect(np.ptp(np.concatenate([flown, reference], axis=1), axis=1).clip(3.0), zoom=0.85)
+            for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+                axis.set_major_locator(MaxNLocator(4))
             rmse = run.metrics.position_rmse or 0.0
             ax.set_title(f"{TITLES.get(run.trajectory, run.trajectory)}: RMSE {1000 * rmse:.1f} mm", y=1.02)
-        handles, _ = ax.get_legend_handles_labels()
-        canvas.legend(handles, ["flown", "reference"], loc="outside lower center", ncols=2, frameon=False)
+        canvas.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
         canvas.savefig(path, dpi=120)
     smaller(path)
 

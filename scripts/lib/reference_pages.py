@@ -1,4 +1,4 @@
-"""Reference pages and layouts from the code: the topic table, the .msg files, the declarations of parameters."""
+"""Reference pages from the code: the topic table, the .msg files, the declarations of parameters."""
 
 import argparse
 import re
@@ -18,7 +18,6 @@ from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Whole, fields
 from quad_core.vehicle import Vehicle
-from quad_flight_log.report.layouts import layout_files
 from quad_node.topics import TOPICS, Topic
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -210,7 +209,6 @@ def main() -> int:
     }
     pages |= {REFERENCE / name: page([text]) for name, text in table_pages.pages().items()}
     pages |= {DOCS / "images" / name: text for name, text in diagrams.pictures().items()}
-    pages |= {DOCS / "layouts" / name: text for name, text in layout_files().items()}
     pages |= {REFERENCE / "parameters" / name: text for name, text in parameter_pages().items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
     stale += [path for path in (REFERENCE / "parameters").glob("*.md") if path not in pages]
@@ -220,7 +218,7 @@ def main() -> int:
     for path in stale:
         print(f"{path.relative_to(ROOT)}: {'not up to date: run scripts/docs' if check else 'written'}")
     if not check:
-        for folder in (REFERENCE / "parameters", DOCS / "layouts", DOCS / "images"):
+        for folder in (REFERENCE / "parameters", DOCS / "images"):
             folder.mkdir(exist_ok=True)
         for path in stale:
             if path in pages:

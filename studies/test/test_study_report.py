@@ -111,12 +111,6 @@ def test_every_flight_is_a_dot_over_its_controller(directory):
     assert "position<br>rmse<br>[m]" in shown
 
 
-def test_figures_for_a_paper(directory):
-    study_report.write_report(directory, formats=("png",))
-    names = {path.name for path in (directory / "figures").iterdir()}
-    assert {"figure-05-case1-path.png", "figure-11-case1-yaw.png", "metrics-case1-rigid_body-tracking.png"} <= names
-
-
 @pytest.mark.parametrize("name", ["study.json", "flights.parquet", "summary.parquet"])
 def test_what_is_missing_or_damaged_is_named(directory, name, capsys):
     (directory / name).write_bytes(b"{nothing")

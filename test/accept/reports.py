@@ -17,10 +17,11 @@ from headless_browser import Browser, browser_path
 from study_report import write_report
 
 from quad_flight_log.analysis.metrics import METRICS
+from quad_flight_log.analysis.tables import TOPICS
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.report.html_page import write_page
+from quad_flight_log.report.flight_figures import run_from_flight
+from quad_flight_log.report.page import write_page
 from quad_flight_log.report.pages import comparison_page, flight_page
-from quad_flight_log.report.run import TOPICS, run_from_flight
 
 CASES = ("case1", "case2")
 CONTROLLERS = ("first", "second", "third", "fourth")

@@ -164,5 +164,5 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {'failed' if problems else 'good'}")
     bag = shlex.quote(str(flight.directory))
-    say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, plot, view)")
+    say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, view)")
     return FAILED if problems else GOOD

@@ -12,14 +12,15 @@ from typing import Any, NoReturn
 
 from quad_campaign.batch import flight_of, prepared
 from quad_campaign.campaign import run, shipped
-from quad_campaign.campaign_report import text, write_page
+from quad_campaign.campaign_report import text, write_report
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
+from quad_flight_log.errors import FlightLogError
 
-GOOD, FAILED, BAD_SETUP = 0, 1, 2
+GOOD, FAILED, BAD_SETUP, INTERRUPTED = 0, 1, 2, 130
 _EXAMPLES = """examples:
   scripts/campaign campaign_case2 --flights 1000 --out campaigns/one
   scripts/campaign campaign_case2 --flights 1000 --out campaigns/one --resume      after it was killed
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.refly is not None:
             return _refly(definition, options)
         return _campaign(path, definition, options, shlex.join(["scripts/campaign", *given]))
-    except (ParameterError, PluginError) as error:
+    except (ParameterError, PluginError, FlightLogError) as error:
         sys.stderr.write(f"campaign: {error}\n")
         return BAD_SETUP
     except (EngineError, ValueError) as error:
@@ -55,6 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         where = error.filename or options.scheduler
         sys.stderr.write(f"campaign: {f'{where}: {error.strerror or error}' if where else error}\n")
         return BAD_SETUP
+    except KeyboardInterrupt:
+        sys.stderr.write("campaign: interrupted; --resume goes on with the parts that are stored\n")
+        return INTERRUPTED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -123,7 +127,8 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     frame = parts.joined()
     took = time.monotonic() - began
     facts = {"command": said, "flights": len(frame), "steps": int(frame["steps"].sum()), "wall time, s": f"{took:.1f}"}
-    write_page(out / "report.html", definition, frame, {**facts, **about["identity"], "file text": about["definition"]})
+    whole = {**facts, **about["identity"], "file text": about["definition"]}
+    write_report(out / "report.html", definition, batch.variation, frame, whole)
     sys.stdout.write(text(definition, frame, f"scripts/campaign {options.file} --refly") + "\n")
     sys.stdout.write(f"{len(frame)} flights, {facts['steps']} steps in {took:.1f} s; {out / 'report.html'}\n")
     return GOOD

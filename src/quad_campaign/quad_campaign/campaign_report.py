@@ -1,6 +1,5 @@
 """What came of a campaign: success rate with exact bounds, quantiles, worst cases, and a page with pictures."""
 
-import html
 import shlex
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,11 +10,14 @@ import pandas as pd
 from quad_campaign.batch import FIGURES
 from quad_campaign.definition import Definition, command
 from quad_core.parameters import Value
+from quad_flight.variation import SEED, Variation
+from quad_flight_log.report.figures import Figure, Line, Panel
+from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
 
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _WORST = 10
-_DRAWN = 5000
+_DRAWN = 1500  # flights in a figure; all are in the tables and the curve
 
 
 class Success(NamedTuple):
@@ -26,6 +28,12 @@ class Success(NamedTuple):
     share: float
     low: float
     high: float
+
+    @property
+    def text(self) -> str:
+        """The rate in one line."""
+        bounds = f"95 % bounds {100 * self.low:.2f} to {100 * self.high:.2f} % (Clopper-Pearson)"
+        return f"{self.good} of {self.flights} flights succeeded: {100 * self.share:.2f} %, {bounds}"
 
 
 def success(frame: pd.DataFrame) -> Success:
@@ -50,20 +58,10 @@ def worst(frame: pd.DataFrame, count: int = _WORST) -> pd.DataFrame:
     return pd.concat([lost, ended]).head(count)
 
 
-def refly_command(definition: Definition, row: dict[str, Any]) -> str:
-    """Return the shell command that flies a row of the campaign over ROS."""
-    values: dict[str, Value] = {name: _plain(row[name]) for name in definition.vary}
-    return shlex.join(["scripts/fly", *command(definition, values)])
-
-
 def text(definition: Definition, frame: pd.DataFrame, again: str) -> str:
     """Return the summary for a terminal; ``again`` is the command that flies a number again, without the number."""
-    found = success(frame)
-    limits = ", ".join(f"{name} <= {limit:g} m" for name, limit in definition.success.items())
-    asked = f" (ended, {limits})" if limits else ""
-    rate = f"{100 * found.share:.2f} %, 95 % bounds {100 * found.low:.2f} to {100 * found.high:.2f} % (Clopper-Pearson)"
     lines = [
-        f"{definition.name}: {found.good} of {found.flights} flights succeeded{asked}: {rate}",
+        f"{definition.name}: {success(frame).text}{_asked(definition)}",
         "",
         "quantiles of the flights that ended",
         quantiles(frame).to_string(float_format=lambda x: f"{x:.4g}"),
@@ -77,65 +75,83 @@ def text(definition: Definition, frame: pd.DataFrame, again: str) -> str:
     return "\n".join(lines)
 
 
-def page(definition: Definition, frame: pd.DataFrame, about: dict[str, Any]) -> str:
-    """Return a page that opens from disk without a network: figures, tables and the commands of the worst flights."""
-    from plotly.io import to_html
-
-    pictures = _pictures(definition, frame)
-    parts = [to_html(figure, full_html=False, include_plotlyjs=i == 0) for i, figure in enumerate(pictures)]
-    found = success(frame)
-    rows = worst(frame).to_dict("records")
-    cases = "".join(
-        f"<tr><td>{row['flight']}</td><td>{row['outcome']}</td><td>{row['rmse']:.4g}</td>"
-        f"<td><code>{html.escape(refly_command(definition, row))}</code></td></tr>"
-        for row in rows
-    )
-    facts = "".join(f"<tr><td>{html.escape(k)}</td><td>{html.escape(str(v))}</td></tr>" for k, v in about.items())
-    return f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(definition.name)}</title>
-<style>body{{font-family:sans-serif;max-width:75em;margin:2em auto}}td,th{{padding:.2em .6em;text-align:left}}
-table{{border-collapse:collapse}}tr:nth-child(even){{background:#f3f3f3}}code{{font-size:.8em}}</style></head><body>
-<h1>{html.escape(definition.name)}</h1><p>{html.escape(definition.about)}</p>
-<p><b>{found.good} of {found.flights}</b> flights succeeded: {100 * found.share:.2f} %, 95 % bounds
-{100 * found.low:.2f} to {100 * found.high:.2f} % (Clopper-Pearson).</p>
-{quantiles(frame).to_html(float_format=lambda x: f"{x:.4g}", border=0)}
-{"".join(parts)}
-<h2>Worst flights</h2><table><tr><th>flight</th><th>outcome</th><th>RMSE, m</th><th>over ROS, with a bag</th></tr>
-{cases}</table><h2>How it was made</h2><table>{facts}</table></body></html>"""
+def write_report(
+    path: Path, definition: Definition, variation: Variation, frame: pd.DataFrame, about: dict[str, Any]
+) -> None:
+    """Write the page; raises FlightLogError if plotly is not installed or the file cannot be written."""
+    write_page(page(definition, variation, frame, about), path)
 
 
-def write_page(path: Path, definition: Definition, frame: pd.DataFrame, about: dict[str, Any]) -> None:
-    """Write the page."""
-    path.write_text(page(definition, frame, about), encoding="utf-8")
+def page(definition: Definition, variation: Variation, frame: pd.DataFrame, about: dict[str, Any]) -> Page:
+    """Return the page: verdict, three numbers, the errors of all flights, then the parameters and the worst flights."""
+    found, ended = success(frame), frame[frame["outcome"] == "ended"]
+    rows = [
+        [str(q), *(f"{value:.4g}" for value in row)]
+        for q, row in zip(QUANTILES, quantiles(frame).to_numpy(), strict=True)
+    ]
+    units = ["m", "m", "m", "N m"]
+    head = ["share of the flights", *(f"{name} [{unit}]" for name, unit in zip(FIGURES, units, strict=True))]
+    cases = [
+        [str(row["flight"]), row["outcome"], f"{row['rmse']:.4g}", _refly(definition, row)]
+        for row in worst(frame).to_dict("records")
+    ]
+    body: list[Figure | str] = [heading("", definition.about), _curve(ended)]
+    body += [heading("Quantiles of the flights that ended"), table(head, rows)]
+    body += [heading("Worst flights"), table(("flight", "outcome", "RMSE [m]", "over ROS, with a bag"), cases)]
+    body += [heading("RMSE over each parameter", f"The first {min(len(frame), _DRAWN)} flights.")]
+    body += _scatters(definition, variation, frame)
+    body.append(folded("Campaign file", verbatim(str(about.get("file text", "")))))
+    facts = [(name, str(value)) for name, value in about.items() if name not in ("command", "file text")]
+    numbers = [(f"{100 * found.share:.4g} %", "flights succeeded")]
+    if len(ended):
+        numbers += [(f"{1000 * ended['rmse'].median():.3g} mm", "RMSE, median")]
+        numbers += [(f"{1000 * ended['rmse'].quantile(0.95):.3g} mm", "RMSE, 95 % of the flights")]
+    verdict = (found.good == found.flights, found.text + _asked(definition))
+    return Page(f"Campaign {definition.name}", str(about["command"]), facts, body, verdict, numbers)
 
 
-def _pictures(definition: Definition, frame: pd.DataFrame) -> list[Any]:
-    import plotly.graph_objects as go
+def _asked(definition: Definition) -> str:
+    limits = ", ".join(f"{name} at most {limit:g} m" for name, limit in definition.success.items())
+    return f" (a success ended, {limits})" if limits else ""
 
-    ended = frame[frame["outcome"] == "ended"]
-    spread = go.Figure([go.Histogram(x=ended["rmse"], nbinsx=80)])
-    spread.update_layout(title="RMSE of the flights that ended", xaxis_title="RMSE, m", yaxis_title="flights")
-    found = [spread]
-    shown = frame.head(_DRAWN)
+
+def _refly(definition: Definition, row: dict[str, Any]) -> str:
+    """Return the shell command that flies a row of the campaign over ROS."""
+    values: dict[str, Value] = {name: row[name] for name in definition.vary}
+    return shlex.join(["scripts/fly", *command(definition, values)])
+
+
+def _curve(ended: pd.DataFrame) -> Figure:
+    lines = []
+    for name, label in (("rmse", "RMSE"), ("largest_error", "largest error"), ("last_error", "last error")):
+        values = np.sort(ended[name].to_numpy(dtype=float))
+        lines.append(Line(label, label, (values, 100.0 * np.arange(1, len(values) + 1) / max(1, len(values)))))
+    caption = "How many of the flights that ended stayed below an error."
+    panel = Panel("share of flights [%]", tuple(lines), steps=True)
+    return Figure("errors", "Errors of the flights that ended", caption, (panel,), x_label="error [m]")
+
+
+def _scatters(definition: Definition, variation: Variation, frame: pd.DataFrame) -> list[Figure]:
+    shown, found = frame.head(_DRAWN), []
+    top = float(shown.loc[shown["outcome"] == "ended", "rmse"].max())
+    heights = shown["rmse"].where(shown["outcome"] == "ended", top if np.isfinite(top) else 1.0).to_numpy(dtype=float)
+    kinds = {
+        "success": shown["success"],
+        "no success": ~shown["success"] & (shown["outcome"] == "ended"),
+        "did not end (drawn at the top)": shown["outcome"] != "ended",
+    }
     for name in definition.vary:
-        if name == "flight.seed" or shown[name].nunique() < 2:
+        if name == SEED or shown[name].nunique() < 2:
             continue
-        figure = go.Figure()
-        for good, label in ((True, "success"), (False, "no success")):
-            chosen = shown[shown["success"] == good]
-            heights = np.where(chosen["outcome"] == "ended", chosen["rmse"], np.nan)
-            figure.add_scattergl(
-                x=chosen[name], y=heights, mode="markers", name=label, marker={"size": 4}, text=chosen["flight"]
-            )
-        lost = shown[shown["outcome"] != "ended"]
-        top = float(ended["rmse"].max()) if len(ended) else 1.0
-        figure.add_scattergl(
-            x=lost[name], y=np.full(len(lost), top), mode="markers", name="lost (drawn on top)", text=lost["flight"]
-        )
-        figure.update_layout(title=f"RMSE over {name}", xaxis_title=name, yaxis_title="RMSE, m", height=420)
-        found.append(figure)
+        spec = variation.field(name).spec
+        values, names = shown[name].to_numpy(), np.zeros(0)
+        if values.dtype.kind not in "iuf":
+            names, values = np.unique(values.astype(str), return_inverse=True)
+        columns = {label: (values[chosen].astype(float), heights[chosen]) for label, chosen in kinds.items()}
+        lines = tuple(Line(label, label, each, dots=True) for label, each in columns.items() if len(each[0]))
+        unit = getattr(spec, "unit", "")
+        x_label = f"{name} [{unit}]" if unit else name
+        panel = Panel("RMSE [m]", lines)
+        ticks = tuple(str(each) for each in names)
+        found.append(Figure(f"rmse-{name}", name, spec.meaning, (panel,), x_label=x_label, ticks=ticks))
     return found
-
-
-def _plain(value: Any) -> Value:
-    plain: Value = value.item() if hasattr(value, "item") else value
-    return plain

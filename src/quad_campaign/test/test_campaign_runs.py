@@ -20,6 +20,7 @@ from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_resolved, fly
 from quad_flight.set_up import resolve_flight
+from quad_flight_log.report.figures import Figure
 
 FILE = """
 flight: {case: hover, duration: 0.1, set: [simulator.held_gaussian.acceleration_sd=0.4]}
@@ -211,10 +212,21 @@ def test_rates_have_exact_bounds_and_the_worst_come_first(definition):
     assert (round(found.low, 4), round(found.high, 4)) == (0.3475, 0.9333)
     assert quantiles(frame).loc[0.5, "rmse"] == pytest.approx(0.35)
     assert list(worst(frame, 4)["flight"]) == [9, 8, 7, 6]
-    text = page(definition, frame, {"command": "<it>"})
-    assert "7 of 10" in text
-    assert "&lt;it&gt;" in text
-    assert "http" not in text.split("<body>")[0].split("</style>")[1]
+    found = page(definition, prepared(definition).variation, frame, {"command": "<it>", "file text": FILE})
+    assert found.verdict is not None
+    assert found.verdict[1].startswith("7 of 10 flights succeeded: 70.00 %, 95 % bounds 34.75 to 93.33 %")
+    assert found.numbers == [
+        ("70 %", "flights succeeded"), ("350 mm", "RMSE, median"), ("665 mm", "RMSE, 95 % of the flights")
+    ]  # fmt: skip
+    curve, mass, error = (part for part in found.body if isinstance(part, Figure))
+    values, share = curve.panels[0].lines[0].columns
+    assert values.tolist() == pytest.approx([0.1 * n for n in range(8)])
+    assert share.tolist() == [12.5 * n for n in range(1, 9)]
+    assert (mass.title, mass.x_label) == ("vehicle.mass", "vehicle.mass [kg]")
+    assert error.title == "simulator.rigid_body.mass_error"
+    dots = {line.label: line.columns[1].tolist() for line in mass.panels[0].lines}
+    assert dots["no success"] == pytest.approx([0.7])
+    assert dots["did not end (drawn at the top)"] == pytest.approx([0.7, 0.7])
 
 
 def test_a_campaign_without_numba_ends_with_one_line(tmp_path):

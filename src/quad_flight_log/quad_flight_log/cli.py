@@ -2,24 +2,25 @@
 
 import argparse
 import contextlib
-import io
+import csv
+import inspect
+import json
 import os
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+import textwrap
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, NamedTuple, NoReturn, TextIO, cast
+from typing import Any, NoReturn, TextIO, cast
 
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.resolution import parse_settings
-from quad_flight_log.analysis.flight_checks import failed_checks
 from quad_flight_log.analysis.frames import measured
 from quad_flight_log.analysis.metrics import METRICS
-from quad_flight_log.analysis.replay import replay
+from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import truth_note
-from quad_flight_log.bag.export import FORMATS, export, write_csv
+from quad_flight_log.bag.export import FORMATS, export
 from quad_flight_log.bag.files import files_of
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
@@ -27,11 +28,11 @@ from quad_flight_log.bag.recover import recover
 from quad_flight_log.bag.verification import problems_of
 from quad_flight_log.errors import FlightLogError, printable
 from quad_flight_log.report import text
-
-Options = argparse.Namespace
+from quad_flight_log.report.verdict import judgement
 
 _SHOW_FROM = 16 << 20  # bytes; smaller bags are read before a bar can be seen
 _LONGEST_LINE = 800
+_LONGEST_CELL = 300
 _EXAMPLES = """examples:
   log info flights/case1-1-1
   log metrics flights/case1-1-1 flights/case1-2-1
@@ -41,57 +42,88 @@ A BAG is a bag directory or one of its files, closed or not; topics are found in
 Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage or no readable bag."""
 
 
-class Command(NamedTuple):
-    """One command. ``run`` returns the exit code and raises FlightLogError for what makes exit code 2.
+def _info(options: argparse.Namespace) -> int:
+    """Print what is in a bag: where it comes from, its topics, bytes per topic, what was dropped.
 
-    ``bags``: how many it takes, as in argparse, empty for none. ``own_out``: it handles ``options.out`` itself; else
-    what it prints is also written to ``DIR/COMMAND.txt`` (.json, .csv with --json, --csv).
+    log info flights/case1-1-1
     """
-
-    run: Callable[[Options], int]
-    about: str
-    examples: str
-    arguments: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
-    bags: str = "+"
-    own_out: bool = False
-
-
-def _info(options: Options) -> int:
-    flights = _opened(options)
-    print(text.info_json(flights) if options.json else "\n".join(map(text.info_text, flights)))
+    for flight in _opened(options):
+        state = f"truncated: {flight.damage}" if flight.truncated else "complete"
+        checked = "every message under a checksum" if flight.protected else "not every message under a checksum"
+        print(f"{flight.path}\n  {state}, {checked}, written by {flight.written_by or 'unknown'}")
+        print(f"  {flight.size} bytes on disk, {flight.uncompressed_size} uncompressed")
+        for key, value in sorted(flight.metadata.items()):
+            print(f"  {_cell(key)}: {_cell(value)}")
+        rows = [["topic", "messages", "bytes", "share", "rate", "dropped", "type"]]
+        payload = sum(topic.size for topic in flight.topics.values())
+        for topic in flight.topics.values():
+            span = (topic.last - topic.first) * 1e-9
+            rate = f"{(topic.messages - 1) / span:.1f} Hz" if topic.messages > 1 and span > 0.0 else "-"
+            share = f"{100.0 * topic.size / payload:.1f} %" if payload else "-"
+            dropped = flight.metadata.get(f"dropped.{topic.name}", "0")
+            cells = (topic.name, topic.messages, topic.size, share, rate, dropped, topic.type)
+            rows.append([_cell(str(cell)) for cell in cells])
+        print(textwrap.indent(text.aligned(rows, range(1, 6)), "  "))
     return 0
 
 
-def _metrics(options: Options) -> int:
+def _cell(content: str) -> str:
+    """Return text of a bag as one short line, so that it cannot pass for lines of ours."""
+    short = content if len(content) <= _LONGEST_CELL else f"{content[:_LONGEST_CELL]} ..."
+    return short.replace("\n", "\\n").replace("\t", "\\t")
+
+
+def _metrics(options: argparse.Namespace) -> int:
+    """Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said.
+
+    log metrics flights/a flights/b --csv > both.csv
+    """
     flights = _opened(options)
     names, values = [flight.name for flight in flights], [measured(flight) for flight in flights]
-    if options.json and options.csv:
-        raise FlightLogError("found --json and --csv, expected one of them")
-    form = text.as_json if options.json else text.as_csv if options.csv else text.table
     damage = [flight.damage if flight.truncated else "" for flight in flights]
-    print(form(names, values, damage=damage, notes=[truth_note(flight) for flight in flights]).rstrip("\n"))
+    notes = [truth_note(flight) for flight in flights]
+    rows = [
+        {"flight": name, **item._asdict(), "damage": cut, "note": note}
+        for name, item, cut, note in zip(names, values, damage, notes, strict=True)
+    ]
+    if options.json:
+        print(json.dumps(rows, indent=2))
+    elif options.csv:
+        units = {name: f"{name} [{about.unit}]" for name, about in METRICS.items()}
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow([units.get(name, name) for name in rows[0]])
+        writer.writerows(row.values() for row in rows)
+    else:
+        for at, cut in enumerate(damage):
+            if cut:
+                notes[at] = "; ".join([f"the bag is cut ({cut}): these are the metrics of what is left", notes[at]])
+        print(text.table(names, values, notes=[note.removesuffix("; ") for note in notes]))
     return 0
 
 
-def _check(options: Options) -> int:
-    limits, good = text.read_limits(options.limits), True
+def _check(options: argparse.Namespace) -> int:
+    """Compare every flight with limits; 1 if one is not met, a bag is truncated or a flight check fails.
+
+    log check flights/a flights/b --limits limits.yaml --limits settling_time=5
+    """
+    asked, good = text.read_limits(options.limits), True
     for flight in _opened(options):
-        verdicts, failed = text.judged(measured(flight), limits), failed_checks(flight)
-        for verdict in verdicts:
-            found = "n/a" if verdict.value is None else f"{verdict.value:.5g}"
-            limit = f"limit {verdict.limit:.5g} {METRICS[verdict.metric].unit}"
-            print(f"{'ok  ' if verdict.met else 'FAIL'} {flight.name}: {verdict.metric} = {found}, {limit}")
+        judged = judgement(flight, measured(flight), asked or None)
+        for problem in judged.problems:
+            print(f"FAIL {flight.name}: {problem}")
+        if judged.good:
+            print(f"ok   {flight.name}: {judged.text}")
         if truth_note(flight):
             print(f"note {flight.name}: {truth_note(flight)}")
-        if flight.truncated:
-            failed.insert(0, flight.damage)
-        for problem in failed:
-            print(f"FAIL {flight.name}: {problem}")
-        good &= all(verdict.met for verdict in verdicts) and not failed
+        good &= judged.good
     return 0 if good else 1
 
 
-def _verify(options: Options) -> int:
+def _verify(options: argparse.Namespace) -> int:
+    """Decode everything; 1 if a bag is truncated or its metadata.yaml tells something else than its content.
+
+    log verify flights/*
+    """
     good = True
     for flight in _opened(options):
         problems = problems_of(flight)
@@ -100,7 +132,11 @@ def _verify(options: Options) -> int:
     return 0 if good else 1
 
 
-def _hash(options: Options) -> int:
+def _hash(options: argparse.Namespace) -> int:
+    """Print the payload hash of each flight; 1 if several were given and differ, or if a bag is cut.
+
+    log hash flights/a flights/b
+    """
     hashes, whole = set(), True
     for flight in _opened(options):
         value = payload_hash(flight)
@@ -110,10 +146,16 @@ def _hash(options: Options) -> int:
         print(f"{value}  {flight.path}{cut}")
         for topic, digest in topic_hashes(flight).items() if options.topics else ():
             print(f"  {digest}  {topic}")
+    if len(hashes) > 1:
+        print(f"the flights differ: {len(hashes)} different hashes; --topics shows where")
     return 0 if whole and len(hashes) == 1 else 1
 
 
-def _recover(options: Options) -> int:
+def _recover(options: argparse.Namespace) -> int:
+    """Write the verified beginning of a cut or damaged bag as a new, complete bag; the old one stays unchanged.
+
+    log recover flights/killed --out flights/saved
+    """
     options.salvage = True
     (flight,) = _opened(options)
     name = flight.name.removesuffix(".part").removesuffix(".mcap")
@@ -126,15 +168,27 @@ def _recover(options: Options) -> int:
     return 0
 
 
-def _export(options: Options) -> int:
+def _export(options: argparse.Namespace) -> int:
+    """Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.
+
+    log export flights/case1-1-1 --format parquet --topic truth --topic reference --out tables
+    """
     (flight,) = _opened(options)
     found = export(flight, options.out or Path(f"{flight.name}-{options.format}"), options.format, options.topic)
-    for line in [*map(str, found.paths), *(f"left out: {why}" for why in found.left_out.values())]:
-        print(line)
+    print("\n".join([*map(str, found.paths), *(f"left out: {why}" for why in found.left_out.values())]))
     return 1 if found.left_out else 0
 
 
-def _replay(options: Options) -> int:
+def _replay(options: argparse.Namespace) -> int:
+    """Feed recorded inputs to the controllers again and compare their answers with the recorded ones.
+
+    With the recorded law and parameters every bit must be the same (exit 1 if not). With --set or another law
+    the difference is shown.
+
+    log replay flights/case1-1-1
+    log replay flights/case1-1-1 --set position_controller.aibs.x.position_gain=3.5
+    log replay flights/case1-1-1 --attitude itsm
+    """
     (flight,) = _opened(options)
     try:
         settings = parse_settings(options.settings)
@@ -143,44 +197,43 @@ def _replay(options: Options) -> int:
     others = [role for role in settings if role not in (*STAGE, "/**")]
     if others:
         raise FlightLogError(f"--set {others[0]}: only {' and '.join(STAGE)} are replayed")
-    found = []
+    good = True
     for role in [options.only] if options.only else STAGE:
         changes = {**settings.get("/**", {}), **settings.get(role, {})}
         law = {POSITION: options.position, ATTITUDE: options.attitude}.get(role)
-        found.append(replay(flight, role, law=law, settings=changes, progress=_progress(role, " steps")))
-    print(text.replay_json(found) if options.json else "\n".join(map(text.replay_text, found)))
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        (options.out / "replay.json").write_text(text.replay_json(found), encoding="utf-8")
-        for item in found:
-            columns = {"step": item.steps}
-            for name in item.recorded:
-                columns[f"{name} recorded"], columns[f"{name} replayed"] = item.recorded[name], item.replayed[name]
-            write_csv(options.out / f"replay_{item.role}.csv", columns)
-    return 0 if all(item.equal or item.changed for item in found) else 1
+        found = replay(flight, role, law=law, settings=changes, progress=_progress(role, " steps"))
+        _print_replay(found)
+        good &= found.equal or found.changed
+    return 0 if good else 1
 
 
-def _plot(options: Options) -> int:
-    from quad_flight_log.report.pages import flight_figures, names_of
-    from quad_flight_log.report.printed_figures import write_figures
-    from quad_flight_log.report.run import run_from_flight
+def _print_replay(item: Replay) -> None:
+    kind = "changed parameters" if item.changed else "recorded parameters"
+    print(f"{item.role}: {item.law}, {kind}, {len(item.steps)} steps, {len(item.recorded)} numbers each")
+    for note in item.notes:
+        print(f"  {note}")
+    if item.missing:
+        print(f"  {item.missing} steps were answered only in one of record and replay")
+    rows = [["number", "steps that differ", "first", "largest", "rms", "recorded rms"]]
+    for one in item.differences():
+        if one.differing:
+            numbers = (one.largest, one.rms, one.recorded_rms)
+            rows.append([one.name, str(one.differing), str(one.first_step), *(f"{value:.4g}" for value in numbers)])
+    if len(rows) > 1:
+        print(textwrap.indent(text.aligned(rows, range(1, 6)), "  "))
+    else:
+        print("  every bit is equal" if item.equal else "  nothing differs where both answered")
 
-    flights = _opened(options)
-    if len(flights) > 1 and options.out is None:
-        raise FlightLogError("figures of several flights need --out DIR")
-    figures = flight_figures([run_from_flight(*each) for each in zip(flights, names_of(flights), strict=True)])
-    chosen = [figure for figure in figures if figure.key.startswith(options.only)]
-    if not chosen:
-        have = ", ".join(figure.key for figure in figures) or "no figure: the bag lacks all topics needed"
-        raise FlightLogError(f"--only {options.only}: there is {have}")
-    directory: Path = options.out or flights[0].path.parent / "figures"
-    write_figures(chosen, directory, options.format or ("png", "pdf"), done=lambda path: print(path, flush=True))
-    print(f"{len(chosen)} figures in {directory}", file=sys.stderr)
-    return 0
 
+def _report(options: argparse.Namespace) -> int:
+    """Write a flight as a self-contained, interactive HTML page: verdict, path, figures, metrics, events.
 
-def _report(options: Options) -> int:
-    from quad_flight_log.report.html_page import write_page
+    Every figure has a button that saves it as SVG.
+
+    log report flights/case1-1-1                  writes flights/case1-1-1/report.html
+    log report flights/case1-1-1 --out results    writes results/case1-1-1.html
+    """
+    from quad_flight_log.report.page import write_page
     from quad_flight_log.report.pages import flight_page
 
     limits = text.read_limits(options.limits) if options.limits else None
@@ -190,164 +243,106 @@ def _report(options: Options) -> int:
     return 0
 
 
-def _compare(options: Options) -> int:
-    from quad_flight_log.report.html_page import write_page
+def _compare(options: argparse.Namespace) -> int:
+    """Write several flights into one interactive HTML page, all in the same figures, and print their metrics.
+
+    log compare flights/a flights/b --names proposed,pid --out results
+    """
+    from quad_flight_log.report.page import write_page
     from quad_flight_log.report.pages import comparison_page, names_of
-    from quad_flight_log.report.run import run_from_flight
 
     flights = _opened(options)
     names = [name.strip() for name in options.names.split(",")] if options.names else names_of(flights)
     if len(names) != len(flights) or len(set(names)) != len(names) or not all(names):
         raise FlightLogError(f"--names: found {options.names!r}, expected {len(flights)} different names")
-    values = [run_from_flight(*each).metrics for each in zip(flights, names, strict=True)]
-    print(text.table(names, values, notes=[truth_note(flight) for flight in flights]))
-    path = (options.out or Path()) / "comparison.html"
-    print(write_page(comparison_page(flights, names, _typed()), path))
+    notes = [truth_note(flight) for flight in flights]
+    print(text.table(names, [measured(flight) for flight in flights], notes=notes))
+    print(write_page(comparison_page(flights, names, _typed()), (options.out or Path()) / "comparison.html"))
     return 0
 
 
-def _layouts(options: Options) -> int:
-    from quad_flight_log.report.layouts import layout_files
+def _view(options: argparse.Namespace) -> int:
+    """Write a layout for Foxglove and a configuration for RViz, and print how they show a bag or a live flight.
 
-    directory: Path = options.out or Path()
-    directory.mkdir(parents=True, exist_ok=True)
-    for name, content in layout_files(options.namespace).items():
-        (directory / name).write_text(content, encoding="utf-8")
-        print(directory / name)
+    log view flights/case1-1-1
+    log view --namespace second --out layouts    for a live flight
+    """
+    from quad_flight_log.live.layouts import write_layouts
+
+    flights = _opened(options)
+    foxglove, rviz = write_layouts(options.out or Path(), flights[0].namespace if flights else options.namespace)
+    print(f"{foxglove}\n{rviz}")
+    for flight in flights:
+        if truth_note(flight):
+            print(truth_note(flight))
+        print(f"Foxglove: open {flight.path} with the layout {foxglove}")
+        print(f"RViz: rviz2 -d {rviz} and, in another shell, ros2 bag play {flight.path.parent}")
     return 0
 
 
-def _view(options: Options) -> int:
-    (flight,) = _opened(options)
-    options.namespace = flight.namespace
-    _layouts(options)
-    if truth_note(flight):
-        print(truth_note(flight))
-    where = options.out or Path()
-    print(f"Foxglove: open {flight.path} with the layout {where / 'flight.json'}")
-    print(f"RViz: rviz2 -d {where / 'flight.rviz'} and, in another shell, ros2 bag play {flight.path.parent}")
-    return 0
+_BAG: dict[str, Any] = {"nargs": 1, "metavar": "BAG", "type": Path, "help": "bag directory or one of its files"}
+_BAGS = {**_BAG, "nargs": "+"}
+_REPEATED: dict[str, Any] = {"action": "append", "default": []}
+_YES: dict[str, Any] = {"action": "store_true"}
+_LIMITS = {
+    **_REPEATED,
+    "metavar": "FILE|METRIC=VALUE",
+    "help": "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win "
+    "(default: the limits that the flight was held to when flown)",
+}
 
 
-_JSON = {"--json": {"action": "store_true", "help": "print JSON"}}
-_LIMITS = {"action": "append", "metavar": "FILE|METRIC=VALUE"}
-_MANY = {"action": "append", "default": []}
+def _out(what: str) -> dict[str, Any]:
+    return {"type": Path, "metavar": "DIR", "help": f"directory of {what}"}
 
-COMMANDS = {
-    "info": Command(
-        _info,
-        "Print what is in a bag: where it comes from, its topics, bytes per topic, what was dropped.",
-        "log info flights/case1-1-1\nlog info flights/a/a_0.mcap --json",
-        _JSON,
-    ),
-    "metrics": Command(
+
+COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], dict[str, dict[str, Any]]]] = {
+    "info": (_info, {"bags": _BAGS}),
+    "metrics": (
         _metrics,
-        "Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said.",
-        "log metrics flights/case1-1-1\nlog metrics flights/a flights/b --csv > both.csv",
-        {**_JSON, "--csv": {"action": "store_true", "help": "print CSV"}},
+        {"bags": _BAGS, "--json": {**_YES, "help": "print JSON"}, "--csv": {**_YES, "help": "print CSV"}},
     ),
-    "check": Command(
-        _check,
-        "Compare every flight with limits; 1 if one is not met, a bag is truncated or a flight check fails.",
-        "log check flights/a --limits position_rmse=0.02\n"
-        "log check flights/a flights/b --limits limits.yaml --limits settling_time=5",
-        {
-            "--limits": {
-                **_LIMITS,
-                "required": True,
-                "help": "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win",
-            }
-        },
-    ),
-    "verify": Command(
-        _verify,
-        "Decode everything; 1 if a bag is truncated or its metadata.yaml tells something else than its content.",
-        "log verify flights/case1-1-1\nlog verify flights/*",
-    ),
-    "hash": Command(
-        _hash,
-        "Print the payload hash of each flight; 1 if several were given and differ, or if a bag is cut.",
-        "log hash flights/a flights/b\nlog hash flights/a --topics",
-        {"--topics": {"action": "store_true", "help": "print the hash of every step topic too"}},
-    ),
-    "recover": Command(
-        _recover,
-        "Write the verified beginning of a cut or damaged bag as a new, complete bag; the old one stays unchanged.",
-        "log recover flights/killed\nlog recover flights/killed/killed_0.mcap.part --out flights/saved",
-        bags="1",
-        own_out=True,
-    ),
-    "export": Command(
+    "check": (_check, {"bags": _BAGS, "--limits": _LIMITS}),
+    "verify": (_verify, {"bags": _BAGS}),
+    "hash": (_hash, {"bags": _BAGS, "--topics": {**_YES, "help": "print the hash of every step topic too"}}),
+    "recover": (_recover, {"bags": _BAG, "--out": _out("the new bag (default: NAME-recovered)")}),
+    "export": (
         _export,
-        "Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.",
-        "log export flights/case1-1-1 --out tables\n"
-        "log export flights/case1-1-1 --format parquet --topic truth --topic reference --out tables",
         {
+            "bags": _BAG,
             "--format": {"choices": FORMATS, "default": "csv", "help": "default: csv"},
-            "--topic": {**_MANY, "metavar": "TOPIC", "help": "only this; may be repeated"},
+            "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
+            "--out": _out("the files (default: NAME-FORMAT)"),
         },
-        bags="1",
-        own_out=True,
     ),
-    "replay": Command(
+    "replay": (
         _replay,
-        "Feed recorded inputs to the controllers again and compare their answers with the recorded ones.\n\n"
-        "With the recorded law and parameters every bit must be the same (exit 1 if not). With --set or another law\n"
-        "the difference is shown. --out writes every replayed number with the recorded one.",
-        "log replay flights/case1-1-1\n"
-        "log replay flights/case1-1-1 --set position_controller.aibs.x.position_gain=3.5\n"
-        "log replay flights/case1-1-1 --attitude itsm --out replayed",
         {
+            "bags": _BAG,
             "--position": {"metavar": "LAW", "help": "another position law"},
             "--attitude": {"metavar": "LAW", "help": "another attitude law"},
             "--only": {"choices": sorted(STAGE), "help": "replay only this controller"},
-            "--set": {**_MANY, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
-            **_JSON,
+            "--set": {**_REPEATED, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
         },
-        bags="1",
-        own_out=True,
     ),
-    "plot": Command(
-        _plot,
-        "Draw the paper's figures and the insides of flights as PNG, PDF or SVG files.",
-        "log plot flights/case1-1-1 --only figure-05 --format svg\nlog plot flights/a flights/b --out results",
-        {
-            "--format": {**_MANY, "choices": ("png", "pdf", "svg"), "help": "may be repeated (default: png and pdf)"},
-            "--only": {"default": "", "metavar": "TEXT", "help": "only figures whose file name begins with this"},
-        },
-        own_out=True,
-    ),
-    "report": Command(
-        _report,
-        "Write one flight as a self-contained, interactive HTML page: figures, metrics, parameters, events.",
-        "log report flights/case1-1-1                  writes flights/case1-1-1/report.html\n"
-        "log report flights/case1-1-1 --out results    writes results/case1-1-1.html",
-        {"--limits": {**_LIMITS, "help": "as for `log check` (default: those that the flight was held to when flown)"}},
-        own_out=True,
-    ),
-    "compare": Command(
+    "report": (_report, {"bags": _BAGS, "--limits": _LIMITS, "--out": _out("the pages (default: the bag's own)")}),
+    "compare": (
         _compare,
-        "Write several flights into one interactive HTML page, all in the same figures, and print their metrics.",
-        "log compare flights/a flights/b --out results\nlog compare flights/a flights/b --names proposed,pid",
-        {"--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"}},
-        own_out=True,
+        {
+            "bags": _BAGS,
+            "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
+            "--out": _out("comparison.html (default: this one)"),
+        },
     ),
-    "view": Command(
+    "view": (
         _view,
-        "Write the layouts for a bag and print how Foxglove and RViz show it in three dimensions.",
-        "log view flights/case1-1-1\nlog view flights/case1-1-1 --out layouts",
-        bags="1",
-        own_out=True,
-    ),
-    "layouts": Command(
-        _layouts,
-        "Write a layout for Foxglove and a configuration for RViz that show every quantity of a flight, live or a bag.",
-        "log layouts --out layouts                       writes layouts/flight.json (Foxglove), layouts/flight.rviz\n"
-        "log layouts --namespace second --out layouts    for the vehicle in the namespace /second",
-        bags="",
-        own_out=True,
+        {"bags": {**_BAGS, "nargs": "*"}, "--out": _out("flight.json (Foxglove) and flight.rviz (default: this one)")},
     ),
 }
+"""{command: (function, {argument: its settings})}. A function's docstring is its help, the last paragraph examples.
+
+It returns the exit code, and raises FlightLogError for what makes exit code 2.
+"""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -359,24 +354,23 @@ def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = _Parser(prog="log", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, command in COMMANDS.items():
-        examples = "examples:\n" + "\n".join(f"  {line}" for line in command.examples.splitlines())
-        summary = command.about.splitlines()[0]
+    for name, (run, arguments) in COMMANDS.items():
+        about, _, examples = inspect.cleandoc(run.__doc__ or "").rpartition("\n\n")
         own = commands.add_parser(
-            name, help=summary, description=command.about, epilog=examples, formatter_class=formatter
+            name,
+            help=about.splitlines()[0],
+            description=about,
+            epilog="examples:\n" + textwrap.indent(examples, "  "),
+            formatter_class=formatter,
         )
-        own.add_argument("--out", type=Path, metavar="DIR", help="write into this directory (default: only print)")
-        own.add_argument("--namespace", default="", help="namespace of the vehicle")
-        if command.bags:
-            count: Any = int(command.bags) if command.bags.isdigit() else command.bags
-            own.add_argument("bags", nargs=count, metavar="BAG", type=Path, help="bag directory or one of its files")
-            own.add_argument("--salvage", action="store_true", help="read a damaged bag up to the damage")
-        for flag, settings in command.arguments.items():
+        for flag, settings in arguments.items():
             own.add_argument(flag, **settings)
+        own.add_argument("--namespace", default="", help="namespace of the vehicle")
+        own.add_argument("--salvage", action="store_true", help="read a damaged bag up to the damage")
     return parser
 
 
-def _opened(options: Options) -> list[Flight]:
+def _opened(options: argparse.Namespace) -> list[Flight]:
     """Open all bags of ``options``, with a progress bar for long ones; raises FlightLogError."""
     flights = []
     for bag in options.bags:
@@ -387,23 +381,18 @@ def _opened(options: Options) -> list[Flight]:
 
 
 def _progress(label: str, unit: str = "B") -> Callable[[int, int], None] | None:
-    """Return a function (done, total) that shows a bar until both are equal, and again from there; None to a file."""
-    if not sys.stderr.isatty():
-        return None
+    """Return a function (done, total) that shows a bar on a terminal until both are equal; None without tqdm."""
     try:
         from tqdm import tqdm
     except ImportError:
         return None
-    bar: Any = None
+    bar = tqdm(desc=label, unit=unit, unit_scale=True, leave=False, file=sys.stderr, disable=None)
 
     def advance(done: int, total: int) -> None:
-        nonlocal bar
-        if bar is None:
-            bar = tqdm(desc=label, total=total, unit=unit, unit_scale=True, leave=False, file=sys.stderr)
+        bar.total = total
         bar.update(done - bar.n)
         if done >= total:
             bar.close()
-            bar = None
 
     return advance
 
@@ -416,26 +405,25 @@ def _typed() -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     options = _parser().parse_args(arguments)
-    command = COMMANDS[options.command]
     try:
         with contextlib.redirect_stdout(cast("TextIO", _Printable(sys.stdout))):
-            if options.out is None or command.own_out:
-                return command.run(options)
-            return _run_and_keep(command, options)
+            return COMMANDS[options.command][0](options)
+    except BrokenPipeError:
+        return 0
+    except KeyboardInterrupt:
+        return _complain(options.command, "interrupted", 130)
     except FlightLogError as error:
         return _complain(options.command, str(error))
     except OSError as error:
-        if isinstance(error, BrokenPipeError):
-            return 0
         return _complain(options.command, f"{error.filename or ''}: {error.strerror or error}")
     except (MemoryError, RecursionError) as error:
         return _complain(options.command, f"the bag asks for more than this machine gives ({type(error).__name__})")
 
 
-def _complain(command: str, problem: str) -> int:
+def _complain(command: str, problem: str, code: int = 2) -> int:
     line = printable(" ".join(problem.split()))
     print(f"log {command}: {line if len(line) <= _LONGEST_LINE else line[:_LONGEST_LINE] + ' ...'}", file=sys.stderr)
-    return 2
+    return code
 
 
 class _Printable:
@@ -449,17 +437,6 @@ class _Printable:
 
     def flush(self) -> None:
         self._stream.flush()
-
-
-def _run_and_keep(command: Command, options: Options) -> int:
-    suffix = next((name for name in ("json", "csv") if getattr(options, name, False)), "txt")
-    options.out.mkdir(parents=True, exist_ok=True)
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        code = command.run(options)
-    print(printed.getvalue(), end="")
-    (options.out / f"{options.command}.{suffix}").write_text(printed.getvalue(), encoding="utf-8")
-    return code
 
 
 def console() -> None:

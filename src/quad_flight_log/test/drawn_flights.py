@@ -6,7 +6,7 @@ from typing import Any
 import flight_samples
 import numpy as np
 
-from quad_flight_log.report.run import Run, run_from_tables
+from quad_flight_log.report.flight_figures import Run, run_from_tables
 
 PERIOD_NS = 10_000_000
 APPROACH = 2.0  # s

@@ -1,26 +1,32 @@
-"""The markers node hears a flight and publishes what it saw, with tf2_msgs (a stand-in) and without."""
+"""The markers node draws a flight: where against SciPy's rotations, and over ROS; the layouts show what it sends."""
 
 import json
+import re
 import subprocess
-import sys
 import time
-import types
+from collections import deque
 from itertools import pairwise
 from pathlib import Path
 
 import flight_samples
+import numpy as np
 import pytest
 import rclpy
+import yaml
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Path as StandInTransforms
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from scipy.spatial.transform import Rotation
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from quad_bringup.domains import reserved_domain
-from quad_flight_log.live.node import Markers
+from quad_core.types import Quat, Vec3
+from quad_flight_log.cli import main
+from quad_flight_log.live.layouts import layout_files
+from quad_flight_log.live.node import ARM, DISTURBANCE_SCALE, THRUST_SCALE, Markers, extend, shapes
 from quad_flight_log.recorder.vehicle_pose import tf_message
 from quad_msgs.msg import Actuation, Disturbance, TrajectoryPoint, VehicleState
 from quad_node import topics
@@ -38,7 +44,8 @@ class Flight(Node):
             "disturbance": Disturbance,
         }
         self.out = {name: self.create_publisher(kind, name, topics.stream()) for name, kind in kinds.items()}
-        self.arrays, self.poses = [], []
+        self.arrays, self.poses, self.transforms = [], [], []
+        self.create_subscription(TFMessage, "/tf", self.transforms.append, 10)
         self.create_subscription(MarkerArray, "markers", self.arrays.append, 10)
         self.create_subscription(PoseStamped, "pose", self.poses.append, 10)
 
@@ -89,44 +96,10 @@ def test_markers_and_pose_of_an_instant(ros):
     assert pose.header.frame_id == "map"
     assert pose.pose.position.x == pytest.approx(stamps[-1] * 1e-3)
     assert (pose.pose.orientation.z, pose.pose.orientation.w) == (0.6, 0.8)
+    assert flight.transforms[-1].transforms[0].child_frame_id == "base_link"
     flight.arrays.clear()
     fly(ros, flight, lambda: bool(flight.arrays), start_ms=0)
     assert "flown" not in {marker.ns for marker in flight.arrays[0].markers}, "a new flight starts a new path"
-
-
-def test_tf_is_published_where_its_message_is_installed(ros, monkeypatch):
-    class Transforms:
-        def __new__(cls, transforms):
-            sent.extend(transforms)
-            return StandInTransforms()
-
-    sent = []
-    package, module = types.ModuleType("tf2_msgs"), types.ModuleType("tf2_msgs.msg")
-    module.TFMessage = Transforms
-    monkeypatch.setitem(sys.modules, "tf2_msgs", package)
-    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", module)
-    assert tf_message() is Transforms
-    made = {}
-    create = Node.create_publisher
-    monkeypatch.setattr(
-        Node,
-        "create_publisher",
-        lambda self, kind, name, *rest, **more: made.setdefault(
-            name, create(self, StandInTransforms if kind is Transforms else kind, name, *rest, **more)
-        ),
-    )
-    flight, markers = Flight(), Markers()
-    assert "/tf" in made
-    ros.add_node(flight)
-    ros.add_node(markers)
-    fly(ros, flight, lambda: bool(sent))
-    assert sent[0].child_frame_id == "base_link"
-
-
-def test_without_tf2_msgs_there_is_no_tf(monkeypatch):
-    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
-    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
-    assert tf_message() is None
 
 
 def executable():
@@ -136,12 +109,11 @@ def executable():
 def test_the_executable_explains_and_refuses():
     done = subprocess.run([executable(), "--help"], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0
-    assert "path_points = 2000" in done.stdout
-    for value, word in (("period:=0.0", "period"), ("path_points:=many", "path_points")):
-        arguments = [executable(), "--ros-args", "-p", value]
-        done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
-        assert done.returncode == 2, done.stderr
-        assert word in done.stderr
+    assert "period = 0.05" in done.stdout
+    arguments = [executable(), "--ros-args", "-p", "period:=0.0"]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "period" in done.stderr
 
 
 def test_the_tf_of_this_installation_is_that_of_every_other():
@@ -152,3 +124,60 @@ def test_the_tf_of_this_installation_is_that_of_every_other():
     described = Path(get_package_share_directory("tf2_msgs"), "msg", "TFMessage.json").read_text("utf-8")
     hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(described)["type_hashes"]}
     assert hashes["tf2_msgs/msg/TFMessage"] == expected
+
+
+PLACE = np.array([1.0, -2.0, 3.0])
+
+
+def drawn(attitude, reference=None, thrust=None, force=None):
+    found = shapes(Vec3(*PLACE), attitude, reference, thrust, force)
+    return {each.ns: np.array([(point.x, point.y, point.z) for point in each.points]) for each in found}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_body_and_thrust_turn_with_the_attitude_and_the_disturbance_does_not(seed):
+    turn = Rotation.random(rng=np.random.default_rng(seed))
+    force = np.array([0.5, 0.0, -0.25])
+    found = drawn(Quat(*turn.as_quat()), thrust=5.0, force=Vec3(*force))
+    np.testing.assert_allclose(found["rotors"][2], PLACE + turn.apply([ARM, 0.0, 0.0]), atol=1e-12)
+    np.testing.assert_allclose(found["rotors"][3], PLACE + turn.apply([0.0, ARM, 0.0]), atol=1e-12)
+    np.testing.assert_array_equal(found["thrust"][0], PLACE)
+    np.testing.assert_allclose(found["thrust"][1], PLACE + turn.apply([0.0, 0.0, 5.0 * THRUST_SCALE]), atol=1e-12)
+    np.testing.assert_allclose(found["disturbance"][1], PLACE + DISTURBANCE_SCALE * force, atol=1e-12)
+
+
+def test_only_what_is_known_is_drawn():
+    assert set(drawn(Quat())) == {"vehicle", "rotors", "forward"}
+    assert drawn(Quat(), Vec3(1.0, 2.0, 3.0))["reference"].tolist() == [[1.0, 2.0, 3.0]]
+
+
+def test_a_path_forgets_its_oldest_points_and_skips_near_ones():
+    path = deque(maxlen=3)
+    for x in (0.0, 0.04, 0.2, 0.24, 0.4, 0.6):
+        extend(path, Vec3(x, 0.0, 0.0))
+    assert [point.x for point in path] == [0.2, 0.4, 0.6]
+
+
+def test_every_plotted_path_of_the_layout_is_a_number_of_its_message():
+    panels = json.loads(layout_files("uav1")["flight.json"])["configById"]
+    plotted = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
+    assert len(plotted) >= 14
+    for text in plotted:
+        topic, path = re.fullmatch(r"/uav1/([\w/]+)\.(.+)", text).groups()
+        value = topics.TOPICS[topic].type()
+        for name, index in re.findall(r"(\w+)(?:\[(\d)\])?", path):
+            value = getattr(value, name)
+            value = value[int(index)] if index else value
+        assert float(value) == 0.0
+
+
+def test_both_layouts_show_what_the_markers_node_publishes_in_its_namespace(tmp_path, capsys):
+    assert main(["view", "--namespace", "/second/", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.split() == [str(tmp_path / "flight.json"), str(tmp_path / "flight.rviz")]
+    layout = json.loads((tmp_path / "flight.json").read_text())
+    displays = yaml.safe_load((tmp_path / "flight.rviz").read_text())["Visualization Manager"]["Displays"]
+    expected = {"/second/markers", "/second/pose", "/second/odom"}
+    assert set(layout["configById"]["3D!space"]["topics"]) == expected
+    assert {display["Topic"]["Value"] for display in displays if "Topic" in display} == expected
+    placed = re.findall(r'"((?:Plot|3D)![^"]+)"', json.dumps(layout["layout"]))
+    assert sorted(placed) == sorted(layout["configById"])

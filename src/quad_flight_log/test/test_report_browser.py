@@ -9,11 +9,9 @@ from headless_browser import Browser, browser_path
 from quad_flight_log.analysis.takeovers import Takeover
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
-from quad_flight_log.report.html_page import Page, Section, write_page
-from quad_flight_log.report.inside_figures import inside_figures
+from quad_flight_log.report.flight_figures import Run, inside_figures, paper_figures, with_bands
+from quad_flight_log.report.page import Page, write_page
 from quad_flight_log.report.pages import flight_page
-from quad_flight_log.report.paper_figures import paper_figures
-from quad_flight_log.report.run import Run, with_bands
 
 pytest.importorskip("plotly")
 pytest.importorskip("websockets")
@@ -33,7 +31,7 @@ def figures():
 @pytest.fixture(scope="module")
 def page(figures, tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
-    path = write_page(Page("Title", "command", (), (Section("All", figures=tuple(figures)),)), folder / "page.html")
+    path = write_page(Page("Title", "command", (), figures), folder / "page.html")
     with Browser(folder / "profile") as browser:
         browser.open(path.as_uri())
         browser.wait("document.body.dataset.drawn")
@@ -105,6 +103,19 @@ OVERLAPPING = """(() => {
 })()"""
 
 
+LEAST_CONTRAST = """(() => {
+    const light = (text) => {
+        const parts = text.match(/[\\d.]+/g).slice(0, 3).map(part => part / 255)
+            .map(part => part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+        return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2];
+    };
+    const sheet = light(getComputedStyle(document.querySelector('figure')).backgroundColor);
+    const texts = [...document.querySelectorAll('figure h3, figcaption')].map(each => getComputedStyle(each).color);
+    texts.push(...[...document.querySelectorAll('.plot .xtick text')].map(each => getComputedStyle(each).fill));
+    return Math.min(...texts.map(light).map(ink => (Math.max(ink, sheet) + 0.05) / (Math.min(ink, sheet) + 0.05)));
+})()"""
+
+
 @pytest.mark.parametrize("size", [PHONE, DESK])
 def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_screen(size, tmp_path):
     times = np.array([0.0, 1.0, 2.0, 2.3, 2.6, 5.5, 5.8, 6.2, 8.0])
@@ -114,8 +125,8 @@ def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_scre
     takeover = Takeover("descend", "no good wrench", 1500, 3_000_000_000, 4_000_000_000)
     line = Line("a", "a", (times, times))
     figure = Figure("height", "Height", "", (Panel("z [m]", (line,)),), span=(0.0, 8.0))
-    figures = tuple(with_bands([figure], [Run("a", "hover", flown, (takeover,))]))
-    path = write_page(Page("Title", "command", (), (Section("", figures=figures),)), tmp_path / "page.html")
+    figures = with_bands([figure], [Run("a", "hover", flown, (takeover,))])
+    path = write_page(Page("Title", "command", (), figures), tmp_path / "page.html")
     with Browser(tmp_path / "profile", size) as browser:
         browser.open(path.as_uri())
         browser.wait("document.body.dataset.drawn")
@@ -124,11 +135,12 @@ def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_scre
         assert browser.value("document.documentElement.scrollWidth") == size[0]
 
 
+@pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("size", [PHONE, DESK])
-def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, tmp_path):
+def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, theme, tmp_path):
     flight = open_flight(drawn_flights.bag(tmp_path / "bag", steps=400))
     path = write_page(flight_page(flight, "circle", "command", {"position_rmse": 0.5}), tmp_path / "page.html")
-    with Browser(tmp_path / "profile", size) as browser:
+    with Browser(tmp_path / "profile", size, theme=theme) as browser:
         browser.open(path.as_uri())
         browser.wait("document.body.dataset.drawn")
         places = "[...document.querySelectorAll('.verdict, .numbers b, figure:first-of-type .plot')]"
@@ -138,3 +150,4 @@ def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, tmp_path
         assert tops[-1] < 0.6 * size[1]
         assert browser.value("document.documentElement.scrollWidth") == size[0]
         assert browser.value("[...document.querySelectorAll('details')].every(each => !each.open)")
+        assert browser.value(LEAST_CONTRAST) > 4.5

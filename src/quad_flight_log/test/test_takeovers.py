@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from quad_flight_log.analysis.takeovers import Exchange, Flier, Takeover, described, exchanges, fliers, takeovers
-from quad_flight_log.report.figures import Figure, Line, Panel
-from quad_flight_log.report.interactive_figures import colours, specification
-from quad_flight_log.report.printed_figures import drawn
-from quad_flight_log.report.run import Run, with_bands
+from quad_flight_log.report.figures import Figure, Line, Panel, colours, specification
+from quad_flight_log.report.flight_figures import Run, with_bands
 
 pytestmark = pytest.mark.unit
 
@@ -91,14 +89,6 @@ def test_every_figure_over_time_is_shaded_where_the_guard_flew(shaded):
     assert [(shape["x0"], shape["x1"], shape["yref"]) for shape in layout["shapes"]] == [(3.0, 9.0, "paper")]
     assert layout["annotations"][0]["text"] == "guard in descend"
     assert "shapes" not in specification(path, colours(["a"]))["layout"]
-
-
-def test_a_printed_figure_is_shaded_too(shaded):
-    pytest.importorskip("matplotlib")
-    axes = drawn(shaded[0], colours(["a"])).axes[0]
-    left, right = axes.patches[0].get_extents().x0, axes.patches[0].get_extents().x1
-    assert axes.transData.inverted().transform([(left, 0), (right, 0)])[:, 0] == pytest.approx([3.0, 9.0])
-    assert "guard in descend" in axes.get_legend_handles_labels()[1]
 
 
 class Exchanged(Bag):

@@ -8,8 +8,9 @@
   const boxes = new Map();
   let linking = false;
 
-  // On a phone axes get the room that their titles and margins take on a desk.
+  // Letters take the page's own colour; on a phone axes get the room that titles and margins take on a desk.
   function fitted(layout) {
+    layout.font.color = getComputedStyle(document.body).color;
     if (window.innerWidth > 600) return layout;
     layout.font.size = 10;
     Object.assign(layout.margin, { l: 52, r: 8, b: 36 });
@@ -71,5 +72,6 @@
     document.body.dataset.drawn = String(drawn.size);
   }
 
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => location.reload());
   drawAll();
 })();

@@ -8,7 +8,6 @@ from quad_flight_log.analysis.flight_checks import failed_checks
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.recorder.provenance import LIMIT
-from quad_flight_log.report.text import judged
 
 
 class Judgement(NamedTuple):
@@ -50,17 +49,14 @@ def recorded_limits(flight: Flight) -> dict[str, float]:
 def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float] | None = None) -> Judgement:
     """Return the judgement on a flight by ``limits``, by default those that the bag notes."""
     limits_used = recorded_limits(flight) if limits is None else limits
-    problems: list[str] = []
-    if flight.truncated:
-        problems.append(f"the bag is cut ({flight.damage})")
-    outcome = flight.metadata.get("outcome", "unknown")
-    if outcome != "ended" and not (flight.truncated and outcome == "unknown"):
-        reason = flight.metadata.get("reason", "")
-        problems.append(reason or f"the flight did not end as planned: {outcome}")
+    problems = [f"the bag is cut ({flight.damage})"] if flight.truncated else []
+    outcome = flight.metadata.get("outcome", "unknown")  # a recorder of others notes none
+    if outcome not in ("ended", "unknown"):
+        problems.append(flight.metadata.get("reason", "") or f"the flight did not end as planned: {outcome}")
     problems += failed_checks(flight)
-    for verdict in judged(metrics, limits_used):
-        if not verdict.met:
-            found = "not available" if verdict.value is None else f"{verdict.value:.4g}"
-            unit = METRICS[verdict.metric].unit
-            problems.append(f"{verdict.metric}: found {found}, expected at most {verdict.limit:g} {unit}")
+    for name, limit in limits_used.items():
+        value = getattr(metrics, name)
+        if value is None or value > limit:
+            found = "not available" if value is None else f"{value:.4g}"
+            problems.append(f"{name}: found {found}, expected at most {limit:g} {METRICS[name].unit}")
     return Judgement(tuple(problems), limits_used)

@@ -1,14 +1,23 @@
-"""The paper's figures 5 to 18 hold the quantities that the paper plots."""
+"""The paper's figures 5 to 18 hold the quantities that the paper plots; modes and takeovers shade them."""
+
+from itertools import pairwise
 
 import drawn_flights
 import numpy as np
 import pytest
 from drawn_flights import APPROACH, OFFSET, YAW_ERROR
+from metric_tables import seconds, table
 
-from quad_flight_log.report.figures import REFERENCE, runs_of
-from quad_flight_log.report.inside_figures import inside_figures
-from quad_flight_log.report.paper_figures import paper_figures
-from quad_flight_log.report.run import run_from_tables
+from quad_flight_log.analysis.takeovers import Exchange, Takeover
+from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel, colours, runs_of, specification
+from quad_flight_log.report.flight_figures import (
+    Run,
+    inside_figures,
+    mode_bands,
+    paper_figures,
+    run_from_tables,
+    with_bands,
+)
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +117,51 @@ def test_insides(two):
     assert wind["proposed: true"] == 0.5
     assert wind["proposed: estimate"] == 0.4
     assert "case1-adaptive-constants" not in figures
+
+
+MODES = np.array([0, 1, 2, 2, 4, 3, 3, 5, 0], dtype=np.uint8)
+NAMES = np.array(
+    ["DISARMED", "ARMING", "TAKEOFF", "TAKEOFF", "HOLD", "MISSION", "MISSION", "LAND", "DISARMED"], dtype=object
+)
+FLOWN = {"flight/mode": table(seconds(*range(9)), mode=MODES, name=NAMES)}
+TIMES = np.linspace(0.0, 8.0, 9)
+HEIGHT = Figure("height", "Height", "", (Panel("z [m]", (Line("a", "a", (TIMES, TIMES)),)),))
+
+
+def test_each_mode_in_the_air_is_a_band_from_its_entry_to_the_next():
+    bands = mode_bands(Run("a", "hover", FLOWN))
+    assert [(band.begin, band.end, band.label) for band in bands] == [
+        (2.0, 4.0, "TAKEOFF"),
+        (4.0, 5.0, "HOLD"),
+        (5.0, 7.0, "MISSION"),
+        (7.0, 8.0, "LAND"),
+    ]
+    assert all(one.opacity != other.opacity for one, other in pairwise(bands))
+
+
+def test_a_flight_without_a_commander_has_none():
+    assert mode_bands(Run("a", "hover", {})) == ()
+
+
+def test_modes_and_takeovers_shade_the_figures_of_one_flight_and_takeovers_alone_those_of_several():
+    run = Run("a", "hover", FLOWN, (Takeover("descend", "no good wrench", 1500, 3_000_000_000, 4_000_000_000),))
+    [alone] = with_bands([HEIGHT], [run])
+    assert [band.label for band in alone.bands] == ["TAKEOFF", "HOLD", "MISSION", "LAND", "guard in descend"]
+    shapes = specification(alone, colours(["a"]))["layout"]["shapes"]
+    assert [shape["opacity"] for shape in shapes] == [band.opacity for band in alone.bands]
+    [both] = with_bands([HEIGHT], [run, run._replace(name="b")])
+    assert [band.label for band in both.bands] == ["a: guard in descend", "b: guard in descend"]
+
+
+def test_a_standby_that_flies_is_a_band_to_the_end():
+    exchange = Exchange("attitude_controller", "silent for 3 cycles", 2500, 5_000_000_000, 8_000_000_000)
+    [figure] = with_bands([HEIGHT], [Run("a", "hover", {}, exchanges=(exchange,))])
+    assert [tuple(band)[:3] for band in figure.bands] == [(5.0, 8.0, "standby attitude_controller flies")]
+
+
+def test_the_time_of_a_mission_starts_with_its_trajectory():
+    tables = drawn_flights.tables()
+    tables["reference"]["trajectory_time"] = np.r_[np.zeros(100), np.full(450, -1e6), 0.5 + np.arange(50) * 0.01]
+    run = run_from_tables("a", "case1", {**tables, "flight/mode": FLOWN["flight/mode"]})
+    assert run.times("truth")[0] == pytest.approx(-5.0)  # MISSION from 5 s on, t = 0.5 at 5.5 s
+    assert paper_figures([run])[1].span is None, "take-off and landing are shown"

@@ -1,0 +1,85 @@
+"""A layout for Foxglove and a configuration for RViz: the vehicle in space, and the plots that every flight needs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from quad_flight_log.report.figures import PALETTE
+
+PLOTS = {
+    "x [m]": ("reference.p_w[0]", "truth.p_w[0]"),
+    "y [m]": ("reference.p_w[1]", "truth.p_w[1]"),
+    "z [m]": ("reference.p_w[2]", "truth.p_w[2]"),
+    "roll, pitch, yaw: wanted, filtered [rad]": tuple(
+        f"{topic}[{axis}]"
+        for axis in range(3)
+        for topic in ("attitude_setpoint.angles", "attitude_controller/internals.desired_angles")
+    ),
+    "thrust: commanded, achieved [N]": ("wrench_setpoint.wrench.force.z", "actuation.thrust"),
+}
+"""{title: what is plotted, as topic and path}"""
+SPACE = ("markers", "pose", "odom")
+
+
+def layout_files(namespace: str = "") -> dict[str, str]:
+    """Return {file name: text} of both for a vehicle in ``namespace``."""
+    prefix = f"/{namespace.strip('/')}/" if namespace.strip("/") else "/"
+    return {"flight.json": _foxglove(prefix), "flight.rviz": _rviz(prefix)}
+
+
+def write_layouts(directory: Path, namespace: str) -> list[Path]:
+    """Write both into ``directory`` and return their paths; raises OSError."""
+    directory.mkdir(parents=True, exist_ok=True)
+    files = layout_files(namespace)
+    for name, content in files.items():
+        (directory / name).write_text(content, encoding="utf-8")
+    return [directory / name for name in files]
+
+
+def _foxglove(prefix: str) -> str:
+    panels: dict[str, Any] = {
+        f"Plot!{number}": {
+            "foxglovePanelTitle": title,
+            "paths": [
+                {"value": f"{prefix}{path}", "enabled": True, "timestampMethod": "receiveTime", "color": PALETTE[at]}
+                for at, path in enumerate(paths)
+            ],
+            "showLegend": True,
+            "isSynced": True,
+            "xAxisVal": "timestamp",
+        }
+        for number, (title, paths) in enumerate(PLOTS.items())
+    }
+    *above, stacked = panels
+    column: Any = stacked
+    for place, name in enumerate(reversed(above), start=2):
+        column = {"direction": "column", "first": name, "second": column, "splitPercentage": round(100 / place, 3)}
+    panels["3D!space"] = {
+        "followTf": "map",
+        "followMode": "follow-none",
+        "topics": {f"{prefix}{topic}": {"visible": True} for topic in SPACE},
+        "cameraState": {"distance": 40, "phi": 60, "thetaOffset": 45, "perspective": True},
+    }
+    layout = {"direction": "row", "first": "3D!space", "second": column, "splitPercentage": 40}
+    rest = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    return json.dumps({"configById": panels, **rest, "layout": layout}, indent=1) + "\n"
+
+
+def _rviz(prefix: str) -> str:
+    displays: list[dict[str, Any]] = [
+        {"Class": "Grid", "Cell Size": 1.0, "Plane Cell Count": 20},
+        {"Class": "TF"},
+        {"Class": "MarkerArray", "Topic": "markers"},
+        {"Class": "Pose", "Topic": "pose", "Shape": "Axes"},
+        {"Class": "Odometry", "Topic": "odom", "Keep": 1},
+    ]
+    for each in displays:
+        each.update({"Class": f"rviz_default_plugins/{each['Class']}", "Name": each["Class"], "Enabled": True})
+        if "Topic" in each:
+            each["Topic"] = {"Value": f"{prefix}{each['Topic']}", "Depth": 5}
+    view = {"Class": "rviz_default_plugins/Orbit", "Distance": 15.0, "Pitch": 0.6, "Yaw": 0.8}
+    options = {"Fixed Frame": "map", "Background Color": "245; 246; 248"}
+    content = {"Global Options": options, "Displays": displays, "Views": {"Current": view}}
+    return str(yaml.safe_dump({"Visualization Manager": content}, sort_keys=False))

@@ -1,0 +1,328 @@
+"""The figures of flights: the paper's section 4 (Figures 5 to 18), and what went on inside the laws and the vehicle."""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.cascade import COMMAND
+from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, euler_angles, norms, wrapped
+from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
+from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
+from quad_flight_log.analysis.takeovers import Exchange, Takeover, exchanges, takeovers
+from quad_flight_log.bag.reader import Flight
+from quad_flight_log.report.figures import REFERENCE, Band, Figure, Line, Panel
+
+CASES = {"case1": "Case 1: rectangle (Eqs. 61-64)", "case2": "Case 2: helix (Eqs. 65-68)"}
+FIRST_FIGURE = {"case1": 5, "case2": 12}
+MOTIONS = (("longitudinal", "x"), ("lateral", "y"), ("vertical", "z"))
+ANGLES = (("roll", "φ"), ("pitch", "θ"), ("yaw", "ψ"))
+_POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
+_LIMITS = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
+_ARMING = 1  # of flight/mode
+_SHADES = (0.07, 0.16)  # of modes that follow each other
+_MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
+
+
+class Run(NamedTuple):
+    """A flight to be drawn. ``name`` is shown, ``trajectory`` groups runs; ``tables``: sorted arrays by topic.
+
+    ``takeovers``: when the guard flew it. ``exchanges``: when a standby did.
+    """
+
+    name: str
+    trajectory: str
+    tables: Mapping[str, NDArray[np.void]]
+    takeovers: tuple[Takeover, ...] = ()
+    exchanges: tuple[Exchange, ...] = ()
+
+    def has(self, *topics: str) -> bool:
+        """Return whether all ``topics`` have messages."""
+        return all(topic in self.tables for topic in topics)
+
+    def times(self, topic: str) -> Floats:
+        """Return the times of a topic's rows in s; 0 is the start of the trajectory, or else that of the flight."""
+        return (self.tables[topic]["stamp_ns"] - self.start_ns) * 1e-9
+
+    @property
+    def start_ns(self) -> int:
+        """The stamp at which the trajectory time is 0, in a mission after take-off; 0 where it did not begin."""
+        tables = {name: self.tables[name] for name in ("reference", "flight/mode") if name in self.tables}
+        for row in in_mission(tables).get("reference", ()):
+            if row["trajectory_time"] >= 0.0:
+                return int(row["stamp_ns"]) - round(float(row["trajectory_time"]) * 1e9)
+        return 0
+
+    @property
+    def metrics(self) -> FlightMetrics:
+        """The metrics of the flight."""
+        return flight_metrics(self.tables)
+
+
+def run_from_tables(name: str, trajectory: str, tables: Mapping[str, NDArray[Any]]) -> Run:
+    """Return a run of arrays by topic, as the loop without ROS gives them; topics without rows are left out."""
+    kept = {topic: by_stamp(tables[topic]) for topic in TOPICS if topic in tables and len(tables[topic])}
+    return Run(name, trajectory, kept)
+
+
+def run_from_flight(flight: Flight, name: str) -> Run:
+    """Return a run of a bag; what the bag lacks is left out."""
+    trajectory = str(text_table(flight, "flight/plan")["trajectory"][0]) if flight.has("flight/plan") else ""
+    run = run_from_tables(name, trajectory, flight_tables(flight))
+    return run._replace(takeovers=tuple(takeovers(flight)), exchanges=tuple(exchanges(flight)))
+
+
+def by_trajectory(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
+    """Return the runs grouped by trajectory, in the order of their first appearance."""
+    order = list(dict.fromkeys(run.trajectory for run in runs))
+    ranked = sorted(runs, key=lambda run: order.index(run.trajectory))
+    return [(name, list(group)) for name, group in groupby(ranked, key=lambda run: run.trajectory)]
+
+
+def with_bands(figures: Sequence[Figure], runs: Sequence[Run]) -> list[Figure]:
+    """Return ``figures`` with the times of takeovers of ``runs`` shaded, and modes if it is one run."""
+    bands = list(mode_bands(runs[0])) if len(runs) == 1 else []
+    for run in runs:
+        prefix = f"{run.name}: " if len(runs) > 1 else ""
+        spans = [(one.begin_ns, one.end_ns, f"guard in {one.mode}") for one in run.takeovers]
+        spans += [(one.begin_ns, one.end_ns, f"standby {one.role} flies") for one in run.exchanges]
+        for begin, end, text in spans:
+            bands.append(Band((begin - run.start_ns) * 1e-9, (end - run.start_ns) * 1e-9, prefix + text))
+    return [figure._replace(bands=tuple(bands)) if figure.over_time else figure for figure in figures]
+
+
+def mode_bands(run: Run) -> tuple[Band, ...]:
+    """Return the modes of a flight with a commander, from TAKEOFF on, shaded in turn; none without `flight/mode`."""
+    if not run.has("flight/mode"):
+        return ()
+    table, times = run.tables["flight/mode"], run.times("flight/mode")
+    first = np.flatnonzero(np.r_[True, np.diff(table["mode"].astype(int)) != 0])
+    ends = np.append(times[first[1:]], times[-1])
+    return tuple(
+        Band(float(times[at]), float(end), str(table["name"][at]), _SHADES[place % 2], _MODE_COLOUR)
+        for place, (at, end) in enumerate(zip(first, ends, strict=True))
+        if table["mode"][at] > _ARMING
+    )
+
+
+def paper_figures(runs: Sequence[Run]) -> list[Figure]:
+    """Return the seven figures of one case, for runs of one trajectory; what the bags do not hold is left out."""
+    flown = [run for run in runs if run.has("truth")]
+    if not flown:
+        return []
+    trajectory, first = flown[0].trajectory, FIRST_FIGURE.get(flown[0].trajectory)
+    figures = [_path_figure(flown)]
+    figures += [_position_figure(flown, axis) for axis in range(3)] + [_angle_figure(flown, axis) for axis in range(3)]
+    for at, figure in enumerate(figures):
+        key, title = f"{trajectory or 'flight'}-{figure.key}", figure.title[0].upper() + figure.title[1:]
+        if first is not None:
+            key, title = f"figure-{first + at:02d}-{key}", f"Figure {first + at}. {title}"
+        figures[at] = figure._replace(key=key, title=title, span=None if figure.spatial else _span(flown))
+    return figures
+
+
+def _path_figure(runs: Sequence[Run]) -> Figure:
+    lines = [Line(run.name, run.name, tuple(run.tables["truth"]["p_w"].T)) for run in runs]
+    lines += [
+        Line(group, label, tuple(run.tables["reference"]["p_w"].T), dashed=True)
+        for run, group, label in _references(runs)
+    ]
+    caption = "The flown path, and the reference broad and pale under it; world frame (ENU)."
+    title = "3-D position trajectory tracking"
+    return Figure("path", title, caption, (Panel("m", tuple(lines)),), spatial=True)
+
+
+def _position_figure(runs: Sequence[Run], axis: int) -> Figure:
+    motion, letter = MOTIONS[axis]
+    lines = [Line(run.name, run.name, (run.times("truth"), run.tables["truth"]["p_w"][:, axis])) for run in runs]
+    for run, group, label in _references(runs):
+        values = run.tables["reference"]["p_w"][:, axis]
+        lines.append(Line(group, label, (run.times("reference"), values), dashed=True))
+    errors = []
+    for run in runs:
+        if run.has("reference"):
+            times, error = position_error(run)
+            errors.append(Line(run.name, run.name, (times, error[:, axis])))
+    panels = (Panel(f"{letter} [m]", tuple(lines)), Panel(f"{letter} error [m]", tuple(errors)))
+    caption = "Above: position and reference. Below: flown minus reference (Eq. 18)."
+    return Figure(letter, f"{motion} translational motion tracking", caption, panels)
+
+
+def _angle_figure(runs: Sequence[Run], axis: int) -> Figure:
+    angle, letter = ANGLES[axis]
+    lines, errors = [], []
+    for run in runs:
+        flown = np.unwrap(euler_angles(run.tables["truth"]["q_wb"])[:, axis])
+        lines.append(Line(run.name, run.name, (run.times("truth"), flown)))
+        if run.has("attitude_setpoint"):
+            wanted = np.unwrap(run.tables["attitude_setpoint"]["angles"][:, axis])
+            lines.append(Line(run.name, f"{run.name}: wanted", (run.times("attitude_setpoint"), wanted), dashed=True))
+            times, error = attitude_error(run)
+            errors.append(Line(run.name, run.name, (times, error[:, axis])))
+    panels = (Panel(f"{letter} [rad]", tuple(lines)), Panel(f"{letter} error [rad]", tuple(errors)))
+    caption = (
+        "Above: the angle, and broad and pale what the position law of the same flight asked for (Eq. 38). "
+        "Below: flown minus wanted (Eq. 40)."
+    )
+    return Figure(angle, f"{angle} angle tracking", caption, panels)
+
+
+def position_error(run: Run) -> tuple[Floats, Floats]:
+    """Return times (n,) in s and e_7, e_9, e_11 = flown minus reference (n, 3) in m (Eq. 18), where both are."""
+    truth, reference = run.tables["truth"], run.tables["reference"]
+    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
+    return run.times("reference")[match.right], truth["p_w"][match.left] - reference["p_w"][match.right]
+
+
+def attitude_error(run: Run) -> tuple[Floats, Floats]:
+    """Return times (n,) in s and phi, theta, psi flown minus wanted (n, 3) in rad, wrapped (Eq. 40)."""
+    truth, wanted = run.tables["truth"], run.tables["attitude_setpoint"]
+    match = aligned(truth["stamp_ns"], wanted["stamp_ns"])
+    error = wrapped(euler_angles(truth["q_wb"][match.left]) - wanted["angles"][match.right])
+    return run.times("attitude_setpoint")[match.right], error
+
+
+def _references(runs: Sequence[Run]) -> list[tuple[Run, str, str]]:
+    """Return each different reference once: (its run, what it is shown and hidden with, its label)."""
+    different: dict[tuple[bytes, ...], Run] = {}
+    for run in runs:
+        if run.has("reference"):
+            table = run.tables["reference"]
+            different.setdefault(tuple(table[name].tobytes() for name in ("trajectory_time", "p_w", "yaw")), run)
+    if len(different) == 1:
+        return [(run, REFERENCE, REFERENCE) for run in different.values()]
+    return [(run, run.name, f"{run.name}: {REFERENCE}") for run in different.values()]
+
+
+def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
+    """Return from the trajectory's start to the end of the longest flight; None (all) of flights with modes."""
+    if not all(run.has("reference") for run in runs) or any(run.has("flight/mode") for run in runs):
+        return None
+    end = max(float(run.times("truth")[-1]) for run in runs)
+    return (0.0, round(end, 1)) if end >= 0.1 else None
+
+
+class _Curve(NamedTuple):
+    """A number of a topic over time: a field, or what to compute from the topic's table, and the part of a vector.
+
+    ``suffix``: what its label adds to the run's name.
+    """
+
+    topic: str
+    values: str | Callable[[NDArray[np.void]], Floats]
+    suffix: str = ""
+    dashed: bool = False
+    axis: int | None = None
+
+
+def _three(label: str, letters: str, *curves: _Curve) -> dict[str, tuple[_Curve, ...]]:
+    return {
+        label.format(letter): tuple(curve._replace(axis=at) for curve in curves) for at, letter in enumerate(letters)
+    }
+
+
+def _saturated(table: NDArray[np.void]) -> Floats:
+    count: Floats = np.sum([table[flag] for flag in _LIMITS], axis=0).astype(float)
+    if not count.any():
+        raise ValueError("never saturated: nothing to draw")
+    return count
+
+
+_INSIDE: dict[str, tuple[str, str, dict[str, tuple[_Curve, ...]]]] = {
+    "thrust": (
+        "Thrust",
+        "Along body z: commanded (Eq. 38) broad and pale, achieved by the rotors on top.",
+        {
+            "thrust [N]": (
+                _Curve(COMMAND, lambda table: thrust_and_torque(table)[0], ": commanded", dashed=True),
+                _Curve("actuation", "thrust", ": achieved"),
+            )
+        },
+    ),
+    "torque": (
+        "Commanded torque",
+        "Torque about the body axes (Eq. 56).",
+        _three("τ{} [N m]", "xyz", _Curve(COMMAND, lambda table: thrust_and_torque(table)[1])),
+    ),
+    "saturation": (
+        "Saturation",
+        f"How many of {', '.join(_LIMITS)} are set.",
+        {"flags set": (_Curve("actuation", _saturated),)},
+    ),
+    "adaptive-gains": (
+        "Adaptive gains of the position law",
+        "ξ̂ of Eq. 37.",
+        _three("ξ̂{} [1/s]", "xyz", _Curve(_POSITION, "adaptive_gain")),
+    ),
+    "integrals": (
+        "Error integrals of the position law",
+        "Γ of Eq. 21.",
+        _three("Γ{} [m s]", "xyz", _Curve(_POSITION, "error_integral")),
+    ),
+    "sliding": (
+        "Sliding variables",
+        "s of Eq. 45.",
+        _three("s{} [rad/s]", "φθψ", _Curve(_ATTITUDE, "sliding_variable")),
+    ),
+    "adaptive-constants": (
+        "Adaptive constants of the attitude law",
+        "Q̂1 of Eq. 54.",
+        _three("Q̂1{} [rad/s²]", "φθψ", _Curve(_ATTITUDE, "adaptive_constant")),
+    ),
+    "attitude-lyapunov": (
+        "Lyapunov functions of the attitude law",
+        "l of Eq. 57, known terms only; its units are mixed.",
+        _three("l{}", "φθψ", _Curve(_ATTITUDE, "lyapunov")),
+    ),
+    "position-lyapunov": (
+        "Lyapunov function of the position law",
+        "L_P of Eq. 35 and the bound of Eq. 36, known terms only; units are mixed.",
+        {"L": (_Curve(_POSITION, "lyapunov"),), "L' bound": (_Curve(_POSITION, "lyapunov_rate"),)},
+    ),
+    "disturbance": (
+        "Disturbance and its estimate",
+        "D_P of Eqs. 10-12, true broad and pale, and the position law's estimate of it (0: the law makes none).",
+        _three(
+            "D{} [m/s²]",
+            "xyz",
+            _Curve("disturbance", "lumped_acceleration_w", ": true", dashed=True),
+            _Curve(_POSITION, "disturbance_estimate", ": estimate"),
+        ),
+    ),
+}
+"""{key: (title, caption, {label of a panel: its curves})}"""
+
+
+def inside_figures(runs: Sequence[Run]) -> list[Figure]:
+    """Return the figures of runs of one trajectory; quantities that no run has are left out."""
+    prefix = runs[0].trajectory or "flight"
+    distances = [(run, *position_error(run)) for run in runs if run.has("truth", "reference")]
+    lines = tuple(Line(run.name, run.name, (times, norms(error))) for run, times, error in distances)
+    caption = "Distance from the reference, approach included."
+    figures = [Figure("distance", "Distance from the reference", caption, (Panel("distance [m]", lines),))]
+    for key, (title, about, panels) in _INSIDE.items():
+        held = key in ("saturation", "disturbance")
+        drawn = tuple(Panel(label, _curves(runs, curves), steps=held) for label, curves in panels.items())
+        figures.append(Figure(key, title, about, drawn))
+    return [
+        figure._replace(key=f"{prefix}-{figure.key}")
+        for figure in figures
+        if any(len(panel.lines) for panel in figure.panels)
+    ]
+
+
+def _curves(runs: Sequence[Run], curves: Sequence[_Curve]) -> tuple[Line, ...]:
+    lines = []
+    for run in runs:
+        for topic, values, suffix, dashed, axis in curves:
+            if run.has(topic):
+                table = run.tables[topic]
+                try:
+                    column = table[values] if isinstance(values, str) else values(table)
+                    column = column if axis is None else column[:, axis]
+                except (ValueError, IndexError):  # NumPy's, of a field that this law or bag lacks
+                    continue
+                lines.append(Line(run.name, run.name + suffix, (run.times(topic), column), dashed))
+    return tuple(lines)
