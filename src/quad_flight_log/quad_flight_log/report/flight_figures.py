@@ -205,22 +205,12 @@ def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
 
 
 class _Curve(NamedTuple):
-    """A number of a topic over time: a field, or what to compute from the topic's table, and the part of a vector.
-
-    ``suffix``: what its label adds to the run's name.
-    """
+    """A field of a topic, or what to compute from its table; ``suffix``: what its label adds to the run's name."""
 
     topic: str
     values: str | Callable[[NDArray[np.void]], Floats]
     suffix: str = ""
     dashed: bool = False
-    axis: int | None = None
-
-
-def _three(label: str, letters: str, *curves: _Curve) -> dict[str, tuple[_Curve, ...]]:
-    return {
-        label.format(letter): tuple(curve._replace(axis=at) for curve in curves) for at, letter in enumerate(letters)
-    }
 
 
 def _saturated(table: NDArray[np.void]) -> Floats:
@@ -230,69 +220,29 @@ def _saturated(table: NDArray[np.void]) -> Floats:
     return count
 
 
-_INSIDE: dict[str, tuple[str, str, dict[str, tuple[_Curve, ...]]]] = {
-    "thrust": (
-        "Thrust",
-        "Along body z: commanded (Eq. 38) broad and pale, achieved by the rotors on top.",
-        {
-            "thrust [N]": (
-                _Curve(COMMAND, lambda table: thrust_and_torque(table)[0], ": commanded", dashed=True),
-                _Curve("actuation", "thrust", ": achieved"),
-            )
-        },
-    ),
-    "torque": (
-        "Commanded torque",
-        "Torque about the body axes (Eq. 56).",
-        _three("τ{} [N m]", "xyz", _Curve(COMMAND, lambda table: thrust_and_torque(table)[1])),
-    ),
-    "saturation": (
-        "Saturation",
-        f"How many of {', '.join(_LIMITS)} are set.",
-        {"flags set": (_Curve("actuation", _saturated),)},
-    ),
-    "adaptive-gains": (
-        "Adaptive gains of the position law",
-        "ξ̂ of Eq. 37.",
-        _three("ξ̂{} [1/s]", "xyz", _Curve(_POSITION, "adaptive_gain")),
-    ),
-    "integrals": (
-        "Error integrals of the position law",
-        "Γ of Eq. 21.",
-        _three("Γ{} [m s]", "xyz", _Curve(_POSITION, "error_integral")),
-    ),
-    "sliding": (
-        "Sliding variables",
-        "s of Eq. 45.",
-        _three("s{} [rad/s]", "φθψ", _Curve(_ATTITUDE, "sliding_variable")),
-    ),
-    "adaptive-constants": (
-        "Adaptive constants of the attitude law",
-        "Q̂1 of Eq. 54.",
-        _three("Q̂1{} [rad/s²]", "φθψ", _Curve(_ATTITUDE, "adaptive_constant")),
-    ),
-    "attitude-lyapunov": (
-        "Lyapunov functions of the attitude law",
-        "l of Eq. 57, known terms only; its units are mixed.",
-        _three("l{}", "φθψ", _Curve(_ATTITUDE, "lyapunov")),
-    ),
-    "position-lyapunov": (
-        "Lyapunov function of the position law",
-        "L_P of Eq. 35 and the bound of Eq. 36, known terms only; units are mixed.",
-        {"L": (_Curve(_POSITION, "lyapunov"),), "L' bound": (_Curve(_POSITION, "lyapunov_rate"),)},
-    ),
-    "disturbance": (
-        "Disturbance and its estimate",
-        "D_P of Eqs. 10-12, true broad and pale, and the position law's estimate of it (0: the law makes none).",
-        _three(
-            "D{} [m/s²]",
-            "xyz",
-            _Curve("disturbance", "lumped_acceleration_w", ": true", dashed=True),
-            _Curve(_POSITION, "disturbance_estimate", ": estimate"),
-        ),
-    ),
-}
-"""{key: (title, caption, {label of a panel: its curves})}"""
+_THRUST = (
+    _Curve(COMMAND, lambda table: thrust_and_torque(table)[0], ": commanded", dashed=True),
+    _Curve("actuation", "thrust", ": achieved"),
+)
+_TORQUE = (_Curve(COMMAND, lambda table: thrust_and_torque(table)[1]),)
+_LYAPUNOV = (_Curve(_POSITION, lambda table: np.stack([table["lyapunov"], table["lyapunov_rate"]], axis=1)),)
+_DISTURBANCE = (
+    _Curve("disturbance", "lumped_acceleration_w", ": true", dashed=True),
+    _Curve(_POSITION, "disturbance_estimate", ": estimate"),
+)
+_INSIDE: tuple[tuple[str, str, str, Sequence[str], tuple[_Curve, ...]], ...] = (
+    ("thrust", "Thrust along body z (Eq. 38)", "thrust [N]", "", _THRUST),
+    ("torque", "Commanded torque about the body axes (Eq. 56)", "τ{} [N m]", "xyz", _TORQUE),
+    ("saturation", "Saturation: how many limits are met", "limits", "", (_Curve("actuation", _saturated),)),
+    ("adaptive-gains", "Adaptive gains (Eq. 37)", "ξ̂{} [1/s]", "xyz", (_Curve(_POSITION, "adaptive_gain"),)),
+    ("integrals", "Error integrals (Eq. 21)", "Γ{} [m s]", "xyz", (_Curve(_POSITION, "error_integral"),)),
+    ("sliding", "Sliding variables (Eq. 45)", "s{} [rad/s]", "φθψ", (_Curve(_ATTITUDE, "sliding_variable"),)),
+    ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", (_Curve(_ATTITUDE, "adaptive_constant"),)),
+    ("attitude-lyapunov", "Lyapunov functions (Eq. 57, known terms)", "l{}", "φθψ", (_Curve(_ATTITUDE, "lyapunov"),)),
+    ("position-lyapunov", "Lyapunov function (Eqs. 35, 36, known terms)", "L{}", ("", "' bound"), _LYAPUNOV),
+    ("disturbance", "Disturbance (Eqs. 10-12) and the position law's estimate", "D{} [m/s²]", "xyz", _DISTURBANCE),
+)
+"""(key, title, label of a panel, its axes or none, what is drawn in each panel)"""
 
 
 def inside_figures(runs: Sequence[Run]) -> list[Figure]:
@@ -300,12 +250,14 @@ def inside_figures(runs: Sequence[Run]) -> list[Figure]:
     prefix = runs[0].trajectory or "flight"
     distances = [(run, *position_error(run)) for run in runs if run.has("truth", "reference")]
     lines = tuple(Line(run.name, run.name, (times, norms(error))) for run, times, error in distances)
-    caption = "Distance from the reference, approach included."
-    figures = [Figure("distance", "Distance from the reference", caption, (Panel("distance [m]", lines),))]
-    for key, (title, about, panels) in _INSIDE.items():
+    figures = [Figure("distance", "Distance from the reference", "", (Panel("distance [m]", lines),))]
+    for key, title, label, axes, curves in _INSIDE:
         held = key in ("saturation", "disturbance")
-        drawn = tuple(Panel(label, _curves(runs, curves), steps=held) for label, curves in panels.items())
-        figures.append(Figure(key, title, about, drawn))
+        panels = [
+            Panel(label.format(axis), _curves(runs, curves, at if axes else None), steps=held)
+            for at, axis in enumerate(axes or [""])
+        ]
+        figures.append(Figure(key, title, "", tuple(panels)))
     return [
         figure._replace(key=f"{prefix}-{figure.key}")
         for figure in figures
@@ -313,10 +265,10 @@ def inside_figures(runs: Sequence[Run]) -> list[Figure]:
     ]
 
 
-def _curves(runs: Sequence[Run], curves: Sequence[_Curve]) -> tuple[Line, ...]:
+def _curves(runs: Sequence[Run], curves: Sequence[_Curve], axis: int | None) -> tuple[Line, ...]:
     lines = []
     for run in runs:
-        for topic, values, suffix, dashed, axis in curves:
+        for topic, values, suffix, dashed in curves:
             if run.has(topic):
                 table = run.tables[topic]
                 try:
