@@ -25,12 +25,14 @@ from flying import (
     wait_until,
     wait_until_flying,
 )
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState
 from takeovers import STANDBY, active_pid, environment_of
 
 from quad_commander.mode_table import Mode
 from quad_flight_log.bag.reader import open_flight
+from quad_msgs.msg import FlightMode
 
 pytestmark = pytest.mark.flight
 
@@ -129,6 +131,13 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     assert (sent.returncode, "the mode is HOLD" in sent.stdout) == (0, True), sent
     held = command(domain, "hold")
     assert (held.returncode, "the mode is HOLD" in held.stdout) == (0, True), held
+    with stranger(domain, "late") as node:  # as `ros2 topic echo --once` does
+        executor, found = SingleThreadedExecutor(context=node.context), []
+        executor.add_node(node)
+        node.create_subscription(FlightMode, "flight/mode", found.append, qos_profile_sensor_data)
+        wait_until(lambda: executor.spin_once(0.1) or found, 20.0, "a mode")
+        executor.shutdown()
+    assert found[0].name == "HOLD", "who comes late sees the mode that is flown now"
     landing = command(domain, "land")
     assert (landing.returncode, "the mode is LAND" in landing.stdout) == (0, True), landing
     done = finish(flight)
@@ -192,7 +201,7 @@ def test_a_flight_whose_starter_is_killed_lands_and_ends(tmp_path):
 
 def test_command_finds_a_flight_in_which_a_stranger_took_the_place_of_a_dead_node(tmp_path):
     out = tmp_path / "bag"
-    flight = start("--mission", "takeoff:1,hold:600,land", *STANDBY, "--out", out)
+    flight = start("--mission", "takeoff:1,hold:600,land", "--realtime", *STANDBY, "--out", out)
     domain = domain_of(flight)
     wait_until_high(flight, out)
     os.kill(active_pid(flight.pid, "attitude_controller"), signal.SIGKILL)

@@ -3,8 +3,10 @@
 import ast
 import re
 import sys
+from pathlib import Path
 
 import pytest
+from ament_index_python import get_package_share_directory
 from flying import ROOT
 
 PACKAGES = sorted(path.parent for path in (ROOT / "src").glob("*/package.xml"))
@@ -61,3 +63,10 @@ def test_colcon_test_runs_pytest(package):
 def test_a_clone_in_a_workspace_hides_no_package_of_the_user(folder):
     """``colcon build`` of a clone in ``ws/src`` leaves stand-ins (px4_msgs, tf2_msgs) and examples out."""
     assert (ROOT / folder / "COLCON_IGNORE").is_file()
+
+
+def test_the_configuration_lies_in_share_where_users_of_ros_look_for_it():
+    share, source = Path(get_package_share_directory("quad_flight")), ROOT / "src/quad_flight/quad_flight"
+    files = sorted(path.relative_to(source) for path in source.glob("config/*/*.yaml"))
+    assert files
+    assert [(share / path).read_bytes() for path in files] == [(source / path).read_bytes() for path in files]

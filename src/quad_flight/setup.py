@@ -1,4 +1,8 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
+
+CONFIGURATION = sorted(Path("quad_flight/config").iterdir())
 
 setup(
     name="quad_flight",
@@ -11,6 +15,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_flight"]),
         ("share/quad_flight", ["package.xml"]),
+        # and where users of ROS look for it
+        *((f"share/quad_flight/config/{kind.name}", sorted(map(str, kind.glob("*.yaml")))) for kind in CONFIGURATION),
     ],
     zip_safe=False,
     extras_require={"test": ["pytest"]},

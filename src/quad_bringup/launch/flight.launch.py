@@ -24,11 +24,14 @@ from quad_core.cascade import ALL_ROLES, ROLES
 from quad_core.parameters import ParameterError, nearest
 from quad_flight import configuration
 from quad_flight_log.recorder.provenance import LIMITS
-from quad_flight_log.report.text import LimitsError, read_limits, table
+from quad_flight_log.report.text import LimitsError, read_limits
 from quad_node.middleware import OPEN, close, close_unless_asked
 
 ARGUMENTS = {
-    "case": ("case1", "a scenario or trajectory (docs/reference/laws.md), or a parameter file"),
+    "case": (
+        "",
+        "a scenario or trajectory (docs/reference/laws.md), or a parameter file; empty: case1, or the mission's",
+    ),
     "vehicle": ("paper", "a vehicle (docs/reference/laws.md), or a parameter file"),
     "preset": ("tuned", "a preset (docs/reference/laws.md), or a parameter file"),
     "params_file": ("", "parameter file that is read last and wins"),
@@ -61,6 +64,7 @@ def arguments(context: LaunchContext) -> dict[str, str]:
         raise ParameterError(f"params_file: found {given['params_file']!r}, expected a parameter file")
     if given["directory"] and Path(given["directory"]).exists():
         raise ParameterError(f"directory: found {given['directory']}, which exists; a flight is never overwritten")
+    given["case"] = given["case"] or (trajectory_of(given["mission"]) or "hover" if given["mission"] else "case1")
     given["directory"] = given["directory"] or free_directory(Path(given["case"]).stem)
     return given
 
@@ -136,7 +140,7 @@ def judged(given: dict[str, str], limits: dict[str, float]) -> int:
     """Print what the bag shows as scripts/fly does; return 0 for a good flight, 1 for another."""
     found = results.report(Path(given["directory"]), limits, given["namespace"].strip("/"))
     name = Path(given["case"]).stem
-    say(table([name], [found.metrics], found.limits, notes=[found.note]))
+    say(results.text(name, found, f"vehicle {Path(given['vehicle']).stem}"))
     for problem in found.problems:
         say(f"{name}: {problem}")
     say(f"{name}: {'failed' if found.problems else 'good'}; bag {given['directory']}")

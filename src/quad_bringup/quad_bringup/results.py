@@ -47,15 +47,12 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     return Report(state, flight_time, factor, metrics, limits, list(problems), note, ends_early(flight))
 
 
-def text(name: str, seed: int, found: Report) -> str:
-    """Return the table for people."""
+def text(name: str, found: Report, about: str) -> str:
+    """Return the table for people, left out where nothing could be measured; ``about``: what else the flight was."""
+    measured_any = any(value is not None for value in found.metrics)
     rows = table([name], [found.metrics], found.limits, notes=[found.note])
-    return "\n".join(
-        [
-            rows,
-            f"seed {seed}; {found.flight_time:.2f} s flown at {found.real_time_factor:.2f} x real time; {found.state}",
-        ]
-    )
+    flown = f"{found.flight_time:.2f} s flown at {found.real_time_factor:.2f} x real time; {found.state}"
+    return f"{rows if measured_any else f'{name}: no metrics: {found.note}'}\n{about}; {flown}"
 
 
 def _last_state(flight: Flight) -> tuple[str, float, float]:

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 from quad_bringup import one_process, results, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable, log_folder
-from quad_bringup.progress import Progress
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
-from quad_bringup.terminal import complain, say
+from quad_bringup.terminal import Progress, busy, complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
@@ -139,9 +138,10 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
         if code == BAD_SETUP:
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
-    found = results.report(flight.directory, flight.limits, flight.namespace)
+    with busy(f"{flight.name}: reading the bag"):
+        found = results.report(flight.directory, flight.limits, flight.namespace)
     if found.flight_time or not outcome.cause:
-        say(results.text(flight.name, flight.nodes["simulator"].flight.seed, found))
+        say(results.text(flight.name, found, f"seed {flight.nodes['simulator'].flight.seed}"))
     problems = ([outcome.cause] if outcome.cause else []) + found.problems
     if found.problems and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")

@@ -2,9 +2,18 @@
 
 import os
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TextIO
 
 from quad_flight_log.errors import printable
+from quad_node.watch import WAITING, Sighting
+
+_CLEAR = "\r\033[K"
+_PLAIN_EVERY = 5.0
+_LIVE_EVERY = 0.2
+_BAR = 24
 
 
 def write(text: str, out: TextIO) -> None:
@@ -25,5 +34,63 @@ def say(line: str) -> None:
 
 def complain(line: str) -> None:
     """Say in one line what is not as it should be."""
-    clear = "\r\033[K" if sys.stderr.isatty() else ""  # the line that shows how far a flight is
+    clear = _CLEAR if sys.stderr.isatty() else ""  # the line that shows how far a flight is
     write(f"{clear}fly: {printable(' '.join(line.splitlines()))}\n", sys.stderr)
+
+
+@contextmanager
+def busy(line: str) -> Iterator[None]:
+    """Show on a terminal what the time of the body goes into."""
+    live = sys.stderr.isatty()
+    write(f"{_CLEAR}{line} ..." if live else "", sys.stderr)
+    try:
+        yield
+    finally:
+        write(_CLEAR if live else "", sys.stderr)
+
+
+class Progress:
+    """Shows the newest state of one flight."""
+
+    def __init__(self, name: str, out: TextIO) -> None:
+        """Show the flight ``name`` on ``out``."""
+        self._name, self._out = name, out
+        self._live = out.isatty()
+        self._next = 0.0
+        self._shown = False
+
+    def show(self, state: Sighting | None) -> None:
+        """Show ``state`` if it is time to."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
+        line = f"{self._name}: {describe(state)}"
+        if self._live:
+            write(f"{_CLEAR}{line}", self._out)
+            self._shown = True
+        else:
+            write(f"{line}\n", self._out)
+
+    def tell(self, time_: float, change: str) -> None:
+        """Show a change of mode ``time_`` s after the start, in a line that stays."""
+        write(f"{_CLEAR if self._live else ''}{self._name}: {time_:.1f} s: {change}\n", self._out)
+
+    def close(self) -> None:
+        """Leave the terminal as it was."""
+        if self._shown:
+            write(_CLEAR, self._out)
+
+
+def describe(state: Sighting | None) -> str:
+    """Return one line about ``state``."""
+    if state is None:
+        return "starting"
+    if state.phase == WAITING:
+        return state.reason
+    if not state.end_step or not state.step:
+        return f"{state.flight_time:.1f} s"
+    done = min(state.step / state.end_step, 1.0)
+    bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
+    total = state.flight_time * state.end_step / state.step
+    return f"[{bar}] {state.flight_time:.1f} of {total:.1f} s, {state.real_time_factor:.1f} x real time"

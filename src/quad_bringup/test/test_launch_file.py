@@ -143,6 +143,26 @@ def test_a_bag_gets_a_directory_that_is_free(launch_file, tmp_path, monkeypatch)
     assert {"directory": "flights/hover-launch-2"} in recorder.parameters
 
 
+@pytest.mark.parametrize(
+    ("changes", "case"),
+    [({}, "case1"), ({"mission": "takeoff,case2,land"}, "case2"), ({"mission": "takeoff,land"}, "hover")],
+)
+def test_a_flight_is_named_by_what_it_flies(launch_file, changes, case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recorder = started_nodes(launch_file, **changes)["recorder"]
+    assert {"directory": f"flights/{case}-launch-1"} in recorder.parameters
+
+
+def test_a_flight_of_which_nothing_was_measured_shows_no_empty_table():
+    found = results.Report("ended", 12.0, 6.0, FlightMetrics(), {}, [], "metrics are those of mode MISSION alone")
+    assert results.text("hover", found, "seed 1").splitlines() == [
+        "hover: no metrics: metrics are those of mode MISSION alone",
+        "seed 1; 12.00 s flown at 6.00 x real time; ended",
+    ]
+    measured = found._replace(metrics=FlightMetrics(position_rmse=0.01))
+    assert "position_rmse" in results.text("hover", measured, "seed 1")
+
+
 def test_every_argument_is_declared(launch_file):
     *declared, late = launch_file.generate_launch_description().args[0]
     assert [entry.args[0] for entry in declared] == list(launch_file.ARGUMENTS)

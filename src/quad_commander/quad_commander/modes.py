@@ -216,7 +216,7 @@ def reason_text(
     if reason == ON_REQUEST:
         return f"asked for by {sender}"
     rows = {row.condition: f"{row.publisher} is silent: {row.text}" if row.publisher else row.text for row in FAULTS}
-    rows |= {condition: text for _, condition, then, text in PROGRESS if then == mode}
+    rows |= {condition: text for _, condition, then, text in reversed(PROGRESS) if then == mode}
     text = rows.get(Condition(reason)) or words(Condition(reason).name)
     if reason in (Condition.GUARD_DESCENDS, Condition.GUARD_KILLED) and guard_reason != guard.GOOD:
         silent = f" from {ATTITUDE}" if guard_reason == guard.WRENCH_LOST else ""

@@ -153,10 +153,10 @@ def _step_topic(signal: Signal) -> Topic:
     stages = takers(name)
     shadows = tuple(SHADOW + role for role in stages)
     subscribers = (*_CONSUMERS.get(name, ()), *stages, *shadows, RECORDER)
-    latched, only_with = name == "flight/mode", COMMANDER if name in _COMMANDERS else ""
     # a mission's trajectory may cease, and the flight goes on
-    step = name != "mission/reference"
-    return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
+    step, only_with = name != "mission/reference", COMMANDER if name in _COMMANDERS else ""
+    # latched, a step topic would send all of its history to who comes late, the oldest mode first
+    return Topic(name, message_type(signal.kind), publishers, subscribers, step, False, signal.paper, only_with)
 
 
 def with_standby(roles: Collection[str]) -> dict[str, tuple[str, str]]:
