@@ -39,8 +39,8 @@ STAGE = {stage.role: stage for stage in STAGES}
 COMMAND, COMMANDING = STAGES[-1].gives, STAGES[-1].role
 """The only topic that a vehicle follows, and the role that gives it."""
 
-GROUPS = {**{stage.group: plugins.LAW for stage in STAGES}, **plugins.OTHERS}
-"""{group of plug-ins: what its modules hold}."""
+GROUPS = (*(stage.group for stage in STAGES), *plugins.OTHERS)
+"""The groups of plug-ins."""
 
 
 class Signal(NamedTuple):

@@ -41,7 +41,6 @@ from functools import cache
 from importlib.metadata import entry_points
 from traceback import extract_tb
 from types import ModuleType
-from typing import NamedTuple
 
 from quad_core.parameters import fields
 from quad_core.records import leaves
@@ -54,33 +53,16 @@ SENSING = "quad.sensing"
 DISTURBANCE = "quad.disturbance"
 
 
-class Group(NamedTuple):
-    """What a module of a group must hold: types, functions called before step 0, functions called in flight.
-
-    ``set_up``: functions that may use all of Python; the others keep the rules of ``quad_core.compilation``.
-    """
-
-    types: tuple[str, ...]
-    before: tuple[str, ...]
-    in_flight: tuple[str, ...]
-    set_up: tuple[str, ...] = ()
-
-    @property
-    def required(self) -> tuple[str, ...]:
-        """All names that a module of the group must have."""
-        return (*self.types, *self.set_up, *self.before, *self.in_flight)
-
-
-LAW = Group(("Parameters", "Memory", "Internals"), ("init",), ("step",))
-"""Any stage between reference and rotors: a law, a filter, an estimator."""
+LAW = ("Parameters", "Memory", "Internals", "init", "step")
+"""What a module of a stage between reference and rotors must hold: a law, a filter, an estimator."""
 
 OTHERS = {
-    TRAJECTORY: Group(("Parameters", "Plan"), ("plan", "duration"), ("sample",)),
-    PLANT: Group(("Parameters", "State"), ("init",), ("step", "observe", "lumped")),
-    DISTURBANCE: Group(("Parameters",), (), ("sample",), ("draw",)),
-    SENSING: Group(("Parameters", "Memory"), (), ("step",), ("draw", "init")),
+    TRAJECTORY: ("Parameters", "Plan", "plan", "duration", "sample"),
+    PLANT: ("Parameters", "State", "init", "step", "observe", "lumped"),
+    DISTURBANCE: ("Parameters", "draw", "sample"),
+    SENSING: ("Parameters", "Memory", "draw", "init", "step"),
 }
-"""The groups other than those of the stages, which ``quad_core.cascade`` names."""
+"""{group: what a module of the groups other than those of the stages must hold}."""
 
 
 class PluginError(ValueError):
@@ -110,7 +92,7 @@ def load(group: str, name: str) -> ModuleType:
     except Exception as error:  # whatever its text does when it is imported
         raise PluginError(f"{group}: plug-in {name!r} ({values[0]}) cannot be imported: {_mistake(error)}") from error
     contract = OTHERS.get(group, LAW)
-    missing = [item for item in contract.required if not hasattr(module, item)]
+    missing = [item for item in contract if not hasattr(module, item)]
     if missing:
         raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}) lacks {', '.join(missing)}")
     try:

@@ -14,15 +14,15 @@ from rclpy.publisher import Publisher
 from quad_msgs.msg import FlightEvent
 
 MANY_SENDERS = frozenset({"flight/nodes"})
-"""Topics on which every node of a flight speaks."""
+"""Topics that every node of a flight publishes."""
 
 Pairs = Mapping[str, tuple[str, str]]
 """{topic: the two nodes of which one sends it and the other stands by}."""
 
-_NOBODY: Pairs = {}
+_NO_PAIRS: Pairs = {}
 
 _UNNAMED = "_NODE_NAME_UNKNOWN_"
-"""What the graph says of a node whose publisher it knows, and its name not yet."""
+"""Name in the graph of a node of which only the publisher is known yet."""
 
 _POLICIES = {
     "RMW_QOS_POLICY_RELIABILITY": "best-effort reliability",
@@ -38,7 +38,7 @@ class Graph(Protocol):
         ...
 
     def get_publishers_info_by_topic(self, topic_name: str) -> list[Any]:
-        """Return who they are."""
+        """Return a description of each."""
         ...
 
 
@@ -46,7 +46,7 @@ def missing(
     graph: Graph,
     out: Iterable[tuple[Publisher, int, str]],
     sources: Mapping[str, str],
-    standby: Pairs = _NOBODY,
+    standby: Pairs = _NO_PAIRS,
 ) -> list[str]:
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
@@ -65,12 +65,12 @@ def missing(
 
 
 def second_senders(
-    graph: Graph, topics: Iterable[str], standby: Pairs = _NOBODY, flying: bool = False
+    graph: Graph, topics: Iterable[str], standby: Pairs = _NO_PAIRS, flying: bool = False
 ) -> dict[str, list[str]]:
     """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher.
 
-    ``standby``: topics that have two rightly, and while the flight is ``flying`` more by the same names: the ghost of a
-    controller that died stays in the graph for some 20 s, and who was started again stands by.
+    ``standby``: topics that two controllers may publish, and while the flight is ``flying`` several processes of the
+    same names: a killed controller stays in the graph for some 20 s, and the one that replaces it stands by.
     """
     found = {}
     for topic in topics:
@@ -78,17 +78,17 @@ def second_senders(
         allowed = 1 + (topic in standby)
         if topic not in MANY_SENDERS and graph.count_publishers(topic) > allowed:
             names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            if len(names) > allowed and not (flying and topic in standby and not strangers(names, standby[topic])):
+            if len(names) > allowed and not (flying and topic in standby and not foreign(names, standby[topic])):
                 found[topic] = sorted(names)
     return found
 
 
-def strangers(names: Iterable[str], pair: Collection[str]) -> list[str]:
-    """Return those of the full ``names`` of nodes that are not of ``pair``; one without a name as yet may be."""
+def foreign(names: Iterable[str], pair: Collection[str]) -> list[str]:
+    """Return the full ``names`` of nodes that are not of ``pair``; a node without a name as yet may be of it."""
     return [name for name in names if name.rpartition("/")[2] not in (*pair, _UNNAMED)]
 
 
-def senders(graph: Graph, topic: str, standby: Pairs = _NOBODY) -> int:
+def senders(graph: Graph, topic: str, standby: Pairs = _NO_PAIRS) -> int:
     """Return how many send ``topic``, a controller that stands by not counted: without one, the one that flies is not.
 
     A restarted node counts once with its killed process, which stays in the graph.

@@ -182,7 +182,7 @@ class VehicleNode(FlightNode):
     ``guard_request`` is what the guard is asked for (``quad_guard.guard``) at every step until it is changed. While
     ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
     ``unrecorded``: the recorder was given up.
-    ``suspect``: who made the guard take over last. ``stood_still``: in words, for how long this process has been late.
+    ``suspect``: the node that caused the last guard takeover. ``stood_still``: text, how long this process was late.
     """
 
     def __init__(self, role: str) -> None:
@@ -304,7 +304,7 @@ class VehicleNode(FlightNode):
         return flies
 
     def _commander_period(self) -> int:
-        """Return the plant steps between two decisions of the commander; 0: the flight has none."""
+        """Return the plant steps between two decisions of the commander, 0 without a commander."""
         return self.handshake.period(COMMANDER) if self.commanded else 0
 
     def _culprit(self) -> str:
