@@ -1,7 +1,6 @@
 """The nodes of a flight: whether they fit together, and which one a flight in lockstep waits for. No ROS calls."""
 
 import zlib
-from typing import Protocol
 
 from quad_core.cascade import (
     ALL_ROLES,
@@ -15,23 +14,9 @@ from quad_core.cascade import (
     replaceable,
 )
 from quad_core.flight_parameters import FlightParameters
+from quad_msgs.msg import NodeStatus
 
-
-class Status(Protocol):
-    """The fields of quad_msgs/NodeStatus that matter here."""
-
-    node: str
-    role: str
-    run_id: str
-    interface_hash: str
-    state: int
-    period_steps: int
-    plant_period: int
-    step: int
-    detail: str
-
-
-READY, FAULT, DONE = 1, 3, 4
+READY, FAULT, DONE = NodeStatus.READY, NodeStatus.FAULT, NodeStatus.DONE
 _MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
@@ -74,10 +59,10 @@ class Handshake:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
         self._spared = (*SHADOWS, *(replaceable(expected) if flight.standby else ()))
-        self._known: dict[str, Status] = {}
+        self._known: dict[str, NodeStatus] = {}
         self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 
-    def on_status(self, status: Status) -> str:
+    def on_status(self, status: NodeStatus) -> str:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
         if is_foreign(status.run_id, self._flight.run_id):
             self._note_other(status, f"run_id {status.run_id!r}, expected {self._flight.run_id!r}")
@@ -103,7 +88,7 @@ class Handshake:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 
-    def _note_other(self, status: Status, what: str) -> None:
+    def _note_other(self, status: NodeStatus, what: str) -> None:
         if len(self._others) < _MOST_OTHERS:
             self._others[status.node] = what
 

@@ -6,9 +6,10 @@ keeps nodes from being ready, in flight it is an event, and it is looked for onc
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from quad_msgs.msg import FlightEvent
@@ -30,20 +31,8 @@ _POLICIES = {
 }
 
 
-class Graph(Protocol):
-    """What is asked of an rclpy node."""
-
-    def count_publishers(self, topic_name: str) -> int:
-        """Return how many publishers a topic has."""
-        ...
-
-    def get_publishers_info_by_topic(self, topic_name: str) -> list[Any]:
-        """Return a description of each."""
-        ...
-
-
 def missing(
-    graph: Graph,
+    graph: Node,
     out: Iterable[tuple[Publisher, int, str]],
     sources: Mapping[str, str],
     standby: Pairs = _NO_PAIRS,
@@ -65,7 +54,7 @@ def missing(
 
 
 def second_senders(
-    graph: Graph, topics: Iterable[str], standby: Pairs = _NO_PAIRS, flying: bool = False
+    graph: Node, topics: Iterable[str], standby: Pairs = _NO_PAIRS, flying: bool = False
 ) -> dict[str, list[str]]:
     """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher.
 
@@ -88,7 +77,7 @@ def foreign(names: Iterable[str], pair: Collection[str]) -> list[str]:
     return [name for name in names if name.rpartition("/")[2] not in (*pair, _UNNAMED)]
 
 
-def senders(graph: Graph, topic: str, standby: Pairs = _NO_PAIRS) -> int:
+def senders(graph: Node, topic: str, standby: Pairs = _NO_PAIRS) -> int:
     """Return how many send ``topic``, a controller that stands by not counted: without one, the one that flies is not.
 
     A restarted node counts once with its killed process, which stays in the graph.
