@@ -30,7 +30,7 @@ class Climb(Node):
         self.run = {"run": zlib.crc32(self.run_id.encode())}  # whose messages these are
         self.period = self.declare_parameter("flight.plant_period", 2_000_000).value
         self.height = self.declare_parameter("height", 0.5).value  # m: a parameter of your own
-        self.first, self.due, self.newest, self.over = None, 0, TrajectoryPoint(), Future()
+        self.first, self.due, self.over = None, 0, Future()
         self.reference_out = self.create_publisher(TrajectoryPoint, "reference", STEPS)
         self.plan_out = self.create_publisher(FlightPlan, "flight/plan", LATCHED)
         self.status_out = self.create_publisher(NodeStatus, "flight/nodes", LATCHED)
@@ -53,8 +53,8 @@ class Climb(Node):
             plan = {"trajectory": "climb", "start": "approach", "end_step": end_step, "end": end, **self.run}
             self.plan_out.publish(FlightPlan(stamp=message.stamp, trajectory_start=message.stamp, **plan))
         if message.step >= self.due:
-            self.newest, self.due = self.point(message), message.step + EVERY
-            self.reference_out.publish(self.newest)
+            self.due = message.step + EVERY
+            self.reference_out.publish(self.point(message))
 
     def point(self, message):
         time = (message.step - self.first.step) * self.period * 1e-9

@@ -31,7 +31,7 @@ _LEAST_NORM = 0.5
 _LEAST_SAMPLES = 20  # that show a spacing
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
-_SILENT_LOCKSTEP = 2.5  # s: the plant repeats a state after 0.5 s
+_SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
 
 
 class OdometryRelay(FlightNode):
