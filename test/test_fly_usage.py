@@ -58,7 +58,11 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--set", "pilot.mood=good"], ["pilot", "simulator"]),
         (["hover", "--set", "vehicle.mass=heavy"], ["vehicle.mass", "heavy", "kg"]),
         (["hover", "--set", "vehicle.mass=inf"], ["vehicle.mass", "inf"]),
-        (["hover", "--set", "vehicle.mas=1"], ["vehicle.mas", "did you mean mass?"]),
+        (["hover", "--set", "vehicle.mas=1"], ["vehicle.mas", "did you mean vehicle.mass?"]),
+        (
+            ["hover", "--set", "position_controller.aibs.x.gain=2"],
+            ["did you mean aibs.x.max_gain?", "known here: aibs.x.adaptation_dead_zone", "aibs.x.position_gain"],
+        ),
         (["hover", "--set", "simulator.widow=40"], ["widow", "did you mean window?"]),
         (["hover", "--set", "simulater.window=40"], ["simulater", "did you mean simulator?"]),
         (["hover", "--set", "commander.nonsense=2"], ["commander.nonsense=2", "no part in this flight", "--mission"]),

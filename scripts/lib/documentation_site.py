@@ -5,7 +5,6 @@ It is written to build/site by Sphinx, which comes with hashes from requirements
 
 import json
 import os
-import pkgutil
 import re
 import shutil
 import subprocess
@@ -24,7 +23,8 @@ LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / 
 # Packages whose modules import no ROS, nodes aside.
 PURE = (
     "quad_core", "quad_guard", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics",
-    "quad_flight", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink", "quad_crazyflie",
+    "quad_flight", "quad_campaign", "quad_flight_log", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink",
+    "quad_crazyflie", "quad_mujoco",
 )  # fmt: skip
 TOP = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 SECTIONS = {
@@ -37,9 +37,10 @@ SECTIONS = {
 }
 """{caption: folder of docs/}; docs/README.md is the first page and names every page but parameters and decisions."""
 SOURCES: set[str] = set()
-STYLE = """.table-wrapper{overflow-x:auto}table.docutils{font-size:.85em}td,th{overflow-wrap:anywhere;min-width:4.5em}
+STYLE = """.table-wrapper{overflow-x:auto}table.docutils{font-size:.85em}td,th{overflow-wrap:anywhere;min-width:5.4em}
 article img{max-width:100%;height:auto}.equation{overflow-x:auto;margin:.9em 0}
 pre{overflow-x:auto}
+@media(max-width:700px){article p:has(img[src$=svg]){overflow-x:auto}article img[src$=svg]{max-width:none;width:720px}}
 """
 CONFIGURATION = """
 project = "Quadrotor flight stack"
@@ -86,15 +87,10 @@ def pages(folder: str) -> list[str]:
 
 def modules(package: str) -> list[str]:
     """Return the modules of a package that need no ROS."""
-    top = ROOT / "src" / package / package
-    found = pkgutil.walk_packages([str(top)], f"{package}.")
-    names = [entry.name for entry in found if not entry.ispkg]
-    return sorted(name for name in names if not imports_ros(_source(name)))
-
-
-def _source(module: str) -> str:
-    path = ROOT / "src" / module.partition(".")[0] / module.replace(".", "/")
-    return path.with_suffix(".py").read_text(encoding="utf-8")
+    top = ROOT / "src" / package
+    found = [path for path in (top / package).rglob("*.py") if not path.name.startswith("__")]
+    names = [".".join(path.relative_to(top).with_suffix("").parts) for path in found]
+    return sorted(name for name, path in zip(names, found, strict=True) if not imports_ros(path.read_text("utf-8")))
 
 
 def missing() -> list[str]:

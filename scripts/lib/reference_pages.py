@@ -5,6 +5,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable
+from importlib.metadata import EntryPoints
 from pathlib import Path
 from typing import Any
 
@@ -194,6 +195,16 @@ def page(parts: Iterable[str]) -> str:
     return GENERATED + "\n" + "\n".join(lines)
 
 
+def leave_out_plugins_of_the_user() -> None:
+    """Let the plug-ins be those of this repository: the pages do not depend on what else is installed."""
+    installed = plugins.entry_points
+
+    def ours(**wanted: Any) -> EntryPoints:
+        return EntryPoints(point for point in installed(**wanted) if point.value.startswith("quad_"))
+
+    plugins.entry_points = ours  # type: ignore[assignment]
+
+
 def main() -> int:
     """Write the pages, or with --check say which are not up to date."""
     parser = argparse.ArgumentParser(prog="scripts/docs", description=__doc__)
@@ -203,6 +214,7 @@ def main() -> int:
     if options.site:
         return documentation_site.build()
     check = options.check
+    leave_out_plugins_of_the_user()
     pages = {
         REFERENCE / "topics.md": topics_page(),
         REFERENCE / "faults.md": GENERATED + "\n" + fault_pages.faults_page(),

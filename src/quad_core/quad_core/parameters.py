@@ -164,8 +164,11 @@ def build(default: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
     known = {field.name: field for field in fields(default)}
     unknown = [name for name in values if name not in known]
     if unknown:
-        meant = nearest(unknown[0], list(known))
-        raise ParameterError(f"{prefix}{unknown[0]}: unknown parameter{meant}; known here: {', '.join(sorted(known))}")
+        group = unknown[0].rpartition(".")[0]
+        alike = [name for name in known if name.rpartition(".")[0] == group] or list(known)
+        shown = ", ".join(prefix + name for name in sorted(alike))
+        meant = nearest(prefix + unknown[0], [prefix + name for name in known])
+        raise ParameterError(f"{prefix}{unknown[0]}: unknown parameter{meant}; known here: {shown}")
     merged = {
         name: checked(field._replace(name=prefix + name), values.get(name, field.default))
         for name, field in known.items()

@@ -60,6 +60,9 @@ def compiled_engine(modules: Modules) -> Engine:
 @cache
 def _compiled_engine(modules: Modules) -> Engine:
     directory = cache_root() / source_hash(modules)
+    if not directory.exists():
+        names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
+        sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
     return Engine(
         *(_cached(compiled(function), directory) for function in _bound(modules, rows.writer(modules.stages)))
     )

@@ -1,0 +1,152 @@
+"""Estimators in real time: each stream flies within 1.5 times the error of the clean one, or is refused with numbers.
+
+A process stands between the simulator's `odom` and the relay (``estimator``). First the streams: 500 to 50 Hz, 20 %
+jitter of the spacing, 5 % lost, 2 % doubled, 2 % swapped, best effort, wall clock; then each mistake, which must be
+named before take-off or within 0.5 s of the motion that shows it. ``--only PATTERN`` flies the rows whose name holds
+it, such as ``--only "hover.*100"``.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from figures import Figures
+from flying import finish, in_domain, start
+
+from quad_flight_log.bag.reader import open_flight
+
+ONLY = re.compile(os.environ.get("QUAD_ACCEPT_ONLY", ""))
+RELAY = ("--relay", "--realtime", "--set", "odometry_relay.odometry=est/odom")
+CASES = {"hover": ("--duration", "10"), "case2": ("--duration", "20")}
+RATES = (500, 250, 120, 100, 50)
+REAL = "jitter=0.2 lost=0.05 doubled=0.02 swapped=0.02 best_effort=1 wall_clock=1"
+SHARE = 1.5
+NAMED_WITHIN = 0.5  # s
+AWAY = ("--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3")
+
+
+class Mistake(NamedTuple):
+    """What is wrong with a stream, the words that name it, and whether the flight goes on."""
+
+    faults: dict[str, str]
+    words: str
+    flies: bool
+
+
+MISTAKES = {
+    "world twist": Mistake({}, "world frame, expected the body frame", True),
+    "zero twist": Mistake({}, r"found \(0\.00, 0\.00, 0\.00\) m/s", True),
+    "sign": Mistake({}, "sign was wrong", True),
+    "frd twist": Mistake({}, "FRD axes, expected FLU", True),
+    "degrees": Mistake({}, "deg/s, expected rad/s", True),
+    "km/h": Mistake({}, r"twist\.linear does not fit the change of pose", True),
+    "ned": Mistake({}, r"twist\.|height|stands|upside|guard|est/odom", False),
+    "frame": Mistake({}, "frame 'odom', expected 'map'", False),
+    "body frame": Mistake({}, "frame 'imu', expected 'base_link'", False),
+    "no attitude": Mistake({}, "a quaternion that is not of length 1", False),
+    "not finite": Mistake({}, "a number that is not finite", False),
+    "jump": Mistake({"begins": "3.0"}, r"jumped by 3\.00 m", True),
+    "jump in height": Mistake({"begins": "3.0"}, r"jumped by 0\.80 m", True),
+    "silent": Mistake({"begins": "3.0"}, r"est/odom: silent since", False),
+    "stale first stamp": Mistake({"wall_clock": "1"}, "stamps jumped by 1000|hover: good", True),
+}
+
+
+class Flown(NamedTuple):
+    """How a flight through an estimator ended."""
+
+    code: int
+    rmse: float
+    words: str
+    named: float
+    """s from the motion that shows a mistake to the event that names it, NaN without either."""
+
+
+def flown(case, folder, *extra, faults):
+    """Fly ``case`` on the estimator with ``faults`` ({key of Faults: text})."""
+    bag = Path(folder) / re.sub(r"\W+", "-", f"{case} {' '.join(faults.values())}")
+    clock = ("--set", "odometry_relay.stamps=first") if faults.get("wall_clock") == "1" else ()
+    flight = start(case, *CASES[case], *RELAY, *clock, *extra, "--out", bag)
+    lines = []
+    for line in flight.stdout:
+        lines.append(line)
+        if "ROS_DOMAIN_ID=" in line:
+            break
+    domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", lines[-1])[1])
+    words = [f"{key}={value}" for key, value in faults.items()]
+    program = [sys.executable, str(Path(__file__).with_name("estimator.py")), *words]
+    estimator = subprocess.Popen(program, env=in_domain(domain))
+    try:
+        done = finish(flight)
+    finally:
+        estimator.terminate()
+        estimator.wait()
+    said = "".join(lines) + done.stdout + done.stderr
+    rmse = re.search(r"^position_rmse +(\S+)", said, re.MULTILINE)
+    return Flown(done.returncode, float(rmse[1]) if rmse else np.nan, said, named_after(bag))
+
+
+def named_after(bag):
+    """Return how long after it moved at 0.3 m/s, or turned at 0.6 rad/s, the first event named the estimate, in s."""
+    if not any(bag.glob("*.mcap")):
+        return np.nan
+    flight = open_flight(bag)
+    truth, events = flight.array("truth"), flight.array("flight/events")
+    moves = (np.linalg.norm(truth["v_w"], axis=1) > 0.3) | (np.linalg.norm(truth["omega_b"], axis=1) > 0.6)
+    of_it = [row["stamp_ns"] for row in events if row["kind"] in ("wrong_twist", "estimator_reset")]
+    if not of_it or not moves.any():
+        return np.nan
+    return 1e-9 * float(of_it[0] - truth["stamp_ns"][np.argmax(moves)])
+
+
+def last_words(words):
+    """Return the line that says how a flight ended."""
+    lines = [line for line in words.splitlines() if re.match(r"(hover|case2): (?!next|bag|starting)", line)]
+    return lines[-1] if lines else words.strip()[-120:]
+
+
+def fly_streams(figures, folder):
+    """Fly both cases on each stream."""
+    real = dict(word.split("=") for word in REAL.split())
+    for case in CASES:
+        rows = [rate for rate in RATES if ONLY.search(f"{case} {rate} Hz")]
+        if not rows:
+            continue
+        clean = flown(case, folder, faults={})
+        figures.check(clean.code == 0, f"{case}, clean, 500 Hz: {1e3 * clean.rmse:.2f} mm, {last_words(clean.words)}")
+        for rate in rows:
+            seen = flown(case, folder, faults={"rate": str(rate), **real})
+            refused = re.search(r"samples [\d.]+ ms apart, expected at most", seen.words)
+            kept = bool(refused) or (seen.code == 0 and seen.rmse <= SHARE * clean.rmse)
+            ratio = seen.rmse / clean.rmse
+            line = f"{case} {rate} Hz: {1e3 * seen.rmse:.2f} mm, {ratio:.2f} of clean, limit {SHARE}"
+            figures.check(kept, f"{line}; exit code {seen.code}, {last_words(seen.words)}")
+
+
+def fly_mistakes(figures, folder):
+    """Fly a hover away from the start on each mistake."""
+    for name, mistake in MISTAKES.items():
+        if not ONLY.search(f"mistake {name}"):
+            continue
+        seen = flown("hover", folder, *AWAY, "--duration", "3", faults={"wrong": name, **mistake.faults})
+        named = re.search(mistake.words, seen.words)
+        soon = not seen.named > NAMED_WITHIN or "begins" in mistake.faults
+        good = bool(named) and soon and (seen.code == 0) == mistake.flies
+        figures.check(
+            good,
+            f"mistake {name}: exit code {seen.code}, named: {named[0] if named else 'no'}"
+            f"{f', {seen.named:.2f} s after it shows' if seen.named == seen.named else ''}; {last_words(seen.words)}",
+        )
+
+
+def main():
+    figures = Figures()
+    with tempfile.TemporaryDirectory(prefix="estimators-") as folder:
+        fly_streams(figures, folder)
+        fly_mistakes(figures, folder)
+    return figures.code()

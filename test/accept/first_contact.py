@@ -1,0 +1,210 @@
+"""What people bring on their first day: each case as a command, its exit code, the line expected, and what was before.
+
+The cases are those of public reports (C) and of a new ROS user's day (F); each kind has further members. Rows are
+commands as a user types them, flights on a faulty estimator (``estimators``), or tests of the suite. ``--only PATTERN``
+takes rows whose name holds it, such as ``--only "^C1"``.
+"""
+
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from estimators import MISTAKES, RELAY, flown, last_words
+from figures import Figures
+from flying import FLY, ROOT
+
+ONLY = re.compile(os.environ.get("QUAD_ACCEPT_ONLY", ""))
+CRASH = "Traceback"
+LOG, BRINGUP, CORE = "src/quad_flight_log/test", "src/quad_bringup/test", "src/quad_core/test"
+
+
+class Row(NamedTuple):
+    """One case: its name, what was done, what happened before; and what happens now as (kept, words)."""
+
+    name: str
+    done: str
+    before: str
+    now: Callable[[Path], tuple[bool, str]]
+
+
+ROWS: list[Row] = []
+
+
+def typed(name, words, code, line, before, *, say="", settings=None, files=None, interrupt=0.0):
+    """Add a command: it must end with ``code``, print ``line`` (an expression), and show no traceback.
+
+    ``settings``: environment; ``files``: {name: text} in the folder it runs in; ``interrupt``: Ctrl-C after so many s.
+    """
+
+    def now(folder):
+        for file, text in (files or {}).items():
+            path = folder / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        surroundings = {**os.environ, **{key: value.format(folder=folder) for key, value in (settings or {}).items()}}
+        command = [str(ROOT / word) if word.startswith("scripts/") else word for word in shlex.split(words)]
+        process = subprocess.Popen(
+            command, cwd=folder, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        if interrupt:
+            time.sleep(interrupt)
+            process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=300)
+        found = next((text for text in out.splitlines() if re.search(line, text)), "")
+        good = process.returncode == code and bool(found or not line) and CRASH not in out
+        shown = found or out.strip()[-160:] or "nothing printed"
+        return good, f"exit {process.returncode}: {shown.strip()[:220]}"
+
+    shown = " ".join([*(f"{key}={value}" for key, value in (settings or {}).items()), words])
+    ROWS.append(Row(name, say or shown, before, now))
+
+
+def proven(name, done, before, *tests):
+    """Add a case that ``tests`` of the suite reproduce."""
+
+    def now(_folder):
+        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *tests]
+        ended = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+        last = (ended.stdout.strip() or ended.stderr.strip()).splitlines()[-1][-160:]
+        return ended.returncode == 0, f"exit {ended.returncode}: {last}"
+
+    ROWS.append(Row(name, f"{done} ({', '.join(tests)})", before, now))
+
+
+def estimated(name, faults, code, line, before, *extra):
+    """Add a hover on an estimator with ``faults``: it must end with ``code`` and print ``line``."""
+
+    def now(folder):
+        seen = flown("hover", folder, *extra, faults=faults)
+        found = re.search(line, seen.words)
+        return seen.code == code and bool(found), f"exit {seen.code}: {found[0] if found else last_words(seen.words)}"
+
+    shown = " ".join(f"{key}={value}" for key, value in faults.items())
+    ROWS.append(Row(name, f"hover --relay on an estimator with {shown}", before, now))
+
+
+def mistaken(name, mistake, before):
+    """Add a hover on an estimator with one of the mistakes of ``estimators``."""
+    what = MISTAKES[mistake]
+    estimated(name, {"wrong": mistake, **what.faults}, 0 if what.flies else 1, what.words, before, *AWAY)
+
+
+AWAY = ("--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
+SHORT = ("--duration", "3")
+WAYPOINTS = "scripts/fly waypoints --set trajectory.waypoints.points='{}'"
+
+# The paper's own experiment
+proven(
+    "C0 printed start, both cases, tuned and minimal",
+    "step of 6 to 13 m at the start",
+    "failed: the reference asked for more than the vehicle has",
+    "src/quad_flight/test/test_infeasible.py",
+)
+typed("C0 case2 printed", "scripts/fly case2 --start printed --duration 25 --limits position_max=20", 0, "case2: good",
+      "failed, exit 1")  # fmt: skip
+
+# Estimators
+for share in ("0.001", "0.1", "0.3"):
+    estimated(f"C1 stamps off the grid by {share}", {"jitter": share}, 0, "hover: good",
+              "1 us off the grid ended every flight", *SHORT)  # fmt: skip
+for rate in ("250", "100", "40"):
+    estimated(f"C2 {rate} Hz", {"rate": rate}, 0, "hover: good", "100 Hz tumbled, without a word", *SHORT)
+estimated("C2 20 Hz", {"rate": "20"}, 1, r"samples [\d.]+ ms apart, expected at most 40 ms", "tumbled", *SHORT)
+for wrong in ("world twist", "zero twist", "sign", "degrees"):
+    mistaken(f"C3 {wrong}", wrong, "118 m away, no event")
+estimated("C4 best effort", {"best_effort": "1"}, 0, "hover: good", "READY and deaf, trajectory blamed", *SHORT)
+estimated("C4 best effort, lost, doubled", {"best_effort": "1", "lost": "0.05", "doubled": "0.02"}, 0, "hover: good",
+          "not received", *SHORT)  # fmt: skip
+for wrong in ("frame", "body frame", "no attitude", "not finite", "silent"):
+    mistaken(f"C5 {wrong}", wrong, "the wrong node blamed; the reason in a log, or nowhere")
+for wrong in ("jump", "jump in height"):
+    mistaken(f"C6 {wrong}", wrong, "flown 3 m off, no event")
+mistaken("C9 stale first stamp", "stale first stamp", "one early message ended the flight after 50 ms")
+
+# Angles
+typed("C7 degrees as radians", WAYPOINTS.format("0 0 2 0; 4 0 2 90"), 2, r"90.*(deg|2 pi)", "14 turns, 203 s, good")
+typed("C7 hover.yaw=180", "scripts/fly hover --set trajectory.hover.yaw=180.0", 2, "hover.yaw", "flown")
+typed("C7 90deg", "scripts/fly hover --duration 2 --set trajectory.hover.yaw=90deg", 0, "hover: good", "refused")
+proven("C8 3.1 to -3.1 rad", "short way round, the long one said", "6.2 rad the long way",
+       "src/quad_trajectory/test/test_waypoint_text.py", "src/quad_trajectory/test/test_waypoints.py")  # fmt: skip
+
+# Bags of others
+proven("C10 split, compressed, sqlite", "rosbag2's kinds, read or named", "refused, or 'no *.mcap'",
+       f"{LOG}/test_files.py")  # fmt: skip
+proven("C11 C12 C13 C14 C15 C20 C22", "encodings, names, definitions, padding, two vehicles, losses, no flight, ascii",
+       "stopped at the first topic; refused; 20 times n/a; 'ok' with 72 steps missing; equal; UnicodeEncodeError",
+       f"{LOG}/test_bags_of_others.py")  # fmt: skip
+typed("C20 no bag", "scripts/log metrics none", 2, "none", "")
+
+# Surroundings
+typed("C16 cyclonedds", "scripts/fly hover --duration 1", 2, "RMW_IMPLEMENTATION.*rmw_fastrtps_cpp",
+      "rcl's raw line, exit 102", settings={"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"})  # fmt: skip
+typed("C16 no middleware", "scripts/fly hover --duration 1", 2, "RMW_IMPLEMENTATION", "exit 102",
+      settings={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"})  # fmt: skip
+VEHICLE = "/**:\n  ros__parameters:\n    vehicle:\n      mass: {}\n"
+for text in ("6e-1", "0.6", "+.6"):
+    typed(f"C17 mass: {text}", "scripts/fly hover --duration 1 --vehicle v.yaml", 0, "hover: good",
+          "refused what nodes take", files={"v.yaml": VEHICLE.format(text)})  # fmt: skip
+typed("C17 a section that reaches nobody", "scripts/fly hover --duration 1 --vehicle v.yaml", 2, "simulater",
+      "dropped in silence", files={"v.yaml": VEHICLE.format(0.6).replace("/**", "simulater")})  # fmt: skip
+proven("C17 one reading", "files as rclpy reads them", "fly, nodes and Python differed",
+       f"{CORE}/test_parameter_files.py")  # fmt: skip
+typed("C18 discovery server", "scripts/fly hover --duration 1", 2, "ROS_DISCOVERY_SERVER=127.0.0.1:11811",
+      "waited for every topic", settings={"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"})  # fmt: skip
+typed("C18 log folder", "scripts/fly hover --duration 1", 2, "ROS_LOG_DIR", "is /dev/shm full?",
+      settings={"ROS_LOG_DIR": "/proc/none"})  # fmt: skip
+typed("C18 domain", "scripts/fly hover --duration 1", 2, "ROS_DOMAIN_ID", "", settings={"ROS_DOMAIN_ID": "300"})
+for name in ("rclpy", "numpy", "rcl_interfaces"):
+    typed(f"C19 another {name}", f"{FLY} hover --duration 1", 2, f"PYTHONPATH.*{name}", "traceback, exit 1",
+          say=f"PYTHONPATH=other fly hover, with other/{name}",
+          files={f"other/{name}/__init__.py": "raise ImportError"},
+          settings={"PYTHONPATH": "{folder}/other:" + os.environ.get("PYTHONPATH", "")})  # fmt: skip
+typed("C21 unknown key", "scripts/fly hover --set commander.nonsense=2", 2, "commander.nonsense", "good, exit 0")
+typed("C21 node of another flight", "scripts/fly hover --set px4_bridge.mode=xx", 2, "no part in this flight", "good")
+typed("C21 misspelt", "scripts/fly hover --set vehicle.mas=1", 2, "did you mean vehicle.mass", "44 names")
+proven("C23 10 ms of delay, nothing set", "prediction by the state's age", "53.9 mm", "test/test_predicted_flight.py")
+typed("C23 case2, 10 ms", "scripts/fly case2 --duration 20 --set simulator.sensor.delay=0.01 --limits "
+      "position_rmse=0.012", 0, "case2: good", "53.9 mm")  # fmt: skip
+typed("C23 hover, 20 ms", "scripts/fly hover --duration 5 --set simulator.sensor.delay=0.02", 0, "hover: good", "fell")
+typed("C24 every bench runs", "scripts/accept benches", 0, "passed", "AttributeError")
+
+# A new ROS user's day
+proven("F1 latched mode", "the newest mode", "18 to 20 s old", "src/quad_node/test/test_topics_table.py")
+typed("F2 Ctrl-C of a mission", "scripts/fly --mission takeoff:3,hold:60,land --realtime", 1,
+      r"landing|Ctrl-C again", "silent; a second one dropped the vehicle", interrupt=15.0)  # fmt: skip
+proven("F3 F5 F6 F7", "dependencies, rosdep keys, COLCON_IGNORE, colcon test", "four errors",
+       "test/test_package_xml.py")  # fmt: skip
+proven("F4 ros2 launch", "exit codes 0, 1, 2", "success of anything", f"{BRINGUP}/test_launch_file.py")
+proven("F8 F11 pages in a browser", "drawn whole, labels apart", "half of it blank; labels on each other",
+       f"{LOG}/test_report_browser.py")  # fmt: skip
+proven("F9 missing_steps", "losses only", "a pause counted", f"{LOG}/test_gaps.py", f"{LOG}/test_flight_metrics.py")
+typed("F10 a campaign says what it does", "scripts/campaign case2 --flights 20 --out c", 0, "", "0 % for 152 s")
+typed("F12 export without --out", "scripts/log export --help", 0, "--out", "'default: only print', but it wrote")
+for verb in ("view", "replay", "export"):
+    typed(f"F13 Ctrl-C in log {verb}", f"scripts/log {verb} none", 2, "none", "10 to 25 lines", interrupt=0.0)
+typed("F13 Ctrl-C in campaign", "scripts/campaign case2 --flights 2000 --out c", 130, "", "traceback", interrupt=12.0)
+typed("F13 Ctrl-C in tune", "scripts/tune none.yaml", 2, "none.yaml", "traceback")
+typed("F15 scripts/docs --check", "scripts/docs --check", 0, "", "5 pages not up to date with own plug-ins installed")
+proven("F16 fly_by_hand.sh", "again and again, unsourced", "worked once", "test/test_fly_by_hand.py")
+typed("F17 unknown limit", "scripts/fly hover --limits happiness=1", 2, "happiness", "")
+typed("F17 campaign of an unknown file", "scripts/campaign nosuch --out c", 2, "nosuch", "")
+
+
+def main():
+    figures = Figures()
+    assert RELAY
+    for row in ROWS:
+        if not ONLY.search(row.name):
+            continue
+        with tempfile.TemporaryDirectory(prefix="first-") as folder:
+            kept, now = row.now(Path(folder))
+        figures.check(kept, f"{row.name} | {row.done} | before: {row.before or 'the same'} | now: {now}")
+    return figures.code()
