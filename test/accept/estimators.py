@@ -15,9 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from estimator import set_parts, spoil, turned
 from figures import Figures
 from flying import finish, in_domain, start
+from nav_msgs.msg import Odometry
 
+from quad_core.estimator import MISFIT_SHARE, RATE_MISFIT, VELOCITY_MISFIT
 from quad_flight_log.bag.reader import open_flight
 
 ONLY = re.compile(os.environ.get("QUAD_ACCEPT_ONLY", ""))
@@ -64,7 +67,7 @@ class Flown(NamedTuple):
     rmse: float
     words: str
     named: float
-    """s from the motion that shows a mistake to the event that names it, NaN without either."""
+    """s from the moment a mistake shows to the event that names it, NaN without either."""
 
 
 def flown(case, folder, *extra, faults):
@@ -84,29 +87,49 @@ def flown(case, folder, *extra, faults):
     try:
         done = finish(flight)
     finally:
-        estimator.terminate()
+        estimator.kill()
         estimator.wait()
-    said = "".join(lines) + done.stdout + done.stderr
-    rmse = re.search(r"^position_rmse +(\S+)", said, re.MULTILINE)
-    return Flown(done.returncode, float(rmse[1]) if rmse else np.nan, said, named_after(bag))
+    said = "".join(lines) + done.stdout + done.stderr + "".join(f"{text}\n" for text in events_of(bag))
+    rmse = re.search(r"^position_rmse +([\d.e-]+)", said, re.MULTILINE)
+    return Flown(done.returncode, float(rmse[1]) if rmse else np.nan, said, named_after(bag, faults.get("wrong", "")))
 
 
-def named_after(bag):
-    """Return how long after it moved at 0.3 m/s, or turned at 0.6 rad/s, the first event named the estimate, in s."""
+def events_of(bag):
+    """Return the texts of a flight's events, which the report shows; none without a bag."""
+    if not any(bag.glob("*.mcap")):
+        return []
+    return [str(row["text"]) for row in open_flight(bag).array("flight/events")]
+
+
+def named_after(bag, wrong):
+    """Return how long after the mistake is larger than what the relay tolerates the first event names it, in s."""
     if not any(bag.glob("*.mcap")):
         return np.nan
     flight = open_flight(bag)
-    truth, events = flight.array("truth"), flight.array("flight/events")
-    moves = (np.linalg.norm(truth["v_w"], axis=1) > 0.3) | (np.linalg.norm(truth["omega_b"], axis=1) > 0.6)
-    of_it = [row["stamp_ns"] for row in events if row["kind"] in ("wrong_twist", "estimator_reset")]
-    if not of_it or not moves.any():
-        return np.nan
-    return 1e-9 * float(of_it[0] - truth["stamp_ns"][np.argmax(moves)])
+    named = [row["stamp_ns"] for row in flight.array("flight/events") if row["kind"] == "wrong_twist"]
+    shows = (row["stamp_ns"] for row in flight.array("truth") if misfit(row, wrong))
+    first = next(shows, None)
+    return 1e-9 * float(named[0] - first) if named and first is not None else np.nan
+
+
+def misfit(row, wrong):
+    """Return whether a mistake in the twist of a true state is larger than what the relay tolerates."""
+    v, w = turned(row["v_w"], row["q_wb"], inverse=True), row["omega_b"]
+    message = Odometry()
+    twist, q = message.twist.twist, message.pose.pose.orientation
+    q.x, q.y, q.z, q.w = (float(part) for part in row["q_wb"])
+    set_parts(twist.linear, v)
+    set_parts(twist.angular, w)
+    spoil(message, wrong)
+    off = np.array([twist.linear.x, twist.linear.y, twist.linear.z]) - v
+    turns = np.array([twist.angular.x, twist.angular.y, twist.angular.z]) - w
+    norm = np.linalg.norm
+    return norm(off) > VELOCITY_MISFIT + MISFIT_SHARE * norm(v) or norm(turns) > RATE_MISFIT + MISFIT_SHARE * norm(w)
 
 
 def last_words(words):
     """Return the line that says how a flight ended."""
-    lines = [line for line in words.splitlines() if re.match(r"(hover|case2): (?!next|bag|starting)", line)]
+    lines = [line for line in re.split(r"[\r\n]+", words) if re.match(r"(hover|case2): (good|failed|[a-z_]+ )", line)]
     return lines[-1] if lines else words.strip()[-120:]
 
 
