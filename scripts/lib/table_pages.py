@@ -1,7 +1,6 @@
 """Reference pages that are tables of the code: command line, metrics, modes, laws, services and events."""
 
 import argparse
-import ast
 import contextlib
 import importlib
 import io
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import mode_pages
+import yaml
 
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.modes import words
@@ -106,9 +106,10 @@ All are `std_srvs/Trigger`; the answer says done, or why not. Names are relative
 """
 EVENTS_HEAD = """## Events
 
-Topic `flight/events` (`FlightEvent`): severity, kind and one line of text. In the text, a part in braces is filled in.
-Events of a scenario and changes of mode have the kind of that event or mode.
+Topic `flight/events` (`FlightEvent`): severity, kind and one line of text. Events of a scenario and changes of mode
+have the kind of that event or mode.
 """
+EVENTS: dict[str, str] = yaml.safe_load(Path(__file__).with_name("event_meanings.yaml").read_text(encoding="utf-8"))
 
 
 def rows(head: list[str], lines: Iterable[list[str]]) -> str:
@@ -192,44 +193,23 @@ def services_page() -> str:
     calls = [[f"`{one.name.lower()}`", "commander", asks.format(one.name)] for one in SERVICES]
     calls.append(["`CONTROLLER/take_over`", "a controller with a standby", "that controller flies from now on"])
     services = rows(["service", "node", "what it does"], calls)
-    events = rows(["kind", "severity", "package", "text"], event_rows())
+    events = rows(["kind", "severity", "package", "what it means"], event_rows())
     return "\n".join([SERVICES_HEAD, services, EVENTS_HEAD, events])
 
 
 def event_rows() -> list[list[str]]:
-    """Return one row per call of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources."""
-    found = set()
+    """Return one row per kind: those of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources, and the named."""
+    found: dict[str, tuple[set[str], set[str]]] = {kind: (set(), set()) for kind in EVENTS}
     for path in sorted(ROOT.glob("src/*/quad_*/**/*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for call in ast.walk(tree):
-            if (
-                isinstance(call, ast.Call)
-                and isinstance(call.func, ast.Attribute)
-                and call.func.attr == "event"
-                and len(call.args) >= 3
-                and isinstance(call.args[0], ast.Attribute)
-                and isinstance(call.args[1], ast.Constant)
-            ):
-                text = call.args[2]
-                shown = template(text) if isinstance(text, ast.JoinedStr | ast.Constant) else ""
-                found.add(
-                    (str(call.args[1].value), call.args[0].attr.lower(), path.relative_to(ROOT / "src").parts[0], shown)
-                )
-    return [[f"`{kind}`", *rest] for kind, *rest in sorted(found)]
-
-
-def template(text: ast.JoinedStr | ast.Constant) -> str:
-    """Return an f-string with the names of what it fills in."""
-    if isinstance(text, ast.Constant):
-        return str(text.value)
-    parts = [
-        str(part.value)
-        if isinstance(part, ast.Constant)
-        else "{" + re.split(r"\W+", ast.unparse(part.value).removeprefix("self."))[-1] + "}"
-        for part in text.values
-        if isinstance(part, ast.Constant | ast.FormattedValue)
+        source = path.read_text(encoding="utf-8")
+        for severity, kind in re.findall(r"event\(\s*FlightEvent\.(\w+), \"(\w+)\"", source):
+            severities, packages = found.setdefault(kind, (set(), set()))
+            severities.add(severity.lower())
+            packages.add(path.relative_to(ROOT / "src").parts[0])
+    return [
+        [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS.get(kind, "")]
+        for kind, (severities, packages) in sorted(found.items())
     ]
-    return "".join(parts)
 
 
 class _CapturedError(Exception):

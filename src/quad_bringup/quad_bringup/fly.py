@@ -134,21 +134,23 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     cases = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
     parser.add_argument("case", nargs="?", metavar="CASE", help=f"{', '.join(cases)}; without it: case1, then case2")
-    parser.add_argument("--plant", metavar="NAME", help=_names(plugins.PLANT))
-    parser.add_argument("--start", metavar="MODE", help="approach: smoothly onto the curve; printed: the paper's step")
-    parser.add_argument("--position", metavar="LAW", help=_names(plugins.POSITION_LAW))
-    parser.add_argument("--attitude", metavar="LAW", help=_names(plugins.ATTITUDE_LAW))
+    parser.add_argument("--plant", metavar="NAME", help=_names(plugins.PLANT, "rigid_body"))
+    parser.add_argument(
+        "--start", metavar="MODE", help="approach: smoothly onto the curve (default); printed: the paper's step"
+    )
+    parser.add_argument("--position", metavar="LAW", help=_names(plugins.POSITION_LAW, "aibs"))
+    parser.add_argument("--attitude", metavar="LAW", help=_names(plugins.ATTITUDE_LAW, "abfnitsm"))
     parser.add_argument(
         "--preset",
         default="tuned",
         metavar="NAME|FILE",
-        help=f"controllers: {', '.join(configuration.names(configuration.CONTROLLERS))}, or a parameter file",
+        help=f"gains: {', '.join(configuration.names(configuration.CONTROLLERS))}, or a file of them (default: tuned)",
     )
     parser.add_argument(
         "--vehicle",
         default="paper",
         metavar="NAME|FILE",
-        help=f"{', '.join(configuration.names(configuration.VEHICLES))}, or a parameter file",
+        help=f"{', '.join(configuration.names(configuration.VEHICLES))}, or a parameter file (default: paper)",
     )
     parser.add_argument(
         "--scenario",
@@ -182,8 +184,14 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NODE=COMMAND",
         help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
     )
-    parser.add_argument("--vehicle-owner", metavar="NAME=FILE", help="px4, joined, mavlink or crazyflie: its bridge")
-    parser.add_argument("--relay", action="store_true", help="controllers see odom through odometry_relay")
+    parser.add_argument(
+        "--vehicle-owner",
+        metavar="NAME=FILE",
+        help="px4, joined, mavlink or crazyflie: its bridge flies, with this parameter file",
+    )
+    parser.add_argument(
+        "--relay", action="store_true", help="odometry_relay makes the state from odom, or from an estimator's topic"
+    )
     _add_surroundings(parser)
     return parser
 
@@ -192,7 +200,12 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     """Add where a flight is recorded, its limits and its visibility."""
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
-        "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
+        "--set",
+        action="append",
+        default=[],
+        dest="settings",
+        metavar="NODE.PARAM=VALUE",
+        help="a parameter of this flight; may be repeated",
     )
     parser.add_argument(
         "--limits",
@@ -204,13 +217,13 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--visible",
         action="store_true",
-        help="fly on this machine alone, whatever transports and ranges this shell has chosen",
+        help="let every ROS 2 shell on this machine see the nodes, whatever this shell has chosen",
     )
     parser.add_argument("--domain", type=int, metavar="N", help="ROS domain (default: one that no other flight uses)")
 
 
-def _names(group: str) -> str:
-    return f"plug-in of {group}: {', '.join(plugins.names(group))}"
+def _names(group: str, default: str) -> str:
+    return f"plug-in of {group}: {', '.join(plugins.names(group))} (default: {default})"
 
 
 def _directories(options: argparse.Namespace, cases: list[str], made: list[Path]) -> list[Path]:

@@ -9,7 +9,7 @@ from quad_flight_log.analysis.frames import measured
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import truth_note
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.report.text import table
 from quad_flight_log.report.verdict import judgement
 
@@ -38,13 +38,20 @@ def report(directory: Path, limits: Mapping[str, float], namespace: str = "") ->
     try:
         flight = open_flight(directory, namespace=namespace)
         state, flight_time, wall_time = _last_state(flight)
-        metrics = measured(flight)
+        metrics = _measured(flight)
         problems = judgement(flight, metrics, limits).problems
         note = truth_note(flight)
     except FlightLogError as error:
         return Report("unknown", 0.0, 0.0, FlightMetrics(), limits, [f"no readable bag: {error}"])
     factor = flight_time / wall_time if wall_time > 0.0 else 0.0
     return Report(state, flight_time, factor, metrics, limits, list(problems), note, ends_early(flight))
+
+
+def _measured(flight: Flight) -> FlightMetrics:
+    try:
+        return measured(flight)
+    except TopicError:  # it never began: its record tells why, and there is nothing to measure
+        return FlightMetrics()
 
 
 def text(name: str, found: Report, about: str) -> str:

@@ -140,12 +140,12 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
             return BAD_SETUP
     with busy(f"{flight.name}: reading the bag"):
         found = results.report(flight.directory, flight.limits, flight.namespace)
-    if found.flight_time or not outcome.cause:
+    if found.flight_time:
         say(results.text(flight.name, found, f"seed {flight.nodes['simulator'].flight.seed}"))
     problems = ([outcome.cause] if outcome.cause else []) + found.problems
     if found.problems and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
-    if outcome.cause and (outcome.cause.startswith("interrupted") or not found.flight_time):
+    if outcome.cause.startswith("interrupted") or not found.flight_time:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
