@@ -24,7 +24,7 @@ from quad_guard.checks import (
     command_refusal,
 )
 from quad_guard.ending import described
-from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, STATE_LOST, WRENCH_LOST, Report
+from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST, Report
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, GuardStatus, NodeStatus, RecorderAck
 from quad_node.codec import MALFORMED, Stamped, unpack_wrench
 from quad_node.command_link import CommandLink, SetpointWatch
@@ -61,7 +61,7 @@ class VehicleGuard:
         self.parameters = parameters
         self.memory = guard.init(parameters, node.vehicle)
         self.report: Report | None = None
-        self.last_refusal = ""
+        self.last_refusal = self.asked_because = ""
         self._node = node
         self._period = node.flight.plant_period
         self._dt = seconds(1, self._period)
@@ -135,6 +135,8 @@ class VehicleGuard:
 
     def _tell_mode(self, step: int, report: Report) -> None:
         stamp, reason = step * self._period, REASONS[report.reason]
+        if report.reason == REQUESTED and self.asked_because:
+            reason = self.asked_because
         if report.mode == KILL:
             self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; motors off", stamp)
         elif report.mode == PASS:
@@ -289,7 +291,7 @@ class VehicleNode(FlightNode):
         if self.phase != FlightState.FLYING or not (self.guard.parameters.enabled and self.armed):
             self.end(FlightState.FAILED, self.cause)
         elif not self.gives_up:
-            self.gives_up = True
+            self.gives_up, self.guard.asked_because = True, cause
             self.event(FlightEvent.ERROR, "given_up", f"{cause}; the guard lands the vehicle", self.elapsed_ns)
             self.on_given_up()
 

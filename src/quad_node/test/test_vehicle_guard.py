@@ -122,6 +122,16 @@ def test_a_kill_is_an_error_and_a_release_is_said():
     assert kinds(node)[-1] == "guard_killed"
 
 
+def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
+    node = Node()
+    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    step(ours, 0)
+    ours.asked_because = "attitude_controller does not answer"
+    step(ours, 1, request=guard.ASK_DESCEND)
+    ((_, text),) = node.events
+    assert text.startswith("step 1: attitude_controller does not answer (wrench ")
+
+
 def test_a_guard_that_is_off_looks_at_nothing():
     node = Node()
     ours = VehicleGuard(node, GuardParameters(enabled=False), lambda: 0)
