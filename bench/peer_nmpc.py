@@ -204,22 +204,22 @@ class Controller:
         self.problem, self.ahead, self.observed = problem, Ahead(flight), observed
         problem.solution = None
         self.estimate, self.drag = Vec3(), 0.0
-        self.before: tuple[Vec3, Vec3, float] | None = None
+        self.before: tuple[Vec3, Vec3] | None = None
         self.setpoint, self.age = None, 0.0
 
     def position(self, _: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
         """Stand in for the position law: the setpoint carries thrust, body rates and their derivatives."""
         state = inputs.state
         if self.observed and self.before is not None:
-            velocity, axis, thrust = self.before
-            step = ObservedStep(velocity, state.v_w, axis, body_z(state.q_wb), thrust, inputs.actuation.thrust)
+            velocity, axis = self.before
+            step = ObservedStep(velocity, state.v_w, axis, body_z(state.q_wb), inputs.actuation.thrust)
             drag = -vehicle.drag_coefficient / vehicle.mass
             self.estimate = estimate(Observer(), vehicle, self.estimate, step, drag, dt)
         goal = self.ahead.goal(inputs.reference.trajectory_time)
         q = np.array(state.q_wb)
         start = np.concatenate([state.p_w, state.v_w, q if q @ goal[6:10, 0] >= 0.0 else -q, state.omega_b])
         u, rates = self.problem.solve(start, self.estimate, goal)
-        self.before = (state.v_w, body_z(state.q_wb), float(u[0]))
+        self.before = (state.v_w, body_z(state.q_wb))
         omega = Vec3(*map(float, rates))
         momentum = Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
         gyroscopic = cross(omega, momentum)
