@@ -67,7 +67,7 @@ def open_cache(folder):
         [sys.executable, "-c", "from quad_flight.engine import cache_root; cache_root()"],
         QUAD_CACHE_DIR=str(folder / "cache"),
     )
-    return code == 1 and "NotOursError" in said and "0777" in said, said.strip().splitlines()[-1]
+    return code == 1 and "PermissionError" in said and "0777" in said, said.strip().splitlines()[-1]
 
 
 @finding("XDG_CACHE_HOME=''", "compiled code in the working directory")

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from quad_bringup.domains import occupied
-from quad_core.ownership import private_folder
 from quad_core.parameters import ParameterError
 from quad_node.middleware import RANGE, TRANSPORTS, choices
 
@@ -59,8 +58,8 @@ def find_room_for_logs() -> str:
         if chosen:
             found = f"ROS_LOG_DIR: found {chosen!r}, {error.strerror}"
             raise ParameterError(f"{found}, expected a folder that can be written") from error
-        other = private_folder(Path(tempfile.gettempdir(), f"quad-{os.geteuid()}", "ros-log"))
-        os.environ["ROS_LOG_DIR"] = str(other)
+        other = tempfile.mkdtemp(prefix="quad-ros-log-")
+        os.environ["ROS_LOG_DIR"] = other
         return f"{folder}: {error.strerror}; ROS's logs go to {other}"
 
 

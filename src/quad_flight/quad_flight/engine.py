@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from quad_core import compilation
 from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
-from quad_core.ownership import private_folder
 from quad_dynamics.plant_side import side_functions
 from quad_flight import loop, rows, stages
 
@@ -77,12 +76,18 @@ def explain(modules: Modules, error: Exception) -> EngineError:
 def cache_root() -> Path:
     """Return the folder that holds compiled code: QUAD_CACHE_DIR, else quad_campaign in the user's cache.
 
-    It is made if it lacks. What lies there is run: a folder that others may change raises NotOursError, one that cannot
-    be made another OSError. XDG_CACHE_HOME counts only where it is absolute, as its specification says.
+    It is made if it lacks. What lies there is run: a folder that others may change raises PermissionError, one that
+    cannot be made another OSError. XDG_CACHE_HOME counts only where it is absolute, as its specification says.
     """
     user = Path(os.environ.get("XDG_CACHE_HOME", ""))
     user = user if user.is_absolute() else Path.home() / ".cache"
-    return private_folder(Path(os.environ.get("QUAD_CACHE_DIR") or user / "quad_campaign"))
+    folder = Path(os.environ.get("QUAD_CACHE_DIR") or user / "quad_campaign").absolute()
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    status = folder.stat()
+    if status.st_uid not in (os.geteuid(), 0) or status.st_mode & 0o022:
+        found = f"mode {status.st_mode & 0o7777:04o}, user {status.st_uid}"
+        raise PermissionError(f"{folder}: found {found}, expected a folder that only user {os.geteuid()} writes")
+    return folder
 
 
 def source_hash(modules: Modules) -> str:

@@ -8,7 +8,6 @@ import pytest
 import stand_in
 from stand_in import Internals, small_flight, with_stages
 
-from quad_core.ownership import NotOursError
 from quad_flight import engine
 from quad_flight.flight import fly
 
@@ -76,7 +75,7 @@ def test_a_chosen_cache_that_all_may_write_is_refused(tmp_path, monkeypatch):
     (tmp_path / "shared").mkdir()
     (tmp_path / "shared").chmod(0o777)
     monkeypatch.setenv("QUAD_CACHE_DIR", str(tmp_path / "shared"))
-    with pytest.raises(NotOursError, match="shared: found mode 0777"):
+    with pytest.raises(PermissionError, match="shared: found mode 0777"):
         engine.cache_root()
 
 
