@@ -1,11 +1,11 @@
 """The protocol of the MAVLink bridge against the fake autopilot, over UDP, without ROS and in simulated time."""
 
-import socket
 import sys
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from sockets import free_port
 from vehicle_packages import vehicle_packages
 
 HERE = Path(__file__).parent / "mavlink"
@@ -24,13 +24,6 @@ from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode  # noqa
 
 MASS, WEIGHT = 2.064, 2.064 * 9.81
 BEAT = 5  # steps of the fake's 4 ms
-
-
-def free_port():
-    """Return a port of the loopback that nobody has."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def hover(state, height):

@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 from ament_index_python.packages import get_package_prefix
 from flying import LONGEST, ROOT, executable, wait_until
+from sockets import free_port
+from vehicle_packages import vehicle_packages
 
 from quad_bringup.domains import reserved_domain
 
@@ -88,6 +90,8 @@ class Flight:
     airframe: str = AIRFRAME
     owner: Path = BRIDGE
     owner_words: Sequence[str] = ()
+    grid: Sequence[str] = ()
+    """What every node of the flight must be told of the period of states, beyond PERIODS."""
     fake_priority = 45
     """Real-time priority of the fake: an autopilot has a processor of its own, and nodes have 40."""
 
@@ -97,7 +101,7 @@ class Flight:
         folder.mkdir()
         self._domain = reserved_domain(None)
         self.environment = {**given, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
-        (folder / "airframe.yaml").write_text(self.airframe, "utf-8")
+        (folder / "airframe.yaml").write_text(self.airframe or "{}", "utf-8")
         self.fake = self.start("fake", [sys.executable, *self.fake_words(options)])
         log = folder / "fake.log"
         wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
@@ -118,7 +122,7 @@ class Flight:
     def replaced(self, role: str, command: list, *arguments: str) -> subprocess.Popen[bytes]:
         """Start ``command`` in the place of a node, with the node's files."""
         files = [word for path in (VEHICLE, GAINS) for word in ("--params-file", path)]
-        return self.start(role, [*command, "--ros-args", *files, *PERIODS, *arguments])
+        return self.start(role, [*command, "--ros-args", *files, *PERIODS, *self.grid, *arguments])
 
     def start(self, name: str, command: list) -> subprocess.Popen[bytes]:
         """Start a process whose output goes to ``name``.log."""
@@ -159,3 +163,60 @@ class Flight:
         self.fake.wait(LONGEST)
         report = json.loads((self.folder / "report.json").read_text("utf-8"))
         return Ended(code, (self.folder / "bridge.log").read_text("utf-8"), report)
+
+
+class OverUdp(Flight):
+    """A fake vehicle over UDP and its bridge, in a domain of their own; the libraries come from the wheels' lock."""
+
+    script: Path
+    address: str
+    words: Sequence[str]
+
+    def __init__(self, folder: Path, options: dict, *bridge: str) -> None:
+        """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
+        paths = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH", ""), str(vehicle_packages())]))
+        super().__init__(folder, {**os.environ, "PYTHONPATH": paths}, options, *bridge)
+
+    def fake_words(self, options: dict) -> list:
+        """Return the fake vehicle's script and arguments."""
+        port = free_port()
+        self.owner_words = ["-p", "max_rotor_thrust:=8.549", "-p", self.address.format(port), *self.words]
+        return [self.script, port, self.folder / "report.json", json.dumps(options)]
+
+
+class MavlinkFlight(OverUdp):
+    """A fake PX4 or ArduPilot over MAVLink."""
+
+    airframe = ""
+    fake_priority = 0
+    script = HERE.parent / "mavlink/fake_autopilot.py"
+    owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "mavlink_bridge")
+    address = "listen:=127.0.0.1:{}"
+    words = ()
+
+
+class CrazyflieFlight(OverUdp):
+    """A fake Crazyflie, whose states come every 10 ms."""
+
+    airframe = ""
+    fake_priority = 0
+    script = HERE.parent / "crazyflie/fake_crazyflie.py"
+    owner = Path(get_package_prefix("quad_crazyflie"), "lib", "quad_crazyflie", "crazyflie_bridge")
+    address = "uri:=udp://127.0.0.1:{}"
+    words = ("-p", "flight.plant_period:=5000000")
+    grid = words
+
+
+class JoinedFlight(Flight):
+    """The fake that speaks TCP and DDS, and the owner of plant and bridge."""
+
+    airframe = "/**:\n  ros__parameters:\n    arming: {beats: 25}\n"
+    owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "joined_plant")
+    fake_priority = 0  # its time is the plant's, which waits
+
+    def fake_words(self, options: dict) -> list:
+        """Return the fake autopilot's script and arguments."""
+        port = free_port()
+        ground = ["-p", "rigid_body.ground.enabled:=true", "-p", "rigid_body.initial.p.z:=0.1"]
+        self.owner_words = [*ground, "-p", "truth_period_steps:=1", "-p", f"listen:=127.0.0.1:{port}"]
+        return [HERE / "fake_joined_px4.py", str(port), self.folder / "report.json", json.dumps(options)]

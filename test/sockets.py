@@ -1,9 +1,16 @@
-"""Where the UDP sockets of a process listen."""
+"""Where the UDP sockets of a process listen, and a port that is free."""
 
 import socket
 from pathlib import Path
 
 LOOPBACK, GROUP = "127.0.0.1", "239.255.0.1"  # the group of DDS's discovery
+
+
+def free_port():
+    """Return a UDP port of the loopback interface that no process has."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind((LOOPBACK, 0))
+        return probe.getsockname()[1]
 
 
 def udp_addresses(pid):

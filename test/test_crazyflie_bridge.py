@@ -1,47 +1,18 @@
 """The bridge to a Crazyflie over the real cflib and UDP: a hover, a refusal, a tumble, and what lacks."""
 
-import json
-import os
 import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
-from flying import LONGEST, wait_until
-from mavlink_flights import free_port
-from px4_flights import PERIODS, VEHICLE, Flight
-from vehicle_packages import vehicle_packages
-
-from quad_bringup.domains import reserved_domain
+from px4_flights import PERIODS, CrazyflieFlight
 
 # an autopilot has a processor of its own
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
-HERE = Path(__file__).parent / "crazyflie"
-BRIDGE = Path(get_package_prefix("quad_crazyflie"), "lib", "quad_crazyflie", "crazyflie_bridge")
+BRIDGE = CrazyflieFlight.owner
 ALONE = ["-p", "flight.roles:=simulator", "-p", "arming.step_timeout:=3.0"]
-GRID = ["-p", "flight.plant_period:=5000000"]
 THRUST = ["-p", "max_rotor_thrust:=8.549"]
 NODES = {"trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=1.0"], "position_controller": []}
-
-
-class CrazyflieFlight(Flight):
-    """A fake Crazyflie and its bridge in a domain of their own."""
-
-    def __init__(self, folder, options, *bridge):
-        self.folder, self.processes = folder, []
-        folder.mkdir()
-        self._domain = reserved_domain(None)
-        paths = os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(vehicle_packages())])
-        self.environment = {**os.environ, "PYTHONPATH": paths, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
-        port, report = free_port(), folder / "report.json"
-        self.fake = self.start("fake", [sys.executable, HERE / "fake_crazyflie.py", port, report, json.dumps(options)])
-        log = folder / "fake.log"
-        wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "a Crazyflie")
-        words = ["--params-file", VEHICLE, *THRUST, "-p", f"uri:=udp://127.0.0.1:{port}"]
-        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *GRID, *bridge])
 
 
 def cause(ended):
@@ -52,7 +23,7 @@ def test_the_position_law_hovers_by_angles_and_the_crazyflie_lands(tmp_path):
     roles = ["-p", "flight.roles:=" + ",".join(["simulator", *NODES])]
     with CrazyflieFlight(tmp_path / "hover", {}, *roles) as flight:
         for role, words in NODES.items():
-            flight.node(role, *roles, *GRID, "-p", "period_steps:=2", *words)
+            flight.node(role, *roles, "-p", "period_steps:=2", *words)
         ended = flight.end()
     assert ended.code == 0, ended.output
     assert ended.report["refusals"] == []

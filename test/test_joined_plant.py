@@ -1,41 +1,21 @@
 """Our plant under a fake PX4 that our laws fly by torque: whoever is late, nobody flies on without him."""
 
-import json
 import signal
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
-from mavlink_flights import free_port
-from px4_flights import HERE, Flight, environment
+from px4_flights import HERE, JoinedFlight, environment
 from vehicle_packages import vehicle_packages
 
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
-GROUND = ["-p", "rigid_body.ground.enabled:=true", "-p", "rigid_body.initial.p.z:=0.1", "-p", "truth_period_steps:=1"]
 PATIENT = ["-p", "input_timeout:=60.0"]
 CONTROLLERS = {"position_controller": PATIENT, "attitude_controller": PATIENT}
 HOVER = {"trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=2.0"], **CONTROLLERS}
-
-
-class JoinedFlight(Flight):
-    """The fake that speaks TCP and DDS, and the owner of plant and bridge."""
-
-    airframe = "/**:\n  ros__parameters:\n    arming: {beats: 25}\n"
-    owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "joined_plant")
-    fake_priority = 0  # its time is the plant's, which waits
-
-    def fake_words(self, options):
-        """Return the fake autopilot's script and arguments."""
-        self.port = free_port()
-        self.owner_words = [*GROUND, "-p", f"listen:=127.0.0.1:{self.port}"]
-        report = self.folder / "report.json"
-        return [HERE / "fake_joined_px4.py", str(self.port), report, json.dumps(options)]
 
 
 @pytest.fixture(scope="module")

@@ -1,47 +1,22 @@
 """The bridge over MAVLink as a node: hover with the position law, refusals with their reason, what lacks."""
 
-import json
 import os
 import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
-from flying import LONGEST, wait_until
-from mavlink_flights import HERE, free_port
-from px4_flights import PERIODS, VEHICLE, Flight
+from px4_flights import PERIODS, MavlinkFlight
 from vehicle_packages import vehicle_packages
 
-from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
 
 # an autopilot has a processor of its own
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
-BRIDGE = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "mavlink_bridge")
+BRIDGE = MavlinkFlight.owner
 ALONE = ["-p", "flight.roles:=simulator"]
 THRUST = ["-p", "max_rotor_thrust:=8.549"]
 NODES = {"trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=1.0"], "position_controller": []}
-
-
-class MavlinkFlight(Flight):
-    """A fake autopilot and a bridge over MAVLink in a domain of their own."""
-
-    def __init__(self, folder, options, *bridge):
-        self.folder, self.processes = folder, []
-        folder.mkdir()
-        self._domain = reserved_domain(None)
-        known = os.environ.get("PYTHONPATH", "")
-        paths = os.pathsep.join([known, str(vehicle_packages())]) if known else str(vehicle_packages())
-        self.environment = {**os.environ, "PYTHONPATH": paths, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
-        port, report = free_port(), folder / "report.json"
-        self.fake = self.start("fake", [sys.executable, HERE / "fake_autopilot.py", port, report, json.dumps(options)])
-        log = folder / "fake.log"
-        wait_until(lambda: "up" in log.read_text("utf-8").split(), LONGEST, "an autopilot")
-        words = ["--params-file", VEHICLE, *THRUST, "-p", f"listen:=127.0.0.1:{port}"]
-        self.bridge = self.start("bridge", [BRIDGE, "--ros-args", *words, *PERIODS, *bridge])
 
 
 def test_the_position_law_hovers_and_the_autopilot_lands(tmp_path):

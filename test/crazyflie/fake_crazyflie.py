@@ -17,7 +17,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body
 from over_udp import serve
 
-OPTIONS = {"cannot_arm": False, "tumbles_after": 0.0, "silent_after": 0.0, "millivolts": 3900}
+OPTIONS = {
+    "cannot_arm": False, "tumbles_after": 0.0, "silent_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
+    "reset_after": 0.0, "reset_by": 0.0,
+}  # fmt: skip
 PARAM, RPYT, MEM, LOG, GENERIC, HIGH_LEVEL, SUPERVISOR, PLATFORM, LINK = 2, 3, 4, 5, 7, 8, 9, 13, 15
 MANUAL, LAND, HL_STOP = 11, 8, 3
 LEVEL_AFTER, OFF_AFTER = 0.5, 2.0
@@ -58,7 +61,7 @@ class FakeCrazyflie:
         self.armed = self.unlocked = self.locked = self.tumbled = False
         self.angles, self.thrust, self.yaw, self.last = (0.0, 0.0), 0.0, 0.0, -9.0
         self.released, self.landing = True, None
-        self.flown_for = 0.0
+        self.flown_for, self.millivolts, self.shift, self.taken = 0.0, 3900, np.zeros(3), False
         self.report = {"events": [], "refusals": [], "manual": [], "poses": []}
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", port))
@@ -138,6 +141,7 @@ class FakeCrazyflie:
     def on_generic(self, channel, data):
         if channel == 1 and data[0] == 0:
             self.released = True
+        if channel == 1 or self.taken:
             return
         if channel != 0 or data[0] != MANUAL or len(data) != 16:
             self.refuse(f"type {data[0]}")
@@ -198,6 +202,12 @@ class FakeCrazyflie:
         if 0.0 < self.options["tumbles_after"] < self.flown_for and not self.tumbled:
             self.tumbled = True
             self.note("tumbled")
+        if self.is_due("battery_after"):
+            self.millivolts = 3000
+        if self.is_due("reset_after"):
+            self.shift = np.array([self.options["reset_by"], 0.0, 0.0])
+        if self.is_due("pilot_after"):
+            self.landing, self.taken = (self.now, 5.0), True  # another commander takes the vehicle, and lands it
         self.body.step(self.motors())
         self.now += 0.004
         silent = 0.0 < self.options["silent_after"] < self.flown_for
@@ -205,18 +215,26 @@ class FakeCrazyflie:
             self.next_block += self.period
             self.publish()
 
+    def is_due(self, option):
+        """Return whether what an option names happens now, once."""
+        due = 0.0 < self.options[option] < self.flown_for
+        if due:
+            self.options[option] = 0.0
+            self.note(option.removesuffix("_after"))
+        return due
+
     def publish(self):
         body = self.body
         q = body.quaternion()  # wxyz, FRD in NED
         s = math.sqrt(0.5)
         enu = np.array([-s * (q[1] + q[2]), s * (q[2] - q[1]), s * (q[3] - q[0]), -s * (q[0] + q[3])])
-        p, v, w = WORLD @ body.p, WORLD @ body.v, FLU @ body.w
+        p, v, w = WORLD @ (body.p + self.shift), WORLD @ body.v, FLU @ body.w
         numbers = [*(1e3 * p), *(1e3 * v), 1e3 * w[0], -1e3 * w[1], 1e3 * w[2]]
         values = [int(np.clip(round(x), -32768, 32767)) for x in numbers]
-        values += [packed(enu), self.options["millivolts"], self.info()]
+        values += [packed(enu), self.millivolts, self.info()]
         data = b"".join(struct.pack("<" + VARIABLES[place][1], values[place]) for place in self.block)
         stamp = round(1e3 * self.now)
-        self.report["poses"].append([stamp, *p.tolist()])
+        self.report["poses"].append([stamp, *(WORLD @ body.p).tolist()])
         self.send(LOG, 2, struct.pack("<BI", self.identity, stamp)[:4] + data)
 
     def turn(self):

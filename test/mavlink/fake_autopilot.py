@@ -35,6 +35,7 @@ class FakeAutopilot:
         self.target, self.thrust = np.eye(3), 0.0
         self.rates = None
         self.armed_at = self.landed_for = self.flown_for = self.spooled = 0.0
+        self.charge = 80  # percent
         self.acks, self.intervals, self.due, self.samples = [], {}, {}, 0
         self.resets, self.shift, self.other_clock = 0, np.zeros(3), False
         self.report = {"events": [], "refusals": [], "targets": [], "poses": [], "heartbeats": [], "idle_broken": 0}
@@ -184,6 +185,9 @@ class FakeAutopilot:
         if flying and 0.0 < options["pilot_after"] < self.flown_for:
             self.mode, options["pilot_after"] = "pilot", 0.0
             self.note("pilot")
+        if flying and 0.0 < options["battery_after"] < self.flown_for:
+            self.charge, options["battery_after"] = 5, 0.0
+            self.note("battery low")
         if flying and 0.0 < options["reset_after"] < self.flown_for:
             self.resets, options["reset_after"] = self.resets + 1, 0.0
             self.shift = np.array([options["reset_by"], 0.0, 0.0])
@@ -214,7 +218,9 @@ class FakeAutopilot:
             self.send(mavlink.MAVLink_command_ack_message(ack[1], ack[2], 0, 0, ack[3], 191))
         if self.is_due(1):
             health = 0 if self.options["bad_preflight"] else 0x10000000
-            self.send(mavlink.MAVLink_sys_status_message(0, 0x10000000, health, 0, 11800, 0, 80, 0, 0, 0, 0, 0, 0))
+            self.send(
+                mavlink.MAVLink_sys_status_message(0, 0x10000000, health, 0, 11800, 0, self.charge, 0, 0, 0, 0, 0, 0)
+            )
         silent = 0.0 < self.options["silent_after"] < self.flown_for
         for identity, sender in ((331, self.send_odometry), (32, self.send_position), (31, self.send_attitude)):
             due = (identity == 331) == self.is_px4 and self.is_due(identity) and not silent

@@ -15,6 +15,7 @@ OPTIONS = {
     "reset_by": 0.1,  # m
     "pilot_after": 0.0,
     "silent_after": 0.0,
+    "battery_after": 0.0,
     "guid_options": 8,
     "angle_boost": 1,
     "stranger": False,  # another system speaks, too
