@@ -188,7 +188,6 @@ class MavlinkFlight(OverUdp):
     """A fake PX4 or ArduPilot over MAVLink."""
 
     airframe = ""
-    fake_priority = 0
     script = HERE.parent / "mavlink/fake_autopilot.py"
     owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "mavlink_bridge")
     address = "listen:=127.0.0.1:{}"
@@ -199,7 +198,6 @@ class CrazyflieFlight(OverUdp):
     """A fake Crazyflie, whose states come every 10 ms."""
 
     airframe = ""
-    fake_priority = 0
     script = HERE.parent / "crazyflie/fake_crazyflie.py"
     owner = Path(get_package_prefix("quad_crazyflie"), "lib", "quad_crazyflie", "crazyflie_bridge")
     address = "uri:=udp://127.0.0.1:{}"

@@ -170,10 +170,17 @@ def test_a_command_without_a_flight_says_so():
     )
 
 
-@pytest.mark.parametrize("name", ["SIGINT", pytest.param("SIGTERM", marks=pytest.mark.long)])
-def test_an_interrupted_mission_lands_first(tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "plant"),
+    [
+        ("SIGINT", "rigid_body"),
+        pytest.param("SIGTERM", "rigid_body", marks=pytest.mark.long),
+        pytest.param("SIGINT", "mujoco", marks=pytest.mark.long),
+    ],
+)
+def test_an_interrupted_mission_lands_first(tmp_path, name, plant):
     out = tmp_path / "bag"
-    flight = start("--mission", "takeoff:1,hold:600,land", "--out", out)
+    flight = start("--mission", "takeoff:1,hold:600,land", "--plant", plant, "--out", out)
     pids = wait_until_high(flight, out)
     flight.send_signal(getattr(signal, name))
     done = finish(flight)

@@ -139,6 +139,10 @@ class FakeAutopilot:
                 self.say("Offboard: no stream of setpoints", 4)
                 return 1
             self.mode = "ours"
+        elif m.command == ARM and m.param1 == 0.0 and self.body.on_ground:
+            self.armed = False
+            self.note("disarmed")
+            return 0
         elif m.command == ARM:
             if m.param1 != 1.0 or m.param2 == 21196.0 or self.mode != "ours":
                 return 1 if self.is_px4 else 4

@@ -342,7 +342,7 @@ class AutopilotNode(VehicleNode):
         found = (
             phase in _ALOFT and phase != Phase.SPOOL_UP,
             phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
-            phase == Phase.RELEASED or math.isfinite(self.sequence.left_at),
+            math.isfinite(self.sequence.left_at) or (phase == Phase.RELEASED and said.control == Control.OTHER),
             said.landed or phase == Phase.LANDED,  # disarmed by itself after its landing
             said.position_lost,
             self.large_resets,
@@ -411,8 +411,10 @@ class AutopilotNode(VehicleNode):
         if self.link is not None and self.phase == FlightState.FLYING:
             if not self.link.is_over and now - self.sequence.since < _COMMANDER_ENDS:
                 return  # it takes note of what has become of the vehicle
-            unseen = "" if self.link.is_over else f"{self.profile.name} disarmed before the mission had ended"
-            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, self.cause, unseen))))
+            is_seen = self.link.is_over or self.sequence.phase == Phase.RELEASED
+            unseen = "" if is_seen else f"{self.profile.name} disarmed before the mission had ended"
+            cause = "" if self.cause in reason else self.cause
+            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, cause, unseen))))
             failed = bool(reason)
         report = thrust.hover_report(
             self.vehicle, self.interface.max_rotor_thrust, self._hover_thrusts, self._hover_count

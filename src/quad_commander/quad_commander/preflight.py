@@ -46,6 +46,8 @@ class Preflight:
         self._counts: Counter[str] = Counter()
         self._first_step = self._first_states = 0
         self._standing = Standing()
+        roles = [role.strip() for role in flight.roles.split(",")]  # by attitude alone a vehicle needs no torque
+        self._streams = {topic: role for topic, role in _STREAMS.items() if role in roles}
 
     def begin(self, sample: Sample, states: int) -> None:
         """Count from the step of ``sample`` on; ``states`` were seen so far."""
@@ -107,7 +109,7 @@ class Preflight:
         elapsed = seconds(sample.step - self._first_step, plant_period)
         spacing, announced = elapsed / max(states - self._first_states, 1), seconds(1, plant_period)
         periods = {status.role: status.period_steps for status in self._nodes.values()}
-        for topic, role in _STREAMS.items():
+        for topic, role in self._streams.items():
             expected = 1.0 / seconds(periods[role], plant_period) if periods.get(role) else 0.0
             if of_autopilot:
                 expected = min(expected, 1.0 / spacing if spacing > 0.0 else 0.0)

@@ -81,6 +81,16 @@ def test_a_good_vehicle_is_armed(refusals):
     assert refusals(plans=(PLAN, PLAN)) == [], "the same plan again is no second one"
 
 
+def test_a_vehicle_flown_by_attitude_needs_no_torque(disk):
+    flight = FlightParameters(run_id="a1", roles="simulator,trajectory,position_controller,commander")
+    looked = preflight.Preflight(flight, CommanderParameters(recordings=str(disk)))
+    sample = Sample(500, 1_000_000_000, GOOD, 0.01)
+    looked.begin(sample._replace(step=0), 0)
+    found = looked.refusals(sample, 500, lambda topic: int(topic == "attitude_setpoint"), None)
+    assert not [text for text in found if "wrench" in text]
+    assert [text for text in found if "attitude_setpoint" in text] == []
+
+
 def tilted(degrees):
     return GOOD._replace(q_wb=quaternion_from_euler(Vec3(math.radians(degrees), 0.0, 0.0)))
 
