@@ -11,7 +11,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from quad_core.prediction import Known, Prediction, Shown, predict, unknown
+from quad_core.prediction import Estimate, Prediction, Shown, predict, unknown
 from quad_core.records import field_kinds, referable
 from quad_core.rotor_lead import Given, LeadShown, RotorLead, ahead_of_rotors
 
@@ -34,7 +34,7 @@ def compensated(law: ModuleType, inputs: type[Any], names: frozenset[str], predi
     before, after = _as_it_is, _as_asked
     if "prediction" in names:
         before = _predicting(predicted)
-        parameters["prediction"], first["known"] = Prediction, Known
+        parameters["prediction"], first["known"] = Prediction, Estimate
         internals |= field_kinds(Shown)
     if "rotor_lead" in names:
         after = _leading
@@ -99,6 +99,8 @@ def _init(law: Function, memory_kind: Any, others: list[Any]) -> Function:
     """Return ``init``: the memory before the first step."""
 
     def init(parameters: Any, vehicle: Any) -> Any:
-        return memory_kind(law(parameters.law, vehicle), *(unknown() if kind is Known else kind() for kind in others))
+        return memory_kind(
+            law(parameters.law, vehicle), *(unknown() if kind is Estimate else kind() for kind in others)
+        )
 
     return init

@@ -58,8 +58,8 @@ class Prediction(NamedTuple):
     ] = 0.0
 
 
-class Known(NamedTuple):
-    """What is remembered from step to step.
+class Estimate(NamedTuple):
+    """The estimate that is kept from step to step.
 
     ``reading``: the last state; ``held``: time in s for which its position, attitude and rates have not changed;
     ``mean_acceleration_b`` alpha_m in rad/s^2; ``predicted``: the last prediction; ``disturbance_w`` d in m/s^2.
@@ -87,15 +87,15 @@ class Shown(NamedTuple):
     age_bounded: float = 0.0
 
 
-def unknown() -> Known:
+def unknown() -> Estimate:
     """Return what is remembered before the first step."""
     zero = fresh(ZERO, ZERO, Quat(0.0, 0.0, 0.0, 1.0), ZERO)
-    return Known(zero, ZERO, ZERO, zero, ZERO, False)
+    return Estimate(zero, ZERO, ZERO, zero, ZERO, False)
 
 
 def predict(
-    parameters: Prediction, vehicle: Vehicle, known: Known, state: VehicleState, actuation: Actuation, dt: float
-) -> tuple[VehicleState, Known, Shown]:
+    parameters: Prediction, vehicle: Vehicle, known: Estimate, state: VehicleState, actuation: Actuation, dt: float
+) -> tuple[VehicleState, Estimate, Shown]:
     """Return the state now, the next memory and what is shown, of one step of ``dt`` s.
 
     ``state`` is as old as ``parameters`` say; ``actuation`` that of the plant step before. Raises nothing on flyable
@@ -145,7 +145,7 @@ def predict(
 
 def _smoothed(
     parameters: Prediction,
-    known: Known,
+    known: Estimate,
     state: VehicleState,
     now: VehicleState,
     acceleration: Vec3,
@@ -154,7 +154,7 @@ def _smoothed(
     ages: Vec3,
     bounded: bool,
     dt: float,
-) -> tuple[VehicleState, Known, Shown]:
+) -> tuple[VehicleState, Estimate, Shown]:
     """Return the results of ``predict``, position and velocity of ``now`` filtered if that is asked for."""
     p, v, d = now.p_w, now.v_w, ZERO
     residual = ZERO
@@ -174,10 +174,10 @@ def _smoothed(
             d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
     predicted = fresh(p, v, now.q_wb, now.omega_b)
     shown = Shown(ages, subtract(p, state.p_w), residual, 1.0 if bounded else 0.0)
-    return predicted, Known(state, held, mean, predicted, d, True), shown
+    return predicted, Estimate(state, held, mean, predicted, d, True), shown
 
 
-def held_for(known: Known, state: VehicleState, dt: float) -> Vec3:
+def held_for(known: Estimate, state: VehicleState, dt: float) -> Vec3:
     """Return for how long in s position (and velocity), attitude and body rates have been the same reading."""
     if not known.initialised:
         return ZERO
