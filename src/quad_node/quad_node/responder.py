@@ -78,9 +78,11 @@ class InputTopic:
         self._arrivals: dict[int, Arrival] = {}
         self._newest: Arrival | None = None
 
-    def put(self, arrival: Arrival) -> None:
-        """Keep a value; of two for the same step the first, which is also the recorded one."""
-        self._newest = self._arrivals.setdefault(arrival.step, arrival)
+    def put(self, arrival: Arrival, replaces: bool = True) -> None:
+        """Keep a value; of two for the same step the last, or the first unless it ``replaces``."""
+        if replaces or arrival.step not in self._arrivals:
+            self._arrivals[arrival.step] = arrival
+        self._newest = self._arrivals[arrival.step]
         if len(self._arrivals) > _MOST_KEPT:
             del self._arrivals[next(iter(self._arrivals))]
 
@@ -171,7 +173,8 @@ class Responder(FlightNode):
                 text = f"step {stamped.step}, more than {LARGEST_GAP:g} s after the last state"
                 self.reject(topic, text, stamped.stamp_ns, "rejected_future")
             else:
-                taken.put(Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic()))
+                arrival = Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic())
+                taken.put(arrival, replaces=not self.lockstep)
                 self.answer_ready()
 
         self.subscribe(topic, keep, raw=True)

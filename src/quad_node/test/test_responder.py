@@ -347,3 +347,12 @@ def test_foreign_inputs_of_the_same_run_displace_none_that_a_step_in_lockstep_ne
     assert node.samples[0][1][0].p_w.x == 1.0
     node.reference(10**6, 2**64 - 1, x=9.0)
     assert node.counters["rejected_future"] == 1
+
+
+@pytest.mark.parametrize(("mode", "x"), [("lockstep", 1.0), ("realtime", 2.0)])
+def test_of_two_values_for_a_step_the_first_counts_in_lockstep_and_the_last_in_real_time(make, mode, x):
+    node = make("period_steps:=1", f"flight.mode:={mode}")
+    node.reference(0, 1, x=1.0)
+    node.reference(0, 1, x=2.0)
+    node.state(0)
+    assert node.samples[0][1][0].p_w.x == x
