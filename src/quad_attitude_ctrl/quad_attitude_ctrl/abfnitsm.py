@@ -65,12 +65,7 @@ class Parameters(NamedTuple):
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
     command: Annotated[
-        int,
-        Choice(
-            CommandSource,
-            "where x_1d' and x_1d'' come from: the command filter, the setpoint, or zero",
-            "Eq. 41, addition",
-        ),
+        int, Choice(CommandSource, "x_1d', x_1d'' from command filter, setpoint, or zero", "Eq. 41, addition")
     ] = CommandSource.FILTER.value
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
@@ -213,15 +208,13 @@ def shown(
     )
 
 
-_AXES = ("roll", "pitch", "yaw")
+_MINIMAL_AXIS = {
+    "linear_gain": 3.0, "surface_width": 1.0, "max_surface_integral": 1e9, "max_estimate": 1e9, "max_torque": 1e6
+}  # fmt: skip
 _MINIMAL: dict[str, Value] = {
     "mapping": "printed",
     "anti_windup": False,
-    **{f"{axis}.linear_gain": 3.0 for axis in _AXES},
-    **{f"{axis}.surface_width": 1.0 for axis in _AXES},
-    **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
-    **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
-    **{f"{axis}.max_torque": 1e6 for axis in _AXES},
+    **{f"{axis}.{name}": value for axis in ("roll", "pitch", "yaw") for name, value in _MINIMAL_AXIS.items()},
     "yaw.filter.bandwidth": 40.0,
     "yaw.filter.max_rate": 1e6,
 }

@@ -22,6 +22,7 @@ there. A vehicle that spins, which small rotors cannot stop at once, would else 
 import math
 from typing import Annotated, NamedTuple
 
+from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
 from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired
 from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
@@ -242,21 +243,11 @@ def _next_filter(parameters: Parameters, state: RotationState, setpoint: Attitud
     return next_rotation(state, target, roll, pitch, yaw, parameters.widest, dt)
 
 
-_AXES = ("roll", "pitch", "yaw")
+_MINIMAL = {name: value for name, value in abfnitsm.PRESETS["minimal"].items() if name != "mapping"}
 
 PRESETS: dict[str, dict[str, Value]] = {
     "tuned": {},
-    "minimal": {
-        "anti_windup": False,
-        **{f"{axis}.linear_gain": 3.0 for axis in _AXES},
-        **{f"{axis}.surface_width": 1.0 for axis in _AXES},
-        **{f"{axis}.max_surface_integral": 1e9 for axis in _AXES},
-        **{f"{axis}.max_estimate": 1e9 for axis in _AXES},
-        **{f"{axis}.max_torque": 1e6 for axis in _AXES},
-        "yaw.filter.bandwidth": 40.0,
-        "yaw.filter.max_rate": 1e6,
-        "widest": 6.3,
-    },
+    "minimal": {**_MINIMAL, "widest": 6.3},
     "agile": {f"{axis}.filter.bandwidth": 48.0 for axis in ("roll", "pitch")},
 }
 """As those of ``abfnitsm``; ``minimal``: Table 2 and no bounds; ``agile``: large steps as fast as 0.5 N m allow."""

@@ -85,10 +85,7 @@ class Shaping(NamedTuple):
     """Where desired rates and accelerations come from."""
 
     command: Annotated[
-        int,
-        Choice(
-            CommandSource, "derivatives of the desired angles: the command filter, the setpoint, or zero", "addition"
-        ),
+        int, Choice(CommandSource, "derivatives of the desired angles: command filter, setpoint, zero", "addition")
     ] = CommandSource.FILTER.value
     roll: CommandFilter = CommandFilter()
     pitch: CommandFilter = CommandFilter()

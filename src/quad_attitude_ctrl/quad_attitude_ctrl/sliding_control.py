@@ -165,20 +165,10 @@ class AxisGains(NamedTuple):
     """Gains of one axis; named after roll (phi, 1), the same on pitch (theta, 3) and yaw (psi, 5)."""
 
     angle_gain: Annotated[
-        float,
-        Real(
-            "mixed", "weight of the angle error in the surface, delta_1; larger: stiffer", 0.0, 1e4, "Table 2, Eq. 45"
-        ),
+        float, Real("mixed", "angle's weight in the surface, delta_1; larger: stiffer", 0.0, 1e4, "Table 2, Eq. 45")
     ] = 28.5
     rate_gain: Annotated[
-        float,
-        Real(
-            "mixed",
-            "weight of the rate error in the surface, delta_2; larger: more damped",
-            0.0,
-            1e4,
-            "Table 2, Eq. 45",
-        ),
+        float, Real("mixed", "rate's weight in the surface, delta_2; larger: more damped", 0.0, 1e4, "Table 2, Eq. 45")
     ] = 6.0
     surface_width: Annotated[
         float, Real("mixed", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")

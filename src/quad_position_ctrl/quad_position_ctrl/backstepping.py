@@ -141,47 +141,19 @@ class AxisGains(NamedTuple):
         float, Real("m s", "bound of the integral Gamma_7 (y: 9, z: 11); 1e9: off", 0.0, 1e9, "addition to Eq. 21")
     ] = 20.0
     adaptation_rate: Annotated[
-        float,
-        Real(
-            "s/m^2",
-            "adaptation rate alpha_8 (y: 10, z: 12); larger: faster; 0: fixed gain",
-            0.0,
-            1e4,
-            "Table 2, Eq. 37",
-        ),
+        float, Real("s/m^2", "adaptation rate alpha_8 (y: 10, z: 12); 0: fixed gain", 0.0, 1e4, "Table 2, Eq. 37")
     ] = 2.5
     initial_gain: Annotated[
-        float,
-        Real(
-            "1/s",
-            "adaptive gain at the start, xi_hat_8(0) (y: 10, z: 12); larger: stiffer",
-            0.0,
-            1e3,
-            "assumed, Eq. 37",
-        ),
+        float, Real("1/s", "adaptive gain at first, xi_hat_8(0) (y: 10, z: 12)", 0.0, 1e3, "assumed, Eq. 37")
     ] = 7.0
     max_gain: Annotated[float, Real("1/s", "bound of the adaptive gain; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = (
         10.0
     )
     adaptation_leak: Annotated[
-        float,
-        Real(
-            "1/s",
-            "rate at which the adaptive gain returns to initial_gain; 0: as printed",
-            0.0,
-            100.0,
-            "addition to Eq. 37",
-        ),
+        float, Real("1/s", "rate back to initial_gain; 0: as printed", 0.0, 100.0, "addition to Eq. 37")
     ] = 0.05
     adaptation_dead_zone: Annotated[
-        float,
-        Real(
-            "m/s",
-            "velocity error up to which the gain rests: the noise level; 0: off",
-            0.0,
-            100.0,
-            "addition to Eq. 37",
-        ),
+        float, Real("m/s", "velocity error (noise) where the gain rests; 0: off", 0.0, 100.0, "addition to Eq. 37")
     ] = 0.0
 
 

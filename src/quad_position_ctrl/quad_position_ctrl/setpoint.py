@@ -32,13 +32,7 @@ class LiftLimits(NamedTuple):
     ] = 7.0
     min_lift: Annotated[
         float,
-        Real(
-            "",
-            "floor of U_z + g as a fraction of g (Eq. 38 commands upright and thrust up below 0); -1e6: off",
-            -1e6,
-            1.0,
-            "addition to Eq. 38",
-        ),
+        Real("", "floor of (U_z + g)/g: below 0 Eq. 38 commands upright; -1e6: off", -1e6, 1.0, "addition to Eq. 38"),
     ] = 0.3
     tilt: Annotated[
         float, Real("rad", "largest angle between desired thrust and vertical; >= 1.57: off", 0.05, 1.58, "addition")
