@@ -35,8 +35,7 @@ ALWAYS = (
 )  # fmt: skip
 SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
              ["replay"], ["metrics", "--salvage"])  # fmt: skip
-SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--out", "view"],
-          ["plot", "--format", "svg", "--only", "position", "--out", "plot"])  # fmt: skip
+SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--out", "view"])
 
 
 class HangError(BaseException):
