@@ -135,9 +135,7 @@ def _parser() -> argparse.ArgumentParser:
     cases = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
     parser.add_argument("case", nargs="?", metavar="CASE", help=f"{', '.join(cases)}; without it: case1, then case2")
     parser.add_argument("--plant", metavar="NAME", help=_names(plugins.PLANT, "rigid_body"))
-    parser.add_argument(
-        "--start", metavar="MODE", help="approach: smoothly onto the curve (default); printed: the paper's step"
-    )
+    parser.add_argument("--start", metavar="MODE", help="approach: onto the curve (default); printed: the paper's step")
     parser.add_argument("--position", metavar="LAW", help=_names(plugins.POSITION_LAW, "aibs"))
     parser.add_argument("--attitude", metavar="LAW", help=_names(plugins.ATTITUDE_LAW, "abfnitsm"))
     parser.add_argument(
@@ -185,13 +183,9 @@ def _parser() -> argparse.ArgumentParser:
         help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
     )
     parser.add_argument(
-        "--vehicle-owner",
-        metavar="NAME=FILE",
-        help="px4, joined, mavlink or crazyflie: its bridge flies, with this parameter file",
+        "--vehicle-owner", metavar="NAME=FILE", help="px4, joined, mavlink, crazyflie: its bridge flies"
     )
-    parser.add_argument(
-        "--relay", action="store_true", help="odometry_relay makes the state from odom, or from an estimator's topic"
-    )
+    parser.add_argument("--relay", action="store_true", help="odometry_relay makes state from an estimator's topic")
     _add_surroundings(parser)
     return parser
 
@@ -200,12 +194,7 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     """Add where a flight is recorded, its limits and its visibility."""
     parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
     parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="settings",
-        metavar="NODE.PARAM=VALUE",
-        help="a parameter of this flight; may be repeated",
+        "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
     )
     parser.add_argument(
         "--limits",
