@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flying import PATIENT, finish, last_word, start, wait_until_flying
 
-from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.arrays import missing_messages
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]

@@ -6,7 +6,7 @@ _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e
 
 
 def printable(text: str) -> str:
-    """Return ``text`` with whatever a terminal would obey (escapes, changes of direction) as visible characters."""
+    """Return ``text`` with whatever controls a terminal (escapes, changes of direction) as visible characters."""
     return _UNPRINTABLE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 

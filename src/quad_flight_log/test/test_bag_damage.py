@@ -1,7 +1,6 @@
 """A damaged or foreign bag gives a verified prefix or a typed error, never wrong numbers, never a lot of memory."""
 
 import struct
-import zlib
 from collections import Counter
 from pathlib import Path
 
@@ -9,12 +8,11 @@ import damage
 import flight_samples
 import numpy as np
 import pytest
-import zstandard
 from damage import content
 from mcap.writer import CompressionType, Writer
 
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, SchemaError
+from quad_flight_log.errors import CorruptError, NotAFlightError, SchemaError
 
 FLIPS = 600
 
@@ -146,29 +144,6 @@ def test_bags_of_other_writers_are_read(options, tmp_path):
     assert flight.protected == (options.get("use_chunking", True) and options.get("enable_crcs", True))
 
 
-def test_bag_of_rosbags_writer_is_read(tmp_path):
-    from rosbags.rosbag2 import StoragePlugin
-    from rosbags.rosbag2 import Writer as RosbagsWriter
-
-    payloads = state_payloads()
-    store = flight_samples.typestore()
-    with RosbagsWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection("/state", "quad_msgs/msg/VehicleState", typestore=store)
-        for index, payload in enumerate(payloads):
-            writer.write(connection, index, payload)
-    assert open_flight(tmp_path / "bag").payloads("state")["/state"][0] == payloads
-
-
-def test_other_encodings_are_refused_where_they_are_read(tmp_path):
-    with pytest.raises(SchemaError, match="found messages in 'json', expected 'cdr'"):
-        open_flight(foreign(tmp_path / "a.mcap", encoding="json", payloads=[b"{}"])).array("state")
-    flight = open_flight(foreign(tmp_path / "b.mcap", schema_encoding="ros2idl", payloads=state_payloads()))
-    assert flight.topics["/state"].messages == 5
-    assert "ros2idl" in flight.unreadable["/state"]
-    with pytest.raises(SchemaError, match="ros2idl"):
-        flight.array("state")
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -202,16 +177,6 @@ def raw_file(path: Path, *records: tuple[int, bytes]) -> Path:
     return path
 
 
-def chunk(size: int, packed: bytes, crc: int = 0) -> bytes:
-    return struct.pack("<QQQII", 0, 0, size, crc, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
-
-
-def test_decompression_bombs_are_refused_before_they_unpack(tmp_path):
-    bomb = zstandard.compress(bytes(200 << 20))
-    with pytest.raises(LimitError, match="unpack to more than"):
-        open_flight(raw_file(tmp_path / "honest.mcap", (6, chunk(200 << 20, bomb))))
-
-
 def test_huge_records_and_sequences_are_refused(tmp_path):
     path = raw_file(tmp_path / "huge.mcap")
     path.write_bytes(path.read_bytes() + struct.pack("<BQ", 6, 3 << 30))
@@ -225,10 +190,3 @@ def test_huge_records_and_sequences_are_refused(tmp_path):
         open_flight(foreign(tmp_path / "lying.mcap", text=definition.text.encode(), payloads=[bytes(lying)])).array(
             "state"
         )
-
-
-def test_a_chunk_whose_checksum_does_not_fit_is_an_error(tmp_path):
-    data = b"\x05" + struct.pack("<Q", 22) + bytes(22)
-    path = raw_file(tmp_path / "crc.mcap", (6, chunk(len(data), zstandard.compress(data), zlib.crc32(data) ^ 1)))
-    with pytest.raises(CorruptError, match="crc validation failed in Chunk"):
-        open_flight(path)

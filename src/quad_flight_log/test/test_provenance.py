@@ -1,5 +1,6 @@
 """What a bag says of where it came from."""
 
+import subprocess
 from datetime import datetime
 
 from quad_flight_log.recorder.provenance import COMMAND, LIMITS, flight_metadata, git_commit
@@ -24,6 +25,18 @@ def test_the_limits_of_the_flight_are_noted(monkeypatch):
     assert not any(name.startswith("limit.") for name in flight_metadata({}, {}))
 
 
-def test_outside_a_repository_there_is_no_commit(tmp_path):
+def test_the_commit_of_the_sources_is_noted(tmp_path):
+    def git(*arguments):
+        about = ("-c", "user.name=x", "-c", "user.email=x@example.org")
+        subprocess.run(["git", "-C", str(tmp_path), *about, *arguments], check=True, capture_output=True)
+
     assert git_commit(tmp_path) == ""
-    assert "git_commit" not in flight_metadata({}, {}) or len(flight_metadata({}, {})["git_commit"]) >= 40
+    git("init", "-q")
+    (tmp_path / "law.py").write_text("gain = 1\n")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    head = (tmp_path / ".git" / "HEAD").read_text().split()[1]
+    commit = (tmp_path / ".git" / head).read_text().strip()
+    assert git_commit(tmp_path) == commit
+    (tmp_path / "law.py").write_text("gain = 2\n")
+    assert git_commit(tmp_path) == f"{commit}-dirty"

@@ -17,7 +17,7 @@ SURFACE_BOUND = 0.3  # rad/s, dead zone of Eq. 55
 SURFACE_DWELL = 1.0  # s
 
 
-class Belief(NamedTuple):
+class Estimate(NamedTuple):
     """An estimate and the truth at the same stamps, both (n, 3), axes as in the message."""
 
     stamp_ns: Stamps
@@ -25,7 +25,7 @@ class Belief(NamedTuple):
     truth: Floats
 
 
-def adaptive_bound(tables: Mapping[str, NDArray[np.void]]) -> Belief | None:
+def adaptive_bound(tables: Mapping[str, NDArray[np.void]]) -> Estimate | None:
     """Return Phi_hat = Q_hat_1 + Q_hat_2 abs(x_1) + Q_hat_3 abs(x_2) (Eq. 60) and abs(D_A), both in rad/s^2.
 
     The angles and their rates are those of ``truth``. None if a topic is missing or the law adapts nothing.
@@ -43,10 +43,10 @@ def adaptive_bound(tables: Mapping[str, NDArray[np.void]]) -> Belief | None:
     constant, angle, rate = (inside[name] for name in names)
     angles = euler_angles(truth["q_wb"])
     bound = constant + angle * np.abs(angles) + rate * np.abs(euler_rates(angles, truth["omega_b"]))
-    return Belief(second.stamp_ns, bound, np.abs(lumped["lumped_angular_acceleration_b"]))
+    return Estimate(second.stamp_ns, bound, np.abs(lumped["lumped_angular_acceleration_b"]))
 
 
-def disturbance_estimate(tables: Mapping[str, NDArray[np.void]]) -> Belief | None:
+def disturbance_estimate(tables: Mapping[str, NDArray[np.void]]) -> Estimate | None:
     """Return the position law's estimate of d and the recorded D_P, both in m/s^2, world frame; None as above."""
     if not {POSITION, "disturbance"} <= tables.keys():
         return None
@@ -55,7 +55,7 @@ def disturbance_estimate(tables: Mapping[str, NDArray[np.void]]) -> Belief | Non
         return None
     match = aligned(inside["stamp_ns"], lumped["stamp_ns"])
     estimate = inside["disturbance_estimate"][match.left]
-    return Belief(match.stamp_ns, estimate, lumped["lumped_acceleration_w"][match.right])
+    return Estimate(match.stamp_ns, estimate, lumped["lumped_acceleration_w"][match.right])
 
 
 def sliding(tables: Mapping[str, NDArray[np.void]]) -> tuple[Stamps, Floats] | None:
@@ -81,7 +81,7 @@ def reaching_time(
     return None
 
 
-def belief_metrics(tables: Mapping[str, NDArray[np.void]], start_ns: int) -> dict[str, float | None]:
+def estimate_metrics(tables: Mapping[str, NDArray[np.void]], start_ns: int) -> dict[str, float | None]:
     """Return the metrics of this module from ``start_ns`` on."""
     values: dict[str, float | None] = {}
     surface = sliding(tables)
@@ -95,9 +95,9 @@ def belief_metrics(tables: Mapping[str, NDArray[np.void]], start_ns: int) -> dic
         since = bound.stamp_ns >= start_ns
         short = np.any(bound.truth[since] > bound.estimate[since], axis=1)
         values["adaptive_bound_shortfall"] = float(np.mean(short)) if len(short) else None
-    belief = disturbance_estimate(tables)
-    if belief is not None:
-        error = (belief.estimate - belief.truth)[belief.stamp_ns >= start_ns]
+    found = disturbance_estimate(tables)
+    if found is not None:
+        error = (found.estimate - found.truth)[found.stamp_ns >= start_ns]
         values["disturbance_estimate_rmse"] = float(np.sqrt(np.sum(error * error) / len(error))) if len(error) else None
     return values
 

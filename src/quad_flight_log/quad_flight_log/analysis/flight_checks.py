@@ -5,7 +5,8 @@ Times in the words are flight times in s. Bags of flights without a guard (contr
 guard's envelope: they show what the law does.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,12 +17,12 @@ from quad_core.cycle import INFEASIBLE_TIME, LIMIT_FLAGS, Behind, distance_behin
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import PositionInternals, Vec3
-from quad_flight_log.analysis.arrays import Floats, by_stamp, norms
-from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, truth_topic, unusable_messages
 from quad_flight_log.analysis.takeovers import described, takeovers
 from quad_flight_log.bag.messages import Table
+from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import STOPPED
@@ -89,13 +90,13 @@ def run_ids(flown: Flown) -> str:
 
 def equal_stamps(flown: Flown) -> str:
     """Name the topics on which two different messages carry one stamp; a bit-identical repeat does not count."""
-    found = []
-    for topic in SIGNALS:
-        if not flown.flight.has(topic):
-            continue
-        count = _conflicts(flown.flight.array(topic))
-        if count:
-            found.append(f"{topic}: {count}")
+    known = [topic for topic in SIGNALS if flown.flight.has(topic)]
+    stamped = [topic for topic in known if "stamp_ns" in (flown.flight.array(topic).dtype.names or ())]
+    counts = {
+        topic: sum(one[0] == other[0] and one != other for one, other in pairwise(rows))
+        for topic, rows in step_rows(flown.flight, stamped).items()
+    }
+    found = [f"{topic}: {count}" for topic, count in counts.items() if count]
     return f"different messages with equal stamps ({', '.join(found)}): more than one sender" if found else ""
 
 
@@ -255,42 +256,15 @@ def _beyond(places: Floats, commanded: Floats) -> Floats:
     return norms(np.maximum(np.maximum(low - places, places - high), 0.0))
 
 
-def _conflicts(table: Table) -> int:
-    names = table.dtype.names or ()
-    if "stamp_ns" not in names or len(table) < 2:
-        return 0
-    order = np.argsort(table["stamp_ns"], kind="stable")
-    stamps = table["stamp_ns"][order]
-    pairs = np.flatnonzero(stamps[1:] == stamps[:-1])
-    rows = [[table[order[pairs + offset]][name] for name in names if name != "log_ns"] for offset in (0, 1)]
-    return sum(1 for k in range(len(pairs)) if any(not _same(a[k], b[k]) for a, b in zip(*rows, strict=True)))
-
-
-def _same(left: Any, right: Any) -> bool:
-    """Return whether two values of one field are equal to the last bit."""
-    if isinstance(left, np.ndarray | np.generic) and not left.dtype.hasobject:
-        return bool(left.tobytes() == right.tobytes())
-    return bool(np.array_equal(left, right))
-
-
 def _in_lockstep(flight: Flight) -> bool:
     """Return whether the flight was timed in lockstep, as its recorder or its simulator's parameters say."""
-    noted = flight.metadata.get("mode")
-    if noted:
-        return noted == "lockstep"
-    try:
-        return recorded_parameters(flight)[SIMULATOR].values.get("flight.mode") in ("lockstep", LOCKSTEP)
-    except (FlightLogError, KeyError):
-        return False
+    noted = flight.metadata.get("mode") or _owners_parameters(flight).get("flight.mode")
+    return noted in ("lockstep", LOCKSTEP)
 
 
 def _guard_of(flight: Flight) -> GuardParameters:
     """Return those of the guard's parameters that the rules need, as recorded; the defaults where the bag says none."""
-    known = GuardParameters()
-    try:
-        values = recorded_parameters(flight)[SIMULATOR].values
-    except (FlightLogError, KeyError):
-        return known
+    known, values = GuardParameters(), _owners_parameters(flight)
 
     def number(name: str, default: float) -> float:
         value = values.get(f"guard.{name}", default)
@@ -300,9 +274,13 @@ def _guard_of(flight: Flight) -> GuardParameters:
         large=number("tilt.large", known.tilt.large), large_time=number("tilt.large_time", known.tilt.large_time)
     )
     contact = known.contact._replace(stop_height=number("contact.stop_height", known.contact.stop_height))
-    return known._replace(
-        enabled=values.get("guard.enabled", True) is not False,
-        tilt=tilt,
-        contact=contact,
-        ground_height=number("ground_height", known.ground_height),
-    )
+    ground, enabled = number("ground_height", known.ground_height), values.get("guard.enabled", True) is not False
+    return known._replace(enabled=enabled, tilt=tilt, contact=contact, ground_height=ground)
+
+
+def _owners_parameters(flight: Flight) -> Mapping[str, Any]:
+    """Return the recorded parameters of the vehicle's owner; empty where the bag has none."""
+    try:
+        return recorded_parameters(flight)[SIMULATOR].values
+    except (FlightLogError, KeyError):
+        return {}

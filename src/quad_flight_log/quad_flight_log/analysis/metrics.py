@@ -9,15 +9,23 @@ trapezoidal rule, integrals of commands hold each command until the next.
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
-from quad_flight_log.analysis.arrays import Floats, Stamps, aligned, by_stamp, euler_angles, norms, wrapped
-from quad_flight_log.analysis.estimates import SURFACE_BOUND, SURFACE_DWELL, belief_metrics
-from quad_flight_log.analysis.gaps import missing_messages
+from quad_flight_log.analysis.arrays import (
+    Floats,
+    Stamps,
+    aligned,
+    by_stamp,
+    euler_angles,
+    missing_messages,
+    norms,
+    wrapped,
+)
+from quad_flight_log.analysis.estimates import SURFACE_BOUND, SURFACE_DWELL, estimate_metrics
 from quad_flight_log.analysis.overshoot import OVERSHOOT_WINDOW, overshoot_metrics
 
 MISSION = 3  # of flight/mode
@@ -32,65 +40,67 @@ class Metric(NamedTuple):
     meaning: str
 
 
-METRICS = {
-    "duration": Metric("s", "flight time after the approach"),
-    "position_rmse": Metric("m", "root of the mean squared 3-D position error"),
-    "position_max": Metric("m", "largest 3-D position error"),
-    "position_final": Metric("m", "3-D position error at the last reference"),
-    "position_iae": Metric("m s", "integral of the 3-D position error"),
-    "position_itae": Metric("m s^2", "integral of trajectory time times the 3-D position error"),
-    "settling_time": Metric("s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end"),
-    "corner_overshoot": Metric(
-        "m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"
-    ),
-    "yaw_overshoot": Metric("rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s"),
-    "attitude_rmse": Metric("rad", "root of the mean squared error of phi, theta, psi together against the setpoint"),
-    "thrust_effort": Metric("N^2 s", "integral of the squared commanded thrust"),
-    "torque_effort": Metric("N^2 m^2 s", "integral of the squared commanded torque"),
-    "torque_total_variation": Metric("N m", "sum of all changes of the commanded torque, the three axes added"),
-    "torque_high_frequency": Metric(
-        "N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
-    ),
-    "chattering_index": Metric(
-        "", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
-    ),
-    "saturation_time": Metric("s", "time in which the vehicle did not reach the commanded wrench on some axis"),
-    "surface_reaching_time": Metric(
-        "s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"
-    ),
-    "adaptive_bound_shortfall": Metric(
-        "", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis"
-    ),
-    "disturbance_estimate_rmse": Metric("m/s^2", "RMSE of the position law's disturbance estimate against D_P"),
-    "missing_steps": Metric(
-        "", "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too"
-    ),
-}
-
-
 class FlightMetrics(NamedTuple):
-    """Values of ``METRICS``; None where the data for it is missing or it does not exist (never settled)."""
+    """The metrics of a flight; None where the data for one is missing or it does not exist (never settled)."""
 
-    duration: float | None = None
-    position_rmse: float | None = None
-    position_max: float | None = None
-    position_final: float | None = None
-    position_iae: float | None = None
-    position_itae: float | None = None
-    settling_time: float | None = None
-    corner_overshoot: float | None = None
-    yaw_overshoot: float | None = None
-    attitude_rmse: float | None = None
-    thrust_effort: float | None = None
-    torque_effort: float | None = None
-    torque_total_variation: float | None = None
-    torque_high_frequency: float | None = None
-    chattering_index: float | None = None
-    saturation_time: float | None = None
-    surface_reaching_time: float | None = None
-    adaptive_bound_shortfall: float | None = None
-    disturbance_estimate_rmse: float | None = None
-    missing_steps: float | None = None
+    duration: Annotated[float | None, Metric("s", "flight time after the approach")] = None
+    position_rmse: Annotated[float | None, Metric("m", "root of the mean squared 3-D position error")] = None
+    position_max: Annotated[float | None, Metric("m", "largest 3-D position error")] = None
+    position_final: Annotated[float | None, Metric("m", "3-D position error at the last reference")] = None
+    position_iae: Annotated[float | None, Metric("m s", "integral of the 3-D position error")] = None
+    position_itae: Annotated[
+        float | None, Metric("m s^2", "integral of trajectory time times the 3-D position error")
+    ] = None
+    settling_time: Annotated[
+        float | None, Metric("s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end")
+    ] = None
+    corner_overshoot: Annotated[
+        float | None,
+        Metric("m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"),
+    ] = None
+    yaw_overshoot: Annotated[
+        float | None, Metric("rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s")
+    ] = None
+    attitude_rmse: Annotated[
+        float | None, Metric("rad", "root of the mean squared error of phi, theta, psi together against the setpoint")
+    ] = None
+    thrust_effort: Annotated[float | None, Metric("N^2 s", "integral of the squared commanded thrust")] = None
+    torque_effort: Annotated[float | None, Metric("N^2 m^2 s", "integral of the squared commanded torque")] = None
+    torque_total_variation: Annotated[
+        float | None, Metric("N m", "sum of all changes of the commanded torque, the three axes added")
+    ] = None
+    torque_high_frequency: Annotated[
+        float | None,
+        Metric("N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"),
+    ] = None
+    chattering_index: Annotated[
+        float | None,
+        Metric("", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"),
+    ] = None
+    saturation_time: Annotated[
+        float | None, Metric("s", "time in which the vehicle did not reach the commanded wrench on some axis")
+    ] = None
+    surface_reaching_time: Annotated[
+        float | None,
+        Metric("s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"),
+    ] = None
+    adaptive_bound_shortfall: Annotated[
+        float | None, Metric("", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis")
+    ] = None
+    disturbance_estimate_rmse: Annotated[
+        float | None, Metric("m/s^2", "RMSE of the position law's disturbance estimate against D_P")
+    ] = None
+    missing_steps: Annotated[
+        float | None,
+        Metric(
+            "", "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too"
+        ),
+    ] = None
+
+
+METRICS: dict[str, Metric] = {
+    name: kind.__metadata__[0] for name, kind in get_type_hints(FlightMetrics, include_extras=True).items()
+}
 
 
 def rmse(errors: Floats) -> float:
@@ -182,7 +192,7 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
         values.update(_command(_since(known[COMMAND], start_ns)))
     if "actuation" in known:
         values.update(_saturation(_since(known["actuation"], start_ns)))
-    values.update(belief_metrics(known, start_ns))
+    values.update(estimate_metrics(known, start_ns))
     return FlightMetrics(
         **{name: value if value is None or isfinite(value) else None for name, value in values.items()}
     )

@@ -21,7 +21,7 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
     "truth": ("p_w", "q_wb", "omega_b"),
     "reference": ("trajectory_time", "p_w", "yaw"),
     "attitude_setpoint": ("angles",),
-    COMMAND: ("wrench",),
+    COMMAND: tuple(f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"),
     "actuation": ("thrust", "thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited"),
     "disturbance": ("lumped_acceleration_w", "lumped_angular_acceleration_b"),
     "position_controller/internals": (),
@@ -142,48 +142,29 @@ def text_table(flight: Flight, topic: str) -> Table:
 
 
 def _check(flight: Flight, topic: str, table: Table) -> None:
-    shapes: dict[str, tuple[int, ...]] = {
-        column.name: (len(column.parts),) if column.parts else () for column in columns(_KINDS[topic])
-    }
-    names = table.dtype.names or ()
-    needed = NEEDED["truth" if topic == "state" else topic]
-    for name in ("stamp_ns", *needed):
-        if name not in names:
-            raise _wrong(flight, topic, name)
-    if topic == COMMAND:
-        _check_wrench(flight, table)
-        return
-    for name, shape in shapes.items():
-        if name in names and not _numbers(table.dtype[name], shape):
+    shapes = {column.name: (len(column.parts),) if column.parts else () for column in columns(_KINDS[topic])}
+    optional = [name for name in shapes if name in (table.dtype.names or ())]
+    for name in ("stamp_ns", *NEEDED["truth" if topic == "state" else topic], *optional):
+        values = _part(table, name)
+        if values is None or values.dtype.kind not in "biuf" or values.shape[1:] != shapes.get(name, ()):
             raise _wrong(flight, topic, name)
 
 
 def _usable(topic: str, table: Table) -> NDArray[np.bool_]:
     """Return which rows hold only finite numbers of a size that belongs to a flight, in the fields that are needed."""
-    if topic == COMMAND:
-        parts = [table["wrench"][part][axis] for part in ("force", "torque") for axis in "xyz"]
-    else:
-        parts = [table[name].reshape(len(table), -1) for name in NEEDED[topic]]
     good = np.ones(len(table), dtype=bool)
-    for values in parts:
-        within = np.abs(values) <= LARGEST  # of NaN it is false
-        good &= within if within.ndim == 1 else within.all(axis=1)
+    for name in NEEDED[topic]:
+        good &= (np.abs(_part(table, name).reshape(len(table), -1)) <= LARGEST).all(axis=1)  # of NaN it is false
     return good
 
 
-def _check_wrench(flight: Flight, table: Table) -> None:
-    for part in ("force", "torque"):
-        for axis in "xyz":
-            try:
-                good = _numbers(table.dtype["wrench"][part][axis], ())
-            except (KeyError, TypeError):
-                good = False
-            if not good:
-                raise _wrong(flight, COMMAND, f"wrench.{part}.{axis}")
-
-
-def _numbers(kind: np.dtype[Any], shape: tuple[int, ...]) -> bool:
-    return kind.shape == shape and kind.base.kind in "biuf"
+def _part(table: Any, path: str) -> Any:
+    """Return the values of a field, nested as in ``wrench.force.x``, or None."""
+    for name in path.split("."):
+        if name not in (table.dtype.names or ()):
+            return None
+        table = table[name]
+    return table
 
 
 def _wrong(flight: Flight, topic: str, field: str) -> TopicError:

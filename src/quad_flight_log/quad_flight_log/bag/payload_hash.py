@@ -2,8 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable
-
-import numpy as np
+from operator import itemgetter
 
 from quad_core.cascade import STAGES
 from quad_flight_log.bag.reader import Flight
@@ -15,36 +14,38 @@ STEP_TOPICS = (
 )
 
 
-def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[str, str]:
-    """Return {topic: SHA-256 over the CDR of each step in step order}; topics that the bag lacks are left out.
+def step_rows(flight: Flight, topics: Iterable[str]) -> dict[str, list[tuple[int, bytes]]]:
+    """Return {topic: (stamp in ns, CDR) of each message in step order}; topics that the bag lacks are left out.
 
-    Repeats are dropped after they were found equal, fields marked @wall or @run are masked with zeros. Raises
-    TopicError if the bag lacks all of the topics, ConflictError if two messages of one step differ, SchemaError if a
-    topic has no stamp.
+    Fields marked @wall or @run are masked with zeros. Raises SchemaError if a topic has no stamp.
     """
     present = [topic for topic in topics if flight.has(topic)]
-    if not present:
-        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to hash")
-    arrays = flight.arrays(*present)
-    payloads = flight.payloads(*present)
+    arrays, payloads, found = flight.arrays(*present), flight.payloads(*present), {}
+    for topic, table in arrays.items():
+        name, kind = flight.resolve(topic), flight.type_of(topic)
+        if "stamp_ns" not in (table.dtype.names or ()):
+            raise SchemaError(f"{flight.path}: {name}: {kind.name} has no stamp, so its steps cannot be told apart")
+        rows = zip(table["stamp_ns"].tolist(), map(kind.hashed, payloads[name][0]), strict=True)
+        found[topic] = sorted(rows, key=itemgetter(0))
+    return found
+
+
+def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[str, str]:
+    """Return {topic: SHA-256 over the rows of ``step_rows``}.
+
+    Repeats are dropped after they were found equal. Raises TopicError if the bag lacks all of the topics, ConflictError
+    if two messages of one step differ, SchemaError as ``step_rows``.
+    """
     found = {}
-    for topic in present:
-        name = flight.resolve(topic)
-        where = f"{flight.path}: {name}"
-        if "stamp_ns" not in (arrays[topic].dtype.names or ()):
-            raise SchemaError(f"{where}: {flight.topics[name].type} has no stamp, so its steps cannot be told apart")
-        kind = flight.type_of(name)
-        rows = [kind.hashed(payload) for payload in payloads[name][0]]
-        digest, last_stamp, last = hashlib.sha256(), None, b""
-        for index in np.argsort(arrays[topic]["stamp_ns"], kind="stable").tolist():
-            stamp = int(arrays[topic]["stamp_ns"][index])
-            if stamp == last_stamp:
-                if rows[index] != last:
-                    raise ConflictError(f"{where}: two different messages for stamp {stamp} ns")
-                continue
-            last_stamp, last = stamp, rows[index]
-            digest.update(last)
-        found[topic] = digest.hexdigest()
+    for topic, rows in step_rows(flight, topics).items():
+        by_step = dict(rows)
+        different = next((stamp for stamp, row in rows if by_step[stamp] != row), None)
+        if different is not None:
+            where = f"{flight.path}: {flight.resolve(topic)}"
+            raise ConflictError(f"{where}: two different messages for stamp {different} ns")
+        found[topic] = hashlib.sha256(b"".join(by_step.values())).hexdigest()
+    if not found:
+        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to hash")
     return found
 
 

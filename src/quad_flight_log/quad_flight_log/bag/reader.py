@@ -4,7 +4,7 @@
 named relative (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,6 +28,9 @@ SHADOW = "shadow/"  # where controllers that are logged and not used answer
 BATCH = 16 << 20  # bytes of payload in one block
 KEPT = 256 << 20  # bytes of payload up to which a bag is kept in memory once it was read
 MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
+
+Rows = tuple[list[bytes], list[int]]
+"""CDR payloads and log times in ns of one topic."""
 
 
 class Topic(NamedTuple):
@@ -157,23 +160,43 @@ class Flight:
         """Return {topic as given: array} of several topics, read in one pass."""
         names = {topic: self.resolve(topic) for topic in topics}
         missing = [name for name in dict.fromkeys(names.values()) if name not in self._cache]
-        for name, (payloads, log_times) in self.payloads(*missing).items():
-            self._cache[name] = self.type_of(name).table(payloads, log_times, f"{self.path}: {name}")
+        for name, rows in self.payloads(*missing).items():
+            self._cache[name] = self._table(name, rows)
         return {topic: self._cache[name] for topic, name in names.items()}
 
-    def payloads(self, *topics: str) -> dict[str, tuple[list[bytes], list[int]]]:
+    def payloads(self, *topics: str) -> dict[str, Rows]:
         """Return {full name: (CDR payloads, log times in ns)} of topics, in the order of the bag."""
         names = [self.resolve(topic) for topic in topics]
         size = sum(self.topics[name].size for name in names)
         if size > self._limit:
             raise LimitError(f"{self.path}: {', '.join(names)} hold {size} bytes, more than the {self._limit} allowed")
-        found: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in names}
+        return next(self._blocks(names, self._limit))
+
+    def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
+        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded."""
+        given = {self.resolve(topic): topic for topic in topics}
+        for block in self._blocks(given, limit):
+            for name, rows in block.items():
+                if rows[0]:
+                    yield given[name], self._table(name, rows)
+
+    def _blocks(self, names: Collection[str], limit: int) -> Iterator[dict[str, Rows]]:
+        """Yield the rows of topics in blocks that hold little more than ``limit`` bytes, at least one block."""
+        block: dict[str, Rows] = {name: ([], []) for name in names}
+        size = 0
         for message in self.messages() if names else ():
-            lists = found.get(message.channel.topic)
-            if lists is not None:
-                lists[0].append(message.data)
-                lists[1].append(message.log_time)
-        return found
+            rows = block.get(message.channel.topic)
+            if rows is not None:
+                rows[0].append(message.data)
+                rows[1].append(message.log_time)
+                size += len(message.data)
+            if size > limit:
+                yield block
+                block, size = {name: ([], []) for name in names}, 0
+        yield block
+
+    def _table(self, name: str, rows: Rows) -> Table:
+        return self.type_of(name).table(*rows, f"{self.path}: {name}")
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages of all topics, as they stand in the files."""
@@ -182,30 +205,6 @@ class Flight:
             return
         every = (message for file in self._files for message in file.messages(salvage=True))
         yield from islice(every, self._count)  # a bag that is still recorded has grown
-
-    def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
-        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded."""
-        given = {self.resolve(topic): topic for topic in topics}
-        waiting: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name in given}
-        size = 0
-        for message in self.messages():
-            lists = waiting.get(message.channel.topic)
-            if lists is None:
-                continue
-            lists[0].append(message.data)
-            lists[1].append(message.log_time)
-            size += len(message.data)
-            if size > limit:
-                yield from self._tables(given, waiting)
-                waiting, size = {name: ([], []) for name in given}, 0
-        yield from self._tables(given, waiting)
-
-    def _tables(
-        self, given: Mapping[str, str], waiting: Mapping[str, tuple[list[bytes], list[int]]]
-    ) -> Iterator[tuple[str, Table]]:
-        for name, (payloads, times) in waiting.items():
-            if payloads:
-                yield given[name], self.type_of(name).table(payloads, times, f"{self.path}: {name}")
 
     def columns(self, topic: str, table: Table) -> Iterator[Column]:
         """Yield the columns of an array of a topic with one name and one kind each: ``p_w[0]``, ``wrench.force.z``."""
