@@ -69,7 +69,9 @@ def test_the_adaptive_bound_is_that_of_equation_60():
 
 def test_what_a_law_has_not_is_not_available():
     nothing = np.zeros((2, 3))
-    tables = estimated(adaptive_constant=nothing, adaptive_angle=nothing, adaptive_rate=nothing, sliding_variable=nothing)
+    tables = estimated(
+        adaptive_constant=nothing, adaptive_angle=nothing, adaptive_rate=nothing, sliding_variable=nothing
+    )
     assert estimates.estimate_metrics(tables, 0) == {}
     assert metrics.flight_metrics({}) == metrics.FlightMetrics()
 

@@ -60,16 +60,12 @@ class BagReport(NamedTuple):
     error: str
 
 
-class _Entry(NamedTuple):
-    summary: TopicSummary
-    channel: int
-
-
 class BagWriter:
     """One recording into a new directory.
 
     ``metadata`` and ``parameters`` (YAML text) are written first, so that they survive a kill. ``write`` never blocks
-    on the disk. The first error of the disk ends the recording; everything before it stays readable.
+    on the disk. The first error of the disk ends the recording; everything before it stays readable. ``part_path`` is
+    the file while it is written, ``path`` when it is finished.
     """
 
     def __init__(
@@ -85,13 +81,16 @@ class BagWriter:
     ) -> None:
         """Create the bag; raises BagWriteError if the directory exists and is not empty, or cannot be written."""
         self.directory = Path(directory).absolute()
+        self.path = self.directory / f"{self.directory.name}_0.mcap"
+        self.part_path = self.path.with_name(f"{self.path.name}.part")
         self.error = ""
         self.dropped: Counter[str] = Counter()
         self._custom = dict(metadata or {})
         self._distro = ros_distro
         self._flush_period, self._backlog_limit = flush_period, backlog_limit
         self._message_limit = message_limit
-        self._topics: list[_Entry] = []
+        self._topics: list[TopicSummary] = []
+        self._channels: list[int] = []
         self._counts: list[int] = []
         self._schemas: dict[str, int] = {}
         self._queue: deque[tuple[int, int, int, bytes]] = deque()
@@ -122,16 +121,6 @@ class BagWriter:
             thread.start()
 
     @property
-    def part_path(self) -> Path:
-        """The file while it is written."""
-        return self.directory / f"{self.directory.name}_0.mcap.part"
-
-    @property
-    def path(self) -> Path:
-        """The file when it is finished."""
-        return self.directory / f"{self.directory.name}_0.mcap"
-
-    @property
     def backlog(self) -> int:
         """Bytes that wait for the disk; none after it failed, so that no node waits for it."""
         return 0 if self.error else self._queued_size - self._taken_size
@@ -145,9 +134,8 @@ class BagWriter:
                 schema = self._writer.register_schema(definition.name, SchemaEncoding.ROS2, definition.text.encode())
                 self._schemas[definition.name] = schema
             extra = {"offered_qos_profiles": qos_text(profile), "topic_type_hash": definition.type_hash}
-            channel = self._writer.register_channel(name, MessageEncoding.CDR, schema, extra)
-            summary = TopicSummary(name, definition.name, definition.type_hash, profile, 0)
-            self._topics.append(_Entry(summary, channel))
+            self._channels.append(self._writer.register_channel(name, MessageEncoding.CDR, schema, extra))
+            self._topics.append(TopicSummary(name, definition.name, definition.type_hash, profile, 0))
             self._counts.append(0)
         return len(self._topics) - 1
 
@@ -167,7 +155,7 @@ class BagWriter:
 
     def refuse(self, topic: int) -> None:
         """Count a message that does not enter the bag."""
-        self.dropped[self._topics[topic].summary.name] += 1
+        self.dropped[self._topics[topic].name] += 1
 
     def close(self, metadata: Mapping[str, str] | None = None) -> BagReport:
         """Write what is left, close, read back, rename and write metadata.yaml. ``metadata`` is noted at the end."""
@@ -231,7 +219,7 @@ class BagWriter:
         for _ in range(waiting):
             topic, log_ns, publish_ns, payload = queue.popleft()
             self._counts[topic] += 1
-            add(self._topics[topic].channel, log_ns, payload, publish_ns, self._number)
+            add(self._channels[topic], log_ns, payload, publish_ns, self._number)
             self._number = (self._number + 1) % SEQUENCES
             self._taken_size += len(payload)
             if self._start_ns < 0 or log_ns < self._start_ns:
@@ -243,9 +231,7 @@ class BagWriter:
         self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
 
     def _finish(self, last: dict[str, str]) -> None:
-        topics = [
-            entry.summary._replace(messages=count) for entry, count in zip(self._topics, self._counts, strict=True)
-        ]
+        topics = [topic._replace(messages=count) for topic, count in zip(self._topics, self._counts, strict=True)]
         counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
         last = {**last, "messages": str(sum(self._counts)), "dropped": str(sum(self.dropped.values())), **counted}
         start, end = max(self._start_ns, 0), max(self._end_ns, 0)
@@ -269,15 +255,15 @@ class BagWriter:
 
     def _count_what_is_left(self) -> None:
         """Count as dropped what waits, and what was written and is not in the file."""
-        for topic, *_ in self._queue:
-            self.dropped[self._topics[topic].summary.name] += 1
+        for handle, *_ in self._queue:
+            self.refuse(handle)
         counts: Counter[int] = Counter()
         with contextlib.suppress(Exception), self.part_path.open("rb") as stream:  # whatever mcap raises where it ends
             for record in StreamReader(stream).records:
                 counts[record.channel_id if isinstance(record, Message) else -1] += 1
-        for index, entry in enumerate(self._topics):
-            have = counts[entry.channel]
-            self.dropped[entry.summary.name] += self._counts[index] - have
+        for index, topic in enumerate(self._topics):
+            have = counts[self._channels[index]]
+            self.dropped[topic.name] += self._counts[index] - have
             self._counts[index] = have
 
     def _verify(self) -> None:
