@@ -1,7 +1,6 @@
 """Recorded inputs through the laws again: equal bits with the recorded law, a reported difference with any other."""
 
 import copy
-import json
 
 import flight_samples
 import numpy as np
@@ -145,17 +144,14 @@ def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown
     assert recorded_parameters(open_flight(path))["attitude_controller"].changes == ()
 
 
-def test_the_verb_proves_and_compares(flown_bag, tmp_path, capsys):
+def test_the_command_proves_and_compares(flown_bag, capsys):
     assert cli.main(["replay", str(flown_bag)]) == 0
     assert capsys.readouterr().out.count("every bit is equal") == 2
     changed = ["--position", "aibs", "--set", "position_controller.aibs.y.position_gain=2.0"]
-    assert cli.main(["replay", str(flown_bag), *changed, "--json", "--out", str(tmp_path)]) == 0
-    items = json.loads(capsys.readouterr().out)
-    assert [item["equal"] for item in items] == [False, True]
-    assert json.loads((tmp_path / "replay.json").read_text()) == items
-    head, first, *_ = (tmp_path / "replay_position_controller.csv").read_text().splitlines()
-    assert head.startswith("step,attitude_setpoint angles.x recorded,attitude_setpoint angles.x replayed")
-    assert first.startswith("0,")
+    assert cli.main(["replay", str(flown_bag), *changed]) == 0
+    out = capsys.readouterr().out
+    assert out.count("every bit is equal") == 1
+    assert "position_controller/internals virtual_velocity.y" in out
 
 
 def test_a_replay_that_differs_with_recorded_parameters_fails(flown, tmp_path, capsys):
