@@ -4,12 +4,10 @@ import csv
 import itertools
 import json
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quad_flight_log.bag.messages import Column
 from quad_flight_log.bag.reader import Flight
@@ -72,14 +70,6 @@ def _free_name(topic: str, taken: set[str]) -> str:
     name = next(name for name in names if name.casefold() not in taken)
     taken.add(name.casefold())
     return name
-
-
-def write_csv(path: Path, content: Mapping[str, NDArray[Any]]) -> None:
-    """Write columns of equal length, floats with all their digits."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(content)
-        writer.writerows(zip(*(values.tolist() for values in content.values()), strict=True))
 
 
 def _csv(flight: Flight, name: str, path: Path) -> None:
