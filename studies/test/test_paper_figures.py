@@ -49,10 +49,10 @@ def test_a_claim_is_seen_where_the_proposed_controller_has_clearly_less_error(pr
     assert "The paper: it is better." in text
 
 
-def test_an_arrival_is_counted_from_the_step():
+def test_an_arrival_is_the_first_time_below_the_limit():
     times = np.arange(0.0, 10.0, 0.5)
-    errors = np.where(times < 2.0, 0.0, np.where(times < 5.0, 1.0, 0.01))
-    assert first_below(times, errors, 0.1, 2.0) == 3.0
+    errors = np.where(times < 5.0, 1.0, 0.01)
+    assert first_below(times, errors, 0.1) == 5.0
     assert np.isnan(first_below(times, errors + 1.0, 0.1))
 
 

@@ -102,7 +102,7 @@ def study(folder, flights):
 
 def flat(flight):
     """Return the step topics as the ROS-free loop gives them: the wrench as thrust and torque, no texts."""
-    tables = flight.arrays(*TOPICS)
+    tables = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
     wrench = tables["wrench_setpoint"]
     made = np.empty(len(wrench), [("stamp_ns", "i8"), ("thrust", "f8"), ("torque_b", "f8", 3)])
     made["stamp_ns"], made["thrust"] = wrench["stamp_ns"], wrench["wrench"]["force"]["z"]

@@ -11,6 +11,8 @@
   // Letters take the page's own colour; on a phone axes get the room that titles and margins take on a desk.
   function fitted(layout) {
     layout.font.color = getComputedStyle(document.body).color;
+    const sheet = getComputedStyle(document.querySelector("figure")).backgroundColor;
+    for (const label of layout.annotations || []) label.bgcolor = sheet;
     if (window.innerWidth > 600) return layout;
     layout.font.size = 10;
     Object.assign(layout.margin, { l: 52, r: 8, b: 36 });
