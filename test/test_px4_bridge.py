@@ -88,6 +88,8 @@ def test_what_px4_refuses_ends_with_the_reason_and_nothing_armed(on_ground, name
     ended = on_ground[name]
     assert ended.code == 1, ended.output
     assert all(word in cause(ended) for word in words), ended.output
+    if name == "bad preflight":
+        assert "autopilot_reasons: PX4 in AUTO_LOITER reports against a flight: local_position_invalid" in ended.output
     assert not [what for _, what in ended.report["events"] if "arming_state 2" in what]
 
 

@@ -16,7 +16,18 @@ from rclpy.clock import Clock, ClockType
 
 from quad_autopilot import arming, odometry, spacing, thrust
 from quad_autopilot.arming import Phase, Setpoint, Wish
-from quad_autopilot.autopilot import COMMANDS, NAV_LAND, Ack, Autopilot, Control, Profile, Request, Stamps, because
+from quad_autopilot.autopilot import (
+    COMMANDS,
+    NAV_LAND,
+    Ack,
+    Autopilot,
+    Control,
+    Profile,
+    Request,
+    Stamps,
+    because,
+    listed,
+)
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
@@ -143,6 +154,8 @@ class AutopilotNode(VehicleNode):
         self._hover_thrusts, self._hover_count, self.large_resets = 0.0, 0, 0
         self._told: tuple[bool | int | float | str, ...] = ()
         self._tell_at = -math.inf
+        self._reported: tuple[str, ...] = ()
+        self._had_failsafe = False
         self._autopilot_out = self.publisher("flight/autopilot", match=False)
         self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
         self.interface = make(self)
@@ -360,6 +373,20 @@ class AutopilotNode(VehicleNode):
         set_stamp(message.stamp, max(self.elapsed_ns, 0))
         self._autopilot_out.publish(message)
 
+    def _report_reasons(self) -> None:
+        """Report as events what the autopilot newly says against a flight, and that its failsafe acts."""
+        said, name = self.interface.autopilot, self.profile.name
+        if said is None:
+            return
+        severity = FlightEvent.WARNING if self.sequence.phase in _ALOFT else FlightEvent.INFO
+        if new := [reason for reason in said.reasons if reason not in self._reported]:
+            text = f"{name} in {said.mode} reports against a flight: {listed(new)}"
+            self.event(severity, "autopilot_reasons", text, self.elapsed_ns, always=True)
+        if said.failsafe and not self._had_failsafe:
+            text = f"{name}'s failsafe acts: mode {said.mode}{because(said, self.sequence.usual)}"
+            self.event(FlightEvent.WARNING, "autopilot_failsafe", text, self.elapsed_ns, always=True)
+        self._reported, self._had_failsafe = said.reasons, said.failsafe
+
     def note_sent(self) -> None:
         """Note the thrust just sent if the vehicle hovers."""
         if self.state is None or self.sequence.phase != Phase.FLY:
@@ -393,6 +420,7 @@ class AutopilotNode(VehicleNode):
         )
         output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)
         self._tell(now)
+        self._report_reasons()
         interface.ack = None
         if self.sequence.phase == Phase.LAND:
             self.setpoint_watch.rest()  # controllers rest while the autopilot lands
