@@ -132,6 +132,7 @@ def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypa
         ({"PYTHONPATH": "rclpy"}, ["PYTHONPATH", "rclpy in "]),
         ({"PYTHONPATH": "numpy"}, ["PYTHONPATH", "numpy in "]),
         ({"PYTHONPATH": "yaml"}, ["PYTHONPATH", "yaml in "]),
+        ({"PYTHONPATH": "rcl_interfaces"}, ["PYTHONPATH", "rcl_interfaces in "]),
         ({"ROS_DOMAIN_ID": "three"}, ["ROS_DOMAIN_ID", "three"]),
     ],
 )
