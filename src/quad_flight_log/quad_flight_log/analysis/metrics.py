@@ -40,66 +40,62 @@ class Metric(NamedTuple):
     meaning: str
 
 
+Number = float | None
+
+
 class FlightMetrics(NamedTuple):
     """The metrics of a flight; None where the data for one is missing or it does not exist (never settled)."""
 
-    duration: Annotated[float | None, Metric("s", "flight time after the approach")] = None
-    position_rmse: Annotated[float | None, Metric("m", "root of the mean squared 3-D position error")] = None
-    position_max: Annotated[float | None, Metric("m", "largest 3-D position error")] = None
-    position_final: Annotated[float | None, Metric("m", "3-D position error at the last reference")] = None
-    position_iae: Annotated[float | None, Metric("m s", "integral of the 3-D position error")] = None
-    position_itae: Annotated[
-        float | None, Metric("m s^2", "integral of trajectory time times the 3-D position error")
-    ] = None
+    duration: Annotated[Number, "s", "flight time after the approach"] = None
+    position_rmse: Annotated[Number, "m", "root of the mean squared 3-D position error"] = None
+    position_max: Annotated[Number, "m", "largest 3-D position error"] = None
+    position_final: Annotated[Number, "m", "3-D position error at the last reference"] = None
+    position_iae: Annotated[Number, "m s", "integral of the 3-D position error"] = None
+    position_itae: Annotated[Number, "m s^2", "integral of trajectory time times the 3-D position error"] = None
     settling_time: Annotated[
-        float | None, Metric("s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end")
+        Number, "s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end"
     ] = None
     corner_overshoot: Annotated[
-        float | None,
-        Metric("m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"),
+        Number, "m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"
     ] = None
     yaw_overshoot: Annotated[
-        float | None, Metric("rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s")
+        Number, "rad", f"farthest beyond a step of the reference's yaw, within {OVERSHOOT_WINDOW:g} s"
     ] = None
     attitude_rmse: Annotated[
-        float | None, Metric("rad", "root of the mean squared error of phi, theta, psi together against the setpoint")
+        Number, "rad", "root of the mean squared error of phi, theta, psi together against the setpoint"
     ] = None
-    thrust_effort: Annotated[float | None, Metric("N^2 s", "integral of the squared commanded thrust")] = None
-    torque_effort: Annotated[float | None, Metric("N^2 m^2 s", "integral of the squared commanded torque")] = None
+    thrust_effort: Annotated[Number, "N^2 s", "integral of the squared commanded thrust"] = None
+    torque_effort: Annotated[Number, "N^2 m^2 s", "integral of the squared commanded torque"] = None
     torque_total_variation: Annotated[
-        float | None, Metric("N m", "sum of all changes of the commanded torque, the three axes added")
+        Number, "N m", "sum of all changes of the commanded torque, the three axes added"
     ] = None
     torque_high_frequency: Annotated[
-        float | None,
-        Metric("N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"),
+        Number, "N^2 m^2 s", f"part of torque_effort above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
     ] = None
     chattering_index: Annotated[
-        float | None,
-        Metric("", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"),
+        Number, "", f"share of the commanded torque's energy above {HIGH_FREQUENCY:g} Hz, the mean torque taken off"
     ] = None
     saturation_time: Annotated[
-        float | None, Metric("s", "time in which the vehicle did not reach the commanded wrench on some axis")
+        Number, "s", "time in which the vehicle did not reach the commanded wrench on some axis"
     ] = None
     surface_reaching_time: Annotated[
-        float | None,
-        Metric("s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"),
+        Number, "s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"
     ] = None
     adaptive_bound_shortfall: Annotated[
-        float | None, Metric("", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis")
+        Number, "", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis"
     ] = None
     disturbance_estimate_rmse: Annotated[
-        float | None, Metric("m/s^2", "RMSE of the position law's disturbance estimate against D_P")
+        Number, "m/s^2", "RMSE of the position law's disturbance estimate against D_P"
     ] = None
     missing_steps: Annotated[
-        float | None,
-        Metric(
-            "", "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too"
-        ),
+        Number,
+        "",
+        "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too",
     ] = None
 
 
 METRICS: dict[str, Metric] = {
-    name: kind.__metadata__[0] for name, kind in get_type_hints(FlightMetrics, include_extras=True).items()
+    name: Metric(*kind.__metadata__) for name, kind in get_type_hints(FlightMetrics, include_extras=True).items()
 }
 
 

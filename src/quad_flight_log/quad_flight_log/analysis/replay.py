@@ -107,22 +107,21 @@ def replay(
         outputs.append(output)
         internals.append(inside)
         incomplete += not complete
-    recorded = {stage.gives: _recorded_columns(stage.output, tables[stage.gives])}
-    replayed = {stage.gives: _columns_of(stage.output, outputs)}
+    results: dict[str, tuple[Any, Sequence[str], list[Any]]] = {stage.gives: (stage.output, (), outputs)}
     if record.values.get("law") == start.plugins["law"].name:
-        kind, names = module.Internals, record.internals_names
-        recorded[stage.internals_topic] = _recorded_columns(kind, tables[stage.internals_topic], names)
-        replayed[stage.internals_topic] = _columns_of(kind, internals)
+        results[stage.internals_topic] = module.Internals, record.internals_names, internals
     notes += _notes(incomplete, record.changes)
     stamps = np.array(steps, dtype=np.int64) * period
     common, missing, old, new = stamps, 0, {}, {}
-    for topic in recorded:
+    for topic in results:
         common = np.intersect1d(common, tables[topic]["stamp_ns"], assume_unique=True)
         missing = max(missing, len(np.setxor1d(stamps, tables[topic]["stamp_ns"])))
-    for topic, values in recorded.items():
-        there, here = np.isin(tables[topic]["stamp_ns"], common), np.isin(stamps, common)
-        old.update({f"{topic} {name}": column[there] for name, column in values.items()})
-        new.update({f"{topic} {name}": replayed[topic][name][here] for name in values})
+    here = np.isin(stamps, common)
+    for topic, (kind, names, given) in results.items():
+        table = tables[topic][np.isin(tables[topic]["stamp_ns"], common)]
+        recorded = _columns_of(kind, _tuples_of(kind, table, f"{flight.path}: {topic}", names))
+        old.update({f"{topic} {name}": column for name, column in recorded.items()})
+        new.update({f"{topic} {name}": column[here] for name, column in _columns_of(kind, given).items()})
     return Replay(role, start.plugins["law"].name, changed, common // period, old, new, missing, notes)
 
 
@@ -171,46 +170,30 @@ def _seen(
         yield _Step(step, record.dt, stage.inputs(state, *values), complete)
 
 
-def _tuples_of(kind: type[Any], table: Table, where: str) -> list[Any]:
-    """Return each row of ``table`` as a ``kind``; raises SchemaError if the table lacks a field of it."""
+def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] = ()) -> list[Any]:
+    """Return each row of ``table`` as a ``kind``; raises SchemaError if the table lacks a field of it.
+
+    ``extra``: names of the numbers in the field ``extra``, in order, for what the message has no field of its own.
+    """
     if kind is Wrench:
         thrust, torque = thrust_and_torque(table)
         return [Wrench(up, Vec3(*turn)) for up, turn in zip(thrust.tolist(), torque.tolist(), strict=True)]
     numbers: list[list[Any]] = []
+    names = table.dtype.names or ()
     for column in columns(kind):
-        shape = (len(column.parts),) if column.parts else ()
-        if column.name not in (table.dtype.names or ()) or table.dtype[column.name].shape != shape:
-            raise SchemaError(f"{where}: has no field {column.name!r} of {max(len(column.parts), 1)} numbers")
-        values = table[column.name].reshape(len(table), -1)
-        numbers += [values[:, place].tolist() for place in range(values.shape[1])]
+        parts = [f"{column.name}.{part}" for part in column.parts] or [column.name]
+        if column.name in names and table.dtype[column.name].shape == ((len(parts),) if column.parts else ()):
+            numbers += table[column.name].reshape(len(table), -1).T.tolist()
+        elif "extra" in names and set(parts) <= set(extra) and all(len(row) == len(extra) for row in table["extra"]):
+            numbers += [[float(row[extra.index(part)]) for row in table["extra"]] for part in parts]
+        else:
+            raise SchemaError(f"{where}: has no field {column.name!r} of {len(parts)} numbers")
     return list(map(builder(kind), zip(*numbers, strict=True)))
 
 
 def _columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
     """Return {leaf name: values, shape (n,)} of NamedTuples."""
     return dict(zip((leaf.name for leaf in leaves(kind)), to_rows(kind, items).T, strict=True))
-
-
-def _recorded_columns(kind: type[Any], table: Table, extra: Sequence[str] = ()) -> Columns:
-    """Return the columns of a table that ``_columns_of`` gives for its NamedTuple, as far as they were recorded.
-
-    ``extra``: names of the numbers in the field ``extra``, in order.
-    """
-    if kind is Wrench:
-        thrust, torque = thrust_and_torque(table)
-        return {"thrust": thrust, **{f"torque_b.{axis}": torque[:, at] for at, axis in enumerate("xyz")}}
-    names = table.dtype.names or ()
-    found: Columns = {}
-    for column in columns(kind):
-        parts = [f"{column.name}.{part}" for part in column.parts] or [column.name]
-        for place, name in enumerate(parts):
-            if column.name in names:
-                values = table[column.name].reshape(len(table), -1)[:, place]
-                found[name] = values.astype(np.float64)
-            elif name in extra and "extra" in names:
-                at = list(extra).index(name)
-                found[name] = np.array([row[at] for row in table["extra"]], dtype=np.float64)
-    return found
 
 
 def _notes(incomplete: int, changes: tuple[Change, ...]) -> list[str]:
