@@ -30,7 +30,7 @@ from quad_flight_log.errors import FlightLogError
 LONGEST = 20  # s of computing for one verb
 MEMORY = 4 << 30  # bytes
 ALWAYS = (
-    ["info"], ["info", "--json"], ["metrics", "--json"], ["metrics", "--csv"], ["check", "--limits", "position_rmse=1"],
+    ["info"], ["metrics", "--json"], ["metrics", "--csv"], ["check", "--limits", "position_rmse=1"],
     ["verify"], ["hash", "--topics"], ["export", "--out", "csv"],
 )  # fmt: skip
 SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
