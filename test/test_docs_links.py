@@ -9,6 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]*)(#[^)\s]*)?\)")
 SCRIPT = re.compile(r"(?<![\w/.])((?:scripts|bench)/[\w./-]*\w)")
+MODULE = re.compile(r"`(quad_[a-z_]+(?:/[a-z_0-9/]+\.py|(?:\.[a-z_0-9]+)+))(?:\(\))?`")
 
 pytestmark = pytest.mark.unit
 
@@ -36,3 +37,16 @@ def test_readme_has_the_two_commands():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert "\nscripts/fly " in text
     assert "\nscripts/test " in text
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_modules_that_a_document_names_exist(document):
+    """As ``quad_core.types``, a module or a name in one, or ``quad_core/types.py``."""
+    text = document.read_text(encoding="utf-8") if document.parent.name != "decisions" else ""
+    for name in sorted(set(MODULE.findall(text))):
+        parts = name.removesuffix(".py").replace("/", ".").split(".")
+        base = ROOT / "src" / parts[0] / parts[0]
+        if not base.is_dir():
+            continue
+        known = [base.joinpath(*parts[1:end]) for end in range(len(parts), 1, -1)]
+        assert any(path.with_suffix(".py").is_file() or path.is_dir() for path in known[:2]), f"{document.name}: {name}"
