@@ -28,12 +28,12 @@ def signal(fraction: float, factor: float) -> float:
     return 2.0 * fraction / divisor if divisor > 0.0 else 0.0
 
 
-def compensated(believed: float, true: float, fraction: float) -> float:
+def compensated(assumed: float, true: float, fraction: float) -> float:
     """Return what an autopilot needs for ``fraction`` (0..1) of the largest thrust; equal curves leave it as it is."""
-    if believed == true:
+    if assumed == true:
         return fraction
     u = signal(clamp(fraction, 0.0, 1.0), true)
-    return believed * u * u + (1.0 - believed) * u
+    return assumed * u * u + (1.0 - assumed) * u
 
 
 def rates(setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> Vec3:

@@ -121,7 +121,7 @@ class ExternalMode:
         self._answer_out.publish(answer)
 
     def profile(self, before: Profile, chosen_by: ChosenBy) -> Profile:
-        """Return how a PX4 with this mode is asked; a pilot who chooses it is waited for."""
+        """Return how a PX4 with this mode is asked; where a pilot chooses it, nothing is asked."""
         request = Request(SET_NAV_STATE, float(self.nav_state)) if chosen_by == ChosenBy.BRIDGE else None
         return before._replace(offboard=self._name, mode=request)
 

@@ -82,7 +82,7 @@ class Px4BridgeParameters(NamedTuple):
         str, Text("name of a mode of our own in PX4's list, at most 24 letters; empty: PX4's offboard mode is used")
     ] = ""
     chosen_by: Annotated[
-        int, Choice(ChosenBy, "what changes PX4 to external_mode: the bridge, or a pilot, who is waited for")
+        int, Choice(ChosenBy, "what changes PX4 to external_mode: the bridge, or a pilot, for whom it waits")
     ] = ChosenBy.BRIDGE.value
     rate_gain: RateGain = 6.5
     rate_limit: RateLimit = 3.8
