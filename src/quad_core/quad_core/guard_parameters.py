@@ -72,8 +72,8 @@ class StateLimits(NamedTuple):
     frozen_motion: Annotated[
         float,
         Real(
-            "m/s, rad/s",
-            "a sample equal to the last is frozen if the vehicle moves, or its wrench moves it, by more; 0: always",
+            "m, m/s, rad, rad/s",
+            "a repeated sample is frozen once a live one had changed by more, and by two of the least steps it takes",
             0.0,
             10.0,
             "addition",

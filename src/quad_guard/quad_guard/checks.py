@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import is_flyable
-from quad_core.geometry import norm, subtract
+from quad_core.geometry import norm
 from quad_core.guard_parameters import CommandLimits, ContactRule, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
@@ -129,7 +129,7 @@ def sample_refusal(
     """Return why ``sample`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
 
     ``last`` is the sample accepted at ``last_step``; before the first one ``last_step`` is negative, and nothing can
-    have jumped. ``frozen``: it repeats ``last`` although it ``must_differ``.
+    have jumped. ``frozen``: it repeats ``last`` although a live vehicle would show a change (``quad_guard.frozen``).
     """
     state = sample.state
     if not sample.accepted:
@@ -154,39 +154,6 @@ def sample_refusal(
     if attitude_change(last.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(last.omega_b):
         return ATTITUDE_JUMP
     return ACCEPTED
-
-
-def must_differ(
-    limits: StateLimits,
-    rule: ContactRule,
-    vehicle: Vehicle,
-    last: VehicleState,
-    height: float,
-    still: bool,
-    held: Wrench,
-    flown: Wrench,
-    dt: float,
-) -> bool:
-    """Return whether a sample ``dt`` s after ``last`` must differ from it; ``height`` in m above the ground.
-
-    A vehicle that moves or turns changes its state, and so does one that was ``still`` under the wrench ``held`` and
-    is ``flown`` with another one. In calm air a simulated hover comes to rest to the last bit, and its wrench with it:
-    such a state may repeat itself. So may that of a vehicle on the ground.
-    """
-    if is_on_ground(rule, vehicle, last, height, flown.thrust):
-        return False
-    least = limits.frozen_motion
-    if norm(last.v_w) >= least or norm(last.omega_b) >= least:
-        return True
-    if not still:
-        return False
-    torque = subtract(flown.torque_b, held.torque_b)
-    return (
-        dt * abs(flown.thrust - held.thrust) >= least * vehicle.mass
-        or dt * abs(torque.x) >= least * vehicle.inertia_xx
-        or dt * abs(torque.y) >= least * vehicle.inertia_yy
-        or dt * abs(torque.z) >= least * vehicle.inertia_zz
-    )
 
 
 def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: VehicleState, height: float, thrust: float) -> bool:

@@ -13,9 +13,9 @@ from quad_guard.checks import (
     FOREIGN,
     POSITION_JUMP,
     StateSample,
-    must_differ,
     sample_refusal,
 )
+from quad_guard.frozen import Grain, Missing, coarsest, finer, missed, nothing_missing
 
 COUNTED = (False, True, False, False, True, False, True, True, True, False)
 """By refusal: whether it counts towards the end of the controller's flight. Strangers, repetitions, frozen: no."""
@@ -28,8 +28,8 @@ class Belief(NamedTuple):
     """The state as the guard knows it, and the last accepted sample. Steps are -1 before the first one.
 
     ``step`` is that of the last accepted sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
-    body rate in rad/s of the estimator's newest reading, accepted or not. ``still``: the last accepted sample repeated
-    the one before, first under the wrench ``held``.
+    body rate in rad/s of the estimator's newest reading, accepted or not. ``grain`` and ``missing`` tell a frozen
+    sample (``quad_guard.frozen``).
     """
 
     state: VehicleState
@@ -37,8 +37,8 @@ class Belief(NamedTuple):
     step: int
     rate_step: int
     reading: Vec3
-    still: bool
-    held: Wrench
+    grain: Grain
+    missing: Missing
 
 
 class Refusals(NamedTuple):
@@ -54,7 +54,7 @@ def no_belief() -> Belief:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
     rest = fresh(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Belief(rest, rest, -1, -1, zero, False, Wrench(0.0, zero))
+    return Belief(rest, rest, -1, -1, zero, coarsest(), nothing_missing())
 
 
 def observe(
@@ -76,27 +76,22 @@ def observe(
     """
     limits = parameters.state
     refusals = expired(limits, refusals, now, period)
-    refusal, gyro, state, reading = ACCEPTED, False, belief.state, belief.reading
+    refusal, gyro, state, reading, last = ACCEPTED, False, belief.state, belief.reading, belief.sample
+    grain, missing = belief.grain, belief.missing
+    is_new = sample.arrived and not (belief.step >= 0 and is_same(sample.state, last))
+    if belief.step >= 0 and not is_new:
+        missing = missed(parameters.contact, vehicle, limits.frozen_motion, grain, missing, last, flown, dt)
     if sample.arrived:
-        repeats = belief.step >= 0 and is_same(sample.state, belief.sample)
-        frozen = repeats and must_differ(
-            limits,
-            parameters.contact,
-            vehicle,
-            belief.sample,
-            belief.sample.p_w.z - belief.sample.ground_z,
-            belief.still,
-            belief.held,
-            flown,
-            dt,
-        )
-        refusal = sample_refusal(limits, sample, belief.sample, belief.step, now, period, frozen)
+        refusal = sample_refusal(limits, sample, last, belief.step, now, period, not is_new and missing.shows)
         if refusal == ACCEPTED:
-            return accepted(sample, repeats, belief.held if belief.still else flown), refusals, refusal
+            if is_new:
+                grain = finer(grain, last, sample.state) if belief.step >= 0 else grain
+                missing = nothing_missing()
+            return accepted(sample, grain, missing), refusals, refusal
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(limits, refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            return accepted(sample, False, flown), reset, refusal
+            return accepted(sample, grain, nothing_missing()), reset, refusal
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
         gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
@@ -109,15 +104,15 @@ def observe(
     predicted = predict(vehicle, state, flown, gyro, dt)
     rate_step = now if gyro else belief.rate_step
     return (
-        Belief(predicted, belief.sample, belief.step, rate_step, reading, belief.still, belief.held),
+        Belief(predicted, last, belief.step, rate_step, reading, grain, missing),
         refusals,
         refusal,
     )
 
 
-def accepted(sample: StateSample, still: bool, held: Wrench) -> Belief:
-    """Return what is known from a sample that is accepted; ``still`` and ``held`` as in ``Belief``."""
-    return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, still, held)
+def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Belief:
+    """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Belief``."""
+    return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, grain, missing)
 
 
 def is_same(a: VehicleState, b: VehicleState) -> bool:

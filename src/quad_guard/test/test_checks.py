@@ -7,6 +7,7 @@ from guard_cases import DT, HOVER, PERIOD, VEHICLE, Owner, flying
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quad_core.geometry import normalized
 from quad_core.guard_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
@@ -159,17 +160,25 @@ def resting(height, speed=0.0, rate=0.0):
     return VehicleState(Vec3(0.0, 0.0, height), Vec3(0.0, 0.0, speed), Quat(0.0, 0.0, 0.0, 1.0), Vec3(rate, 0.0, 0.0))
 
 
-def repeated(seen, wrench=lambda _: HOVER, seconds=0.3, **changes):
-    """Return the guard's owner after the state ``seen`` was repeated for some time under ``wrench(k)``."""
-    owner = Owner(**changes)
+def repeated(seen, wrench=lambda _: HOVER, seconds=0.3, grain=1e-12):
+    """Return the guard's owner after ``seen`` was repeated under ``wrench(k)``; the first sample is a ``grain`` off."""
+    owner = Owner()
+    first = seen._replace(
+        **{name: Vec3(*(x + grain for x in getattr(seen, name))) for name in ("p_w", "v_w", "omega_b")}
+    )
+    first = first._replace(q_wb=normalized(Quat(grain, grain, grain, 1.0 - grain)))
+    owner.once(owner.good_command(wrench(0)), owner.sample(first))
     owner.run(seconds, lambda it: it.good_command(wrench(it.step)), lambda it: it.sample(seen))
     return owner
 
 
-@pytest.mark.parametrize(("speed", "rate"), [(2e-9, 0.0), (1e-3, 0.0), (0.0, 2e-9), (0.0, 1e-3), (-3.0, 0.0)])
-def test_a_state_that_repeats_itself_although_the_vehicle_moves_is_frozen(speed, rate):
+@pytest.mark.parametrize(
+    ("speed", "rate", "after"), [(1e-3, 0.0, 1), (0.0, 1e-3, 1), (-3.0, 0.0, 1), (2e-8, 0.0, 25), (0.0, 2e-8, 25)]
+)
+def test_a_state_that_repeats_itself_although_the_vehicle_moves_is_frozen(speed, rate, after):
+    """It is frozen once it would have moved by 1e-9: ``after`` steps of 2 ms."""
     owner = repeated(resting(2.0, speed, rate))
-    assert owner.events == [(51, guard.DESCEND, guard.STATE_LOST)]  # the last good one is that of step 0
+    assert owner.events == [(after + 51, guard.DESCEND, guard.STATE_LOST)]
     assert owner.report.state_refusal == checks.FROZEN
 
 
@@ -179,7 +188,7 @@ def test_a_hover_that_has_come_to_rest_to_the_last_bit_may_repeat_itself():
 
 
 @pytest.mark.parametrize(
-    "change", [Wrench(1e-6, Vec3()), Wrench(-0.1, Vec3()), Wrench(0.0, Vec3(1e-6, 0.0, 0.0)), Wrench(0.0, Vec3(z=1e-5))]
+    "change", [Wrench(1e-5, Vec3()), Wrench(-0.1, Vec3()), Wrench(0.0, Vec3(1e-6, 0.0, 0.0)), Wrench(0.0, Vec3(z=1e-5))]
 )
 def test_a_state_at_rest_that_does_not_follow_a_changed_wrench_is_frozen(change):
     def wrench(k):
@@ -191,22 +200,31 @@ def test_a_state_at_rest_that_does_not_follow_a_changed_wrench_is_frozen(change)
     assert owner.events == [(100 + 51, guard.DESCEND, guard.STATE_LOST)]
 
 
+@pytest.mark.parametrize(("speed", "grain", "after"), [(0.0, 0.01, 0), (0.01, 0.01, 0), (0.1, 0.01, 100)])
+def test_an_estimate_in_coarse_steps_is_frozen_when_it_should_have_taken_two(speed, grain, after):
+    """At 0.1 m/s two steps of 0.01 m take 100 of 2 ms; a thrust that creeps by less than that shows nothing."""
+    owner = repeated(resting(2.0, speed), lambda k: HOVER._replace(thrust=HOVER.thrust + 1e-5 * k), 0.5, grain)
+    assert owner.events == ([(after + 51, guard.DESCEND, guard.STATE_LOST)] if after else [])
+
+
+def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
+    """10 % more thrust is 0.02 m/s after 11 steps of 2 ms."""
+    owner = repeated(
+        resting(2.0), lambda k: HOVER._replace(thrust=(1.1 if k >= 100 else 1.0) * HOVER.thrust), 0.5, 0.01
+    )
+    assert owner.events == [(100 + 11 + 50, guard.DESCEND, guard.STATE_LOST)]
+
+
 def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():
-    idle = Wrench(0.5 * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
+    def share(most):
+        return lambda k: Wrench(min(0.002 * k, most) * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
 
-    def rising(k):
-        return Wrench(min(0.001 * k, 0.69) * HOVER.thrust, Vec3(0.0, 0.0, 0.0))
-
-    assert repeated(resting(0.1, 0.01, 0.01), lambda _: idle).events == []
-    assert repeated(resting(0.1), rising, 1.5).events == []
-    # on the ground it neither moves fast nor has it thrust to fly
-    assert repeated(resting(0.1, 0.2), lambda _: idle).events
-    assert repeated(resting(0.1, 0.01), lambda _: HOVER).events
-    assert repeated(resting(0.1, 0.01)._replace(ground_z=-1.0), lambda _: idle).events
-
-
-def test_with_noisy_sensors_any_repetition_is_frozen():
-    assert repeated(resting(2.0), state=StateLimits(frozen_motion=0.0)).events
+    assert repeated(resting(0.1, 0.01, 0.01), share(0.5)).events == []
+    assert repeated(resting(0.1), share(1.0), 1.5).events == []
+    # on the ground it neither moves fast nor has it more thrust than its weight
+    assert repeated(resting(0.1, 0.2), share(0.5)).events
+    assert repeated(resting(0.1), share(1.01), 1.5).events
+    assert repeated(resting(0.1, 0.01)._replace(ground_z=-1.0), share(0.5)).events
 
 
 @pytest.mark.parametrize("steps", [2, 10, 40])

@@ -1,0 +1,136 @@
+"""Whether a state that repeats itself is frozen: a live vehicle would have shown a change by now.
+
+    v t + n s >= 2 grain,  n u >= 2 grain,  |omega| t >= 4 grain,  w >= 2 grain       on any axis
+    u' = (f - f_0) / m,  s' = u,  w' = J^-1 (tau - tau_0)
+
+t is the time since the state last changed, v, n and omega are its velocity, body z axis and body rate, f_0 and tau_0
+the wrench 0.05 s after that change, when the controllers have answered it, f and tau the one flown now. The grain is
+the smallest change that the estimate has shown so far: an estimate in whole millimetres repeats itself in a calm hover,
+one with noise never does. On the ground only thrust beyond the weight moves a vehicle.
+"""
+
+from typing import NamedTuple
+
+from quad_core.geometry import body_z, clamp, norm
+from quad_core.guard_parameters import ContactRule
+from quad_core.types import Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle, max_thrust
+
+COARSEST = 0.02
+"""m, m/s, rad/s and parts of a quaternion: the grain of an estimate that has not changed yet."""
+
+SETTLED = 0.05
+"""s after a change until the wrench is that of the unchanged state."""
+
+
+class Grain(NamedTuple):
+    """The smallest change of an estimate, by axis: position m, velocity m/s, body rate rad/s; of a quaternion part."""
+
+    p: Vec3
+    v: Vec3
+    omega: Vec3
+    q: float
+
+
+class Missing(NamedTuple):
+    """What a state that repeats itself has not shown: ``time`` s, ``speed`` u, ``shift`` s, ``turn`` w, as above.
+
+    ``held`` is the wrench f_0, tau_0. ``shows``: a live vehicle would have shown it since the last change.
+    """
+
+    held: Wrench
+    time: float
+    speed: float
+    shift: float
+    turn: Vec3
+    shows: bool
+
+
+def coarsest() -> Grain:
+    """Return the grain before the first change."""
+    most = Vec3(COARSEST, COARSEST, COARSEST)
+    return Grain(most, most, most, COARSEST)
+
+
+def nothing_missing() -> Missing:
+    """Return what is missing at a change."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    return Missing(Wrench(0.0, zero), 0.0, 0.0, 0.0, zero, False)
+
+
+def finer(grain: Grain, before: VehicleState, after: VehicleState) -> Grain:
+    """Return the grain after a change from ``before`` to ``after``."""
+    q = min(
+        smaller(grain.q, before.q_wb.x, after.q_wb.x),
+        smaller(grain.q, before.q_wb.y, after.q_wb.y),
+        smaller(grain.q, before.q_wb.z, after.q_wb.z),
+        smaller(grain.q, before.q_wb.w, after.q_wb.w),
+    )
+    return Grain(
+        smallest(grain.p, before.p_w, after.p_w),
+        smallest(grain.v, before.v_w, after.v_w),
+        smallest(grain.omega, before.omega_b, after.omega_b),
+        q,
+    )
+
+
+def smallest(grain: Vec3, before: Vec3, after: Vec3) -> Vec3:
+    """Return the grain of a vector after a change."""
+    return Vec3(
+        smaller(grain.x, before.x, after.x),
+        smaller(grain.y, before.y, after.y),
+        smaller(grain.z, before.z, after.z),
+    )
+
+
+def smaller(grain: float, before: float, after: float) -> float:
+    """Return the grain of a number after a change; a number that stays the same does not tell its grain."""
+    change = abs(after - before)
+    return change if 0.0 < change < grain else grain
+
+
+def missed(
+    rule: ContactRule,
+    vehicle: Vehicle,
+    least: float,
+    grain: Grain,
+    missing: Missing,
+    last: VehicleState,
+    flown: Wrench,
+    dt: float,
+) -> Missing:
+    """Return what is missing ``dt`` s later under the wrench ``flown`` if the state still is ``last``.
+
+    Changes below ``least`` (m, m/s, rad, rad/s) need not show.
+    """
+    thrust, weight = clamp(flown.thrust, 0.0, max_thrust(vehicle)), vehicle.mass * vehicle.gravity
+    low = last.p_w.z - last.ground_z <= rule.stop_height
+    if low and thrust <= weight and norm(last.v_w) < rule.speed:
+        return nothing_missing()
+    held = missing.held if missing.time >= SETTLED else flown
+    before = weight if low else clamp(held.thrust, 0.0, max_thrust(vehicle))
+    speed = missing.speed + dt * (thrust - before) / vehicle.mass
+    time, shift = missing.time + dt, missing.shift + dt * speed
+    turn = Vec3(
+        missing.turn.x + dt * (flown.torque_b.x - held.torque_b.x) / vehicle.inertia_xx,
+        missing.turn.y + dt * (flown.torque_b.y - held.torque_b.y) / vehicle.inertia_yy,
+        missing.turn.z + dt * (flown.torque_b.z - held.torque_b.z) / vehicle.inertia_zz,
+    )
+    up, v = body_z(last.q_wb), last.v_w
+    shows = (
+        missing.shows
+        or exceeds(grain.omega, turn.x, turn.y, turn.z, least)
+        or exceeds(grain.v, up.x * speed, up.y * speed, up.z * speed, least)
+        or exceeds(grain.p, time * v.x + up.x * shift, time * v.y + up.y * shift, time * v.z + up.z * shift, least)
+        or time * norm(last.omega_b) >= max(4.0 * grain.q, least)
+    )
+    return Missing(held, time, speed, shift, turn, shows)
+
+
+def exceeds(grain: Vec3, x: float, y: float, z: float, least: float) -> bool:
+    """Return whether a change of a vector must show on one of its axes."""
+    return (
+        abs(x) >= max(2.0 * grain.x, least)
+        or abs(y) >= max(2.0 * grain.y, least)
+        or abs(z) >= max(2.0 * grain.z, least)
+    )
