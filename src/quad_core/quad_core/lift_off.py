@@ -2,11 +2,12 @@
 
     risen     = min(p_z - ground_z, integral of v_z) since arming
     on_ground = not armed, or since arming risen <= CLEAR, and not above AFOOT for HOVERS s
+    tau       = J (W^2 e - 2 D W omega) on the ground, e = b x z; about z -J_zz K r
 
 An estimate may stand metres off, drift, or have its heading wrong while the ground holds the vehicle. What a law would
 correct there it cannot, so its integrators wind up, and the vehicle turns over once it is light. Therefore on the
-ground the position law sees no error but that of height, the attitude law is set to level at the heading that it
-has, and both start from their first memory when the vehicle is clear.
+ground the position law sees no error but that of height, the torque is that of a law without memory, which keeps the
+body z axis b upright and damps the yaw rate r, and both laws start from their first memory when the vehicle is clear.
 
 The vehicle's owner keeps ``LiftOff`` and marks each state; all else follows from the state.
 """
@@ -16,9 +17,20 @@ from functools import cache
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from quad_core.geometry import ZERO, add, euler_from_quaternion, norm, quaternion_from_euler, scale
+from quad_core.geometry import (
+    ZERO,
+    add,
+    body_z,
+    cross,
+    euler_from_quaternion,
+    norm,
+    quaternion_from_euler,
+    rotate_inverse,
+    scale,
+)
 from quad_core.records import referable
-from quad_core.types import AttitudeInputs, AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import AttitudeInputs, AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
+from quad_core.vehicle import Vehicle
 
 CLEAR = 0.7
 """m above the height at arming from which on the vehicle is clear of the ground: 0.5 m, and what an estimate that
@@ -26,6 +38,8 @@ passes for one at rest (0.15 m/s) may have drifted on the way up."""
 AFOOT, HOVERS = 0.15, 2.0
 """m above the height at arming, for so many s: the vehicle flies, and its reference goes no higher."""
 
+UPRIGHT, DAMPING, YAW_DAMPING = 8.0, 0.9, 3.0
+"""W in rad/s, D and K in rad/s of the attitude on the ground: those of the guard's own law, for any vehicle."""
 RETURN = 1.2
 """rad/s: bandwidth of the way back to the reference after lift-off, critically damped."""
 RETURNED = 1e-3
@@ -112,6 +126,17 @@ def level(inputs: AttitudeInputs) -> AttitudeInputs:
     return AttitudeInputs(inputs.state, flat, inputs.actuation)
 
 
+def upright(vehicle: Vehicle, state: VehicleState) -> Vec3:
+    """Return the torque in N m, body frame, that keeps a vehicle level on its way up, whatever its law remembers."""
+    turn = rotate_inverse(state.q_wb, cross(body_z(state.q_wb), Vec3(0.0, 0.0, 1.0)))
+    omega, stiffness, damping = state.omega_b, UPRIGHT * UPRIGHT, 2.0 * DAMPING * UPRIGHT
+    return Vec3(
+        vehicle.inertia_xx * (stiffness * turn.x - damping * omega.x),
+        vehicle.inertia_yy * (stiffness * turn.y - damping * omega.y),
+        -vehicle.inertia_zz * YAW_DAMPING * omega.z,
+    )
+
+
 def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
     """Return how far in m, and with which speed in m/s, the vehicle is off its reference in the horizontal plane."""
     p, v, reference = inputs.state.p_w, inputs.state.v_w, inputs.reference
@@ -155,18 +180,28 @@ def lifting(law: ModuleType, inputs: type[Any]) -> ModuleType:
             step=_position_step(law.step, kind),
         )
     else:
-        vars(module)["step"] = _step(law.step, level if inputs is AttitudeInputs else _unchanged)
+        vars(module)["step"] = (_attitude_step if inputs is AttitudeInputs else _step)(law.step)
     return module
 
 
-def _step(law: Callable[..., Any], as_on_ground: Callable[[Any], Any]) -> Callable[..., Any]:
-    """Return ``step`` of a law that sees what ``as_on_ground`` gives, and whose memory stays as it is there."""
+def _step(law: Callable[..., Any]) -> Callable[..., Any]:
+    """Return ``step`` of a law whose memory stays as it is on the ground."""
+
+    def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        output, after, internals = law(parameters, vehicle, memory, inputs, dt)
+        return output, memory if inputs.state.on_ground else after, internals
+
+    return step
+
+
+def _attitude_step(law: Callable[..., Any]) -> Callable[..., Any]:
+    """Return ``step`` whose torque is ``upright`` on the ground: a law may hold the angle by its integral alone."""
 
     def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
         if not inputs.state.on_ground:
             return law(parameters, vehicle, memory, inputs, dt)
-        output, _, internals = law(parameters, vehicle, memory, as_on_ground(inputs), dt)
-        return output, memory, internals
+        output, _, internals = law(parameters, vehicle, memory, level(inputs), dt)
+        return Wrench(output.thrust, upright(vehicle, inputs.state)), memory, internals
 
     return step
 
@@ -191,7 +226,3 @@ def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
         return output, kind(own, distance, speed, returns), internals
 
     return step
-
-
-def _unchanged(inputs: Any) -> Any:
-    return inputs
