@@ -35,9 +35,10 @@ def test_the_page_shows_every_row():
     assert all(f"| {row['fault']} | {row['happens']} |" in text for row in fault_pages.fault_rows())
 
 
-def test_every_test_of_the_findings_exists():
-    table = yaml.safe_load((ROOT / "test" / "accept" / "findings.yaml").read_text(encoding="utf-8"))
-    assert len(table) >= 40
+@pytest.mark.parametrize(("name", "least"), [("findings", 40), ("reproductions", 16)])
+def test_every_test_of_the_findings_exists(name, least):
+    table = yaml.safe_load((ROOT / "test" / "accept" / f"{name}.yaml").read_text(encoding="utf-8"))
+    assert len(table) >= least
     for name in (name for row in table for name in row["tests"]):
         there = fault_pages.exists(name.replace("::test_", "::")) if "::" in name else (ROOT / name).is_file()
         assert there, name

@@ -126,6 +126,8 @@ def test_a_state_that_is_lost_or_jumps_ends_in_a_landing(on_ground, name, word):
 def test_position_and_attitude_controller_hover_unchanged_and_px4_lands(given, tmp_path):
     ended = flown(tmp_path / "flight", given, {}, "wrench", {**BOTH, "recorder": []})
     assert ended.code == 0, ended.output
+    assert "[ERROR]" not in ended.output
+    assert "given_up" not in ended.output
     assert "prediction of the bridge's mixer model" in ended.output
     assert ended.report["idle_broken"] == 0
     poses = np.array(ended.report["poses"])
