@@ -17,6 +17,8 @@ SAMPLES = {
     "state": flight_samples.state(7, RNG),
     "wrench": flight_samples.wrench(7, RNG),
     "internals": flight_samples.internals(7, RNG),
+    "nothing extra": flight_samples.message("quad_msgs/msg/AttitudeInternals"),
+    "no messages": flight_samples.message("sensor_msgs/msg/JointState", name=["a"]),
     "event": flight_samples.event(7, "größer"),
     "parameters": flight_samples.message(
         "quad_msgs/msg/NodeParameters", node="/a", parameters="a: 1", internals_names=["x", "yy", ""]

@@ -51,8 +51,8 @@ class StepCounter:
         if newest is None or stamp_ns <= newest:
             return
         period = self._periods[topic]
-        if 2 * (stamp_ns - newest) > 3 * period:  # a slow topic follows a late plant: half a period is no gap
-            self._lost[topic] += (2 * (stamp_ns - newest) + period) // (2 * period) - 1
+        # rounded down at one and a half periods: a slow topic that follows a late plant lacks nothing
+        self._lost[topic] += max(0, (2 * (stamp_ns - newest) + period - 1) // (2 * period) - 1)
         self._newest[topic] = stamp_ns
 
     def complete_through(self) -> int:
