@@ -160,3 +160,12 @@ def test_the_autopilots_own_take_off_is_flown_on_by_us(tmp_path):
     events = happened(ended)
     assert events.index("command 22") < events.index("took off") < events.index("nav_state 18, arming_state 2")
     assert 2.7 < heights(ended, "px4")[1].max() < 3.4
+
+
+def test_a_mission_is_flown_in_our_own_mode_of_px4(tmp_path):
+    ours = ["-p", "mode:=attitude", "-p", "external_mode:=Case flight"]
+    ended, commander = flown(tmp_path / "mode", "px4", {"external": "accepted"}, WHOLE, *ours)
+    assert ended.code == 0, ended.output + commander
+    events = happened(ended)
+    assert events.index("nav_state 23, arming_state 2") < events.index("nav_state 18, arming_state 2")
+    assert "command 176" not in events
