@@ -33,6 +33,7 @@ from takeovers import STANDBY, active_pid, environment_of
 from quad_commander.mode_table import Mode
 from quad_flight_log.bag.reader import open_flight
 from quad_msgs.msg import FlightMode
+from quad_node.topics import latched
 
 pytestmark = pytest.mark.flight
 
@@ -134,7 +135,7 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     with stranger(domain, "late") as node:  # as `ros2 topic echo --once` does
         executor, found = SingleThreadedExecutor(context=node.context), []
         executor.add_node(node)
-        node.create_subscription(FlightMode, "flight/mode", found.append, qos_profile_sensor_data)
+        node.create_subscription(FlightMode, "flight/mode", found.append, latched(1000))
         wait_until(lambda: executor.spin_once(0.1) or found, 20.0, "a mode")
         executor.shutdown()
     assert found[0].name == "HOLD", "who comes late sees the mode that is flown now"

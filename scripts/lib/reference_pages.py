@@ -52,9 +52,9 @@ TOPICS_HEAD = """# Topics
 
 Names are relative: a namespace gives a second vehicle. SI units, radians, ENU world, FLU body, quaternions xyzw (body
 to world), Z-Y-X Euler angles. All topics but `battery_state` are reliable; *latched* ones (transient local) reach nodes
-that join later. A *step* topic has exactly one message per step of its publisher. The payload hash covers the step
-topics but `flight/mode`, which names the run. Every node also publishes `diagnostics`
-(diagnostic_msgs/DiagnosticArray) at 1 Hz.
+that join later. A *step* topic has exactly one message per step of its publisher. One that is both shows only its
+newest message; between the nodes it is `NAME/steps`, not latched. The payload hash covers the step topics but
+`flight/mode`, which names the run. Every node also publishes `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
 """
 PARAMETERS_HEAD = """# Parameters
 

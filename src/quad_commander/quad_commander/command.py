@@ -52,11 +52,11 @@ class Asker(Node):
         entry = topics.TOPICS["flight/request"]
         self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
         entry = topics.TOPICS["flight/mode"]
-        self._modes = self.create_subscription(entry.type, entry.name, self._on_mode, entry.qos())
+        self._modes = self.create_subscription(entry.type, entry.name, self._on_mode, topics.latched())
 
     @property
     def is_connected(self) -> bool:
-        """Whether a commander subscribes to requests and will be heard: each of its modes repeats its last answer."""
+        """Whether a commander subscribes to requests, and its modes come here: each repeats its last answer."""
         return bool(self._requests.get_subscription_count() and self._modes.get_publisher_count())
 
     @property

@@ -1,4 +1,7 @@
-"""The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests."""
+"""The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests.
+
+The nodes of a flight follow `flight/mode/steps`; `flight/mode` is latched and shows others the newest mode.
+"""
 
 import math
 import sys
@@ -25,7 +28,7 @@ from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest, NodeStatus
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
-from quad_node import links
+from quad_node import links, topics
 from quad_node.codec import head_of, packer
 from quad_node.conversion import set_stamp
 from quad_node.main import run
@@ -79,6 +82,7 @@ class Commander(Responder):
         self.subscribe("flight/events", self._on_event, depth=64)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
+        self._mode_shown = self.create_publisher(FlightMode, "flight/mode", topics.latched())
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
         self._offered = [
             self.create_service(Trigger, request.name.lower(), partial(self._on_call, request)) for request in SERVICES
@@ -139,7 +143,9 @@ class Commander(Responder):
             return
         self._sent = step
         yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
-        yield self._mode_out, self._mode_message(said, step, next_step, sample.stamp_ns)
+        mode = self._mode_message(said, step, next_step, sample.stamp_ns)
+        yield self._mode_out, mode
+        yield self._mode_shown, mode
 
     def _mode_message(self, said: Outputs, step: int, next_step: int, stamp_ns: int) -> FlightMode:
         message = FlightMode(

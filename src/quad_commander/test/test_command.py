@@ -21,7 +21,7 @@ def commander(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "75")
     executor.init([])
     node = rclpy.create_node("commander")
-    modes = node.create_publisher(FlightMode, "flight/mode", topics.TOPICS["flight/mode"].qos())
+    modes = node.create_publisher(FlightMode, "flight/mode", topics.latched())
     entry = topics.TOPICS["flight/request"]
     requests = []
 

@@ -35,7 +35,11 @@ class Wired(Commander):
     def __init__(self):
         self.callbacks, self.events, self.publishing = {}, [], 1
         super().__init__()
-        self._reference_out, self._mode_out = Wire(TrajectoryPoint), Wire(FlightMode)
+        self._reference_out, self._mode_out, self._mode_shown = (
+            Wire(TrajectoryPoint),
+            Wire(FlightMode),
+            Wire(FlightMode),
+        )
         self.modes, self.references = self._mode_out.sent, self._reference_out.sent
 
     def subscribe(self, topic, callback, depth=10, raw=False):

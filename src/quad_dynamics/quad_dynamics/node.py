@@ -4,7 +4,7 @@ Subscribes: wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/no
 flight/recorded (RecorderAck).
 Publishes: state (VehicleState), truth (VehicleState), actuation (Actuation), disturbance (Disturbance),
 odom (Odometry), clock (Clock), flight/state (FlightState), flight/guard (GuardStatus).
-With a commander it subscribes also: flight/mode (FlightMode).
+With a commander it subscribes also: flight/mode/steps (FlightMode).
 With a commander it publishes also: flight/request (FlightRequest).
 In real time it watches the setpoints' age as well (``quad_node.command_link``). Topics that every node has:
 ``quad_node.flight_node``.

@@ -86,7 +86,7 @@ class FlightNode(Node):
         """Return a publisher of a topic, a shadow's own unless ``flown``; READY waits for subscribers if ``match``."""
         aside = self.shadow and topics.TOPICS[topic].step and not flown
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
-        publisher = self.create_publisher(entry.type, entry.name, entry.qos(entry.history(self.lockstep)))
+        publisher = self.create_publisher(entry.type, entry.wire, entry.qos(entry.history(self.lockstep)))
         readers = [*entry.subscribers_of(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
         self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
@@ -97,7 +97,7 @@ class FlightNode(Node):
         if self.shadow:
             depth = max(depth, entry.history(self.lockstep))
         qos, watched = entry.qos(depth, keep_all=self.lockstep), links.qos_events(self.event, entry.name)
-        self.create_subscription(entry.type, entry.name, callback, qos, raw=raw, event_callbacks=watched)
+        self.create_subscription(entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
             self._in[entry.name] = " or ".join(sources)

@@ -101,6 +101,14 @@ class Topic(NamedTuple):
         return [role for role in self.subscribers if role in roles and role != self.publisher_of(roles)]
 
     @property
+    def wire(self) -> str:
+        """Its name between the nodes of a flight. Under its own name a latched step topic shows the newest alone.
+
+        Latched with the history that a flight needs, it would send all of that to who comes late, the oldest first.
+        """
+        return f"{self.name}/steps" if self.step and self.latched else self.name
+
+    @property
     def required(self) -> bool:
         """Return whether a flight needs it: no node waits for a topic that its publisher may leave out."""
         return self.name in REQUIRED
@@ -117,7 +125,7 @@ class Topic(NamedTuple):
         ``keep_all``: a reader keeps what it has not read yet. Otherwise it keeps the last ``depth`` of all publishers
         together, and those of a foreign one displace the message that a step in lockstep waits for.
         """
-        profile = latched(depth) if self.latched else stream(depth)
+        profile = latched(depth) if self.latched and not self.step else stream(depth)
         if keep_all:
             profile.history = HistoryPolicy.KEEP_ALL
         if self.foreign:
@@ -155,8 +163,8 @@ def _step_topic(signal: Signal) -> Topic:
     subscribers = (*_CONSUMERS.get(name, ()), *stages, *shadows, RECORDER)
     # a mission's trajectory may cease, and the flight goes on
     step, only_with = name != "mission/reference", COMMANDER if name in _COMMANDERS else ""
-    # latched, a step topic would send all of its history to who comes late, the oldest mode first
-    return Topic(name, message_type(signal.kind), publishers, subscribers, step, False, signal.paper, only_with)
+    latched = name == "flight/mode"
+    return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
 
 
 def with_standby(roles: Collection[str]) -> dict[str, tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 Subscribes: state (VehicleState).
 Publishes: reference (TrajectoryPoint), flight/plan (FlightPlan).
-With a commander it subscribes also: reference (TrajectoryPoint), flight/mode (FlightMode).
+With a commander it subscribes also: reference (TrajectoryPoint), flight/mode/steps (FlightMode).
 With a commander it publishes instead: mission/reference (TrajectoryPoint), flight/plan (FlightPlan).
 Topics that every node has: ``quad_node.flight_node``.
 
