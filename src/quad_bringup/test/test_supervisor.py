@@ -89,64 +89,79 @@ def test_only_a_later_signal_asks_harder(hang_ups_are_heeded, monkeypatch):
 ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
 
 
-def test_a_flight_that_ends_by_itself_has_no_cause(monkeypatch):
-    flight = Flight(
-        [(1, state(FLYING, 1), {}), (4, state(FLYING, 900), {}), (6, state(ENDED, 1000), ALL_LEFT)], monkeypatch
-    )
-    assert flight.supervise() == Outcome("")
-    assert flight.stopped == 0
+LANDS = PATIENCE._replace(landing=8.0)
+SIMULATOR_DIES = [(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})]
+TRAJECTORY_LEAVES = "trajectory ended with exit code 0 before the flight began"
+NO_NEWS = "flight/state: nothing from the simulator after step 42"
+ENDINGS = {
+    "it ends by itself": (
+        [(1, state(FLYING, 1), {}), (4, state(FLYING, 900), {}), (6, state(ENDED, 1000), ALL_LEFT)],
+        ("", 0, 6.1),
+    ),
+    "it is over before anything of it is known": (
+        [(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})],
+        ("", 0, 1.4),
+    ),
+    "a node fails before anything is known": (
+        [(1, None, {"recorder": 1})],
+        ("recorder ended with exit code 1", 1, 2.1),
+    ),
+    "it fails by itself, which its bag tells": (
+        [(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), dict.fromkeys(ALL_LEFT, 1))],
+        ("", 0, 3.1),
+    ),
+    "a node is killed, and the others notice by themselves": (
+        [
+            (1, state(FLYING, 1), {}),
+            (2, None, {"trajectory": -9}),
+            (3.5, state(FAILED, 200, "trajectory does not answer"), {"simulator": 1, "recorder": 1}),
+        ],
+        ("trajectory was killed by SIGKILL", 0, 4.6),
+    ),
+    "it does not start": (
+        [(1, state(WAITING, 0, "waiting for recorder"), {})],
+        ("the flight did not start: waiting for recorder", 1, 1.0 + PATIENCE.start),
+    ),
+    "it begins after a node has left": (
+        [(1, None, {"trajectory": 0}), (9, state(FLYING, 42), {})],
+        (NO_NEWS, 1, 9.0 + PATIENCE.silence),
+    ),
+    "it is silent": ([(1, state(FLYING, 42), {})], (NO_NEWS, 1, 1.0 + PATIENCE.silence)),
+    "its nodes do not leave after it had failed": (
+        [(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), {"simulator": 1})],
+        ("the nodes did not leave after the flight had failed: diverged", 1, 2.0 + supervisor._WIND_UP),
+    ),
+}
 
 
-def test_a_flight_may_be_over_before_anything_of_it_is_known(monkeypatch):
-    flight = Flight([(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})], monkeypatch)
-    assert flight.supervise() == Outcome("")
-    assert flight.stopped == 0
-
-
-def test_a_node_that_fails_before_anything_is_known_is_the_cause(monkeypatch):
-    flight = Flight([(1, None, {"recorder": 1})], monkeypatch)
-    assert flight.supervise() == Outcome("recorder ended with exit code 1")
-
-
-def test_a_flight_that_fails_by_itself_is_told_by_its_bag(monkeypatch):
-    left = dict.fromkeys(ALL_LEFT, 1)
-    flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), left)], monkeypatch)
-    assert flight.supervise() == Outcome("")
-
-
-def test_a_killed_node_is_the_cause_even_if_others_follow(monkeypatch):
-    script = [
-        (1, state(FLYING, 1), {}),
-        (2, None, {"trajectory": -9}),
-        (3.5, state(FAILED, 200, "trajectory does not answer"), {"simulator": 1, "recorder": 1}),
-    ]
+@pytest.mark.parametrize("case", ENDINGS)
+def test_the_first_cause_of_an_end_is_named_and_what_does_not_leave_is_stopped(case, monkeypatch):
+    script, (cause, stopped, at) = ENDINGS[case]
     flight = Flight(script, monkeypatch)
-    assert flight.supervise() == Outcome("trajectory was killed by SIGKILL")
-    assert flight.stopped == 0, "the others noticed by themselves"
+    assert flight.supervise() == Outcome(cause)
+    assert (flight.stopped, flight.now) == (stopped, pytest.approx(at, abs=1.2))
 
 
 def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
-    flight = Flight([(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})], monkeypatch)
-    assert flight.supervise() == Outcome("simulator was killed by SIGSEGV")
-    assert flight.stopped == 1
-    assert flight.now < 4.0
+    for patience in (PATIENCE, LANDS):
+        flight = Flight(SIMULATOR_DIES, monkeypatch)
+        assert flight.supervise(patience=patience) == Outcome("simulator was killed by SIGSEGV")
+        assert (flight.stopped, flight.asked_at) == (1, []), "there is nothing left to land"
+        assert flight.now < 4.0
 
 
-def test_a_flight_that_does_not_start_is_stopped(monkeypatch):
-    flight = Flight([(1, state(WAITING, 0, "waiting for recorder"), {})], monkeypatch)
-    assert flight.supervise() == Outcome("the flight did not start: waiting for recorder")
+def test_nodes_that_do_not_leave_an_ended_flight_are_stopped(monkeypatch):
+    flight = Flight([(1, state(FLYING, 1), {}), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
+    assert flight.supervise() == Outcome("", ("trajectory", "recorder")), "its bag tells how the flight was"
     assert flight.stopped == 1
-    assert flight.now == pytest.approx(1.0 + PATIENCE.start, abs=0.5)
 
 
 @pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for trajectory")])
 def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch, capsys):
     flight = Flight([(1, None, {"trajectory": 0}), (3, known, {})], monkeypatch)
-    patient = PATIENCE._replace(start=60.0)
-    assert flight.supervise(patience=patient) == Outcome("trajectory ended with exit code 0 before the flight began")
+    assert flight.supervise(patience=PATIENCE._replace(start=60.0)) == Outcome(TRAJECTORY_LEAVES)
     assert flight.now < 15.0
-    said = "fly: trajectory ended with exit code 0 before the flight began: its node has 10 s to appear\n"
-    assert capsys.readouterr().err == (said if known else "")
+    assert capsys.readouterr().err == (f"fly: {TRAJECTORY_LEAVES}: its node has 10 s to appear\n" if known else "")
 
 
 def test_nodes_that_leave_because_they_were_asked_to_are_not_waited_for(monkeypatch, capsys):
@@ -158,40 +173,12 @@ def test_nodes_that_leave_because_they_were_asked_to_are_not_waited_for(monkeypa
     assert capsys.readouterr().err == ""
 
 
-def test_a_flight_that_begins_after_a_node_has_left_is_judged_like_any_other(monkeypatch):
-    script = [(1, None, {"trajectory": 0}), (9, state(FLYING, 42), {})]
-    flight = Flight(script, monkeypatch)
-    assert flight.supervise() == Outcome("flight/state: nothing from the simulator after step 42")
-    assert flight.now == pytest.approx(9.0 + PATIENCE.silence, abs=0.5)
-
-
-def test_a_silent_flight_is_stopped(monkeypatch):
-    flight = Flight([(1, state(FLYING, 42), {})], monkeypatch)
-    assert flight.supervise() == Outcome("flight/state: nothing from the simulator after step 42")
-    assert flight.now == pytest.approx(1.0 + PATIENCE.silence, abs=0.5)
-
-
-def test_nodes_that_do_not_leave_are_stopped(monkeypatch):
-    flight = Flight([(1, state(FLYING, 1), {}), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
-    assert flight.supervise() == Outcome("", ("trajectory", "recorder")), "its bag tells how the flight was"
-    assert flight.stopped == 1
-
-
-def test_nodes_that_do_not_leave_a_failed_flight_are_stopped(monkeypatch):
-    flight = Flight([(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), {"simulator": 1})], monkeypatch)
-    assert flight.supervise() == Outcome("the nodes did not leave after the flight had failed: diverged")
-    assert flight.stopped == 1
-
-
 def test_an_interrupt_stops_at_once(monkeypatch):
     asked = Interrupts()
     asked.names.append("SIGINT")
     flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
     assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
     assert (flight.stopped, flight.now) == (1, pytest.approx(0.1))
-
-
-LANDS = PATIENCE._replace(landing=8.0)
 
 
 def test_nodes_that_a_terminal_s_ctrl_c_ended_are_not_the_cause(monkeypatch):
@@ -382,12 +369,6 @@ def test_a_vehicle_that_waits_on_the_ground_has_little_time_to_leave(monkeypatch
     assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("trajectory was killed by SIGKILL")
     assert (flight.stopped, len(flight.asked_at), flight.asked_for) == (1, 1, [])
     assert flight.now < 3.0 + 1.0 + PATIENCE.answer + 0.5
-
-
-def test_nobody_is_asked_to_land_once_the_owner_of_the_vehicle_is_gone(monkeypatch):
-    flight = Flight([(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})], monkeypatch)
-    assert flight.supervise(patience=LANDS) == Outcome("simulator was killed by SIGSEGV")
-    assert (flight.stopped, flight.asked_at) == (1, [])
 
 
 def test_signals_are_noted_and_the_handlers_come_back():
