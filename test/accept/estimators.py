@@ -128,9 +128,12 @@ def misfit(row, wrong):
 
 
 def last_words(words):
-    """Return the line that says how a flight ended."""
-    lines = [line for line in re.split(r"[\r\n]+", words) if re.match(r"(hover|case2): (good|failed|[a-z_]+ )", line)]
-    return lines[-1] if lines else words.strip()[-120:]
+    """Return how a flight ended: good, or the first line that speaks against it."""
+    lines = [line for line in re.split(r"[\r\n]+", words) if re.match(r"(fly: )?(hover|case2): ", line)]
+    against = [
+        line for line in lines if not re.search(r": (next|bag|starting|waiting|failed|good|\[|aibs|[\d.]+ s)", line)
+    ]
+    return (against or [line for line in lines if line.endswith("good")] or [words.strip()[-120:]])[0][:200]
 
 
 def fly_streams(figures, folder):
