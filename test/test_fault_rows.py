@@ -1,5 +1,6 @@
 """The table of faults: every row is there, every test that it names exists, and docs/reference/faults.md shows it."""
 
+import re
 import sys
 
 import pytest
@@ -42,3 +43,12 @@ def test_every_test_of_the_findings_exists(name, least):
     for name in (name for row in table for name in row["tests"]):
         there = fault_pages.exists(name.replace("::test_", "::")) if "::" in name else (ROOT / name).is_file()
         assert there, name
+
+
+def test_every_test_of_the_first_contact_exists():
+    text = (ROOT / "test" / "accept" / "first_contact.py").read_text(encoding="utf-8")
+    folders = dict(zip(("LOG", "BRINGUP", "CORE"), re.findall(r'"(src/\w+/test)"', text), strict=False))
+    named = re.findall(r'"(?:\{(\w+)\}|([\w/]*test))/(test_\w+\.py)"', text)
+    assert len(named) > 10
+    for short, folder, file in named:
+        assert (ROOT / (folders[short] if short else folder) / file).is_file(), file
