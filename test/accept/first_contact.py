@@ -115,9 +115,9 @@ typed("C0 case2 printed", "scripts/fly case2 --start printed --duration 25 --lim
 for share in ("0.001", "0.1", "0.3"):
     estimated(f"C1 stamps off the grid by {share}", {"jitter": share}, 0, "hover: good",
               "1 us off the grid ended every flight", *SHORT)  # fmt: skip
-for rate in ("250", "100", "40"):
+for rate in ("250", "100", "80"):
     estimated(f"C2 {rate} Hz", {"rate": rate}, 0, "hover: good", "100 Hz tumbled, without a word", *SHORT)
-estimated("C2 20 Hz", {"rate": "20"}, 1, r"samples [\d.]+ ms apart, expected at most 40 ms", "tumbled", *SHORT)
+estimated("C2 50 Hz", {"rate": "50"}, 1, r"samples [\d.]+ ms apart, expected at most 16.6 ms", "tumbled", *SHORT)
 for wrong in ("world twist", "zero twist", "sign", "degrees"):
     mistaken(f"C3 {wrong}", wrong, "118 m away, no event")
 estimated("C4 best effort", {"best_effort": "1"}, 0, "hover: good", "READY and deaf, trajectory blamed", *SHORT)

@@ -26,8 +26,8 @@ RESET_DISTANCE, RESET_ANGLE = 0.3, math.radians(18.0)
 """m and rad beyond what the motion explains, from which on a change of pose is a reset."""
 RESTART = 1.0
 """s by which a stamp may be off what the clock says: more is another clock, or another start of it."""
-SLOWEST = 0.04
-"""s between two samples from which on nothing can be flown: the guard waits 0.05 s."""
+SLOWEST = 0.0166
+"""s between two samples from which on nothing can be flown: two in a row may be lost before the guard's 0.05 s end."""
 
 
 class Sample(NamedTuple):

@@ -173,8 +173,8 @@ def test_what_comes_too_rarely_is_refused_with_the_numbers():
     one = estimator()
     for k in range(40):
         one.wait(sample(k)._replace(arrived=0.05 * k))
-    assert one.refusal() == "est/odom: samples 50.0 ms apart, expected at most 40 ms"
+    assert one.refusal() == "est/odom: samples 50.0 ms apart, expected at most 16.6 ms"
     quick = estimator()
     for k in range(40):
-        quick.wait(sample(k)._replace(arrived=0.02 * k))
+        quick.wait(sample(k)._replace(arrived=0.01 * k))
     assert quick.refusal() == ""
