@@ -76,7 +76,7 @@ class Commander(Responder):
             self.subscribe(topic, partial(self._on_life, topic), raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
-        self.subscribe("flight/request", self._on_request, depth=_MOST_REQUESTS)
+        self._requests_in = self.subscribe("flight/request", self._on_requests, depth=_MOST_REQUESTS)
         self.subscribe("flight/autopilot", self._on_autopilot)
         self.subscribe("battery_state", self._on_battery)
         self.subscribe("flight/events", self._on_event, depth=64)
@@ -286,6 +286,15 @@ class Commander(Responder):
 
     def _on_node(self, message: NodeStatus) -> None:
         self._preflight.on_node(message)
+
+    def _on_requests(self, message: FlightRequest) -> None:
+        """Take all that wait, not one per turn of the executor: a KILL must not wait behind a flood."""
+        self._on_request(message)
+        for _ in range(_MOST_REQUESTS):
+            taken = self._requests_in.handle.take_message(FlightRequest, False)
+            if taken is None:
+                return
+            self._on_request(taken[0])
 
     def _on_request(self, message: FlightRequest) -> None:
         found, expected = "", "one of its constants"

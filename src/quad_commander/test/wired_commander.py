@@ -44,6 +44,7 @@ class Wired(Commander):
 
     def subscribe(self, topic, callback, depth=10, raw=False):
         self.callbacks[topic] = callback
+        return SimpleNamespace(handle=SimpleNamespace(take_message=lambda *_: None))
 
     def event(self, severity, kind, text, stamp_ns=0, always=False):
         self.events.append((severity, kind, text))

@@ -91,16 +91,17 @@ class FlightNode(Node):
         self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
-    def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> None:
-        """Subscribe to a topic of the table; READY waits for the publishers of a required one."""
+    def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> Any:
+        """Subscribe to a topic of the table and return it; READY waits for the publishers of a required one."""
         entry = topics.TOPICS[topic]
         if self.shadow:
             depth = max(depth, entry.history(self.lockstep))
         qos, watched = entry.qos(depth, keep_all=self.lockstep), links.qos_events(self.event, entry.name)
-        self.create_subscription(entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched)
+        subscription = self.create_subscription(entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
             self._in[entry.name] = " or ".join(sources)
+        return subscription
 
     @property
     def period_steps(self) -> int:
