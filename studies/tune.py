@@ -1,9 +1,9 @@
 """Tune the knobs of controllers on training seeds (Optuna, TPE) and write the gains as ROS parameter files.
 
-All controllers of a plan get the same sampler, budget, flights and objective: the mean over the flights of position
-RMSE over its scale plus torque variation per second over its scale; a flight that does not end costs a fixed amount
-plus the share that was not flown. Trial 0 are the defaults. Each trial has a sampler seed of its own, so a tuning that
-was stopped goes on from its storage exactly as if it had not been.
+All controllers of a plan get the same sampler, budget, flights and objective. The objective is the mean over the
+flights of position RMSE over its scale plus torque variation per second over its scale. A flight that does not end
+costs a fixed amount plus the share that was not flown. Trial 0 are the defaults. Each trial has a sampler seed of its
+own, so a tuning that was stopped goes on from its storage exactly as if it had not been.
 """
 
 import argparse

@@ -29,8 +29,8 @@ GENERATED = "<!-- Written by scripts/docs from the code: change it there. -->"
 
 STANDARD_TYPES = {
     "geometry_msgs/WrenchStamped": (
-        "`header.stamp`: stamp of the state that it answers; `header.frame_id`: `base_link`; `wrench.force.z`: "
-        "collective thrust along body z in N (x and y are 0); `wrench.torque`: torque about the body axes in N m."
+        "`header.stamp`: stamp of the state that it answers. `header.frame_id`: `base_link`. `wrench.force.z`: "
+        "collective thrust along body z in N (x and y are 0). `wrench.torque`: torque about the body axes in N m."
     ),
     "nav_msgs/Odometry": (
         "The sensed state (as `state`) for tools, once in `odom_period_steps`: pose in the world, twist in the body "
