@@ -1,5 +1,6 @@
 """The paper's figures 5 to 18 hold the quantities that the paper plots; modes and takeovers shade them."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import drawn_flights
@@ -149,7 +150,7 @@ def test_modes_and_takeovers_shade_the_figures_of_one_flight_and_takeovers_alone
     assert [band.label for band in alone.bands] == ["TAKEOFF", "HOLD", "MISSION", "LAND", "guard in descend"]
     shapes = specification(alone, colours(["a"]))["layout"]["shapes"]
     assert [shape["opacity"] for shape in shapes] == [band.opacity for band in alone.bands]
-    [both] = with_bands([HEIGHT], [run, run._replace(name="b")])
+    [both] = with_bands([HEIGHT], [run, replace(run, name="b")])
     assert [band.label for band in both.bands] == ["a: guard in descend", "b: guard in descend"]
 
 

@@ -1,6 +1,8 @@
 """The figures of flights: the paper's section 4 (Figures 5 to 18), and what went on inside the laws and the vehicle."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -26,7 +28,8 @@ _SHADES = (0.07, 0.16)  # of modes that follow each other
 _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
 
 
-class Run(NamedTuple):
+@dataclass(frozen=True)
+class Run:
     """A flight to be drawn. ``name`` is shown, ``trajectory`` groups runs; ``tables``: sorted arrays by topic.
 
     ``takeovers``: when the guard flew it. ``exchanges``: when a standby did.
@@ -46,7 +49,7 @@ class Run(NamedTuple):
         """Return the times of a topic's rows in s; 0 is the start of the trajectory, or else that of the flight."""
         return (self.tables[topic]["stamp_ns"] - self.start_ns) * 1e-9
 
-    @property
+    @cached_property
     def start_ns(self) -> int:
         """The stamp at which the trajectory time is 0, in a mission after take-off; 0 where it did not begin."""
         tables = {name: self.tables[name] for name in ("reference", "flight/mode") if name in self.tables}
@@ -55,7 +58,7 @@ class Run(NamedTuple):
                 return int(row["stamp_ns"]) - round(float(row["trajectory_time"]) * 1e9)
         return 0
 
-    @property
+    @cached_property
     def metrics(self) -> FlightMetrics:
         """The metrics of the flight."""
         return flight_metrics(self.tables)
@@ -71,7 +74,7 @@ def run_from_flight(flight: Flight, name: str) -> Run:
     """Return a run of a bag; what the bag lacks is left out."""
     trajectory = str(text_table(flight, "flight/plan")["trajectory"][0]) if flight.has("flight/plan") else ""
     run = run_from_tables(name, trajectory, flight_tables(flight))
-    return run._replace(takeovers=tuple(takeovers(flight)), exchanges=tuple(exchanges(flight)))
+    return replace(run, takeovers=tuple(takeovers(flight)), exchanges=tuple(exchanges(flight)))
 
 
 def by_trajectory(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
