@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, scale, subtract
+from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, scale, subtract, total
 from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
@@ -249,22 +249,19 @@ def slope(seen: Sequence[_Seen]) -> Slope:
         return Slope(ZERO, ZERO, 0.0)
     newest = seen[-1]
     middle = sum(one.time for one in seen) / len(seen)
-    total = sum((one.time - middle) * (one.time - middle) for one in seen)
-    if total <= 0.0:
+    spread = sum((one.time - middle) * (one.time - middle) for one in seen)
+    if spread <= 0.0:
         return Slope(ZERO, ZERO, 0.0)
     v, w = ZERO, ZERO
     for one in seen:
-        share = (one.time - middle) / total
+        share = (one.time - middle) / spread
         v = add(v, scale(share, one.sample.p_w))
         w = add(w, scale(share, _rotation(relative_attitude(newest.sample.q_wb, one.sample.q_wb))))
     return Slope(v, w, newest.time - middle)
 
 
 def _mean(vectors: Sequence[Vec3]) -> Vec3:
-    total = ZERO
-    for one in vectors:
-        total = add(total, one)
-    return scale(1.0 / len(vectors), total)
+    return scale(1.0 / len(vectors), total(vectors))
 
 
 def _rotation(q: Quat) -> Vec3:

@@ -5,6 +5,7 @@ Z-Y-X: (phi, theta, psi).
 """
 
 import math
+from collections.abc import Iterable
 
 from quad_core.types import Quat, Vec3
 
@@ -23,6 +24,14 @@ def clamp(value: float, low: float, high: float) -> float:
 def add(a: Vec3, b: Vec3) -> Vec3:
     """Return a + b (same unit)."""
     return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
+
+
+def total(vectors: Iterable[Vec3]) -> Vec3:
+    """Return the sum of all ``vectors``, zero of none."""
+    found = ZERO
+    for vector in vectors:
+        found = add(found, vector)
+    return found
 
 
 def subtract(a: Vec3, b: Vec3) -> Vec3:

@@ -3,7 +3,7 @@
 from collections import deque
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, norm, subtract
+from quad_core.geometry import norm, subtract, total
 from quad_core.types import Vec3, VehicleState
 
 WINDOW = 1.0
@@ -46,16 +46,18 @@ class Standing:
     @property
     def speed(self) -> float:
         """Length of the mean velocity over that time in m/s."""
-        total = ZERO
-        for one in self._seen:
-            total = add(total, one.v_w)
-        return norm(total) / max(len(self._seen), 1)
+        return norm(total(one.v_w for one in self._seen)) / max(len(self._seen), 1)
+
+    @property
+    def motion(self) -> float:
+        """The larger of drift and speed in m/s: what an estimate at rest does not show."""
+        return max(self.drift, self.speed)
 
     def refusal(self, limit: float, source: str) -> str:
         """Return why the vehicle must not take off, empty if it may; ``limit`` in m/s, ``source`` names the states."""
         if self.known < LEAST:
             return f"{source}: found states over {self.known:.1f} s, expected {LEAST:g} s of them at rest"
-        if max(self.drift, self.speed) < limit:
+        if self.motion < limit:
             return ""
         return (
             f"{source}: the estimate moves while the vehicle stands: found its position at {self.drift:.2f} m/s, "
