@@ -30,7 +30,7 @@ TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": Pos
 _LEAST_NORM = 0.5
 _LEAST_SAMPLES = 20  # that show a spacing
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
-_REPEATED = 0.3  # s in which the first sample comes again, relayed already; in lockstep a plant repeats it after 0.5 s
+_REPEATED = 0.3  # s in which the first sample may come again, relayed already
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
 _SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
 
