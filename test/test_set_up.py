@@ -136,6 +136,16 @@ def test_locks_are_those_of_the_versions_that_were_tested():
             assert f"\n{name.lower().replace('_', '-').replace('.', '-')}=={version} " in lock, line
 
 
+@pytest.mark.parametrize("name", ["slow.py", "slow"])
+def test_ctrl_c_while_a_tool_imports_shows_no_traceback(tmp_path, name):
+    (tmp_path / "slow.py").write_text("import time\nprint('up', flush=True)\ntime.sleep(60)\n", encoding="utf-8")
+    words = ["bash", "-c", 'trap "" INT; exec "$@"', "-", sys.executable, ROOT / "scripts/lib/tool.py", name]
+    tool = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert tool.stdout.readline() == "up\n"
+    tool.send_signal(signal.SIGINT)
+    assert (tool.communicate(timeout=30)[0], tool.returncode) == ("", -signal.SIGINT)
+
+
 def test_fly_by_hand_explains_itself_and_refuses_unknown_words():
     code, said, _ = run([ROOT / "scripts/fly_by_hand.sh", "--help"])
     assert (code, said) == (0, "")
