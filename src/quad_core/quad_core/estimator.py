@@ -18,8 +18,8 @@ from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
 """s over which velocity and body rates are derived, at least three samples."""
-CHECK = 0.1
-"""s over which a twist is held against the pose."""
+CHECK, CHECK_EVERY = 0.1, 0.01
+"""s over which a twist is held against the pose, and how often."""
 VELOCITY_MISFIT, RATE_MISFIT, MISFIT_SHARE = 0.3, 0.6, 0.25
 """m/s and rad/s, and the share of the slope, by which a twist may differ."""
 RESET_DISTANCE, RESET_ANGLE = 0.3, math.radians(18.0)
@@ -28,6 +28,8 @@ RESTART = 1.0
 """s by which a stamp may be off what the clock says: more is another clock, or another start of it."""
 SLOWEST = 0.0166
 """s between two samples from which on nothing can be flown: two in a row may be lost before the guard's 0.05 s end."""
+LEAST_SAMPLES = 20
+"""Samples that show a spacing."""
 
 
 class Sample(NamedTuple):
@@ -70,6 +72,7 @@ class Estimator:
         self._seen: deque[_Seen] = deque()
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
+        self._checked = -math.inf
         self._spacings: deque[float] = deque(maxlen=200)
         self._bound = 0
         self._lags: deque[int] = deque(maxlen=100)
@@ -86,11 +89,15 @@ class Estimator:
     def spacing(self) -> float:
         """Median time between the last samples in s, 0 if there were too few."""
         ordered = sorted(self._spacings)
-        return ordered[len(ordered) // 2] if len(ordered) >= 20 else 0.0
+        return ordered[len(ordered) // 2] if len(ordered) >= LEAST_SAMPLES - 1 else 0.0
 
     def refusal(self) -> str:
         """Return why nothing can be flown with it, empty if it can be."""
-        if self._lockstep or self.spacing <= SLOWEST:
+        if self._lockstep:
+            return ""
+        if not self.spacing:
+            return f"{LEAST_SAMPLES} messages on {self.name}"
+        if self.spacing <= SLOWEST:
             return ""
         return f"{self.name}: samples {1e3 * self.spacing:.1f} ms apart, expected at most {1e3 * SLOWEST:g} ms"
 
@@ -166,9 +173,11 @@ class Estimator:
 
     def _look_for_reset(self, last: Sample, sample: Sample, elapsed: float) -> None:
         """Take a jump of the position off; a turn beyond what the rates explain is said only."""
+        move, turn = subtract(sample.p_w, last.p_w), _angle(relative_attitude(last.q_wb, sample.q_wb))
+        if norm(move) <= 0.5 * RESET_DISTANCE and turn <= RESET_ANGLE:
+            return  # nearly every sample, without a slope
         speed = self._slope(WINDOW).v_w if len(self._seen) >= 3 else ZERO
-        jump = subtract(subtract(sample.p_w, last.p_w), scale(elapsed, speed))
-        turn = _angle(relative_attitude(last.q_wb, sample.q_wb))
+        jump = subtract(move, scale(elapsed, speed))
         if norm(jump) <= RESET_DISTANCE + 10.0 * elapsed * elapsed and turn <= RESET_ANGLE + 20.0 * elapsed:
             return
         self._offset = add(self._offset, jump)
@@ -178,16 +187,15 @@ class Estimator:
 
     def _state(self, sample: Sample) -> VehicleState:
         """Return the state of a sample; what is derived says its age."""
-        slope = self._slope(WINDOW)
-        v, w, age, rate_age = ZERO, ZERO, self._delay, self._delay
-        if sample.twist_linear is None or self.derives_velocity:
-            v, age = slope.v_w, self._delay + slope.age
-        else:
-            v = rotate(sample.q_wb, sample.twist_linear)
-        if sample.twist_angular is None or self.derives_rate:
-            w, rate_age = slope.omega_b, self._delay + slope.age
-        else:
-            w = sample.twist_angular
+        v, w, age, rate_age = sample.twist_linear, sample.twist_angular, self._delay, self._delay
+        if v is not None:
+            v = rotate(sample.q_wb, v)
+        if v is None or w is None or self.derives_velocity or self.derives_rate:
+            slope = self._slope(WINDOW)
+            if v is None or self.derives_velocity:
+                v, age = slope.v_w, self._delay + slope.age
+            if w is None or self.derives_rate:
+                w, rate_age = slope.omega_b, self._delay + slope.age
         return VehicleState(sample.p_w, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
 
     def _slope(self, window: float) -> "Slope":
@@ -199,8 +207,10 @@ class Estimator:
 
     def _check(self, time: float) -> None:
         """Hold the twist of the last CHECK s against the change of pose."""
-        if len(self._seen) < 3 or time - self._seen[0].time < 0.5 * CHECK:
+        too_few = len(self._seen) < 3 or time - self._seen[0].time < 0.5 * CHECK
+        if too_few or abs(time - self._checked) < CHECK_EVERY:
             return
+        self._checked = time
         true = slope(list(self._seen))
         samples = [one.sample for one in self._seen]
         if samples[-1].twist_linear is not None and not self.derives_velocity:
