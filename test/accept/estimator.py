@@ -18,6 +18,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from scipy.spatial.transform import Rotation
 
+from quad_node.executor import spin
+
 WALL_CLOCK = 1_764_000_000_000_000_000  # ns
 STALE = 1000 * 10**9  # ns
 HALF_STEP = 1e6  # ns: a sample is that of the nearest plant step, what is left of its jitter is in its stamp
@@ -154,8 +156,9 @@ def main():
     node = Spoiler(faults)
     with suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    node.create_timer(1.0, lambda: None)  # so that a signal gets its turn
     with suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(node)
+        spin([node], rclpy.task.Future())
 
 
 if __name__ == "__main__":
