@@ -148,7 +148,7 @@ def plugin_section(slot: str, group: str, name: str) -> str:
     """Return the section of one plug-in: what its module says of itself, its parameters, its presets."""
     module = plugins.load(group, name)
     summary = (module.__doc__ or "").strip().splitlines()[0]
-    text = f"## {slot}: {name}\n\n{summary}\n\n{field_table(fields(module.Parameters, f'{name}.'))}"
+    text = f"## {slot}: {name}\n\n{summary}\n\n{field_table(fields(module.Parameters, f'{name}.', slot == 'law'))}"
     for preset, values in getattr(module, "PRESETS", {}).items():
         if values:
             rows = [[f"`{name}.{key}`", f"`{shown(value)}`"] for key, value in values.items()]
@@ -174,7 +174,7 @@ def field_row(field: Field) -> list[str]:
     else:
         bounds = "true, false" if isinstance(spec, Flag) else "text"
     unit = spec.unit if isinstance(spec, Real | Whole) else ""
-    live = "live" if spec.live else ""
+    live = "live" if field.live else ""
     return [f"`{field.name}`", f"`{shown(field.default)}`", unit, bounds, spec.meaning, spec.source, live]
 
 

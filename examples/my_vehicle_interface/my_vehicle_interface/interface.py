@@ -12,7 +12,7 @@ ROLE = "my_bridge"
 class MyBridgeParameters(NamedTuple):
     """The node: what only this vehicle has, and the guard, which every vehicle has."""
 
-    drag: Annotated[float, Real("1/s", "deceleration per speed that the air causes", 0.0, 10.0, live=False)] = 0.1
+    drag: Annotated[float, Real("1/s", "deceleration per speed that the air causes", 0.0, 10.0)] = 0.1
     guard: GuardParameters = GuardParameters()
 
 

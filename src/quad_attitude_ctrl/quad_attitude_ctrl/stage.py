@@ -19,7 +19,7 @@ class AttitudeControllerParameters(NamedTuple):
     )
     period_steps: Annotated[int, Whole("steps", "plant steps between two wrenches", 1, 100_000)] = 1
     input_timeout: Annotated[
-        float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0, live=False)
+        float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0)
     ] = 0.1
     prediction: Prediction = Prediction()
     rotor_lead: RotorLead = RotorLead()

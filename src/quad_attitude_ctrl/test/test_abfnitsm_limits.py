@@ -11,7 +11,7 @@ from quad_attitude_ctrl import abfnitsm
 from quad_core.parameters import Choice, build, fields
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Vec3, VehicleState
 
-LIVE = [field for field in fields(abfnitsm.Parameters) if field.spec.live]
+LIVE = [field for field in fields(abfnitsm.Parameters, "", True) if field.live]
 
 
 def stepped(preset, data):
@@ -131,7 +131,7 @@ def test_live_parameters_may_change_to_anything_they_admit(data):
 
 
 def test_choices_that_change_the_meaning_of_the_memory_are_not_live():
-    fixed = {field.name for field in fields(abfnitsm.Parameters) if not field.spec.live}
+    fixed = {field.name for field in fields(abfnitsm.Parameters, "", True) if not field.live}
     assert fixed == {field.name for field in fields(abfnitsm.Parameters) if isinstance(field.spec, Choice)}
 
 

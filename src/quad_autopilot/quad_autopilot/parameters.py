@@ -6,18 +6,14 @@ from typing import Annotated, NamedTuple
 from quad_core.parameters import Choice, Real, Whole
 
 ThrustCurve = Annotated[
-    float,
-    Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0, "", False),
+    float, Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0)
 ]
-RateGain = Annotated[
-    float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P", live=False)
-]
+RateGain = Annotated[float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P")]
 RateLimit = Annotated[
-    float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX", False)
+    float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX")
 ]
 ResetLimit = Annotated[
-    float,
-    Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0),
+    float, Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0)
 ]
 
 
@@ -39,45 +35,28 @@ class ArmingParameters(NamedTuple):
 
     beats: Annotated[int, Whole("", "setpoints streamed before the mode is asked for; one every 20 ms", 1, 10_000)] = 25
     answer_timeout: Annotated[
-        float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0, live=False)
+        float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0)
     ] = 0.5
     speed: Annotated[
         float,
         Real("m/s", "faster, by velocity or change of position: the estimate does not rest, no arming", 0.01, 10.0),
     ] = 0.15
     step_timeout: Annotated[
-        float,
-        Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0, "", False),
+        float, Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0)
     ] = 10.0
     spool_up: Annotated[
         float,
-        Real(
-            "s",
-            "the autopilot's time from armed to the first state of the flight",
-            0.0,
-            60.0,
-            "COM_SPOOLUP_TIME",
-            False,
-        ),
+        Real("s", "the autopilot's time from armed to the first state of the flight", 0.0, 60.0, "COM_SPOOLUP_TIME"),
     ] = 1.0
-    first_command: Annotated[
-        float, Real("s", "time that the controllers have for their first command", 0.02, 10.0, live=False)
-    ] = 0.5
+    first_command: Annotated[float, Real("s", "time that the controllers have for their first command", 0.02, 10.0)] = (
+        0.5
+    )
     command_timeout: Annotated[
-        float,
-        Real(
-            "s",
-            "age of the newest command after which the stream stops and the autopilot lands",
-            0.01,
-            0.08,
-            live=False,
-        ),
+        float, Real("s", "age of the newest command after which the stream stops and the autopilot lands", 0.01, 0.08)
     ] = 0.06
-    state_timeout: Annotated[
-        float, Real("s", "time without a state after which the autopilot lands", 0.02, 10.0, live=False)
-    ] = 0.1
+    state_timeout: Annotated[float, Real("s", "time without a state after which the autopilot lands", 0.02, 10.0)] = 0.1
     land_timeout: Annotated[
-        float, Real("s", "longest time for the landing; the autopilot is left alone after it", 1.0, 3600.0, live=False)
+        float, Real("s", "longest time for the landing; the autopilot is left alone after it", 1.0, 3600.0)
     ] = 60.0
     takeoff: Annotated[int, Choice(Flier, "with a commander: what flies the take-off (autopilot: NAV_TAKEOFF)")] = (
         Flier.OURS.value

@@ -8,7 +8,7 @@ from quad_core.types import Vec3
 
 def _fixed(unit: str, meaning: str, low: float, high: float, source: str = "addition") -> Real:
     """Return what a number is that stays as it is for a whole flight."""
-    return Real(unit, meaning, low, high, source, live=False)
+    return Real(unit, meaning, low, high, source)
 
 
 class ModeParameters(NamedTuple):
@@ -30,9 +30,7 @@ class ModeParameters(NamedTuple):
     overruns: Annotated[float, _fixed("", "share of late cycles in a second above: HOLD", 0.0, 1.0, "ros2_control")] = (
         0.05
     )
-    land_without_recorder: Annotated[
-        bool, Flag("a lost recorder lands the vehicle; else it is an event only", live=False)
-    ] = False
+    land_without_recorder: Annotated[bool, Flag("a lost recorder lands the vehicle; else it is an event only")] = False
     arming_late: Annotated[
         float, _fixed("s", "armed without take-off for longer: DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
     ] = 10.0

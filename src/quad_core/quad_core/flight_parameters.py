@@ -25,21 +25,16 @@ class FlightParameters(NamedTuple):
         ROLES
     )
     start_timeout: Annotated[
-        float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0, live=False)
+        float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0)
     ] = 60.0
     silence_timeout: Annotated[
-        float,
-        Real(
-            "s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0, live=False
-        ),
+        float, Real("s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0)
     ] = 20.0
     setpoint_timeout: Annotated[
-        float,
-        Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0),
+        float, Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0)
     ] = 0.3
     reference_timeout: Annotated[
-        float,
-        Real("s", "real time without a commander: age of the reference that lands the vehicle", 0.02, 60.0),
+        float, Real("s", "real time without a commander: age of the reference that lands the vehicle", 0.02, 60.0)
     ] = 2.0
     realtime_priority: Annotated[
         int,

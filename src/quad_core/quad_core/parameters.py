@@ -29,7 +29,6 @@ class Real(NamedTuple):
     low: float
     high: float
     source: str = ""
-    live: bool = True
 
 
 class Whole(NamedTuple):
@@ -40,7 +39,6 @@ class Whole(NamedTuple):
     low: int
     high: int
     source: str = ""
-    live: bool = False
 
 
 class Flag(NamedTuple):
@@ -48,7 +46,6 @@ class Flag(NamedTuple):
 
     meaning: str
     source: str = ""
-    live: bool = True
 
 
 class Choice(NamedTuple):
@@ -61,7 +58,6 @@ class Choice(NamedTuple):
     kind: type[IntEnum] | tuple[str, ...]
     meaning: str
     source: str = ""
-    live: bool = False
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -79,23 +75,24 @@ class Text(NamedTuple):
 
     meaning: str
     source: str = ""
-    live: bool = False
 
 
 Spec = Real | Whole | Flag | Choice | Text
 
 
 class Field(NamedTuple):
-    """One leaf of a parameter set: dotted name, spec and default as people write it."""
+    """One leaf of a parameter set: dotted name, spec, default as people write it, whether it may change in flight."""
 
     name: str
     spec: Spec
     default: Value
+    live: bool = False
 
 
-def fields(parameters: type[Any] | Any, prefix: str = "") -> Iterator[Field]:
+def fields(parameters: type[Any] | Any, prefix: str = "", of_law: bool = False) -> Iterator[Field]:
     """Yield every leaf of a parameter set (class for its defaults, or instance), depth first.
 
+    Numbers and flags of a law (``of_law``) may change in flight, and nothing else: what it remembers keeps its meaning.
     Raises TypeError for a field that is neither annotated nor a parameter set: its value would be lost.
     """
     cls = parameters if isinstance(parameters, type) else type(parameters)
@@ -105,9 +102,9 @@ def fields(parameters: type[Any] | Any, prefix: str = "") -> Iterator[Field]:
         if get_origin(hint) is Annotated:
             spec = get_args(hint)[1]
             shown = spec.options[value] if isinstance(spec, Choice) else value
-            yield Field(prefix + name, spec, shown)
+            yield Field(prefix + name, spec, shown, of_law and isinstance(spec, Real | Flag))
         elif hasattr(value, "_fields"):
-            yield from fields(value, f"{prefix}{name}.")
+            yield from fields(value, f"{prefix}{name}.", of_law)
         else:
             kind = getattr(hint, "__name__", hint)
             expected = f"Annotated[{kind}, ...] with Real, Whole, Flag or Choice"

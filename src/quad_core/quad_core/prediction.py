@@ -35,9 +35,9 @@ from quad_core.vehicle import Vehicle
 class Prediction(NamedTuple):
     """Whether, and over how much time, the state that a law sees is predicted."""
 
-    enabled: Annotated[
-        bool, Flag("the law acts on the state predicted over its age; false: on the received state", live=False)
-    ] = False
+    enabled: Annotated[bool, Flag("the law acts on the state predicted over its age; false: on the received state")] = (
+        False
+    )
     position_age: Annotated[float, Real("s", "age of position and velocity where the state says none", 0.0, 0.1)] = 0.0
     attitude_age: Annotated[float, Real("s", "age of the attitude where the state says none", 0.0, 0.1)] = 0.0
     rate_age: Annotated[float, Real("s", "age of the body rates where the state says none", 0.0, 0.1)] = 0.0

@@ -50,8 +50,8 @@ class Resolved(NamedTuple):
     def all_fields(self) -> list[Field]:
         """Return every parameter of the node, dotted, with its resolved value as default."""
         found = list(fields(self.flight, "flight.")) + list(fields(self.vehicle, "vehicle.")) + list(fields(self.node))
-        for plugin in self.plugins.values():
-            found += fields(plugin.parameters, f"{plugin.name}.")
+        for slot, plugin in self.plugins.items():
+            found += fields(plugin.parameters, f"{plugin.name}.", slot == "law")
         return found
 
 

@@ -21,7 +21,7 @@ class RotorLead(NamedTuple):
     """Whether torque is commanded ahead of the rotors, and what lag is left."""
 
     enabled: Annotated[
-        bool, Flag("torque is commanded ahead of vehicle.rotor_time_constant; false: as the law asks", live=False)
+        bool, Flag("torque is commanded ahead of vehicle.rotor_time_constant; false: as the law asks")
     ] = False
     remaining_lag: Annotated[
         float, Real("s", "time constant T_f of the torque that is left; none is added to faster rotors", 1e-4, 1.0)

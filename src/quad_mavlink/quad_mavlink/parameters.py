@@ -30,11 +30,10 @@ class MavlinkBridgeParameters(NamedTuple):
         int, Whole("", "our system number; ArduPilot's GCS failsafe watches this one", 1, 255, "MAV_GCS_SYSID")
     ] = 255
     state_interval: Annotated[
-        float, Real("s", "spacing of states that is asked for", 0.002, 0.1, "SET_MESSAGE_INTERVAL", False)
+        float, Real("s", "spacing of states that is asked for", 0.002, 0.1, "SET_MESSAGE_INTERVAL")
     ] = 0.01
     max_rotor_thrust: Annotated[
-        float,
-        Real("N", "largest thrust of one of four rotors; must be measured; 0 is refused", 0.0, 1e4, "T_m", False),
+        float, Real("N", "largest thrust of one of four rotors; must be measured; 0 is refused", 0.0, 1e4, "T_m")
     ] = 0.0
     autopilot_curve: Annotated[
         float,

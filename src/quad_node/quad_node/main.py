@@ -75,7 +75,7 @@ def help_text(role: str, summary: str) -> str:
     for slot, group in kind.slots.items():
         for name in plugins.names(group):
             lines += ["", f"with {slot}:={name}:"]
-            lines += [_row(field) for field in fields(plugins.load(group, name).Parameters, f"{name}.")]
+            lines += [_row(field) for field in fields(plugins.load(group, name).Parameters, f"{name}.", slot == "law")]
     lines += ["", "shared by all nodes of a flight:"]
     lines += [_row(field) for field in (*fields(FlightParameters, "flight."), *fields(Vehicle, "vehicle."))]
     lines += ["", "examples:", f"  ros2 run {kind.package} {role} --ros-args -p flight.seed:=7"]
@@ -96,5 +96,5 @@ def _row(field: Field) -> str:
     elif isinstance(spec, Choice):
         bounds = " one of " + ", ".join(spec.options)
     source = f" ({spec.source})" if spec.source else ""
-    live = "; live" if spec.live else ""
+    live = "; live" if field.live else ""
     return f"  {field.name} = {field.default!r}{bounds}: {spec.meaning}{source}{live}"

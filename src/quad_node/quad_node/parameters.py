@@ -82,7 +82,7 @@ def descriptor(field: Field) -> ParameterDescriptor:
     spec = field.spec
     unit = f" [{spec.unit}]" if isinstance(spec, Real | Whole) and spec.unit else ""
     source = f" ({spec.source})" if spec.source else ""
-    found = ParameterDescriptor(description=spec.meaning + unit + source, read_only=not spec.live)
+    found = ParameterDescriptor(description=spec.meaning + unit + source, read_only=not field.live)
     if isinstance(spec, Real):
         found.floating_point_range = [FloatingPointRange(from_value=spec.low, to_value=spec.high, step=0.0)]
     elif isinstance(spec, Whole):

@@ -18,7 +18,7 @@ class PositionControllerParameters(NamedTuple):
     )
     period_steps: Annotated[int, Whole("steps", "plant steps between two attitude setpoints", 1, 100_000)] = 5
     input_timeout: Annotated[
-        float, Real("s", "real time: age of the reference after which the position is held", 0.01, 60.0, live=False)
+        float, Real("s", "real time: age of the reference after which the position is held", 0.01, 60.0)
     ] = 0.2
     prediction: Prediction = Prediction()
 

@@ -13,7 +13,7 @@ from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Ve
 from quad_position_ctrl import aibs
 
 MAX_THRUST = VEHICLE.thrust_to_weight * VEHICLE.mass * VEHICLE.gravity
-LIVE = [field for field in fields(aibs.Parameters) if field.spec.live]
+LIVE = [field for field in fields(aibs.Parameters, "", True) if field.live]
 FREEZING = ("velocity_limited", "acceleration_limited", "tilt_limited", "thrust_limited", "descent_limited")
 
 
@@ -114,7 +114,7 @@ def test_live_parameters_may_change_to_anything_they_admit(data):
 
 
 def test_choices_that_change_the_meaning_of_the_memory_are_not_live():
-    fixed = {field.name for field in fields(aibs.Parameters) if not field.spec.live}
+    fixed = {field.name for field in fields(aibs.Parameters, "", True) if not field.live}
     assert fixed == {field.name for field in fields(aibs.Parameters) if isinstance(field.spec, Choice)}
 
 

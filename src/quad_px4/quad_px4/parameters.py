@@ -16,7 +16,6 @@ LossLimit = Annotated[
         0.0,
         60.0,
         "COM_OF_LOSS_T",
-        False,
     ),
 ]
 
@@ -40,11 +39,10 @@ class ChosenBy(IntEnum):
 class RotorPlace(NamedTuple):
     """One rotor as PX4 describes it: body frame FRD, so y to the right; ``km`` > 0 turns counter-clockwise."""
 
-    px: Annotated[float, Real("m", "distance in front of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PX", False)]
-    py: Annotated[float, Real("m", "distance right of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PY", False)]
+    px: Annotated[float, Real("m", "distance in front of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PX")]
+    py: Annotated[float, Real("m", "distance right of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PY")]
     km: Annotated[
-        float,
-        Real("m", "drag torque over thrust as PX4 has it; > 0: counter-clockwise", -10.0, 10.0, "CA_ROTORn_KM", False),
+        float, Real("m", "drag torque over thrust as PX4 has it; > 0: counter-clockwise", -10.0, 10.0, "CA_ROTORn_KM")
     ]
 
 
@@ -52,13 +50,13 @@ class AirframeParameters(NamedTuple):
     """What turns N and N m into PX4's normalised setpoints (``airframe.*``); four rotors in X, counted as PX4 does."""
 
     max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of one rotor; must be measured; 0 is refused", 0.0, 1e4, "T_m", False)
+        float, Real("N", "largest thrust of one rotor; must be measured; 0 is refused", 0.0, 1e4, "T_m")
     ] = 0.0
     drag_ratio: Annotated[
-        float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q", False)
+        float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q")
     ] = 0.0
     thr_mdl_fac: Annotated[
-        float, Real("", "the thrust curve that PX4 takes the motors to have", 0.0, 1.0, "THR_MDL_FAC", False)
+        float, Real("", "the thrust curve that PX4 takes the motors to have", 0.0, 1.0, "THR_MDL_FAC")
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
     rotor0: RotorPlace = RotorPlace(0.15, 0.15, 0.05)
@@ -71,8 +69,7 @@ class Px4BridgeParameters(NamedTuple):
     """The bridge to PX4: what it commands, whom, and when it lets go."""
 
     mode: Annotated[
-        int,
-        Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, attitude, or body rates"),
+        int, Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, attitude, or body rates")
     ] = Mode.WRENCH.value
     namespace: Annotated[str, Text("what stands before /fmu, as UXRCE_DDS_NS says; empty: nothing", "UXRCE_DDS_NS")] = (
         ""

@@ -16,9 +16,9 @@ class Parameters(NamedTuple):
     """Case 2: how it is entered, how long and how large it is flown."""
 
     start: Entry = Start.APPROACH.value
-    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "Eq. 65", live=False)] = 80.0
-    position_scale: Annotated[float, Real("", "factor on all lengths", 0.001, 100.0, "eqs. 66-68", live=False)] = 1.0
-    time_scale: Annotated[float, Real("", "factor on all times; 2 is half as fast", 0.01, 100.0, "", live=False)] = 1.0
+    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "Eq. 65")] = 80.0
+    position_scale: Annotated[float, Real("", "factor on all lengths", 0.001, 100.0, "eqs. 66-68")] = 1.0
+    time_scale: Annotated[float, Real("", "factor on all times; 2 is half as fast", 0.01, 100.0, "")] = 1.0
     yaw_shaping: Annotated[
         int, Choice(YawShaping, "smooth: a turn within the yaw limits; printed: steps", "Eq. 65")
     ] = YawShaping.SMOOTH.value

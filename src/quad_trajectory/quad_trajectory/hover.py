@@ -14,18 +14,18 @@ Plan = Approach
 class Position(NamedTuple):
     """A point of the world."""
 
-    x: Annotated[float, Real("m", "east", -1e4, 1e4, live=False)] = 0.0
-    y: Annotated[float, Real("m", "north", -1e4, 1e4, live=False)] = 0.0
-    z: Annotated[float, Real("m", "up", -1e4, 1e4, live=False)] = 2.0
+    x: Annotated[float, Real("m", "east", -1e4, 1e4)] = 0.0
+    y: Annotated[float, Real("m", "north", -1e4, 1e4)] = 0.0
+    z: Annotated[float, Real("m", "up", -1e4, 1e4)] = 2.0
 
 
 class Parameters(NamedTuple):
     """Hover: where, with which heading, for how long."""
 
     start: Entry = Start.APPROACH.value
-    duration: Annotated[float, Real("s", "flight time from the end of the approach", 0.01, 1e5, "", live=False)] = 20.0
+    duration: Annotated[float, Real("s", "flight time from the end of the approach", 0.01, 1e5, "")] = 20.0
     position: Position = Position()
-    yaw: Annotated[float, Real("rad", "heading", -6.3, 6.3, "", live=False)] = 0.0
+    yaw: Annotated[float, Real("rad", "heading", -6.3, 6.3, "")] = 0.0
     limits: MotionLimits = MotionLimits()
 
 

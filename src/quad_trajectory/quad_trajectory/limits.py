@@ -16,17 +16,14 @@ class MotionLimits(NamedTuple):
     Where the start or the curve's first point itself asks for more, the approach may use 1.25 times that.
     """
 
-    speed: Annotated[float, Real("m/s", "speed limit of the approach", 0.01, 100.0, live=False)] = 3.0
-    acceleration: Annotated[float, Real("m/s^2", "acceleration limit of the approach", 0.01, 100.0, live=False)] = 2.5
-    jerk: Annotated[float, Real("m/s^3", "jerk limit of the approach", 0.01, 1e4, live=False)] = 5.0
+    speed: Annotated[float, Real("m/s", "speed limit of the approach", 0.01, 100.0)] = 3.0
+    acceleration: Annotated[float, Real("m/s^2", "acceleration limit of the approach", 0.01, 100.0)] = 2.5
+    jerk: Annotated[float, Real("m/s^3", "jerk limit of the approach", 0.01, 1e4)] = 5.0
     tilt: Annotated[
-        float,
-        Real("rad", "tilt limit of the approach: atan(horizontal / vertical specific force)", 0.01, 1.4, live=False),
+        float, Real("rad", "tilt limit of the approach: atan(horizontal / vertical specific force)", 0.01, 1.4)
     ] = 0.3
-    yaw_rate: Annotated[float, Real("rad/s", "rate limit of shaped yaw turns", 0.01, 20.0, live=False)] = 1.0
-    yaw_acceleration: Annotated[
-        float, Real("rad/s^2", "acceleration limit of shaped yaw turns", 0.01, 100.0, live=False)
-    ] = 2.0
+    yaw_rate: Annotated[float, Real("rad/s", "rate limit of shaped yaw turns", 0.01, 20.0)] = 1.0
+    yaw_acceleration: Annotated[float, Real("rad/s^2", "acceleration limit of shaped yaw turns", 0.01, 100.0)] = 2.0
 
 
 class YawShaping(IntEnum):

@@ -31,18 +31,16 @@ class Parameters(NamedTuple):
         str,
         Text("waypoints, one a line or separated by semicolons: x y z in m and, where it changes, yaw in rad or 90deg"),
     ] = "0 0 2; 6 0 3; 6 6 4; 0 6 3; 0 0 2"
-    speed: Annotated[float, Real("m/s", "speed limit of the path", 0.01, 100.0, live=False)] = 5.0
-    thrust: Annotated[
-        float, Real("", "thrust limit of the path over the vehicle's largest thrust", 0.1, 1.0, live=False)
-    ] = 0.7
-    tilt: Annotated[float, Real("rad", "tilt limit of the path", 0.01, 1.4, live=False)] = 0.6
+    speed: Annotated[float, Real("m/s", "speed limit of the path", 0.01, 100.0)] = 5.0
+    thrust: Annotated[float, Real("", "thrust limit of the path over the vehicle's largest thrust", 0.1, 1.0)] = 0.7
+    tilt: Annotated[float, Real("rad", "tilt limit of the path", 0.01, 1.4)] = 0.6
     body_rate: Annotated[
-        float, Real("rad/s", "limit on how fast the thrust direction turns along the path", 0.05, 30.0, live=False)
+        float, Real("rad/s", "limit on how fast the thrust direction turns along the path", 0.05, 30.0)
     ] = 2.0
     turn: Annotated[
         int, Choice(Turn, "short: the heading turns the short way; as_written: by the difference of the yaws given")
     ] = Turn.SHORT.value
-    stay: Annotated[float, Real("s", "flight time at the last waypoint", 0.01, 1e5, live=False)] = 2.0
+    stay: Annotated[float, Real("s", "flight time at the last waypoint", 0.01, 1e5)] = 2.0
     limits: MotionLimits = MotionLimits()
 
 

@@ -26,7 +26,7 @@ class TorqueFilterParameters(NamedTuple):
     law: Annotated[str, Text("plug-in of group quad.torque_filter; its parameters stand under its name")] = "low_pass"
     period_steps: Annotated[int, Whole("steps", "plant steps between two wrenches", 1, 100_000)] = 1
     input_timeout: Annotated[
-        float, Real("s", "real time: age of the wrench after which nothing is answered", 0.01, 60.0, live=False)
+        float, Real("s", "real time: age of the wrench after which nothing is answered", 0.01, 60.0)
     ] = 0.1
 
 
