@@ -96,71 +96,6 @@ class TiltLimits(NamedTuple):
     ] = 1.0
 
 
-class BackupLaw(NamedTuple):
-    """The guard's own law: bandwidths, speeds and limits."""
-
-    attitude_bandwidth: Annotated[
-        float, Real("rad/s", "natural frequency of roll and pitch", 0.1, 100.0, "addition")
-    ] = 8.0
-    attitude_damping: Annotated[float, Real("", "damping ratio of roll and pitch", 0.1, 10.0, "")] = 0.9
-    yaw_rate_bandwidth: Annotated[float, Real("rad/s", "bandwidth of yaw-rate damping", 0.1, 100.0, "addition")] = 3.0
-    velocity_bandwidth: Annotated[
-        float, Real("rad/s", "bandwidth of the horizontal velocity", 0.01, 10.0, "addition")
-    ] = 1.2
-    vertical_bandwidth: Annotated[
-        float, Real("rad/s", "bandwidth of the vertical velocity", 0.01, 20.0, "addition")
-    ] = 4.0
-    vertical_integral: Annotated[
-        float, Real("1/s^2", "integral gain of the vertical velocity", 0.0, 100.0, "addition")
-    ] = 2.0
-    brake_tilt: Annotated[float, Real("rad", "largest tilt used to stop above walking pace", 0.01, 0.8, "addition")] = (
-        0.35
-    )
-    landing_tilt: Annotated[
-        float, Real("rad", "largest tilt used below walking pace: that of touchdown", 0.01, 0.8, "addition")
-    ] = 0.15
-    walking_pace: Annotated[
-        float, Real("m/s", "horizontal speed below which the vehicle descends", 0.05, 10.0, "addition")
-    ] = 0.6
-    descent_speed: Annotated[float, Real("m/s", "speed of the controlled descent", 0.05, 5.0, "PX4 MPC_LAND_SPEED")] = (
-        0.8
-    )
-    blind_thrust: Annotated[
-        float, Real("", "thrust over weight without a velocity that can be trusted", 0.5, 1.0, "PX4")
-    ] = 0.94
-    unseen_thrust: Annotated[
-        float, Real("", "thrust over weight without any state for ``blind_age``", 0.2, 1.0, "addition")
-    ] = 0.7
-    lowest_thrust: Annotated[float, Real("", "least thrust over weight in the air", 0.0, 1.0, "addition")] = 0.2
-    torque_thrust: Annotated[
-        float,
-        Real(
-            "",
-            "limit, in weights, on the thrust that roll and pitch torque may add; keep below 1 or the vehicle climbs",
-            0.1,
-            1.0,
-            "addition",
-        ),
-    ] = 0.7
-    torque_bandwidth: Annotated[
-        float, Real("rad/s", "bandwidth of the observer of unknown torque", 0.1, 100.0, "addition")
-    ] = 15.0
-    torque_found: Annotated[
-        float,
-        Real(
-            "",
-            "unknown roll or pitch torque, in hover torques of one rotor, from which on it is compensated",
-            0.01,
-            10.0,
-            "addition",
-        ),
-    ] = 0.2
-    thrust_share: Annotated[
-        float,
-        Real("", "largest thrust of the backup law over the largest there is: the rest makes torque", 0.1, 1.0, ""),
-    ] = 0.9
-
-
 class ContactRule(NamedTuple):
     """When the vehicle stands on the ground, and when the backup law may stop the motors."""
 
@@ -182,7 +117,6 @@ class GuardParameters(NamedTuple):
     command: CommandLimits = CommandLimits()
     state: StateLimits = StateLimits()
     tilt: TiltLimits = TiltLimits()
-    backup: BackupLaw = BackupLaw()
     contact: ContactRule = ContactRule()
     ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "addition")] = 0.0
     has_commander: Annotated[

@@ -20,12 +20,24 @@ from typing import NamedTuple
 
 from quad_core.cycle import fresh
 from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
-from quad_core.guard_parameters import BackupLaw, ContactRule
+from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 
+ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
+"""Natural frequency in rad/s and damping ratio of roll and pitch; bandwidth of the yaw rate in rad/s."""
+VELOCITY_BANDWIDTH, VERTICAL_BANDWIDTH, VERTICAL_INTEGRAL = 1.2, 4.0, 2.0
+"""Bandwidths of the horizontal and the vertical velocity in rad/s; integral gain of the latter in 1/s^2."""
+BRAKE_TILT, LANDING_TILT, WALKING_PACE = 0.35, 0.15, 0.6
+"""Largest tilt in rad above walking pace, and below it as at touchdown; walking pace in m/s."""
+DESCENT_SPEED = 0.8
+"""m/s (PX4 MPC_LAND_SPEED)."""
+BLIND_THRUST, UNSEEN_THRUST, LOWEST_THRUST = 0.94, 0.7, 0.2
+"""Thrust over weight without a velocity that can be trusted (PX4), without any state, and the least in the air."""
+THRUST_SHARE = 0.9
+"""Largest thrust over the largest there is: the rest makes torque."""
 LEAST_SINK = 0.25
 """Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""
 
@@ -56,7 +68,6 @@ def fresh_descent() -> Descent:
 
 
 def descend(
-    law: BackupLaw,
     rule: ContactRule,
     vehicle: Vehicle,
     memory: Descent,
@@ -74,19 +85,17 @@ def descend(
     if memory.stopped:
         return Wrench(0.0, zero), memory
     up = body_z(state.q_wb)
-    sinking = sink_speed(law, state) if knows_velocity else 0.0
-    thrust, lift = descent_thrust(
-        law, vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, blind_thrust, up.z, dt
-    )
-    direction = desired_direction(law, vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
-    torque = level_torque(law, vehicle, state, up, direction)
+    sinking = sink_speed(state) if knows_velocity else 0.0
+    thrust, lift = descent_thrust(vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, blind_thrust, up.z, dt)
+    direction = desired_direction(vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
+    torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
     # what stands on something is held by it: its torque is no rotor's
     flies = knows_velocity and rest_time == 0.0 and height > rule.stop_height
-    unknown = estimated(law, vehicle, memory.unknown, state.omega_b, flies)
+    unknown = estimated(vehicle, memory.unknown, state.omega_b, flies)
     if unknown.found:
         torque = without_unknown(vehicle, torque, unknown.torque)
-    torque = within_thrust(law, vehicle, thrust, torque)
+    torque = within_thrust(vehicle, thrust, torque)
     thrust = ramp * thrust
     torque = Vec3(ramp * torque.x, ramp * torque.y, ramp * torque.z)
     if stopped:
@@ -105,22 +114,22 @@ def without_unknown(vehicle: Vehicle, torque: Vec3, unknown: Vec3) -> Vec3:
     )
 
 
-def slowness(law: BackupLaw, state: VehicleState) -> float:
+def slowness(state: VehicleState) -> float:
     """Return 1 at or below walking pace, 0 from twice that on, linear between."""
     horizontal = math.sqrt(state.v_w.x * state.v_w.x + state.v_w.y * state.v_w.y)
-    return clamp(2.0 - horizontal / law.walking_pace, 0.0, 1.0)
+    return clamp(2.0 - horizontal / WALKING_PACE, 0.0, 1.0)
 
 
-def sink_speed(law: BackupLaw, state: VehicleState) -> float:
+def sink_speed(state: VehicleState) -> float:
     """Return the descent speed in m/s that is asked for: full only when the vehicle moves slowly."""
-    return law.descent_speed * (LEAST_SINK + (1.0 - LEAST_SINK) * slowness(law, state))
+    return DESCENT_SPEED * (LEAST_SINK + (1.0 - LEAST_SINK) * slowness(state))
 
 
-def desired_direction(law: BackupLaw, vehicle: Vehicle, state: VehicleState) -> Vec3:
+def desired_direction(vehicle: Vehicle, state: VehicleState) -> Vec3:
     """Return the direction of body z (unit, world) that brakes the horizontal velocity within the tilt limit."""
-    limit = law.brake_tilt + (law.landing_tilt - law.brake_tilt) * slowness(law, state)
-    x = -law.velocity_bandwidth * state.v_w.x / vehicle.gravity
-    y = -law.velocity_bandwidth * state.v_w.y / vehicle.gravity
+    limit = BRAKE_TILT + (LANDING_TILT - BRAKE_TILT) * slowness(state)
+    x = -VELOCITY_BANDWIDTH * state.v_w.x / vehicle.gravity
+    y = -VELOCITY_BANDWIDTH * state.v_w.y / vehicle.gravity
     tangent = math.sqrt(x * x + y * y)
     largest = math.tan(limit)
     if tangent > largest:
@@ -130,7 +139,6 @@ def desired_direction(law: BackupLaw, vehicle: Vehicle, state: VehicleState) -> 
 
 
 def descent_thrust(
-    law: BackupLaw,
     vehicle: Vehicle,
     lift: float,
     vertical_speed: float,
@@ -142,22 +150,22 @@ def descent_thrust(
 ) -> tuple[float, float]:
     """Return thrust in N and the next integral in m/s^2; ``cosine`` is that of the tilt."""
     weight = vehicle.mass * vehicle.gravity
-    low, high = law.lowest_thrust * weight, law.thrust_share * max_thrust(vehicle)
+    low, high = LOWEST_THRUST * weight, THRUST_SHARE * max_thrust(vehicle)
     if not knows_velocity:
         return clamp(blind_thrust * weight, low, high), lift
     error = -sinking - vertical_speed
-    vertical = vehicle.gravity + law.vertical_bandwidth * error + lift
+    vertical = vehicle.gravity + VERTICAL_BANDWIDTH * error + lift
     thrust = vehicle.mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
     if cosine <= 0.0:
         return low, lift
     bounded = clamp(thrust, low, high)
     if bounded == thrust:
         bound = LARGEST_LIFT * vehicle.gravity
-        lift = clamp(lift + dt * law.vertical_integral * error, -bound, bound)
+        lift = clamp(lift + dt * VERTICAL_INTEGRAL * error, -bound, bound)
     return bounded, lift
 
 
-def level_torque(law: BackupLaw, vehicle: Vehicle, state: VehicleState, up: Vec3, direction: Vec3) -> Vec3:
+def level_torque(vehicle: Vehicle, state: VehicleState, up: Vec3, direction: Vec3) -> Vec3:
     """Return the torque in N m, body frame, that turns body z ``up`` into ``direction`` and damps the body rates."""
     error = cross(up, direction)
     turn = rotate_inverse(state.q_wb, error)
@@ -166,15 +174,15 @@ def level_torque(law: BackupLaw, vehicle: Vehicle, state: VehicleState, up: Vec3
         # beyond 90 deg the sine falls again: keep turning, upside down about body x
         sine = norm(error)
         x, y = (x / sine, y / sine) if sine > 1e-6 else (1.0, 0.0)
-    stiffness = law.attitude_bandwidth * law.attitude_bandwidth
-    damping = 2.0 * law.attitude_damping * law.attitude_bandwidth
+    stiffness = ATTITUDE_BANDWIDTH * ATTITUDE_BANDWIDTH
+    damping = 2.0 * ATTITUDE_DAMPING * ATTITUDE_BANDWIDTH
     p, q, r = state.omega_b.x, state.omega_b.y, state.omega_b.z
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     largest = largest_torque(vehicle)
     return Vec3(
         clamp(xx * (stiffness * x - damping * p) + (zz - yy) * q * r, -largest.x, largest.x),
         clamp(yy * (stiffness * y - damping * q) + (xx - zz) * p * r, -largest.y, largest.y),
-        clamp(-zz * law.yaw_rate_bandwidth * r + (yy - xx) * p * q, -largest.z, largest.z),
+        clamp(-zz * YAW_RATE_BANDWIDTH * r + (yy - xx) * p * q, -largest.z, largest.z),
     )
 
 

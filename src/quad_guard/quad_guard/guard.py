@@ -23,9 +23,9 @@ from typing import NamedTuple
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import Descent, descend, fresh_descent
+from quad_guard.backup import BLIND_THRUST, UNSEEN_THRUST, Descent, descend, fresh_descent
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
-from quad_guard.state import Belief, Refusals, is_full, is_gone, no_belief, observe
+from quad_guard.state import Estimate, Refusals, is_full, is_gone, no_estimate, observe
 
 PASS = 0
 DESCEND = 1
@@ -96,7 +96,7 @@ class Memory(NamedTuple):
     command_step: int
     answered_step: int
     refused_commands: int
-    belief: Belief
+    estimate: Estimate
     refusals: Refusals
     timers: Timers
     flown: Wrench
@@ -145,7 +145,7 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
         command_step=-1,
         answered_step=-1,
         refused_commands=0,
-        belief=no_belief(),
+        estimate=no_estimate(),
         refusals=Refusals(0, 0, 0, False),
         timers=Timers(0.0, 0.0, 0.0, 0.0),
         flown=none,
@@ -169,14 +169,14 @@ def step(
         if refused_command == ACCEPTED:
             wrench, command_step = inputs.command.wrench, inputs.command.step
     refused_commands = memory.refused_commands + (1 if refused_command != ACCEPTED else 0)
-    belief, refusals, refused_state = observe(
-        parameters, vehicle, memory.belief, memory.refusals, inputs.sample, memory.flown, now, period, dt
+    estimate, refusals, refused_state = observe(
+        parameters, vehicle, memory.estimate, memory.refusals, inputs.sample, memory.flown, now, period, dt
     )
-    answered = answered_until(memory.answered_step, command_step, belief.step, now)
+    answered = answered_until(memory.answered_step, command_step, estimate.step, now)
     command_age = age(now, answered, first, period)
-    state_age = age(now, belief.step, first, period)
-    rate_age = age(now, belief.rate_step, first, period)
-    timers = watch(parameters, vehicle, memory, belief, command_age, state_age, dt)
+    state_age = age(now, estimate.step, first, period)
+    rate_age = age(now, estimate.rate_step, first, period)
+    timers = watch(parameters, vehicle, memory, estimate, command_age, state_age, dt)
     refused = is_full(parameters.state, refusals)
     land = refused and not refusals.reset and state_age <= parameters.state.warn_age
     wrong = condition(
@@ -185,16 +185,16 @@ def step(
         inputs.request,
         command_age,
         state_age,
-        is_gone(parameters.state, belief, rate_age),
-        belief.state.p_w.z - belief.sample.ground_z,
+        is_gone(parameters.state, estimate, rate_age),
+        estimate.state.p_w.z - estimate.sample.ground_z,
         refused and not (land and parameters.has_commander),
     )
     mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
-    flown, descent = fly(parameters, vehicle, memory, mode, wrench, belief, state_age, rate_age, dt)
+    flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, state_age, rate_age, dt)
     # fmt: off
     after = Memory(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
-        belief, refusals, timers, flown, descent,
+        estimate, refusals, timers, flown, descent,
     )
     report = Report(
         mode, reason, since, wrong, command_age, state_age,
@@ -213,7 +213,7 @@ def fly(
     memory: Memory,
     mode: int,
     wrench: Wrench,
-    belief: Belief,
+    estimate: Estimate,
     state_age: float,
     rate_age: float,
     dt: float,
@@ -223,16 +223,15 @@ def fly(
         return wrench, memory.descent
     if mode == KILL:
         return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
-    law, descent = parameters.backup, memory.descent if memory.mode == DESCEND else fresh_descent()
+    descent = memory.descent if memory.mode == DESCEND else fresh_descent()
     return descend(
-        law,
         parameters.contact,
         vehicle,
         descent,
-        belief.state,
-        belief.state.p_w.z - belief.sample.ground_z,
-        belief.step >= 0 and state_age <= parameters.state.lost_age,
-        law.blind_thrust if rate_age <= parameters.state.blind_age else law.unseen_thrust,
+        estimate.state,
+        estimate.state.p_w.z - estimate.sample.ground_z,
+        estimate.step >= 0 and state_age <= parameters.state.lost_age,
+        BLIND_THRUST if rate_age <= parameters.state.blind_age else UNSEEN_THRUST,
         dt,
     )
 
@@ -256,24 +255,24 @@ def watch(
     parameters: GuardParameters,
     vehicle: Vehicle,
     memory: Memory,
-    belief: Belief,
+    estimate: Estimate,
     command_age: float,
     state_age: float,
     dt: float,
 ) -> Timers:
     """Return the timers after a step of ``dt`` s; ages in s."""
-    q, timers = belief.state.q_wb, memory.timers
+    q, timers = estimate.state.q_wb, memory.timers
     cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
-    height = belief.state.p_w.z - belief.sample.ground_z
+    height = estimate.state.p_w.z - estimate.sample.ground_z
     good = (
         command_age <= parameters.command.warn_age
         and state_age <= parameters.state.warn_age
         and cosine >= math.cos(parameters.release_tilt)
     )
     stands = (
-        belief.step >= 0
+        estimate.step >= 0
         and state_age <= parameters.state.warn_age
-        and is_on_ground(parameters.contact, vehicle, belief.state, height, memory.flown.thrust)
+        and is_on_ground(parameters.contact, vehicle, estimate.state, height, memory.flown.thrust)
     )
     return Timers(
         timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,

@@ -24,7 +24,7 @@ RATE_SERVES = (False, True, False, False, False, False, False, True, True, False
 """By refusal: whether the sample's body rate may still be used, if it is not that of the reading before."""
 
 
-class Belief(NamedTuple):
+class Estimate(NamedTuple):
     """The state as the guard knows it, and the last accepted sample. Steps are -1 before the first one.
 
     ``step`` is that of the last accepted sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
@@ -50,25 +50,25 @@ class Refusals(NamedTuple):
     reset: bool
 
 
-def no_belief() -> Belief:
+def no_estimate() -> Estimate:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
     rest = fresh(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Belief(rest, rest, -1, -1, zero, coarsest(), nothing_missing())
+    return Estimate(rest, rest, -1, -1, zero, coarsest(), nothing_missing())
 
 
 def observe(
     parameters: GuardParameters,
     vehicle: Vehicle,
-    belief: Belief,
+    estimate: Estimate,
     refusals: Refusals,
     sample: StateSample,
     flown: Wrench,
     now: int,
     period: int,
     dt: float,
-) -> tuple[Belief, Refusals, int]:
-    """Return the belief at plant step ``now``, the counts and the refusal of ``sample``; ``flown`` is the last wrench.
+) -> tuple[Estimate, Refusals, int]:
+    """Return the estimate at plant step ``now``, the counts and the refusal of ``sample``; ``flown``: the last wrench.
 
     After too many refusals the next sample that only jumped is accepted: the estimator was reset, and the backup law
     flies better on its new attitude and velocity than on a prediction. Of other samples the body rate is used, unless
@@ -76,16 +76,16 @@ def observe(
     """
     limits = parameters.state
     refusals = expired(limits, refusals, now, period)
-    refusal, gyro, state, reading, last = ACCEPTED, False, belief.state, belief.reading, belief.sample
-    grain, missing = belief.grain, belief.missing
-    is_new = sample.arrived and not (belief.step >= 0 and is_same(sample.state, last))
-    if belief.step >= 0 and not is_new:
+    refusal, gyro, state, reading, last = ACCEPTED, False, estimate.state, estimate.reading, estimate.sample
+    grain, missing = estimate.grain, estimate.missing
+    is_new = sample.arrived and not (estimate.step >= 0 and is_same(sample.state, last))
+    if estimate.step >= 0 and not is_new:
         missing = missed(parameters.contact, vehicle, limits.frozen_motion, grain, missing, last, flown, dt)
     if sample.arrived:
-        refusal = sample_refusal(limits, sample, last, belief.step, now, period, not is_new and missing.shows)
+        refusal = sample_refusal(limits, sample, last, estimate.step, now, period, not is_new and missing.shows)
         if refusal == ACCEPTED:
             if is_new:
-                grain = finer(grain, last, sample.state) if belief.step >= 0 else grain
+                grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain
                 missing = nothing_missing()
             return accepted(sample, grain, missing), refusals, refusal
         refusals = counted(refusals, refusal, now)
@@ -99,20 +99,20 @@ def observe(
             reading = rate
         if gyro:
             state = fresh(state.p_w, state.v_w, state.q_wb, rate)
-    if belief.step < 0:
-        return belief, refusals, refusal
+    if estimate.step < 0:
+        return estimate, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
-    rate_step = now if gyro else belief.rate_step
+    rate_step = now if gyro else estimate.rate_step
     return (
-        Belief(predicted, last, belief.step, rate_step, reading, grain, missing),
+        Estimate(predicted, last, estimate.step, rate_step, reading, grain, missing),
         refusals,
         refusal,
     )
 
 
-def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Belief:
-    """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Belief``."""
-    return Belief(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, grain, missing)
+def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Estimate:
+    """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Estimate``."""
+    return Estimate(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, grain, missing)
 
 
 def is_same(a: VehicleState, b: VehicleState) -> bool:
@@ -145,6 +145,6 @@ def is_full(limits: StateLimits, refusals: Refusals) -> bool:
     return refusals.recent >= limits.refused_count
 
 
-def is_gone(limits: StateLimits, belief: Belief, rate_age: float) -> bool:
+def is_gone(limits: StateLimits, estimate: Estimate, rate_age: float) -> bool:
     """Return whether nothing is known any more; ``rate_age`` in s. What never was known is not predicted for long."""
-    return rate_age > (limits.gone_age if belief.step >= 0 else limits.blind_age)
+    return rate_age > (limits.gone_age if estimate.step >= 0 else limits.blind_age)

@@ -16,10 +16,16 @@ import math
 from typing import NamedTuple
 
 from quad_core.geometry import add, clamp, scale, subtract
-from quad_core.guard_parameters import BackupLaw
 from quad_core.types import Vec3
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 from quad_guard.checks import DIAGONAL
+
+BANDWIDTH = 15.0
+"""L in rad/s."""
+FOUND = 0.2
+"""Unknown roll or pitch torque, in hover torques of one rotor, from which on it is compensated."""
+TORQUE_THRUST = 0.7
+"""Thrust, in weights, that roll and pitch torque may ask for; below 1, or the vehicle climbs."""
 
 
 class UnknownTorque(NamedTuple):
@@ -47,16 +53,16 @@ def momentum_of(vehicle: Vehicle, omega: Vec3) -> Vec3:
     return Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
 
 
-def estimated(law: BackupLaw, vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:
+def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:
     """Return the memory with d at body rates ``omega`` rad/s; while not ``sees``, d stays as it is."""
     actual = momentum_of(vehicle, omega)
     if not (memory.begun and sees):
-        held = subtract(actual, scale(1.0 / law.torque_bandwidth, memory.torque))
+        held = subtract(actual, scale(1.0 / BANDWIDTH, memory.torque))
         return UnknownTorque(held, memory.made, memory.torque, True, memory.found)
-    found = scale(law.torque_bandwidth, subtract(actual, memory.momentum))
+    found = scale(BANDWIDTH, subtract(actual, memory.momentum))
     rotor = 0.25 * vehicle.mass * vehicle.gravity * vehicle.arm_length
     across = math.sqrt(found.x * found.x + found.y * found.y)
-    return UnknownTorque(memory.momentum, memory.made, found, True, memory.found or across > law.torque_found * rotor)
+    return UnknownTorque(memory.momentum, memory.made, found, True, memory.found or across > FOUND * rotor)
 
 
 def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, torque: Vec3, dt: float) -> UnknownTorque:
@@ -78,14 +84,14 @@ def thrust_for(vehicle: Vehicle, torque: Vec3) -> float:
     return 2.0 * (roll if roll > pitch else pitch) / vehicle.arm_length
 
 
-def within_thrust(law: BackupLaw, vehicle: Vehicle, thrust: float, torque: Vec3) -> Vec3:
+def within_thrust(vehicle: Vehicle, thrust: float, torque: Vec3) -> Vec3:
     """Return ``torque`` N m with roll and pitch scaled together so that they cost no thrust beyond what is asked for.
 
-    Asked for: ``thrust`` N, or ``law.torque_thrust`` of the weight if that is more; nor more than rotors can differ.
+    Asked for: ``thrust`` N, or TORQUE_THRUST of the weight if that is more; nor more than rotors can differ.
     """
     limit = 0.25 * max_thrust(vehicle)
     idle = vehicle.lift_coefficient * vehicle.rotor_speed_min * vehicle.rotor_speed_min
-    least = law.torque_thrust * vehicle.mass * vehicle.gravity
+    least = TORQUE_THRUST * vehicle.mass * vehicle.gravity
     allowed = clamp((thrust if thrust > least else least) - 4.0 * idle, 0.0, 2.0 * (limit - idle))
     needed = thrust_for(vehicle, torque)
     if needed <= allowed:

@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quad_core.geometry import quaternion_from_euler
-from quad_core.guard_parameters import BackupLaw, ContactRule
+from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import Descent, contact, descend, predict
+from quad_guard.backup import BLIND_THRUST, Descent, contact, descend, predict
 from quad_guard.unknown_torque import UnknownTorque
 
-LAW, RULE, VEHICLE = BackupLaw(), ContactRule(), Vehicle()
+RULE, VEHICLE = ContactRule(), Vehicle()
 WEIGHT = 0.56 * 9.8
 FRESH = Descent()
 UPRIGHT = Quat(0.0, 0.0, 0.0, 1.0)
@@ -25,7 +25,7 @@ def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0
 
 def wrench(knows_velocity=True, memory=FRESH, **changes):
     seen = state(**changes)
-    return descend(LAW, RULE, VEHICLE, memory, seen, seen.p_w.z, knows_velocity, LAW.blind_thrust, 0.002)[0]
+    return descend(RULE, VEHICLE, memory, seen, seen.p_w.z, knows_velocity, BLIND_THRUST, 0.002)[0]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def at_rest(height, seconds, knows_velocity=True):
     memory, found = FRESH, []
     for _ in range(round(seconds / 0.002)):
         seen = state(height)
-        output, memory = descend(LAW, RULE, VEHICLE, memory, seen, height, knows_velocity, LAW.blind_thrust, 0.002)
+        output, memory = descend(RULE, VEHICLE, memory, seen, height, knows_velocity, BLIND_THRUST, 0.002)
         found.append((output.thrust, memory.stopped))
     return found
 
@@ -149,7 +149,7 @@ def test_the_prediction_turns_as_eulers_equations_say():
 
 def test_the_torque_carries_the_gyroscopic_part():
     seen = state(omega=(1.0, 2.0, 3.0))
-    torque = descend(LAW, RULE, UNEVEN, FRESH, seen, 5.0, False, LAW.blind_thrust, 0.002)[0].torque_b
+    torque = descend(RULE, UNEVEN, FRESH, seen, 5.0, False, BLIND_THRUST, 0.002)[0].torque_b
     damping = 2.0 * 0.9 * 8.0
     assert torque.x == pytest.approx(-2e-3 * damping * 1.0 + (7e-3 - 3e-3) * 2.0 * 3.0)
     assert torque.y == pytest.approx(-3e-3 * damping * 2.0 + (2e-3 - 7e-3) * 1.0 * 3.0)

@@ -119,7 +119,7 @@ def test_a_rate_that_repeats_itself_is_none():
     stale = flying(x=1.0, rates=(1.0, 0.0, 0.0))._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0))
     owner.run(0.3, sample=lambda it: it.sample(stale))
     # its first reading turned the model, whose torque then stops the turn; a stale rate would never show that
-    assert abs(owner.memory.belief.state.omega_b.x) < 0.3
+    assert abs(owner.memory.estimate.state.omega_b.x) < 0.3
     owner.run(3.0, sample=lambda it: it.sample(stale))
     assert owner.events[-1][1:] == (guard.KILL, guard.STATE_GONE)
 
@@ -187,7 +187,7 @@ def test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander(
     owner.run(0.5)
     owner.run(0.1, sample=lambda it: it.sample(flying(x=4.0 + it.step * DT)))
     assert owner.events == [(259, guard.DESCEND, guard.STATE_REFUSED)]
-    assert owner.memory.belief.state.p_w.x == pytest.approx(4.0 + owner.step * DT, abs=2 * DT)
+    assert owner.memory.estimate.state.p_w.x == pytest.approx(4.0 + owner.step * DT, abs=2 * DT)
 
 
 @pytest.mark.parametrize(("degrees", "height", "expected"), [

@@ -6,12 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quad_core.guard_parameters import BackupLaw
 from quad_core.types import Vec3
 from quad_core.vehicle import Layout, Vehicle
 from quad_guard.unknown_torque import advanced, estimated, no_unknown_torque, thrust_for, within_thrust
 
-LAW = BackupLaw()
 PLUS = Vehicle(inertia_xx=2e-3, inertia_yy=3e-3, inertia_zz=7e-3)
 X = PLUS._replace(layout=Layout.X.value, rotor_speed_min=2.0)
 WEIGHT = 0.56 * 9.8
@@ -22,7 +20,7 @@ def watched(vehicle, commanded, true, seconds, sees=True, memory=None):
     """Let a body turn about x and y under ``true`` N m while ``commanded`` N m is believed."""
     memory, omega = memory or no_unknown_torque(), Vec3(0.0, 0.0, 0.0)
     for _ in range(round(seconds / DT)):
-        memory = estimated(LAW, vehicle, memory, omega, sees)
+        memory = estimated(vehicle, memory, omega, sees)
         memory = advanced(vehicle, memory, omega, commanded, DT)
         omega = Vec3(omega.x + DT * true.x / 2e-3, omega.y + DT * true.y / 3e-3, 0.0)
     return memory
@@ -53,14 +51,14 @@ def test_it_stays_as_it_is_while_nothing_is_seen_and_goes_on_without_a_jump():
     known = watched(PLUS, Vec3(0.0, 0.0, 0.0), half, 1.0)
     blind = watched(PLUS, Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), 1.0, sees=False, memory=known)
     assert blind.torque == known.torque
-    again = estimated(LAW, PLUS, blind, Vec3(0.0, 0.0, 0.0), True)
+    again = estimated(PLUS, blind, Vec3(0.0, 0.0, 0.0), True)
     assert again.torque.x == pytest.approx(half.x, rel=0.05)
 
 
 def test_a_spinning_body_is_explained_by_eulers_equations():
     omega, memory = Vec3(1.0, 2.0, 3.0), no_unknown_torque()
     for _ in range(500):
-        memory = advanced(PLUS, estimated(LAW, PLUS, memory, omega, True), omega, Vec3(0.0, 0.0, 0.0), 1e-4)
+        memory = advanced(PLUS, estimated(PLUS, memory, omega, True), omega, Vec3(0.0, 0.0, 0.0), 1e-4)
         p, q, r = omega
         # xx = 2, yy = 3, zz = 7
         omega = Vec3(p + 1e-4 * (3 - 7) / 2 * q * r, q + 1e-4 * (7 - 2) / 3 * p * r, r + 1e-4 * (2 - 3) / 7 * p * q)
@@ -77,7 +75,7 @@ def test_the_thrust_that_a_torque_costs_is_that_of_its_pairs():
 @pytest.mark.parametrize("vehicle", [PLUS, X])
 @given(st.floats(0.0, 15.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_torque_costs_no_more_than_the_thrust_asked_for_or_seven_tenths_of_the_weight(vehicle, thrust, roll, pitch):
-    bounded = within_thrust(LAW, vehicle, thrust, Vec3(roll, pitch, 0.5))
+    bounded = within_thrust(vehicle, thrust, Vec3(roll, pitch, 0.5))
     idle = 4.0 * 4.2e-3 * vehicle.rotor_speed_min**2
     allowed = max(thrust, 0.7 * WEIGHT) - idle
     cost = thrust_for(vehicle, bounded)

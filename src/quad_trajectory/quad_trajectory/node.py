@@ -20,7 +20,6 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import COMMANDER, TRAJECTORY
 from quad_core.cycle import seconds, steps_to_cover
-from quad_core.extent import Extent
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.parameters import Choice, fields
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
@@ -100,17 +99,12 @@ class Trajectory(Responder):
         length = module.duration(parameters, self._plan)
         steps = steps_to_cover(length, self.flight.plant_period)
         self._length = steps * self.flight.plant_period
-        extent = _extent(module, parameters, self._plan, length, self.vehicle.gravity)
         message = FlightPlan(
             trajectory=self._plugin.name,
             start=self._start_mode(),
-            low=list(extent.low),
-            high=list(extent.high),
-            speed=extent.speed,
-            acceleration=extent.acceleration,
-            tilt=extent.tilt,
             end_step=sample.step + steps,
             run=self.run,
+            **_bounds(module, parameters, self._plan, length, self.vehicle.gravity),
         )
         set_stamp(message.stamp, sample.stamp_ns)
         set_stamp(message.trajectory_start, sample.stamp_ns + round(approach * 1e9))
@@ -137,18 +131,17 @@ def _as_state(reference: TrajectoryPoint) -> VehicleState:
     return VehicleState(reference.p_w, reference.v_w, turned, Vec3())
 
 
-def _extent(module: ModuleType, parameters: Any, plan: Any, length: float, gravity: float) -> Extent:
-    """Return what ``plan`` of a trajectory plug-in covers in its ``length`` s, at 400 instants; gravity in m/s^2."""
+def _bounds(module: ModuleType, parameters: Any, plan: Any, length: float, gravity: float) -> dict[str, Any]:
+    """Return the fields of FlightPlan that bound a plan of ``length`` s, found at 400 instants; gravity in m/s^2."""
     points = [module.sample(parameters, plan, length * index / _SAMPLES) for index in range(_SAMPLES)]
-    low, high = (Vec3(*map(side, zip(*(point.p_w for point in points), strict=True))) for side in (min, max))
-    return Extent(
-        low,
-        high,
-        max(norm(point.v_w) for point in points),
-        max(norm(point.a_w) for point in points),
-        max(math.atan2(math.hypot(point.a_w.x, point.a_w.y), gravity + point.a_w.z) for point in points),
-        length,
-    )
+    low, high = ([side(axis) for axis in zip(*(point.p_w for point in points), strict=True)] for side in (min, max))
+    return {
+        "low": low,
+        "high": high,
+        "speed": max(norm(point.v_w) for point in points),
+        "acceleration": max(norm(point.a_w) for point in points),
+        "tilt": max(math.atan2(math.hypot(point.a_w.x, point.a_w.y), gravity + point.a_w.z) for point in points),
+    }
 
 
 def main() -> None:
