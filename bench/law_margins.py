@@ -2,7 +2,7 @@
 
 A flight counts as good if it ends, its largest error is at most 1 m and its torque variation at most 10 x nominal.
 
-  table   delay as it comes and predicted, rotor lag as it comes and led, torque up and down, thrust down, mass
+  table   delay as it comes and predicted, rotor lag, torque up and down, thrust down, mass
   why     what every pair fails of where rotors give 40 % less: the same flights with the shared limits raised
   cross   RMSE and torque variation over seeds 1001 to 1010: ideal; and 10 ms predicted, noise and rotor lag of 30 ms
 
@@ -25,7 +25,6 @@ from quad_flight.flight import fly, from_names
 
 PAIRS = ("aibs+abfnitsm", "aibs+indi", "aibs+pid", "aibs+se3", "ibs+itsm", "pid+pid", "se3+se3")
 EFFECTIVENESS = "simulator.rigid_body.effectiveness"
-LED = "attitude_controller.rotor_lead.enabled=true"
 TORQUE = ("roll", "pitch", "yaw")
 SECONDS, LARGEST, NOISIEST, HALVINGS = 20.0, 1.0, 10.0, 7
 MASS = 0.56
@@ -46,7 +45,6 @@ MARGINS = (
     Margin("delay as it comes", "ms", 1e3, 0.0, 0.1, lambda x: [f"simulator.sensor.delay={x}"]),
     Margin("delay, predicted", "ms", 1e3, 0.0, 0.1, lambda x: [f"simulator.sensor.delay={x}", *predicting(x)]),
     Margin("rotor lag", "ms", 1e3, 0.0, 0.3, lambda x: [f"vehicle.rotor_time_constant={x}"]),
-    Margin("rotor lag, led", "ms", 1e3, 0.0, 0.3, lambda x: [f"vehicle.rotor_time_constant={x}", LED]),
     Margin("torque up to", "x", 1.0, 1.0, 2.0, lambda x: [f"{EFFECTIVENESS}.{name}={x}" for name in TORQUE]),
     Margin("torque down to", "x", 1.0, 1.0, 0.0, lambda x: [f"{EFFECTIVENESS}.{name}={x}" for name in TORQUE]),
     Margin("thrust down to", "x", 1.0, 1.0, 0.0, lambda x: [f"{EFFECTIVENESS}.thrust={x}"]),

@@ -4,7 +4,6 @@
   methods   the same for simpler predictions: position by velocity alone, with the acceleration that thrust explains,
             with the attitude turned by the gyro, with the angular acceleration of the newest torque, as shipped
   noise     10 ms with the noise of scenario flight, with rotors that lag by 30 ms, with both
-  lags      no delay, rotors that lag, seeds 1 to 3: as the laws ask, and torque led to a remaining lag of 30 and 15 ms
 
 Examples:
   python bench/law_prediction.py ages
@@ -16,9 +15,9 @@ import sys
 from typing import Any
 
 from quad_core.cascade import STAGE
-from quad_core.compensated import compensated
 from quad_core.geometry import ZERO, add, scale, turned
 from quad_core.prediction import Shown, ahead, angular_acceleration, explained, held_for
+from quad_core.prediction import predicting as predicted_law
 from quad_core.types import VehicleState
 from quad_flight.flight import fly, from_names
 from quad_flight.stages import PerStage
@@ -31,8 +30,6 @@ NOISE = tuple(
     for channel, size in (("position", 0.01), ("velocity", 0.02), ("attitude", 3.4907e-3), ("rate", 8.7266e-3))
 )
 LAG = ("vehicle.rotor_time_constant=0.03",)
-ROTOR_LAGS = (0.03, 0.045, 0.06, 0.075, 0.09, 0.105, 0.12)
-LEAD = "attitude_controller.rotor_lead"
 VELOCITY, ACCELERATION, GYRO, TORQUE = 1.0, 2.0, 3.0, 4.0
 NAMES = {VELOCITY: "p + v A", ACCELERATION: "and v + a A", GYRO: "and gyro", TORQUE: "and newest torque"}
 
@@ -70,9 +67,7 @@ def flown(delay, settings, form=0.0):
     if form:
         laws = [resolved.plugins["law"].module for resolved in (flight.resolved[role] for role in CONTROLLERS)]
         kinds: list[Any] = [STAGE[role].inputs for role in CONTROLLERS]
-        stages = PerStage(
-            *(compensated(law, kind, frozenset({"prediction"}), simple) for law, kind in zip(laws, kinds, strict=True))
-        )
+        stages = PerStage(*(predicted_law(law, kind, simple) for law, kind in zip(laws, kinds, strict=True)))
         flight = flight._replace(modules=flight.modules._replace(stages=stages))
     result = fly(flight, compiled=not form, logging=False)
     if result.outcome != "ended":
@@ -80,28 +75,10 @@ def flown(delay, settings, form=0.0):
     return f"{1e3 * result.rmse:.2f} mm, {result.score.torque_variation:.1f}"
 
 
-def lags(settings):
-    """Print the worst RMSE, the median torque variation and how flights ended, over the rotors' time constant."""
-    print("| rotor lag | as the law asks | led to 30 ms | led to 15 ms |\n|---|---|---|---|")
-    for lag in ROTOR_LAGS:
-        cells = []
-        for remaining in (None, 0.03, 0.015):
-            led = [] if remaining is None else [f"{LEAD}.enabled=true", f"{LEAD}.remaining_lag={remaining}"]
-            flight = from_names("case2", settings=[f"vehicle.rotor_time_constant={lag}", *led, *settings])
-            results = [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in (1, 2, 3)]
-            good = [one for one in results if one.outcome == "ended" and one.score.largest_error < 1.0]
-            if len(good) < len(results):
-                cells.append(f"{len(results) - len(good)} of {len(results)} lost")
-                continue
-            torque = sorted(one.score.torque_variation for one in good)[1]
-            cells.append(f"{1e3 * max(one.rmse for one in good):.1f} mm, {torque:.0f} N m")
-        print(f"| {1e3 * lag:g} ms | {' | '.join(cells)} |", flush=True)
-
-
 def main():
     """Print the table that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("ages", "methods", "noise", "lags"))
+    parser.add_argument("what", choices=("ages", "methods", "noise"))
     parser.add_argument("--set", action="append", default=[], metavar="NODE.PARAM=VALUE", help="as scripts/fly")
     options = parser.parse_args()
     if options.what == "ages":
@@ -114,8 +91,6 @@ def main():
         for delay in (0.005, 0.01, 0.02):
             cells = [flown(delay, [*predicting(delay), *options.set], form) for form in NAMES]
             print(f"| {1e3 * delay:g} ms | {' | '.join(cells)} |", flush=True)
-    elif options.what == "lags":
-        lags(options.set)
     else:
         for name, extra in (("none", ()), ("noise", NOISE), ("lag", LAG), ("noise and lag", (*NOISE, *LAG))):
             print(f"| {name} | {flown(0.01, [*predicting(0.01), *extra, *options.set])} |", flush=True)

@@ -1,4 +1,4 @@
-"""Laws on predicted states, torque led, fly over ROS with the bits of the flight without it, and replay to the bit."""
+"""Laws on predicted states fly over ROS with the bits of the flight without it, and replay to the bit."""
 
 import numpy as np
 import pytest
@@ -15,12 +15,10 @@ LATE = [
     *(f"{role}.prediction.enabled=true" for role in CONTROLLERS),
     *(f"{role}.prediction.{channel}_age=0.01" for role in CONTROLLERS for channel in ("position", "attitude", "rate")),
     "position_controller.prediction.smoothing=20.0",
-    "vehicle.rotor_time_constant=0.06",
-    "attitude_controller.rotor_lead.enabled=true",
 ]
 
 
-def test_a_flight_with_prediction_and_lead_is_the_same_with_and_without_ros(tmp_path):
+def test_a_flight_with_prediction_is_the_same_with_and_without_ros(tmp_path):
     settings = [word for setting in LATE for word in ("--set", setting)]
     told = ("case2", "--duration", "1", "--seed", "3", "--limits", "position_max=0.05")
     bag = flown(*told, *settings, "--out", tmp_path / "bag")
@@ -36,4 +34,3 @@ def test_a_flight_with_prediction_and_lead_is_the_same_with_and_without_ros(tmp_
         ages = again.recorded[f"{role}/internals prediction_ages.x"]
         # what has no age before the first step has 10 ms from the second on, as the vehicle moves
         assert np.median(ages) == pytest.approx(0.01)
-    assert np.abs(again.recorded["attitude_controller/internals torque_lead_b.x"]).max() > 1e-3

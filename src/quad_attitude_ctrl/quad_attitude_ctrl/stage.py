@@ -6,7 +6,6 @@ from quad_core.parameters import Real, Text, Whole
 from quad_core.plugins import ATTITUDE_LAW
 from quad_core.prediction import Prediction
 from quad_core.roles import Input, Stage
-from quad_core.rotor_lead import RotorLead
 from quad_core.types import AttitudeInputs, AttitudeInternals, Wrench
 
 
@@ -22,7 +21,6 @@ class AttitudeControllerParameters(NamedTuple):
         float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0)
     ] = 0.1
     prediction: Prediction = Prediction()
-    rotor_lead: RotorLead = RotorLead()
 
 
 STAGE = Stage(

@@ -23,11 +23,15 @@ Hamel and Pflimlin, IEEE TAC 53(5), 2008).
 """
 
 import math
-from typing import Annotated, NamedTuple
+from collections.abc import Callable
+from functools import cache
+from types import ModuleType
+from typing import Annotated, Any, NamedTuple
 
 from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
 from quad_core.parameters import Flag, Real
+from quad_core.records import field_kinds, referable
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
@@ -246,3 +250,36 @@ def turned_towards(q: Quat, target: Quat, rate: float, dt: float) -> Quat:
     if apart.w < 0.0:
         share = -share
     return turned(q, Vec3(share * apart.x, share * apart.y, share * apart.z))
+
+
+@cache
+def predicting(law: ModuleType, inputs: type[Any], predicted: Callable[..., Any] = predict) -> ModuleType:
+    """Return the module of ``law`` that acts on the predicted state; ``predicted`` predicts it.
+
+    ``inputs`` is the class of what the law's stage takes, the state first. ``Parameters`` are (law, prediction),
+    ``Memory`` is (law, known), ``Internals`` are the law's and those of ``Shown``. Whatever runs a law (node, replay,
+    loop, compiled) runs this in its place, so that all give the same bits.
+    """
+    suffix, law_init, law_step = f"{law.__name__}_prediction", law.init, law.step
+    fields = field_kinds(law.Internals) | field_kinds(Shown)
+    memory_kind: Any = referable("Memory", suffix, {"law": law.Memory, "known": Estimate}, __name__)
+    shown_kind: Any = referable("Internals", suffix, fields, __name__)
+
+    def init(parameters: Any, vehicle: Any) -> Any:
+        return memory_kind(law_init(parameters.law, vehicle), unknown())
+
+    def step(parameters: Any, vehicle: Any, memory: Any, seen: Any, dt: float) -> Any:
+        state, known, shown = predicted(parameters.prediction, vehicle, memory.known, seen.state, seen.actuation, dt)
+        output, own, internals = law_step(parameters.law, vehicle, memory.law, inputs(state, *seen[1:]), dt)
+        return output, memory_kind(own, known), shown_kind(*(internals[:] + shown[:]))
+
+    module = ModuleType(f"{law.__name__}[prediction]", __doc__)
+    vars(module).update(
+        Parameters=referable("Parameters", suffix, {"law": law.Parameters, "prediction": Prediction}, __name__),
+        Memory=memory_kind,
+        Internals=shown_kind,
+        COMPILES=getattr(law, "COMPILES", True),
+        init=init,
+        step=step,
+    )
+    return module

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
-from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.flight_parameters import FlightParameters
 from quad_core.lift_off import lifting
 from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
+from quad_core.prediction import predicting
 from quad_core.vehicle import Vehicle, check_inertia
 
 
@@ -36,16 +36,14 @@ class Resolved(NamedTuple):
 
     @property
     def law(self) -> Plugin:
-        """The law of a stage as it flies: with prediction and rotor lead where they are enabled, and with lift-off."""
+        """The law of a stage as it flies: on predicted states where that is enabled, and with lift-off."""
         law = self.plugins["law"]
         inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
-        around = {name: getattr(self.node, name) for name in COMPENSATIONS if hasattr(self.node, name)}
-        enabled = {name: parameters for name, parameters in around.items() if parameters.enabled}
-        if not enabled:
-            return law._replace(module=lifting(law.module, inputs))
-        module = compensated(law.module, inputs, frozenset(enabled))
-        parameters = module.Parameters(law=law.parameters, **enabled)
-        return law._replace(module=lifting(module, inputs), parameters=parameters)
+        prediction = getattr(self.node, "prediction", None)
+        if prediction is not None and prediction.enabled:
+            module = predicting(law.module, inputs)
+            law = law._replace(module=module, parameters=module.Parameters(law.parameters, prediction))
+        return law._replace(module=lifting(law.module, inputs))
 
     def all_fields(self) -> list[Field]:
         """Return every parameter of the node, dotted, with its resolved value as default."""

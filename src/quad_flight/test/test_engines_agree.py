@@ -31,15 +31,14 @@ FLIGHTS = list(zip(*(islice(cycle(names), max(map(len, NAMES))) for names in NAM
 """As few flights as give every plug-in one."""
 
 
-def settings(trajectory, disturbance, sensing, around):
-    """Return what a plug-in needs for a flight, noise and delay, and ``around`` the laws prediction and rotor lead."""
+def settings(trajectory, disturbance, sensing, predicted):
+    """Return what a plug-in needs for a flight, noise and delay, and with ``predicted`` laws on predicted states."""
     found = [f"simulator.disturbance={disturbance}", f"simulator.sensing={sensing}"]
     found += [WAYPOINTS] if trajectory == "waypoints" else []
     found += [EVENTS] if disturbance == "timeline" else []
     found += ["simulator.sensor.delay=0.01", "simulator.sensor.position_noise=0.002"] if sensing == "sensor" else []
-    if around:
+    if predicted:
         found += [f"{role}.prediction.enabled=true" for role in ("position_controller", "attitude_controller")]
-        found.append("attitude_controller.rotor_lead.enabled=true")
     return found
 
 
@@ -47,17 +46,17 @@ CASES = [(names, False) for names in FLIGHTS] + [(FLIGHTS[0], True)]
 
 
 @pytest.mark.parametrize(
-    ("names", "around"), CASES, ids=["-".join(names) + "-compensated" * around for names, around in CASES]
+    ("names", "predicted"), CASES, ids=["-".join(names) + "-predicted" * predicted for names, predicted in CASES]
 )
-def test_a_compiled_flight_has_the_bits_of_python(names, around):
+def test_a_compiled_flight_has_the_bits_of_python(names, predicted):
     position, attitude, trajectory, plant, disturbance, sensing = names
     flight = from_names(
         trajectory,
         position=position,
         attitude=attitude,
         plant=plant,
-        settings=settings(trajectory, disturbance, sensing, around),
-        vehicle="x500" if around else "paper",
+        settings=settings(trajectory, disturbance, sensing, predicted),
+        vehicle="x500" if predicted else "paper",
         duration=None if trajectory == "waypoints" else 0.5,
     )
     plain, fast = fly(flight), fly(flight, compiled=True)

@@ -1,4 +1,4 @@
-"""A law with prediction before it and rotor lead after it: its own text, memory, parameters and internals."""
+"""A law on predicted states: its own text, memory, parameters and internals."""
 
 import pickle
 import struct
@@ -8,16 +8,12 @@ from typing import NamedTuple
 import pytest
 
 from quad_core import plugins
-from quad_core.compensated import COMPENSATIONS, compensated
 from quad_core.parameters import flatten
-from quad_core.prediction import Prediction, Shown
+from quad_core.prediction import Prediction, Shown, predicting
 from quad_core.records import flattener, leaves
 from quad_core.resolution import resolve
-from quad_core.rotor_lead import LeadShown
 from quad_core.types import (
     Actuation,
-    AttitudeInputs,
-    AttitudeThrust,
     PositionInputs,
     Quat,
     TrajectoryPoint,
@@ -68,7 +64,7 @@ def inputs(x):
 
 
 def test_the_law_gets_the_state_where_the_vehicle_is_now():
-    module = compensated(spy(), PositionInputs, frozenset({"prediction"}))
+    module = predicting(spy(), PositionInputs)
     parameters = module.Parameters(Parameters(3.0), Prediction(enabled=True, position_age=0.02))
     memory = module.init(parameters, VEHICLE)
     assert memory.law.steps == 3.0
@@ -113,69 +109,19 @@ def test_every_position_law_takes_it(law):
 
 
 @needs_plugins
-@pytest.mark.parametrize(
-    ("role", "settings", "vehicle"),
-    [
-        (ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}, VEHICLE),
-        ("attitude_controller", {"law": "pid", "rotor_lead.enabled": True}, Vehicle(rotor_time_constant=0.08)),
-    ],
-)
-def test_compiled_it_gives_the_same_bits(role, settings, vehicle):
+def test_compiled_it_gives_the_same_bits():
     pytest.importorskip("numba")
     from quad_core.compilation import compiled
 
-    resolved = resolve(role, settings).law
+    resolved = resolve(ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}).law
     machine, flat = compiled(resolved.module.step), flattener(resolved.module.Memory)
-    mine = theirs = resolved.module.init(resolved.parameters, vehicle)
+    mine = theirs = resolved.module.init(resolved.parameters, VEHICLE)
     for k in range(50):
-        seen = inputs(0.05 * k) if role == ROLE else attitude_inputs(0.01 * k)
-        _, mine, _ = resolved.module.step(resolved.parameters, vehicle, mine, seen, 0.01)
-        _, theirs, _ = machine(resolved.parameters, vehicle, theirs, seen, 0.01)
+        seen = inputs(0.05 * k)
+        _, mine, _ = resolved.module.step(resolved.parameters, VEHICLE, mine, seen, 0.01)
+        _, theirs, _ = machine(resolved.parameters, VEHICLE, theirs, seen, 0.01)
         numbers = [list(map(float, flat(memory))) for memory in (mine, theirs)]
         assert struct.pack(f"{len(numbers[0])}d", *numbers[0]) == struct.pack(f"{len(numbers[1])}d", *numbers[1]), k
-
-
-ATTITUDE = "attitude_controller"
-LED = {"rotor_lead.enabled": True, "rotor_lead.remaining_lag": 0.02}
-LAGGING = Vehicle(rotor_time_constant=0.08)
-
-
-def attitude_inputs(omega):
-    state = VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3(omega, 0.0, 0.0))
-    level = AttitudeThrust(Vec3(), Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), 5.488, 0.33)
-    return AttitudeInputs(state, level, Actuation(thrust=5.488))
-
-
-@needs_plugins
-def test_an_attitude_law_s_torque_is_sent_ahead_of_the_rotors():
-    bare, led = resolve(ATTITUDE, {}), resolve(ATTITUDE, LED)
-    assert led.law.parameters._fields == ("law", "rotor_lead")
-    module, own = bare.law.module, bare.law.parameters
-    asked, law_memory, shown = module.step(own, LAGGING, module.init(own, LAGGING), attitude_inputs(0.1), 0.002)
-    memory = led.law.module.init(led.law.parameters, LAGGING)
-    sent, after, internals = led.law.module.step(led.law.parameters, LAGGING, memory, attitude_inputs(0.1), 0.002)
-    assert sent.thrust == asked.thrust
-    # (1 - e^(-0.1)) / (1 - e^(-0.025)) of the first torque
-    assert sent.torque_b.x == pytest.approx(3.8542 * asked.torque_b.x, rel=1e-4)
-    assert internals.torque_lead_b.x == pytest.approx(sent.torque_b.x - asked.torque_b.x)
-    assert internals[: len(shown)] == shown
-    assert internals._fields[len(shown) :] == LeadShown._fields
-    assert after.law == law_memory
-
-
-@needs_plugins
-def test_prediction_and_lead_stand_around_one_law():
-    both = resolve(ATTITUDE, {**LED, "prediction.enabled": True, "prediction.rate_age": 0.01}).law
-    assert both.parameters._fields == ("law", *COMPENSATIONS)
-    memory = both.module.init(both.parameters, LAGGING)
-    _, after, internals = both.module.step(both.parameters, LAGGING, memory, attitude_inputs(0.1), 0.002)
-    assert after.known.initialised
-    assert after.given.torque_b.x != 0.0
-    assert internals.prediction_ages.z == pytest.approx(0.01)
-    assert internals.torque_lead_b.x != 0.0
-    # three variants of one law, none in the other's place
-    kinds = {resolve(ATTITUDE, chosen).law.module.Memory for chosen in (LED, {**LED, "prediction.enabled": True}, {})}
-    assert len(kinds) == 3
 
 
 @needs_plugins
