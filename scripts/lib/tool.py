@@ -3,9 +3,10 @@
 import runpy
 import signal
 import sys
+from types import TracebackType
 
 
-def _show(kind, error, trace):
+def _show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
 

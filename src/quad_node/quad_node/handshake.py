@@ -7,6 +7,7 @@ from quad_core.cascade import (
     COMMAND,
     COMMANDER,
     COMMANDING,
+    RELAY,
     SHADOWS,
     SIGNALS,
     STAGES,
@@ -148,5 +149,6 @@ class Handshake:
             role, topic = (COMMANDER, "flight/mode") if commanded else (TRAJECTORY, "flight/plan")
             return f"{role} does not answer step {step}: no {topic}"
         if not answered:
-            return f"{COMMANDING} does not answer step {step}: no {COMMAND}"
+            through = f"; its states come through {RELAY}" if RELAY in self._expected else ""
+            return f"{COMMANDING} does not answer step {step}: no {COMMAND}{through}"
         return f"recorder does not answer: flight/recorded is at step {acked}, the plant at {step}"

@@ -30,6 +30,7 @@ TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": Pos
 _LEAST_NORM = 0.5
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
 _REPEATED = 0.3  # s in which the first sample may come again, relayed already
+_LATE = 0.05  # s in real time: the guard descends on a wrench as old
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
 _SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
 
@@ -152,8 +153,11 @@ class OdometryRelay(FlightNode):
             self.event(FlightEvent.WARNING, news.kind, news.text, sample.stamp_ns if sample.stamp_ns > 0 else 0)
         if found is None:
             return
-        self._accepted_at = now
+        passed, self._accepted_at = now - self._accepted_at, now
         step, state = found
+        if self._begun and passed > _LATE and not self.lockstep:
+            text = f"{self._topic}: nothing for {1e3 * passed:.0f} ms"
+            self.event(FlightEvent.WARNING, "estimator_late", text, sample.stamp_ns if sample.stamp_ns > 0 else 0)
         if not is_flyable(state):
             return
         dt = seconds(max(step - self.current_step, 0), self.flight.plant_period)

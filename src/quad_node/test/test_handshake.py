@@ -135,6 +135,13 @@ def test_blame_without_complaints_follows_from_what_the_plant_misses(answered, p
     assert handshake.blame(7, 6, answered, planned).startswith(f"{blame} does not answer")
 
 
+def test_where_states_come_through_a_relay_the_blame_says_so():
+    handshake, _ = shake(*(Said(role) for role in ROLES), roles=[*ROLES, "odometry_relay"])
+    reason = handshake.blame(7, 6, answered=False, planned=True)
+    said = "attitude_controller does not answer step 7: no wrench_setpoint; its states come through odometry_relay"
+    assert reason == said
+
+
 def test_a_commander_that_does_not_say_its_mode_is_blamed_before_the_recorder():
     handshake, _ = shake(*(Said(role) for role in ROLES), Said("commander"), roles=[*ROLES, "commander"])
     reason = handshake.blame(7, 6, answered=True, planned=False)

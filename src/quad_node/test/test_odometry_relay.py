@@ -122,6 +122,19 @@ def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, chan
     assert relay.exit_code == 1
 
 
+def test_an_estimator_that_is_late_in_flight_is_named(relay):
+    relay._on_message(message_at(0))
+    relay.flying = True
+    relay._begin()
+    relay._on_message(message_at(2_000_000))
+    assert relay.said == []
+    relay._accepted_at -= 0.088
+    relay._on_message(message_at(90_000_000))
+    kind, text = relay.said[-1]
+    assert kind == "estimator_late"
+    assert text.startswith(("est/odom: nothing for 88 ms", "est/odom: nothing for 89 ms"))
+
+
 def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
     relay._on_message(message_at(0))
     relay.flying = True
