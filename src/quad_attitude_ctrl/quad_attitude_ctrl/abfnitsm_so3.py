@@ -69,9 +69,9 @@ class Parameters(NamedTuple):
     roll: AxisGains = AxisGains()
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
-    command: Annotated[
-        int, Choice(CommandSource, "where Omega_d and Omega_d' come from: as in abfnitsm", "addition")
-    ] = CommandSource.FILTER.value
+    command: Annotated[int, Choice(CommandSource, "source of Omega_d and Omega_d', as in abfnitsm", "addition")] = (
+        CommandSource.FILTER.value
+    )
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
     ] = AdaptationForm.ABS.value
@@ -80,10 +80,10 @@ class Parameters(NamedTuple):
     ] = True
     widest: Annotated[
         float,
-        Real("rad", "largest tilt, and turn, that filter and law are led by at once", 0.01, 6.3, "addition"),
+        Real("rad", "largest attitude error that law and filter act on; larger: faster turns", 0.01, 6.3, "addition"),
     ] = 0.6
     margin: Annotated[
-        float, Real("", "q_w beyond 180 degrees at which the other way round is taken", 0.0, 0.5, "addition")
+        float, Real("", "q_w beyond 180 degrees at which a turn changes direction; 0: at once", 0.0, 0.5, "addition")
     ] = 0.05
 
 

@@ -78,7 +78,7 @@ class CommandFilter(NamedTuple):
         float,
         Real("rad/s", "bandwidth of the command filter (three equal poles); larger: faster", 0.1, 1e3, "addition"),
     ] = 40.0
-    max_rate: Annotated[float, Real("rad/s", "largest rate of its input; 1e6: off", 0.01, 1e6, "addition")] = 1e6
+    max_rate: Annotated[float, Real("rad/s", "largest rate of the filter input; 1e6: off", 0.01, 1e6, "addition")] = 1e6
 
 
 class Shaping(NamedTuple):

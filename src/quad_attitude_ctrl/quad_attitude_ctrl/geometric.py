@@ -29,8 +29,8 @@ from quad_core.types import Quat, Vec3, VehicleState
 class Gains(NamedTuple):
     """Gains of one body axis."""
 
-    angle: Annotated[float, Real("1/s^2", "k_R / J", 0.0, 1e5, "Lee 2010")] = 300.0
-    rate: Annotated[float, Real("1/s", "k_Omega / J", 0.0, 1e4, "Lee 2010")] = 30.0
+    angle: Annotated[float, Real("1/s^2", "attitude gain k_R / J; larger: stiffer", 0.0, 1e5, "Lee 2010")] = 300.0
+    rate: Annotated[float, Real("1/s", "rate gain k_Omega / J; larger: more damped", 0.0, 1e4, "Lee 2010")] = 30.0
 
 
 class Tracking(NamedTuple):

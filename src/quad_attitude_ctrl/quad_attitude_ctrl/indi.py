@@ -33,7 +33,7 @@ class Parameters(NamedTuple):
     pitch: Gains = Gains()
     yaw: Gains = Gains()
     bandwidth: Annotated[
-        float, Real("rad/s", "b: both poles of the filter of angular acceleration and torque", 0.1, 1e4, "Smeur 2016")
+        float, Real("rad/s", "poles b of acceleration's and torque's filter; larger: noisier", 0.1, 1e4, "Smeur 2016")
     ] = 100.0
     shaping: Shaping = Shaping()
     torque: TorqueLimits = TorqueLimits()

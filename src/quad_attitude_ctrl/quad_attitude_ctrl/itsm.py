@@ -53,9 +53,9 @@ class Gains(NamedTuple):
     ] = 20.0
     exponent: Annotated[float, Real("", "exponent a_1 of the surface; 1: linear", 0.1, 1.0)] = 0.7
     switching_gain: Annotated[
-        float, Real("rad/s^2", "switching gain K; above the bound of the disturbance", 0.0, 1e4)
+        float, Real("rad/s^2", "switching gain K, above the disturbance's bound; larger: more chattering", 0.0, 1e4)
     ] = 3.0
-    layer: Annotated[float, Real("rad/s", "width of the layer, unused with sign()", 1e-4, 100.0)] = 0.05
+    layer: Annotated[float, Real("rad/s", "layer width; larger: smoother; unused with sign()", 1e-4, 100.0)] = 0.05
     max_integral: Annotated[float, Real("rad/s", "bound of the integral in s; 1e9: off", 0.0, 1e9, "addition")] = 10.0
 
 

@@ -27,11 +27,11 @@ Internals = AttitudeInternals
 class Gains(NamedTuple):
     """Gains of one axis."""
 
-    angle: Annotated[float, Real("1/s", "P of the angle", 0.0, 1e3)] = 10.0
-    rate: Annotated[float, Real("1/s", "P of the body rate", 0.0, 1e4)] = 30.0
-    integral: Annotated[float, Real("1/s^2", "I of the body rate", 0.0, 1e5)] = 50.0
-    derivative: Annotated[float, Real("", "D of the body rate, on the measured acceleration", 0.0, 10.0)] = 0.0
-    max_integral: Annotated[float, Real("rad/s^2", "bound of the I part", 0.0, 1e4)] = 20.0
+    angle: Annotated[float, Real("1/s", "P of the angle; larger: stiffer", 0.0, 1e3)] = 10.0
+    rate: Annotated[float, Real("1/s", "P of the body rate; larger: more damped", 0.0, 1e4)] = 30.0
+    integral: Annotated[float, Real("1/s^2", "I of the body rate; larger: offsets go faster; 0: off", 0.0, 1e5)] = 50.0
+    derivative: Annotated[float, Real("", "D of the body rate, on the measured acceleration; 0: off", 0.0, 10.0)] = 0.0
+    max_integral: Annotated[float, Real("rad/s^2", "largest I part", 0.0, 1e4)] = 20.0
 
 
 class Parameters(NamedTuple):
@@ -41,10 +41,10 @@ class Parameters(NamedTuple):
     pitch: Gains = Gains()
     yaw: Gains = Gains()
     derivative_bandwidth: Annotated[
-        float, Real("rad/s", "low-pass of the angular acceleration that the D part sees", 0.1, 1e5)
+        float, Real("rad/s", "low-pass of the D part's angular acceleration; larger: less lag, more noise", 0.1, 1e5)
     ] = 300.0
     acceleration_feed_forward: Annotated[
-        float, Real("", "share of the desired angular acceleration that is fed forward", 0.0, 1.0)
+        float, Real("", "share of the desired angular acceleration that is fed forward; 0: off", 0.0, 1.0)
     ] = 1.0
     anti_windup: Annotated[
         bool, Flag("the I part of an axis rests while its torque is limited, here or in `actuation`")

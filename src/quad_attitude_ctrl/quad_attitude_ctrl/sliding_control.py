@@ -171,7 +171,7 @@ class AxisGains(NamedTuple):
         float, Real("mixed", "rate's weight in the surface, delta_2; larger: more damped", 0.0, 1e4, "Table 2, Eq. 45")
     ] = 6.0
     surface_width: Annotated[
-        float, Real("mixed", "layer of sat(e) and sat(e'); 1: printed", 1e-4, 100.0, "addition to Eq. 45")
+        float, Real("mixed", "width of sat(e), sat(e'); larger: softer; 1: printed", 1e-4, 100.0, "addition to Eq. 45")
     ] = 0.05
     max_surface_integral: Annotated[
         float, Real("rad/s", "bound of the integral in s: the fastest closing rate; 1e9: off", 0.0, 1e9, "addition")
@@ -179,12 +179,10 @@ class AxisGains(NamedTuple):
     linear_gain: Annotated[
         float, Real("1/s", "linear reaching gain rho_1; larger: faster; Table 2 (assumed): 3", 0.0, 1e3, "Eq. 53")
     ] = 20.0
-    power_gain: Annotated[float, Real("mixed", "power reaching gain rho_2", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = (
-        2.5
-    )
-    power: Annotated[float, Real("", "exponent of the power reaching term, sigma", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
+    power_gain: Annotated[float, Real("mixed", "power gain rho_2; 0: off", 0.0, 1e3, "Table 2 (assumed), Eq. 53")] = 2.5
+    power: Annotated[float, Real("", "exponent sigma of the power reaching term", 0.1, 3.0, "Table 2, Eq. 53")] = 1.7
     reaching_width: Annotated[
-        float, Real("rad/s", "layer of sat(s); 1: printed", 1e-4, 100.0, "addition to Eq. 53")
+        float, Real("rad/s", "layer width of sat(s); larger: smoother; 1: printed", 1e-4, 100.0, "addition to Eq. 53")
     ] = 1.0
     initial_constant: Annotated[
         float, Real("rad/s^2", "estimate Q_hat_1 at the start", 0.0, 1e3, "assumed, Eq. 54")

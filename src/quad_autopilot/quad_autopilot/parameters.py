@@ -8,12 +8,13 @@ from quad_core.parameters import Choice, Real, Whole
 ThrustCurve = Annotated[
     float, Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0)
 ]
-RateGain = Annotated[float, Real("1/s", "mode rates: body rate per rad of attitude error", 0.1, 50.0, "MC_ROLL_P")]
-RateLimit = Annotated[
-    float, Real("rad/s", "mode rates: largest body rate that is asked for", 0.1, 50.0, "MC_ROLLRATE_MAX")
+RateGain = Annotated[
+    float, Real("1/s", "mode rates: body rate per rad of error; larger: stiffer", 0.1, 50.0, "MC_ROLL_P")
 ]
+RateLimit = Annotated[float, Real("rad/s", "mode rates: largest body rate that is sent", 0.1, 50.0, "MC_ROLLRATE_MAX")]
 ResetLimit = Annotated[
-    float, Real("m", "jump of the estimate at a reset that is flown through, with an event; beyond: land", 0.0, 100.0)
+    float,
+    Real("m", "largest jump at a reset of the estimate that is tolerated, with an event; beyond: land", 0.0, 100.0),
 ]
 
 
@@ -33,13 +34,13 @@ class Flier(IntEnum):
 class ArmingParameters(NamedTuple):
     """The way from the ground to the flight and back (``arming.*``)."""
 
-    beats: Annotated[int, Whole("", "setpoints streamed before the mode is asked for; one every 20 ms", 1, 10_000)] = 25
+    beats: Annotated[int, Whole("", "setpoints sent, one every 20 ms, before the mode is requested", 1, 10_000)] = 25
     answer_timeout: Annotated[
         float, Real("s", "time without an answer after which a command is sent again", 0.05, 10.0)
     ] = 0.5
     speed: Annotated[
         float,
-        Real("m/s", "faster, by velocity or change of position: the estimate does not rest, no arming", 0.01, 10.0),
+        Real("m/s", "speed, by velocity or change of position, above which the bridge does not arm", 0.01, 10.0),
     ] = 0.15
     step_timeout: Annotated[
         float, Real("s", "longest time for the mode, and again for arming, before both are given up", 0.1, 600.0)

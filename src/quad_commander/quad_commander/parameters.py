@@ -15,35 +15,31 @@ class ModeParameters(NamedTuple):
     """When a condition is raised. All are fixed before a flight."""
 
     reference_late: Annotated[
-        float, _fixed("s", "mission reference older: HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
+        float, _fixed("s", "age of the mission reference: above it, HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 0.2
     reference_lost: Annotated[
-        float, _fixed("s", "mission reference older: LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
+        float, _fixed("s", "age of the mission reference: above it, LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 2.0
-    setpoint_lost: Annotated[float, _fixed("s", "attitude setpoint older: DESCEND", 0.001, 100.0, "ArduPilot")] = 0.3
-    state_lost: Annotated[float, _fixed("s", "state older: DESCEND", 0.001, 100.0, "MRS")] = 0.1
-    position_error: Annotated[float, _fixed("m", "distance from the reference above: LAND", 0.01, 1000.0, "MRS")] = 1.5
-    large_position_error: Annotated[
-        float, _fixed("m", "distance from the reference above: DESCEND", 0.01, 1000.0, "MRS")
-    ] = 2.5
-    battery_low: Annotated[float, _fixed("", "battery below this share of full: LAND", 0.0, 1.0)] = 0.2
-    overruns: Annotated[float, _fixed("", "share of late cycles in a second above: HOLD", 0.0, 1.0, "ros2_control")] = (
+    setpoint_lost: Annotated[float, _fixed("s", "age of the setpoint: DESCEND above", 0.001, 100.0, "ArduPilot")] = 0.3
+    state_lost: Annotated[float, _fixed("s", "age of the state: above it, DESCEND", 0.001, 100.0, "MRS")] = 0.1
+    position_error: Annotated[float, _fixed("m", "position error: above it, LAND", 0.01, 1000.0, "MRS")] = 1.5
+    large_position_error: Annotated[float, _fixed("m", "position error: above it, DESCEND", 0.01, 1000.0, "MRS")] = 2.5
+    battery_low: Annotated[float, _fixed("", "share of a full battery: below it, LAND", 0.0, 1.0)] = 0.2
+    overruns: Annotated[float, _fixed("", "share of late cycles in 1 s: above it, HOLD", 0.0, 1.0, "ros2_control")] = (
         0.05
     )
     land_without_recorder: Annotated[bool, Flag("a lost recorder lands the vehicle; else it is an event only")] = False
     arming_late: Annotated[
-        float, _fixed("s", "armed without take-off for longer: DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
+        float, _fixed("s", "time armed without take-off: after it, DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
     ] = 10.0
     spool_up: Annotated[
         float, _fixed("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")
     ] = 1.0
-    takeoff_late: Annotated[float, _fixed("s", "take-off that lasts longer: LAND", 0.1, 1000.0)] = 30.0
+    takeoff_late: Annotated[float, _fixed("s", "longest take-off; after it the mode is LAND", 0.1, 1000.0)] = 30.0
     landing_late: Annotated[
-        float, _fixed("s", "no contact so long after the landing's reference ended: DESCEND", 0.1, 1000.0, "")
+        float, _fixed("s", "time without contact after the landing's reference ended: then DESCEND", 0.1, 1000.0, "")
     ] = 5.0
-    release_time: Annotated[float, _fixed("s", "time that the guard has to give back after a request", 0.01, 10.0)] = (
-        0.5
-    )
+    release_time: Annotated[float, _fixed("s", "time for the guard to give back control on request", 0.01, 10.0)] = 0.5
 
 
 class ArmingLimits(NamedTuple):
@@ -51,22 +47,22 @@ class ArmingLimits(NamedTuple):
 
     rate_tolerance: Annotated[float, _fixed("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
     spacing_factor: Annotated[
-        float, _fixed("", "true over announced spacing of states, or its inverse, at most", 1.0, 10.0)
+        float, _fixed("", "largest factor between true and announced spacing of states", 1.0, 10.0)
     ] = 2.0
     tilt: Annotated[float, _fixed("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
-    speed: Annotated[float, _fixed("m/s", "slower, by velocity and by change of position: at rest", 0.001, 10.0)] = 0.1
-    rate: Annotated[float, _fixed("rad/s", "turning slower: at rest", 0.001, 10.0)] = 0.1
-    battery: Annotated[float, _fixed("", "least share of a full battery", 0.0, 1.0)] = 0.3
-    disk: Annotated[float, _fixed("GB", "least free space where the bag goes", 0.0, 1e6)] = 1.0
-    longest_flight: Annotated[float, _fixed("s", "longest flight that a plan may announce", 1.0, 1e6)] = 3600.0
+    speed: Annotated[float, _fixed("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
+    rate: Annotated[float, _fixed("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
+    battery: Annotated[float, _fixed("", "least share of a full battery for arming", 0.0, 1.0)] = 0.3
+    disk: Annotated[float, _fixed("GB", "least free disk space for arming, where the bag goes", 0.0, 1e6)] = 1.0
+    longest_flight: Annotated[float, _fixed("s", "longest plan that is armed", 1.0, 1e6)] = 3600.0
 
 
 class Corner(NamedTuple):
     """A corner of the fence: world frame, its height above where the vehicle stands at arming."""
 
-    x: Annotated[float, _fixed("m", "bound along x (east)", -1e4, 1e4)] = 100.0
-    y: Annotated[float, _fixed("m", "bound along y (north)", -1e4, 1e4)] = 100.0
-    z: Annotated[float, _fixed("m", "above the ground", -1e4, 1e4)] = 120.0
+    x: Annotated[float, _fixed("m", "bound of the fence along x (east)", -1e4, 1e4)] = 100.0
+    y: Annotated[float, _fixed("m", "bound of the fence along y (north)", -1e4, 1e4)] = 100.0
+    z: Annotated[float, _fixed("m", "bound of the fence above the ground", -1e4, 1e4)] = 120.0
 
 
 class Fence(NamedTuple):
@@ -84,9 +80,9 @@ class Fence(NamedTuple):
 class FlightLimits(NamedTuple):
     """What a planned trajectory may ask of the vehicle."""
 
-    speed: Annotated[float, _fixed("m/s", "largest speed", 0.1, 100.0)] = 10.0
-    acceleration: Annotated[float, _fixed("m/s^2", "largest acceleration", 0.1, 100.0)] = 10.0
-    tilt: Annotated[float, _fixed("rad", "largest tilt", 0.01, 1.5)] = 0.8
+    speed: Annotated[float, _fixed("m/s", "largest speed of a mission's reference", 0.1, 100.0)] = 10.0
+    acceleration: Annotated[float, _fixed("m/s^2", "largest acceleration of a mission's reference", 0.1, 100.0)] = 10.0
+    tilt: Annotated[float, _fixed("rad", "largest tilt that a mission's reference needs", 0.01, 1.5)] = 0.8
 
 
 class AxisLimits(NamedTuple):
@@ -118,23 +114,21 @@ class CommanderParameters(NamedTuple):
     period_steps: Annotated[int, Whole("steps", "plant steps between two decisions", 1, 100_000)] = 5
     mission: Annotated[
         str,
-        Text(
-            "takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land: flown by itself; empty: on request"
-        ),
+        Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests"),
     ] = ""
     recordings: Annotated[
         str,
         Text("folder that the recorder writes to: its disk must have space before arming; empty: the working folder"),
     ] = ""
     takeoff_height: Annotated[
-        float, _fixed("m", "height above the ground of a take-off that names none", 0.1, 1000.0)
+        float, _fixed("m", "height above the ground of a take-off without a height", 0.1, 1000.0)
     ] = 1.5
     wait_limit: Annotated[
-        float, _fixed("s", "a mission that a fault has kept waiting in HOLD for longer: LAND", 1.0, 1e6)
+        float, _fixed("s", "longest wait of a mission in HOLD after a fault; then LAND", 1.0, 1e6)
     ] = 60.0
     give_up: Annotated[
         float,
-        Real("s", "lockstep: time by the clock after which a missing mission reference counts as lost", 0.1, 60.0),
+        Real("s", "lockstep: wall-clock time after which a missing mission reference is lost", 0.1, 60.0),
     ] = 1.0
     modes: ModeParameters = ModeParameters()
     arming: ArmingLimits = ArmingLimits()

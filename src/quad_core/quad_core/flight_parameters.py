@@ -16,7 +16,7 @@ class FlightParameters(NamedTuple):
         int,
         Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival"),
     ] = LOCKSTEP
-    run_id: Annotated[str, Text("identifies the run; nodes of another run are refused; empty accepts any")] = ""
+    run_id: Annotated[str, Text("name of the run; nodes of another run are refused; empty: any")] = ""
     seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
     plant_period: Annotated[
         int, Whole("ns", "time between two states; every rate divides the plant's", 100_000, 1_000_000_000)
@@ -28,7 +28,7 @@ class FlightParameters(NamedTuple):
         float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0)
     ] = 60.0
     silence_timeout: Annotated[
-        float, Real("s", "wall-clock time without any sign of the flight after which a node gives up", 1.0, 3600.0)
+        float, Real("s", "wall-clock time without a message of the flight after which a node exits", 1.0, 3600.0)
     ] = 20.0
     setpoint_timeout: Annotated[
         float, Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0)
@@ -47,9 +47,9 @@ class FlightParameters(NamedTuple):
     ] = 40
     standby: Annotated[
         bool,
-        Flag("a shadow controller flies when its own is silent, or when it is asked to; false: shadows only compute"),
+        Flag("a shadow controller takes over from a silent one, or on request; false: it only computes"),
     ] = False
     takeover_age: Annotated[
         float,
-        Real("s", "standby: the other controller's answer is so far behind the state, then it takes over", 0.001, 10.0),
+        Real("s", "standby: age of the active controller's answer above which the standby takes over", 0.001, 10.0),
     ] = 0.02

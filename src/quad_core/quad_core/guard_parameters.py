@@ -15,7 +15,7 @@ class CommandLimits(NamedTuple):
         float,
         Real(
             "",
-            "refused: thrust beyond this times the largest, or below minus that; the allocation holds the rest",
+            "thrust is refused beyond this factor times the largest, up or down; the allocation limits the rest",
             1.0,
             1e6,
             "addition",
@@ -25,40 +25,38 @@ class CommandLimits(NamedTuple):
         float,
         Real(
             "",
-            "refused: torque about an axis beyond this times the largest that four rotors make",
+            "torque about an axis is refused beyond this factor times the largest of four rotors",
             1.0,
             1e9,
             "addition",
         ),
     ] = 100.0
     too_old: Annotated[
-        float, Real("s", "refused: it answers a state so far behind the newest one", 0.001, 10.0, "addition")
+        float, Real("s", "a wrench is refused if the state that it answers is older", 0.001, 10.0, "addition")
     ] = 0.1
-    warn_age: Annotated[
-        float, Real("s", "warning: the last good wrench has not answered a state for longer", 0.001, 10.0)
-    ] = 0.02
+    warn_age: Annotated[float, Real("s", "age of the last good wrench above which the guard warns", 0.001, 10.0)] = 0.02
     lost_age: Annotated[
-        float, Real("s", "backup law: the last good wrench has not answered a state for longer", 0.001, 10.0)
+        float, Real("s", "age of the last good wrench above which the backup law flies", 0.001, 10.0)
     ] = 0.05
 
 
 class StateLimits(NamedTuple):
     """What a state sample must be to be accepted, and how long the last accepted one may serve."""
 
-    ahead: Annotated[float, Real("s", "refused: a sample so far ahead of the vehicle's own time", 0.0, 10.0, "MRS")] = (
+    ahead: Annotated[float, Real("s", "a sample is refused this far ahead of the vehicle's time", 0.0, 10.0, "MRS")] = (
         0.5
     )
     position_jump: Annotated[
-        float, Real("m", "refused: so far from where the last sample's velocity leads", 0.01, 1e4, "ArduPilot")
+        float, Real("m", "a sample is refused this far from the last one's prediction", 0.01, 1e4, "ArduPilot")
     ] = 1.0
     attitude_jump: Annotated[
-        float, Real("rad", "refused: turned so far from where the last sample's rates lead", 0.01, 3.2, "ArduPilot")
+        float, Real("rad", "a sample is refused this far from the last one's prediction", 0.01, 3.2, "ArduPilot")
     ] = 0.3490658503988659
     refused_count: Annotated[
-        int, Whole("", "so many refused samples within the window end the controller's flight", 1, 1000, "ArduPilot")
+        int, Whole("", "refused samples within the window at which the backup law takes over", 1, 1000, "ArduPilot")
     ] = 10
     refused_window: Annotated[
-        float, Real("s", "the window in which refused samples are counted", 0.01, 10.0, "ArduPilot")
+        float, Real("s", "window in which refused samples are counted", 0.01, 10.0, "ArduPilot")
     ] = 0.2
     frozen_motion: Annotated[
         float,
@@ -70,40 +68,48 @@ class StateLimits(NamedTuple):
             "addition",
         ),
     ] = 1e-9
-    warn_age: Annotated[float, Real("s", "warning: the last accepted sample is older", 0.001, 10.0, "MRS")] = 0.05
-    lost_age: Annotated[float, Real("s", "backup law: the last accepted sample is older", 0.001, 10.0, "MRS")] = 0.1
+    warn_age: Annotated[
+        float, Real("s", "age of the accepted sample above which the guard warns", 0.001, 10.0, "MRS")
+    ] = 0.05
+    lost_age: Annotated[
+        float, Real("s", "age of the accepted sample above which the backup law flies", 0.001, 10.0, "MRS")
+    ] = 0.1
     blind_age: Annotated[
-        float, Real("s", "sink faster: the last accepted sample and body rate are older", 0.001, 100.0, "MRS")
+        float, Real("s", "age of sample and body rate above which the vehicle sinks faster", 0.001, 100.0, "MRS")
     ] = 0.5
     gone_age: Annotated[
-        float, Real("s", "motors off: the last accepted sample and body rate are older", 0.001, 100.0, "addition")
+        float, Real("s", "age of sample and body rate above which the motors stop", 0.001, 100.0, "addition")
     ] = 3.0
 
 
 class TiltLimits(NamedTuple):
     """How far the vehicle may lean, how long, and where motors off is the lesser evil."""
 
-    large: Annotated[float, Real("rad", "tilt that may not last", 0.1, 3.2, "PX4 FailureDetector")] = 1.0471975511965976
+    large: Annotated[float, Real("rad", "tilt limit for large_time", 0.1, 3.2, "PX4 FailureDetector")] = (
+        1.0471975511965976
+    )
     large_time: Annotated[
-        float, Real("s", "backup law: tilt above ``large`` for longer", 0.0, 100.0, "PX4 FailureDetector")
+        float, Real("s", "time above it until the backup law flies", 0.0, 100.0, "PX4 FailureDetector")
     ] = 0.3
-    extreme: Annotated[float, Real("rad", "tilt of a vehicle that falls over", 0.1, 3.2, "MRS")] = 1.3089969389957472
+    extreme: Annotated[float, Real("rad", "tilt limit for extreme_time", 0.1, 3.2, "MRS")] = 1.3089969389957472
     extreme_time: Annotated[
-        float, Real("s", "backup law or motors off: tilt above ``extreme`` for longer", 0.0, 100.0, "MRS")
+        float, Real("s", "time above it until the backup law flies or the motors stop", 0.0, 100.0, "MRS")
     ] = 0.1
     low_height: Annotated[
-        float, Real("m", "extreme tilt below this height above the ground: motors off", 0.0, 100.0, "")
+        float, Real("m", "height above ground below which extreme tilt stops the motors", 0.0, 100.0, "")
     ] = 1.0
 
 
 class ContactRule(NamedTuple):
     """When the vehicle stands on the ground, and when the backup law may stop the motors."""
 
-    speed: Annotated[float, Real("m/s", "slower: at rest", 0.001, 1.0, "addition")] = 0.1
+    speed: Annotated[float, Real("m/s", "speed below which it is at rest", 0.001, 1.0, "addition")] = 0.1
     thrust: Annotated[
         float, Real("", "thrust over weight below which the ground carries the vehicle", 0.05, 1.0, "")
     ] = 0.7
-    time: Annotated[float, Real("s", "at rest for so long while descending: contact", 0.05, 10.0, "addition")] = 0.5
+    time: Annotated[
+        float, Real("s", "time at rest while descending after which it is contact", 0.05, 10.0, "addition")
+    ] = 0.5
     ramp: Annotated[float, Real("s", "time in which thrust goes down after contact", 0.05, 10.0, "addition")] = 0.5
     stop_height: Annotated[
         float, Real("m", "motors never stop higher above the ground than this", 0.0, 10.0, "addition")
@@ -113,14 +119,14 @@ class ContactRule(NamedTuple):
 class GuardParameters(NamedTuple):
     """All parameters of the guard; ``ground_height`` is where the flight began unless said otherwise."""
 
-    enabled: Annotated[bool, Flag("whether the guard stands between the command and the rotors")] = True
+    enabled: Annotated[bool, Flag("the guard checks commands and states; false: no backup law")] = True
     command: CommandLimits = CommandLimits()
     state: StateLimits = StateLimits()
     tilt: TiltLimits = TiltLimits()
     contact: ContactRule = ContactRule()
     ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "addition")] = 0.0
     has_commander: Annotated[
-        bool, Flag("a commander flies above: it lands where the position is good; else the guard descends")
+        bool, Flag("a commander takes part and lands while the position is good; else the guard descends")
     ] = False
     settle_time: Annotated[
         float,
@@ -133,5 +139,5 @@ class GuardParameters(NamedTuple):
         ),
     ] = 0.2
     release_tilt: Annotated[
-        float, Real("rad", "no release to the controller at a larger tilt", 0.01, 1.5, "addition")
+        float, Real("rad", "largest tilt for the return to the controllers", 0.01, 1.5, "addition")
     ] = 0.5235987755982988

@@ -18,12 +18,12 @@ class SimulatorParameters(NamedTuple):
         int, Whole("steps", "how far the plant may run ahead of what the recorder has acknowledged", 1, 200)
     ] = 60
     answer_timeout: Annotated[
-        float, Real("s", "time by the clock without an answer to a state after which the flight fails", 0.1, 3600.0)
+        float, Real("s", "wall-clock time without an answer to a state after which the flight fails", 0.1, 3600.0)
     ] = 3.5
-    odom_period_steps: Annotated[int, Whole("steps", "odometry for tools once in so many steps", 1, 100_000)] = 10
-    clock_period_steps: Annotated[int, Whole("steps", "clock once in so many steps", 1, 100_000)] = 5
+    odom_period_steps: Annotated[int, Whole("steps", "steps between two messages of odom", 1, 100_000)] = 10
+    clock_period_steps: Annotated[int, Whole("steps", "steps between two messages of clock", 1, 100_000)] = 5
     publish_state: Annotated[
-        bool, Flag("false: another node, such as odometry_relay, makes `state`, here from odom")
+        bool, Flag("true: publish `state`; false: another node makes it, such as odometry_relay from odom")
     ] = True
     descent_timeout: Annotated[
         float, Real("s", "longest descent of the guard; the flight ends then, wherever the vehicle is", 1.0, 3600.0)
@@ -64,9 +64,9 @@ class OdometryRelayParameters(NamedTuple):
     ] = "odom"
     world_frame: Annotated[str, Text("header.frame_id that is accepted (ENU); empty: any")] = "map"
     body_frame: Annotated[str, Text("child_frame_id that is accepted (FLU); empty: any")] = "base_link"
-    delay: Annotated[float, Real("s", "how old a sample is when it comes, where that is known", 0.0, 1.0)] = 0.0
-    on_ground: Annotated[bool, Flag("the vehicle stands on the ground at its first state")] = True
+    delay: Annotated[float, Real("s", "known age of a sample at its arrival", 0.0, 1.0)] = 0.0
+    on_ground: Annotated[bool, Flag("true: the vehicle stands on the ground at its first state")] = True
     stamps: Annotated[
         int,
-        Choice(("flight", "first"), "flight: stamps count from step 0, as the simulator's; first: from the first one"),
+        Choice(("flight", "first"), "flight: stamps count from step 0 as the simulator's; first: from the first one"),
     ] = 0

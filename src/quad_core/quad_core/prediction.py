@@ -42,23 +42,23 @@ class Prediction(NamedTuple):
     enabled: Annotated[bool, Flag("the law acts on the state predicted over its age; false: on the received state")] = (
         False
     )
-    position_age: Annotated[float, Real("s", "age of position and velocity where the state says none", 0.0, 0.1)] = 0.0
-    attitude_age: Annotated[float, Real("s", "age of the attitude where the state says none", 0.0, 0.1)] = 0.0
-    rate_age: Annotated[float, Real("s", "age of the body rates where the state says none", 0.0, 0.1)] = 0.0
+    position_age: Annotated[float, Real("s", "age of position and velocity if not in the state", 0.0, 0.1)] = 0.0
+    attitude_age: Annotated[float, Real("s", "age of the attitude if not in the state", 0.0, 0.1)] = 0.0
+    rate_age: Annotated[float, Real("s", "age of the body rates if not in the state", 0.0, 0.1)] = 0.0
     max_age: Annotated[
-        float, Real("s", "largest age that is predicted over, the time since a reading last changed included", 0.0, 0.1)
+        float, Real("s", "largest age that is predicted over, with the time since the reading last changed", 0.0, 0.1)
     ] = 0.06
     smoothing: Annotated[
-        float, Real("rad/s", "bandwidth L of the filter of predicted position and velocity; 0: none", 0.0, 500.0)
+        float, Real("rad/s", "bandwidth L of the predicted position's filter; larger: less lag; 0: none", 0.0, 500.0)
     ] = 0.0
     position_smoothing: Annotated[
         float, Real("rad/s", "slower bandwidth of the position in `smoothing`; 0: the same", 0.0, 500.0)
     ] = 0.0
     attitude_smoothing: Annotated[
-        float, Real("rad/s", "bandwidth of the filter of the predicted attitude on the gyro; 0: none", 0.0, 2000.0)
+        float, Real("rad/s", "bandwidth of the attitude's filter on the gyro; larger: less lag; 0: none", 0.0, 2000.0)
     ] = 0.0
     rate_smoothing: Annotated[
-        float, Real("rad/s", "bandwidth of the filter of predicted body rates on the model; 0: none", 0.0, 2000.0)
+        float, Real("rad/s", "bandwidth of the body rates' filter on the model; larger: less lag; 0: none", 0.0, 2000.0)
     ] = 0.0
 
 

@@ -59,7 +59,7 @@ class Vehicle(NamedTuple):
     rotor_time_constant: Annotated[
         float, Real("s", "lag of the rotor speed behind its command, first order; 0: ideal rotors", 0.0, 1.0, "")
     ] = 0.0
-    rotor_speed_min: Annotated[float, Real("rad/s", "speed below which no rotor turns in flight", 0.0, 1e5, "")] = 0.0
+    rotor_speed_min: Annotated[float, Real("rad/s", "lowest rotor speed in flight", 0.0, 1e5, "")] = 0.0
     rotor_inertia: Annotated[
         float, Real("kg m^2", "moment of inertia of one rotor about its axis, for tau_G", 0.0, 10.0, "Eq. 1")
     ] = 0.0

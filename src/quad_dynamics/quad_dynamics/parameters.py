@@ -17,10 +17,10 @@ class InertiaError(NamedTuple):
 class Effectiveness(NamedTuple):
     """True over nominal control effectiveness: Delta F_A and Delta tau_A of Eq. 10 as factors."""
 
-    thrust: Annotated[float, Real("", "true over nominal thrust", 0.0, 2.0, "Eq. 10")] = 1.0
-    roll: Annotated[float, Real("", "true over nominal roll torque", 0.0, 2.0, "Eq. 10")] = 1.0
-    pitch: Annotated[float, Real("", "true over nominal pitch torque", 0.0, 2.0, "Eq. 10")] = 1.0
-    yaw: Annotated[float, Real("", "true over nominal yaw torque", 0.0, 2.0, "Eq. 10")] = 1.0
+    thrust: Annotated[float, Real("", "true over nominal thrust; 1: intact", 0.0, 2.0, "Eq. 10")] = 1.0
+    roll: Annotated[float, Real("", "true over nominal roll torque; 1: intact", 0.0, 2.0, "Eq. 10")] = 1.0
+    pitch: Annotated[float, Real("", "true over nominal pitch torque; 1: intact", 0.0, 2.0, "Eq. 10")] = 1.0
+    yaw: Annotated[float, Real("", "true over nominal yaw torque; 1: intact", 0.0, 2.0, "Eq. 10")] = 1.0
 
 
 class InitialPosition(NamedTuple):
@@ -67,7 +67,7 @@ class Initial(NamedTuple):
 class Ground(NamedTuple):
     """A flat ground under four feet, one below each rotor; elastic, damped, with friction."""
 
-    enabled: Annotated[bool, Flag("whether there is a ground; plants rigid_body and mujoco")] = False
+    enabled: Annotated[bool, Flag("false: no ground; plants rigid_body and mujoco")] = False
     height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "")] = 0.0
     foot_depth: Annotated[float, Real("m", "how far the feet reach below the centre of gravity", 0.001, 10.0, "")] = 0.1
     friction: Annotated[float, Real("", "coefficient of sliding friction", 0.0, 10.0, "")] = 0.8
@@ -76,7 +76,7 @@ class Ground(NamedTuple):
 class PlantParameters(NamedTuple):
     """Parameters of the plants ``paper`` and ``rigid_body``."""
 
-    substeps: Annotated[int, Whole("", "Runge-Kutta steps per plant period", 1, 1000)] = 1
+    substeps: Annotated[int, Whole("", "Runge-Kutta steps per plant period; larger: more exact, slower", 1, 1000)] = 1
     drag_sign: Annotated[
         int, Choice(DragSign, "corrected: drag opposes motion; printed: as eqs. 5 and 9", "Eq. 5, Eq. 9")
     ] = DragSign.CORRECTED.value

@@ -32,37 +32,35 @@ class Parameters(NamedTuple):
     """
 
     period_steps: Annotated[int, Whole("steps", "plant steps between two samples", 1, 10_000)] = 1
-    delay: Annotated[
-        float, Real("s", "age of a sample when it is seen, rounded to plant steps, at most 511", 0.0, 10.0)
-    ] = 0.0
-    position_delay: Annotated[
-        float, Real("s", "what the position is older by than `delay`, a gyro's reading being younger", 0.0, 10.0)
-    ] = 0.0
-    velocity_delay: Annotated[float, Real("s", "the same for the velocity", 0.0, 10.0)] = 0.0
-    attitude_delay: Annotated[float, Real("s", "the same for the attitude", 0.0, 10.0)] = 0.0
-    rate_delay: Annotated[float, Real("s", "the same for the body rates", 0.0, 10.0)] = 0.0
+    delay: Annotated[float, Real("s", "age of a sample on arrival, rounded to plant steps, at most 511", 0.0, 10.0)] = (
+        0.0
+    )
+    position_delay: Annotated[float, Real("s", "age of the position in addition to `delay`", 0.0, 10.0)] = 0.0
+    velocity_delay: Annotated[float, Real("s", "added age of the velocity", 0.0, 10.0)] = 0.0
+    attitude_delay: Annotated[float, Real("s", "added age of the attitude", 0.0, 10.0)] = 0.0
+    rate_delay: Annotated[float, Real("s", "added age of the body rates", 0.0, 10.0)] = 0.0
     position_every: Annotated[
-        int, Whole("", "samples from one new position and velocity to the next; in between they hold", 1, 10_000)
+        int, Whole("", "position and velocity change every so many samples; 1: each", 1, 10_000)
     ] = 1
-    attitude_every: Annotated[int, Whole("", "samples from one new attitude to the next", 1, 10_000)] = 1
-    rate_every: Annotated[int, Whole("", "samples from one new body rate to the next", 1, 10_000)] = 1
-    dropout: Annotated[float, Real("", "share of the samples that are lost", 0.0, 1.0)] = 0.0
+    attitude_every: Annotated[int, Whole("", "the attitude changes every so many samples; 1: each", 1, 10_000)] = 1
+    rate_every: Annotated[int, Whole("", "the body rates change every so many samples; 1: each", 1, 10_000)] = 1
+    dropout: Annotated[float, Real("", "share of the samples that are lost; 0: none", 0.0, 1.0)] = 0.0
     position_noise: Annotated[float, Real("m", "standard deviation of the position noise", 0.0, 100.0)] = 0.0
     position_bias: Annotated[float, Real("m", "standard deviation of the position bias", 0.0, 100.0)] = 0.0
-    position_quantum: Annotated[float, Real("m", "step of the position, 0: none", 0.0, 100.0)] = 0.0
+    position_quantum: Annotated[float, Real("m", "quantum of the position; 0: none", 0.0, 100.0)] = 0.0
     velocity_noise: Annotated[float, Real("m/s", "standard deviation of the velocity noise", 0.0, 100.0)] = 0.0
     velocity_bias: Annotated[float, Real("m/s", "standard deviation of the velocity bias", 0.0, 100.0)] = 0.0
-    velocity_quantum: Annotated[float, Real("m/s", "step of the velocity, 0: none", 0.0, 100.0)] = 0.0
+    velocity_quantum: Annotated[float, Real("m/s", "quantum of the velocity; 0: none", 0.0, 100.0)] = 0.0
     attitude_noise: Annotated[
         float, Real("rad", "standard deviation of the attitude noise about each body axis", 0.0, 1.0)
     ] = 0.0
     attitude_bias: Annotated[
         float, Real("rad", "standard deviation of the attitude bias about each body axis", 0.0, 1.0)
     ] = 0.0
-    attitude_quantum: Annotated[float, Real("rad", "step of the Z-Y-X angles, 0: none", 0.0, 1.0)] = 0.0
+    attitude_quantum: Annotated[float, Real("rad", "quantum of Z-Y-X angles; 0: none", 0.0, 1.0)] = 0.0
     rate_noise: Annotated[float, Real("rad/s", "standard deviation of the body rate noise", 0.0, 100.0)] = 0.0
     rate_bias: Annotated[float, Real("rad/s", "standard deviation of the body rate bias", 0.0, 100.0)] = 0.0
-    rate_quantum: Annotated[float, Real("rad/s", "step of the body rates, 0: none", 0.0, 100.0)] = 0.0
+    rate_quantum: Annotated[float, Real("rad/s", "quantum of the body rates; 0: none", 0.0, 100.0)] = 0.0
 
 
 class Ages(NamedTuple):

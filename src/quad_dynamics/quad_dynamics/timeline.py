@@ -146,7 +146,7 @@ class Parameters(NamedTuple):
     """The events of a flight."""
 
     events: Annotated[
-        str, Text("events, one a line: KIND start=S end=S NAME=VALUE ...; see docs/reference/scenarios.md")
+        str, Text("events, one per line: KIND start=S end=S NAME=VALUE ...; see docs/reference/scenarios.md")
     ] = ""
 
 

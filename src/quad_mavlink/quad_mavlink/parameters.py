@@ -24,22 +24,20 @@ class MavlinkBridgeParameters(NamedTuple):
     listen: Annotated[str, Text("host:port on which the bridge takes UDP; 0.0.0.0 takes it from other machines")] = (
         "127.0.0.1:14540"
     )
-    connect: Annotated[str, Text("host:port of an autopilot that waits for a first message; empty: wait for one")] = ""
+    connect: Annotated[str, Text("host:port of an autopilot that waits for a message; empty: the bridge waits")] = ""
     target_system: Annotated[int, Whole("", "the autopilot's system number", 1, 255, "MAV_SYS_ID, SYSID_THISMAV")] = 1
     source_system: Annotated[
-        int, Whole("", "our system number; ArduPilot's GCS failsafe watches this one", 1, 255, "MAV_GCS_SYSID")
+        int, Whole("", "the bridge's system number; ArduPilot's GCS failsafe watches it", 1, 255, "MAV_GCS_SYSID")
     ] = 255
     state_interval: Annotated[
-        float, Real("s", "spacing of states that is asked for", 0.002, 0.1, "SET_MESSAGE_INTERVAL")
+        float, Real("s", "spacing of states that the bridge requests", 0.002, 0.1, "SET_MESSAGE_INTERVAL")
     ] = 0.01
     max_rotor_thrust: Annotated[
         float, Real("N", "largest thrust of one of four rotors; must be measured; 0 is refused", 0.0, 1e4, "T_m")
     ] = 0.0
     autopilot_curve: Annotated[
         float,
-        Real(
-            "", "the thrust curve that the autopilot takes the motors to have", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"
-        ),
+        Real("", "the thrust curve set in the autopilot; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"),
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
     rate_gain: RateGain = 6.5

@@ -63,10 +63,10 @@ class Parameters(NamedTuple):
         Choice(DragSign, "sign of the drag terms: `corrected` (drag opposes motion) or `printed`", "eqs. 5, 17, 30"),
     ] = DragSign.CORRECTED.value
     thrust_form: Annotated[
-        int, Choice(ThrustForm, "F_T as printed, or projected on the actual thrust axis", "Eq. 38")
+        int, Choice(ThrustForm, "norm: F_T as printed; projected: on the actual thrust axis", "Eq. 38")
     ] = ThrustForm.PROJECTED.value
     tilt_heading: Annotated[
-        int, Choice(TiltHeading, "yaw in whose frame thrust is tilted: psi_d, or the vehicle's", "Eq. 38")
+        int, Choice(TiltHeading, "yaw of the tilt's frame; reference: psi_d; measured: the vehicle's", "Eq. 38")
     ] = TiltHeading.MEASURED.value
     anti_windup: Annotated[
         bool, Flag("integrals and adaptive gains rest while a limit is met, here or in `actuation`", "eqs. 21, 37")

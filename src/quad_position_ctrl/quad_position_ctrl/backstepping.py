@@ -135,7 +135,7 @@ class AxisGains(NamedTuple):
         Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
     ] = 4.25
     integral_gain: Annotated[
-        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: off", 0.0, 100.0, "Table 2, Eq. 23")
+        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: offsets stay", 0.0, 100.0, "Table 2, Eq. 23")
     ] = 0.01
     max_integral: Annotated[
         float, Real("m s", "bound of the integral Gamma_7 (y: 9, z: 11); 1e9: off", 0.0, 1e9, "addition to Eq. 21")
@@ -150,10 +150,10 @@ class AxisGains(NamedTuple):
         10.0
     )
     adaptation_leak: Annotated[
-        float, Real("1/s", "rate back to initial_gain; 0: as printed", 0.0, 100.0, "addition to Eq. 37")
+        float, Real("1/s", "return rate to initial_gain; larger: faster; 0: printed", 0.0, 100.0, "addition to Eq. 37")
     ] = 0.05
     adaptation_dead_zone: Annotated[
-        float, Real("m/s", "velocity error (noise) where the gain rests; 0: off", 0.0, 100.0, "addition to Eq. 37")
+        float, Real("m/s", "velocity error (noise) below which it rests; 0: off", 0.0, 100.0, "addition to Eq. 37")
     ] = 0.0
 
 

@@ -23,7 +23,7 @@ class Observer(NamedTuple):
     bandwidth: Annotated[float, Real("rad/s", "bandwidth L of the estimate of d; 0: off", 0.0, 200.0, "addition")] = (
         12.0
     )
-    max_estimate: Annotated[float, Real("m/s^2", "bound of the estimate per axis", 0.0, 100.0, "addition")] = 5.0
+    max_estimate: Annotated[float, Real("m/s^2", "largest estimate per axis", 0.0, 100.0, "addition")] = 5.0
 
 
 class ObservedStep(NamedTuple):

@@ -36,7 +36,7 @@ class Gains(NamedTuple):
         Real("1/s", "velocity error to acceleration, xi_8 (y: 10, z: 12), fixed; larger: stiffer", 0.0, 1e3, "Eq. 30"),
     ] = 7.0
     integral_gain: Annotated[
-        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: off", 0.0, 100.0, "Table 2, Eq. 23")
+        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: offsets stay", 0.0, 100.0, "Table 2, Eq. 23")
     ] = 0.01
     max_integral: Annotated[float, Real("m s", "bound of the integral; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = (
         20.0

@@ -35,11 +35,11 @@ Internals = PositionInternals
 class Gains(NamedTuple):
     """Gains of one direction."""
 
-    position: Annotated[float, Real("1/s", "P of the position", 0.01, 100.0)] = 2.5
-    velocity: Annotated[float, Real("1/s", "P of the velocity", 0.0, 1e3)] = 6.0
-    integral: Annotated[float, Real("1/s^2", "I of the velocity", 0.0, 1e3)] = 3.0
-    derivative: Annotated[float, Real("", "D of the velocity, on the measured acceleration", 0.0, 10.0)] = 0.05
-    max_integral: Annotated[float, Real("m/s^2", "bound of the I part", 0.0, 1e3)] = 5.0
+    position: Annotated[float, Real("1/s", "P of the position; larger: stiffer", 0.01, 100.0)] = 2.5
+    velocity: Annotated[float, Real("1/s", "P of the velocity; larger: more damped", 0.0, 1e3)] = 6.0
+    integral: Annotated[float, Real("1/s^2", "I of the velocity; larger: offsets go faster; 0: off", 0.0, 1e3)] = 3.0
+    derivative: Annotated[float, Real("", "D of the velocity, on the measured acceleration; 0: off", 0.0, 10.0)] = 0.05
+    max_integral: Annotated[float, Real("m/s^2", "largest I part", 0.0, 1e3)] = 5.0
 
 
 class Parameters(NamedTuple):
@@ -48,7 +48,7 @@ class Parameters(NamedTuple):
     xy: Gains = Gains()
     z: Gains = Gains()
     derivative_bandwidth: Annotated[
-        float, Real("rad/s", "low-pass of the acceleration that the D part sees", 0.1, 1e4)
+        float, Real("rad/s", "low-pass of the D part's acceleration; larger: less lag, more noise", 0.1, 1e4)
     ] = 60.0
     anti_windup: Annotated[bool, Flag("the I part rests while a limit is met, here or in `actuation`")] = True
     speed: SpeedLimits = SpeedLimits()

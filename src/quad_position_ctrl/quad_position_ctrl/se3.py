@@ -33,8 +33,8 @@ Internals = PositionInternals
 class Gains(NamedTuple):
     """Gains of one direction."""
 
-    position: Annotated[float, Real("1/s^2", "k_x / m", 0.01, 1e4, "Lee 2010")] = 16.0
-    velocity: Annotated[float, Real("1/s", "k_v / m", 0.01, 1e3, "Lee 2010")] = 6.0
+    position: Annotated[float, Real("1/s^2", "position gain k_x / m; larger: stiffer", 0.01, 1e4, "Lee 2010")] = 16.0
+    velocity: Annotated[float, Real("1/s", "velocity gain k_v / m; larger: more damped", 0.01, 1e3, "Lee 2010")] = 6.0
 
 
 class Parameters(NamedTuple):

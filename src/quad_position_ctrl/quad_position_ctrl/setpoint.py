@@ -25,7 +25,7 @@ class LiftLimits(NamedTuple):
     """What the law may ask of the vehicle; none of it is in the paper (``printed``: all out of reach)."""
 
     acceleration_xy: Annotated[
-        float, Real("m/s^2", "longest horizontal part of U; 1e6: off", 0.1, 1e6, "addition to Eq. 30")
+        float, Real("m/s^2", "largest horizontal part of U; 1e6: off", 0.1, 1e6, "addition to Eq. 30")
     ] = 12.0
     acceleration_z: Annotated[
         float, Real("m/s^2", "largest vertical part of U, both ways; 1e6: off", 0.1, 1e6, "addition to Eq. 30")
@@ -44,7 +44,7 @@ class LiftLimits(NamedTuple):
         float, Real("", "smallest thrust as a fraction of the vehicle's largest", 0.0, 0.5, "addition")
     ] = 0.02
     vertical_priority: Annotated[
-        bool, Flag("thrust that cannot be had is taken from the horizontal part first; false: in proportion")
+        bool, Flag("missing thrust is taken from the horizontal part first; false: in proportion")
     ] = True
 
 

@@ -56,7 +56,7 @@ class AirframeParameters(NamedTuple):
         float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q")
     ] = 0.0
     thr_mdl_fac: Annotated[
-        float, Real("", "the thrust curve that PX4 takes the motors to have", 0.0, 1.0, "THR_MDL_FAC")
+        float, Real("", "the thrust curve set in PX4 (THR_MDL_FAC); 0: linear", 0.0, 1.0, "THR_MDL_FAC")
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
     rotor0: RotorPlace = RotorPlace(0.15, 0.15, 0.05)
@@ -71,15 +71,13 @@ class Px4BridgeParameters(NamedTuple):
     mode: Annotated[
         int, Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, attitude, or body rates")
     ] = Mode.WRENCH.value
-    namespace: Annotated[str, Text("what stands before /fmu, as UXRCE_DDS_NS says; empty: nothing", "UXRCE_DDS_NS")] = (
-        ""
-    )
+    namespace: Annotated[str, Text("prefix of /fmu, equal to UXRCE_DDS_NS; empty: none", "UXRCE_DDS_NS")] = ""
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
     external_mode: Annotated[
-        str, Text("name of a mode of our own in PX4's list, at most 24 letters; empty: PX4's offboard mode is used")
+        str, Text("name of the bridge's own mode in PX4's list, at most 24 letters; empty: offboard mode")
     ] = ""
     chosen_by: Annotated[
-        int, Choice(ChosenBy, "what changes PX4 to external_mode: the bridge, or a pilot, for whom it waits")
+        int, Choice(ChosenBy, "what selects external_mode: the bridge, or a pilot (the bridge waits)")
     ] = ChosenBy.BRIDGE.value
     rate_gain: RateGain = 6.5
     rate_limit: RateLimit = 3.8

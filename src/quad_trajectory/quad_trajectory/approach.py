@@ -44,7 +44,7 @@ class Start(IntEnum):
 
 
 Entry = Annotated[
-    int, Choice(Start, "approach: a smooth way from where the vehicle is; printed: a step to the curve at take-off")
+    int, Choice(Start, "approach: a smooth path from the vehicle to the curve; printed: a step to the curve")
 ]
 """The parameter of every trajectory that chooses between them."""
 

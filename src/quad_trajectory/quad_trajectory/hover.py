@@ -14,9 +14,9 @@ Plan = Approach
 class Position(NamedTuple):
     """A point of the world."""
 
-    x: Annotated[float, Real("m", "east", -1e4, 1e4)] = 0.0
-    y: Annotated[float, Real("m", "north", -1e4, 1e4)] = 0.0
-    z: Annotated[float, Real("m", "up", -1e4, 1e4)] = 2.0
+    x: Annotated[float, Real("m", "east position", -1e4, 1e4)] = 0.0
+    y: Annotated[float, Real("m", "north position", -1e4, 1e4)] = 0.0
+    z: Annotated[float, Real("m", "height above the world's origin", -1e4, 1e4)] = 2.0
 
 
 class Parameters(NamedTuple):

@@ -35,10 +35,10 @@ class Parameters(NamedTuple):
     thrust: Annotated[float, Real("", "thrust limit of the path over the vehicle's largest thrust", 0.1, 1.0)] = 0.7
     tilt: Annotated[float, Real("rad", "tilt limit of the path", 0.01, 1.4)] = 0.6
     body_rate: Annotated[
-        float, Real("rad/s", "limit on how fast the thrust direction turns along the path", 0.05, 30.0)
+        float, Real("rad/s", "largest turn rate of the thrust direction along the path", 0.05, 30.0)
     ] = 2.0
     turn: Annotated[
-        int, Choice(Turn, "short: the heading turns the short way; as_written: by the difference of the yaws given")
+        int, Choice(Turn, "short: the heading turns the short way; as_written: by the difference of the given yaws")
     ] = Turn.SHORT.value
     stay: Annotated[float, Real("s", "flight time at the last waypoint", 0.01, 1e5)] = 2.0
     limits: MotionLimits = MotionLimits()
