@@ -88,7 +88,7 @@ def test_it_flies_over_ros_is_recorded_and_replayed_and_no_file_here_changes(tmp
     bag = tmp_path / "bag"
     for command in (
         [str(FLY), *FLIGHT, "--out", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "verify", str(bag)],
+        [sys.executable, "-m", "quad_flight_log.cli", "check", str(bag)],
         [sys.executable, "-m", "quad_flight_log.cli", "replay", str(bag)],
         [sys.executable, "-c", COMPARE, str(bag)],
     ):

@@ -70,7 +70,6 @@ EXECUTABLES = [
     *((package, role) for role, package in NODES.items()),
     ("quad_node", "odometry_relay"),
     ("quad_dynamics", "check_plant"),
-    ("quad_flight_log", "markers"),
     ("quad_flight_log", "log"),
     ("quad_bringup", "fly"),
     ("quad_bringup", "one_process"),

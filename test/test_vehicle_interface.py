@@ -23,7 +23,7 @@ def test_it_flies_is_recorded_and_replayed_and_no_file_here_changes(tmp_path):
     owner = ("--realtime", "--vehicle-owner", f"my_vehicle={EXAMPLE / 'my_vehicle.yaml'}", *PATIENT[2:])
     for command in (
         [str(FLY), "hover", "--duration", "2", *owner, "--limits", "position_rmse=0.2", "--out", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "verify", str(bag)],
+        [sys.executable, "-m", "quad_flight_log.cli", "check", str(bag)],
         [sys.executable, "-m", "quad_flight_log.cli", "replay", str(bag)],
     ):
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)

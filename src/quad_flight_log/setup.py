@@ -17,7 +17,6 @@ setup(
         "console_scripts": [
             "recorder = quad_flight_log.recorder.node:main",
             "log = quad_flight_log.cli:console",
-            "markers = quad_flight_log.live.node:markers_main",
         ],
     },
 )

@@ -31,10 +31,9 @@ LONGEST = 20  # s of computing for one verb
 MEMORY = 4 << 30  # bytes
 ALWAYS = (
     ["info"], ["metrics", "--json"], ["metrics", "--csv"], ["check", "--limits", "position_rmse=1"],
-    ["verify"], ["hash", "--topics"], ["export", "--out", "csv"],
+    ["hash", "--topics"], ["export", "--out", "csv"],
 )  # fmt: skip
-SOMETIMES = (["recover", "--out", "recovered"], ["export", "--format", "parquet", "--out", "parquet"],
-             ["replay"], ["metrics", "--salvage"])  # fmt: skip
+SOMETIMES = (["replay"], ["metrics", "--salvage"])
 SELDOM = (["report", "--out", "report"], ["compare", "--out", "compare"], ["view", "--out", "view"])
 
 

@@ -1,4 +1,4 @@
-"""``log COMMAND BAG``: look into, measure, check, verify, repair, convert, replay and draw recorded flights."""
+"""``log COMMAND BAG``: look into, measure, check, export, replay and draw recorded flights."""
 
 import argparse
 import contextlib
@@ -20,17 +20,13 @@ from quad_flight_log.analysis.frames import measured
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import truth_note
-from quad_flight_log.bag.export import FORMATS, export
-from quad_flight_log.bag.files import files_of
+from quad_flight_log.bag.export import export
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_flight_log.bag.recover import recover
-from quad_flight_log.bag.verification import problems_of
 from quad_flight_log.errors import FlightLogError, printable
 from quad_flight_log.report import text
 from quad_flight_log.report.verdict import judgement
 
-_SHOW_FROM = 16 << 20  # bytes; smaller bags are read before a bar can be seen
 _LONGEST_LINE = 800
 _LONGEST_CELL = 300
 _EXAMPLES = """examples:
@@ -49,9 +45,7 @@ def _info(options: argparse.Namespace) -> int:
     """
     for flight in _opened(options):
         state = f"truncated: {flight.damage}" if flight.truncated else "complete"
-        checked = "every message under a checksum" if flight.protected else "not every message under a checksum"
-        print(f"{flight.path}\n  {state}, {checked}, written by {flight.written_by or 'unknown'}")
-        print(f"  {flight.size} bytes on disk, {flight.uncompressed_size} uncompressed")
+        print(f"{flight.path}\n  {state}, {flight.size} bytes, written by {flight.written_by or 'unknown'}")
         for key, value in sorted(flight.metadata.items()):
             print(f"  {_cell(key)}: {_cell(value)}")
         rows = [["topic", "messages", "bytes", "share", "rate", "dropped", "type"]]
@@ -119,19 +113,6 @@ def _check(options: argparse.Namespace) -> int:
     return 0 if good else 1
 
 
-def _verify(options: argparse.Namespace) -> int:
-    """Decode everything; 1 if a bag is truncated or its metadata.yaml tells something else than its content.
-
-    log verify flights/*
-    """
-    good = True
-    for flight in _opened(options):
-        problems = problems_of(flight)
-        print(f"{'FAIL' if problems else 'ok  '} {flight.path}" + "".join(f"\n     {problem}" for problem in problems))
-        good &= not problems
-    return 0 if good else 1
-
-
 def _hash(options: argparse.Namespace) -> int:
     """Print the payload hash of each flight; 1 if several were given and differ, or if a bag is cut.
 
@@ -151,30 +132,13 @@ def _hash(options: argparse.Namespace) -> int:
     return 0 if whole and len(hashes) == 1 else 1
 
 
-def _recover(options: argparse.Namespace) -> int:
-    """Write the verified beginning of a cut or damaged bag as a new, complete bag; the old one stays unchanged.
-
-    log recover flights/killed --out flights/saved
-    """
-    options.salvage = True
-    (flight,) = _opened(options)
-    name = flight.name.removesuffix(".part").removesuffix(".mcap")
-    found = recover(flight, options.out or Path(f"{name}-recovered"))
-    last = max((topic.last for topic in flight.topics.values() if topic.messages), default=0) * 1e-9
-    print(f"{found.report.path}: {found.report.messages} messages, up to {last:.3f} s")
-    print(f"damage: {flight.damage or 'none, the bag was complete'}")
-    for topic in found.left_out:
-        print(f"left out: {flight.unreadable[topic]}")
-    return 0
-
-
 def _export(options: argparse.Namespace) -> int:
-    """Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.
+    """Write topics as CSV files; 1 if a topic cannot be read: it is named, the others written.
 
-    log export flights/case1-1-1 --format parquet --topic truth --topic reference --out tables
+    log export flights/case1-1-1 --topic truth --topic reference --out tables
     """
     (flight,) = _opened(options)
-    found = export(flight, options.out or Path(f"{flight.name}-{options.format}"), options.format, options.topic)
+    found = export(flight, options.out or Path(f"{flight.name}-csv"), options.topic)
     print("\n".join([*map(str, found.paths), *(f"left out: {why}" for why in found.left_out.values())]))
     return 1 if found.left_out else 0
 
@@ -201,7 +165,7 @@ def _replay(options: argparse.Namespace) -> int:
     for role in [options.only] if options.only else STAGE:
         changes = {**settings.get("/**", {}), **settings.get(role, {})}
         law = {POSITION: options.position, ATTITUDE: options.attitude}.get(role)
-        found = replay(flight, role, law=law, settings=changes, progress=_progress(role, " steps"))
+        found = replay(flight, role, law=law, settings=changes)
         _print_replay(found)
         good &= found.equal or found.changed
     return 0 if good else 1
@@ -267,7 +231,7 @@ def _view(options: argparse.Namespace) -> int:
     log view flights/case1-1-1
     log view --namespace second --out layouts    for a live flight
     """
-    from quad_flight_log.live.layouts import write_layouts
+    from quad_flight_log.report.layouts import write_layouts
 
     flights = _opened(options)
     foxglove, rviz = write_layouts(options.out or Path(), flights[0].namespace if flights else options.namespace)
@@ -303,16 +267,13 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], dict[str, dict[st
         {"bags": _BAGS, "--json": {**_YES, "help": "print JSON"}, "--csv": {**_YES, "help": "print CSV"}},
     ),
     "check": (_check, {"bags": _BAGS, "--limits": _LIMITS}),
-    "verify": (_verify, {"bags": _BAGS}),
     "hash": (_hash, {"bags": _BAGS, "--topics": {**_YES, "help": "print the hash of every step topic too"}}),
-    "recover": (_recover, {"bags": _BAG, "--out": _out("the new bag (default: NAME-recovered)")}),
     "export": (
         _export,
         {
             "bags": _BAG,
-            "--format": {"choices": FORMATS, "default": "csv", "help": "default: csv"},
             "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
-            "--out": _out("the files (default: NAME-FORMAT)"),
+            "--out": _out("the files (default: NAME-csv)"),
         },
     ),
     "replay": (
@@ -371,30 +332,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _opened(options: argparse.Namespace) -> list[Flight]:
-    """Open all bags of ``options``, with a progress bar for long ones; raises FlightLogError."""
-    flights = []
-    for bag in options.bags:
-        large = sum(file.path.stat().st_size for file in files_of(bag).files) >= _SHOW_FROM
-        advance = _progress(f"read {bag.name}") if large else None
-        flights.append(open_flight(bag, namespace=options.namespace, salvage=options.salvage, progress=advance))
-    return flights
-
-
-def _progress(label: str, unit: str = "B") -> Callable[[int, int], None] | None:
-    """Return a function (done, total) that shows a bar on a terminal until both are equal; None without tqdm."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        return None
-    bar = tqdm(desc=label, unit=unit, unit_scale=True, leave=False, file=sys.stderr, disable=None)
-
-    def advance(done: int, total: int) -> None:
-        bar.total = total
-        bar.update(done - bar.n)
-        if done >= total:
-            bar.close()
-
-    return advance
+    """Open all bags of ``options``; raises FlightLogError."""
+    return [open_flight(bag, namespace=options.namespace, salvage=options.salvage) for bag in options.bags]
 
 
 def _typed() -> str:

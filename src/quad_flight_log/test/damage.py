@@ -8,7 +8,6 @@ import flight_samples
 import numpy as np
 
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_flight_log.bag.verification import problems_of
 from quad_flight_log.errors import FlightLogError
 
 Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str], dict[str, Any], str]
@@ -77,24 +76,3 @@ def flips(path: Path, whole: Content, count: int, seed: int) -> Iterator[tuple[s
             yield outcome(path, whole), at, bit
             stream.seek(at)
             stream.write(data[at : at + 1])
-
-
-def metadata_flips(bag: Path, count: int, seed: int) -> Iterator[tuple[bool, int, int]]:
-    """Flip one random bit of ``metadata.yaml`` at a time; yield (found by verify or without meaning, byte, bit)."""
-    import yaml
-
-    path = bag / "metadata.yaml"
-    data = path.read_bytes()
-    rng = np.random.default_rng(seed)
-    for at, bit in zip(rng.integers(len(data), size=count).tolist(), rng.integers(8, size=count).tolist(), strict=True):
-        flipped = bytearray(data)
-        flipped[at] ^= 1 << bit
-        path.write_bytes(flipped)
-        seen = bool(problems_of(open_flight(bag)))
-        if not seen:
-            try:
-                seen = repr(yaml.safe_load(flipped)) == repr(yaml.safe_load(data))
-            except yaml.YAMLError:
-                seen = False
-        yield seen, at, bit
-    path.write_bytes(data)

@@ -32,8 +32,6 @@ def test_bags_of_rosbag2_are_read(kind, tmp_path, capsys):
     assert heights_of(bag) == EXPECTED
     assert cli.main(["info", str(bag)]) == 0
     assert "/pose" in capsys.readouterr().out
-    assert cli.main(["recover", str(bag), "--out", str(tmp_path / "new")]) == 0
-    assert heights_of(tmp_path / "new") == EXPECTED
 
 
 def test_one_file_of_a_bag_is_read_by_itself(tmp_path):
@@ -64,8 +62,8 @@ def test_a_missing_part_of_a_split_bag_is_said(tmp_path, capsys):
     (bag / "bag_1.mcap").unlink()
     flight = open_flight(bag)
     assert (flight.truncated, flight.damage) == (True, "bag_1.mcap is missing")
-    assert cli.main(["verify", str(bag)]) == 1
-    assert "bag_1.mcap is missing" in capsys.readouterr().out
+    assert cli.main(["info", str(bag)]) == 0
+    assert "truncated: bag_1.mcap is missing" in capsys.readouterr().out
 
 
 def test_two_bags_in_a_directory_ask_for_one(tmp_path):

@@ -1,4 +1,4 @@
-"""Arrays and data frames of a flight, aligned by stamp."""
+"""Arrays and data frames of a flight."""
 
 import re
 import subprocess
@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loop_flight import write_flight
 
-from quad_flight_log.analysis.frames import aligned_frame, frame
+from quad_flight_log.analysis.frames import frame
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.errors import TopicError
 
 
 def test_a_frame_has_a_column_per_number(flown, flown_bag):
@@ -21,36 +19,11 @@ def test_a_frame_has_a_column_per_number(flown, flown_bag):
     np.testing.assert_allclose(table.index, wrench["stamp_ns"] * 1e-9, rtol=0, atol=1e-12)
     assert table.index.name == "time"
     assert {"stamp_ns", "header.frame_id"} <= set(table.columns)
-
-
-def test_alignment_keeps_the_stamps_that_all_have(flown, flown_bag):
-    found = aligned_frame(open_flight(flown_bag), "truth", "reference", "attitude_setpoint")
-    truth, reference = flown.result.topics["truth"], flown.result.topics["reference"]
-    for topic in ("truth", "reference", "attitude_setpoint"):
-        np.testing.assert_array_equal(found[f"{topic}.stamp_ns"], reference["stamp_ns"])
-    np.testing.assert_array_equal(found["truth.p_w[0]"], truth["p_w"][::5, 0])
-    np.testing.assert_array_equal(found["reference.yaw"], reference["yaw"])
-    assert found.index.name == "time"
-
-
-@pytest.mark.parametrize("first", [0, 50])
-def test_forward_fill_takes_the_newest_of_the_slower_topic_and_nothing_before_its_first(first, flown, tmp_path):
-    late = [item for item in flown.messages if item[0] != "reference" or item[1].step >= first]
-    flight = open_flight(write_flight(tmp_path / "bag", flown._replace(messages=late)))
-    found = aligned_frame(flight, "truth", "reference", forward_fill=True)
-    steps = np.arange(first, len(flown.result.topics["truth"]))
-    np.testing.assert_array_equal(found["truth.step"], steps)
-    np.testing.assert_array_equal(found["reference.step"], steps // 5 * 5)
-
-
-def test_a_topic_without_stamps_cannot_be_aligned(flown_bag):
-    with pytest.raises(TopicError, match="NodeParameters has no stamp"):
-        aligned_frame(open_flight(flown_bag), "truth", "flight/parameters")
-    assert list(frame(open_flight(flown_bag), "flight/parameters").index) == [0.0] * 5
+    assert list(frame(open_flight(flown_bag), "flight/parameters").index) == [0.0] * 5  # no stamp: time of recording
 
 
 def test_reading_needs_neither_ros_nor_extras(flown_bag):
-    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "pyarrow", "tqdm", "plotly")
+    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "plotly")
     text = (
         f"import sys\nfor name in {blocked!r}: sys.modules[name] = None\n"
         "from quad_flight_log import cli\n"
@@ -72,7 +45,7 @@ def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monke
     names: dict = {}
     exec(example, names)
     assert names["measured"](names["flight"]).position_rmse == pytest.approx(flown.result.rmse, rel=1e-12)
-    np.testing.assert_array_equal(names["block"]["p_w"], flown.result.topics["truth"]["p_w"])
+    np.testing.assert_array_equal(names["both"]["p_w[0]"], flown.result.topics["truth"]["p_w"][::5, 0])
     others: dict = {}
     exec(of_others, others)
     heights = flown.result.topics["truth"]["p_w"][:, 2]

@@ -7,8 +7,6 @@ import foreign_readers
 import numpy as np
 import pytest
 
-from quad_flight_log.bag.reader import open_flight
-
 
 @pytest.fixture(scope="module")
 def seen(flown_bag) -> foreign_readers.Digests:
@@ -59,10 +57,3 @@ def test_evo_reads_the_trajectory(flown_bag, flown):
     )
     stamps = [sample.header.stamp.sec + sample.header.stamp.nanosec * 1e-9 for sample in sent]
     np.testing.assert_allclose(path.timestamps, stamps, atol=1e-9)
-
-
-def test_type_hashes_are_those_that_rosbags_computes(flown_bag):
-    store = flight_samples.typestore()
-    for topic in open_flight(flown_bag).topics.values():
-        assert topic.type_hash == store.hash_rihs01(topic.type)
-        assert topic.type_hash.startswith("RIHS01_")

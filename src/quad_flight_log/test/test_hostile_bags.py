@@ -13,7 +13,6 @@ from hostile_bags import ESCAPE, HOSTILE, YAML_TEXTS, bomb, write
 
 from quad_flight_log import cli
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.bag.verification import problems_of
 
 LONGEST = 10.0  # s
 LARGEST = 1_000_000  # kB of memory in all
@@ -23,11 +22,8 @@ VERBS = {
     "metrics": [],
     "metrics --json": [],
     "check": ["--limits", "position_rmse=1"],
-    "verify": [],
     "hash": [],
-    "recover": ["--out", "recovered"],
     "export": ["--out", "csv"],
-    "export --format parquet": ["--out", "parquet"],
     "replay": [],
     "report": ["--out", "report"],
     "compare": ["--out", "compare"],
@@ -68,13 +64,12 @@ def test_every_verb_ends_well(name, tmp_path, capfd):
 
 
 @pytest.mark.parametrize("name", YAML_TEXTS)
-def test_a_hostile_metadata_yaml_is_a_problem(name, flown_bag, tmp_path):
+def test_a_bag_is_read_whatever_its_metadata_yaml_says(name, flown_bag, tmp_path):
     bag = tmp_path / "bag"
     shutil.copytree(flown_bag, bag)
     (bag / "metadata.yaml").write_text(YAML_TEXTS[name], encoding="utf-8")
     began = cpu_time()
-    (problem,) = problems_of(open_flight(bag))
-    assert "metadata.yaml" in problem
+    assert open_flight(bag).payloads("truth") == open_flight(flown_bag).payloads("truth")
     assert cpu_time() - began < LONGEST
 
 
@@ -96,7 +91,7 @@ def test_what_a_bag_holds_is_printed_without_its_escapes(tmp_path, capfd):
     assert "\nok" not in printed
 
 
-@pytest.mark.parametrize("verb", ["verify", "metrics", "info"])
+@pytest.mark.parametrize("verb", ["metrics", "info"])
 def test_a_bomb_stays_within_memory(verb, tmp_path):
     bag = bomb(tmp_path / "bomb.mcap", 60 << 20, 40)
     assert bag.stat().st_size < 300_000

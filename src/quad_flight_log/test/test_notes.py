@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from quad_flight_log.bag.notes import Qos, opened_notes, qos_of, qos_text, sealed_notes
+from quad_flight_log.bag.notes import Qos, opened_notes, qos_text, sealed_notes
 
 
 def test_qos_is_written_as_rosbag2_writes_it_and_read_back():
@@ -15,12 +15,6 @@ def test_qos_is_written_as_rosbag2_writes_it_and_read_back():
         "history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness",
         "liveliness_lease_duration", "avoid_ros_namespace_conventions",
     }  # fmt: skip
-    assert qos_of(qos_text(profile)) == profile
-
-
-@pytest.mark.parametrize("text", ["", "[]", "nonsense", "[1]", "- {depth: many}", "{", "- {history: keep_last}"])
-def test_qos_that_cannot_be_read_is_the_default(text):
-    assert qos_of(text) == Qos()
 
 
 def test_sealed_notes_notice_every_change():

@@ -2,13 +2,13 @@
 
 import pytest
 
-from quad_flight_log.recorder.steps import FlightClock, ShadowPace, StepCounter
+from quad_flight_log.recorder.steps import FlightClock, StepCounter
 
 pytestmark = pytest.mark.unit
 
 PERIOD = 2_000_000
 SECOND = 1_000_000_000
-TOPIC, SLOW = "shadow/wrench_setpoint", "shadow/attitude_setpoint"
+SHADOW = "shadow/attitude_setpoint"
 
 
 def test_the_clock_follows_a_flight_at_its_own_pace_and_ignores_what_is_old():
@@ -39,23 +39,23 @@ def test_a_recorder_that_was_stopped_goes_on(stopped):
 def counted(steps, topic="state", optional=(), spare=0):
     found = StepCounter({"state": PERIOD, "reference": 5 * PERIOD}, optional, spare)
     for step in steps:
-        found.add(topic, step * PERIOD)
+        found.add(topic, step * PERIOD, 0.0)
     return found
 
 
-def complete(found):
+def complete(found, now=0.0):
     """Return the last complete plant step."""
-    return (found.complete_through() + 1) // PERIOD - 1
+    return (found.complete_through(now) + 1) // PERIOD - 1
 
 
 def test_a_step_is_complete_when_every_topic_that_is_due_has_it():
     found = counted(range(5))
     assert complete(found) == -1
-    found.add("reference", 0)
+    found.add("reference", 0, 0.0)
     assert complete(found) == 4
-    found.add("state", 5 * PERIOD)
+    found.add("state", 5 * PERIOD, 0.0)
     assert complete(found) == 4
-    found.add("reference", 5 * PERIOD)
+    found.add("reference", 5 * PERIOD, 0.0)
     assert complete(found) == 5
     assert found.missing_through(5 * PERIOD) == {}
 
@@ -75,7 +75,7 @@ def test_a_required_topic_without_a_message_lacks_all():
 def test_an_optional_topic_counts_from_its_first_message_on():
     found = counted(range(11), optional=("reference",))
     assert complete(found) == 10
-    found.add("reference", 10 * PERIOD)
+    found.add("reference", 10 * PERIOD, 0.0)
     assert complete(found) == 10
     assert found.missing_through(10 * PERIOD) == {"reference": 2}
 
@@ -88,7 +88,7 @@ def test_a_slow_topic_that_follows_a_late_plant_lacks_nothing():
 
 def test_repeats_old_messages_and_unknown_topics_change_nothing():
     found = counted([*range(50), 49, 1, 50], optional=("reference",))
-    found.add("truth", 60 * PERIOD)
+    found.add("truth", 60 * PERIOD, 0.0)
     assert found.missing_through(50 * PERIOD) == {}
     assert complete(found) == 50
 
@@ -98,38 +98,21 @@ def test_impossible_periods_are_refused():
         StepCounter({"state": 0})
 
 
-def pace(*topics):
-    return ShadowPace({topic: {TOPIC: 1, SLOW: 5}[topic] * PERIOD for topic in topics}, 100.0)
+def with_shadow(step, now):
+    """Return the counter of a flight whose state is at step 1300 and whose shadow answered ``step`` at ``now``."""
+    found = StepCounter({"state": PERIOD, SHADOW: 5 * PERIOD}, shadows=[SHADOW], now=100.0)
+    for each in range(1301):
+        found.add("state", each * PERIOD, now)
+    if step >= 0:
+        found.add(SHADOW, step * PERIOD, now)
+    return found
 
 
-def test_without_a_shadow_all_that_is_complete_may_be_acknowledged():
-    assert pace().allowed(1234, PERIOD, 100.0) == 1234
-    assert pace().answered(1234 * PERIOD)
+@pytest.mark.parametrize(("step", "behind"), [(-1, -1), (1000, 1004), (1300, 1300)])
+def test_a_shadow_is_waited_for_two_seconds_from_its_last_answer_or_the_beginning(step, behind):
+    found = with_shadow(step, 100.0)
+    assert [complete(found, now) for now in (101.9, 102.1)] == [behind, 1300]
 
 
-def test_a_shadow_that_answers_may_be_so_far_behind_that_nothing_of_it_is_lost():
-    found = pace(TOPIC)
-    found.add(TOPIC, 1000 * PERIOD, 100.0)
-    assert [found.allowed(step, PERIOD, 101.9) for step in (1128, 1300)] == [1128, 1128]
-    assert found.allowed(1300, PERIOD, 102.1) == 1300, "a silent one is waited for two seconds"
-    found.add(TOPIC, 1001 * PERIOD, 102.1)
-    assert found.allowed(1300, PERIOD, 102.2) == 1129
-
-
-def test_a_shadow_that_never_answers_is_waited_for_from_the_beginning_of_the_flight():
-    found = pace(TOPIC)
-    assert [found.allowed(200, PERIOD, now) for now in (100.0, 102.1)] == [127, 200]
-
-
-def test_the_slowest_of_two_shadows_counts():
-    found = pace(TOPIC, SLOW)
-    found.add(TOPIC, 900 * PERIOD, 100.0)
-    found.add(SLOW, 300 * PERIOD, 100.0)
-    assert found.allowed(900, PERIOD, 100.0) == 428
-
-
-def test_all_is_answered_with_the_last_step_that_a_shadow_is_asked_for():
-    found = pace(SLOW)
-    found.add(SLOW, 10 * PERIOD, 100.0)
-    assert found.answered(14 * PERIOD)
-    assert not found.answered(15 * PERIOD)
+def test_what_a_shadow_lacks_is_no_loss_of_the_flight():
+    assert with_shadow(1000, 100.0).missing_through(1300 * PERIOD) == {}

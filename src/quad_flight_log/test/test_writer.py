@@ -1,4 +1,4 @@
-"""A recorder on a bad day: full disk, no rights, a slow disk, unforeseen errors; and what recover makes of it."""
+"""A recorder on a bad day: full disk, no rights, a slow disk, unforeseen errors."""
 
 import errno
 import os
@@ -14,10 +14,8 @@ import flight_samples
 import numpy as np
 import pytest
 
-from quad_flight_log import cli
 from quad_flight_log.bag import writer as bag_writer
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.bag.recover import recover
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.errors import BagWriteError
 
@@ -80,38 +78,6 @@ def test_what_a_full_disk_took_is_the_exact_beginning(full):
     rng = np.random.default_rng(1)
     assert payloads == [flight_samples.encoded(flight_samples.state(step, rng)) for step in range(len(payloads))]
     assert times == list(range(len(times)))
-
-
-def test_recover_makes_it_a_complete_bag(full, tmp_path, capsys):
-    directory, _ = full
-    assert cli.main(["recover", str(directory), "--out", str(tmp_path / "saved")]) == 0
-    assert "saved_0.mcap" in capsys.readouterr().out
-    old, new = open_flight(directory), open_flight(tmp_path / "saved")
-    assert not new.truncated
-    assert new.payloads("/state") == old.payloads("/state")
-    assert new.metadata["seed"] == "7"
-    assert "ends within a record" in new.metadata["damage"]
-    assert cli.main(["verify", str(tmp_path / "saved")]) == 0
-    assert cli.main(["verify", str(directory)]) == 1
-    assert cli.main(["recover", str(directory), "--out", str(tmp_path / "saved")]) == 2
-
-
-def test_recover_works_from_any_prefix(flown_bag, tmp_path):
-    (path,) = flown_bag.glob("*.mcap")
-    data, whole = path.read_bytes(), open_flight(path)
-    for part in (10, 40, 400, len(data) // 3, 2 * len(data) // 3, len(data) - 1):
-        cut = tmp_path / f"{part}.mcap"
-        cut.write_bytes(data[:part])
-        flight = open_flight(cut, salvage=True)
-        new = open_flight(recover(flight, tmp_path / f"new{part}").report.path)
-        assert not new.truncated
-        for topic, (payloads, times) in new.payloads(*new.topics).items():
-            expected, at = whole.payloads(topic)[topic]
-            assert payloads == expected[: len(payloads)]
-            assert times == at[: len(times)]
-            assert new.topics[topic].type_hash == whole.topics[topic].type_hash
-            assert new.topics[topic].offered_qos == whole.topics[topic].offered_qos
-    assert new.parameters == whole.parameters
 
 
 def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ recorded parameters every bit is the same: that is the log's own proof. With oth
 the same inputs differ; the vehicle does not follow them. Where a standby took over, the comparison ends.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,6 @@ from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import SchemaError, TopicError
 
 Columns = dict[str, NDArray[Any]]
-Progress = Callable[[int, int], None]
 
 
 class Difference(NamedTuple):
@@ -74,7 +73,6 @@ def replay(
     *,
     law: str | None = None,
     settings: Mapping[str, str] | None = None,
-    progress: Progress | None = None,
 ) -> Replay:
     """Feed the recorded inputs of ``role`` to its law (or ``law``) with ``settings`` ({parameter: text}) changed.
 
@@ -97,7 +95,7 @@ def replay(
     then = start if not changed else retold(flight, role)[0][0].resolved
     module, parameters, waiting, memory = start.law.module, start.law.parameters, phases[1:], None
     steps, outputs, internals, incomplete = [], [], [], 0
-    for step, dt, inputs, complete in _seen(then, stage, tables, str(flight.path), progress):
+    for step, dt, inputs, complete in _seen(then, stage, tables, str(flight.path)):
         while waiting and waiting[0].step <= step:
             parameters = waiting.pop(0).resolved.law.parameters
         if memory is None or inputs.state.on_ground:
@@ -134,9 +132,7 @@ class _Step(NamedTuple):
     complete: bool
 
 
-def _seen(
-    then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str, progress: Progress | None
-) -> Iterator[_Step]:
+def _seen(then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str) -> Iterator[_Step]:
     """Yield what a controller with the parameters ``then`` had at each step of its internals."""
     shown = tables[stage.internals_topic]
     kinds = {name: shown.dtype[name].base.kind for name in shown.dtype.names or ()}
@@ -153,10 +149,8 @@ def _seen(
     given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.takes]
     records = _tuples_of(StepRecord, shown, f"{where}: {stage.internals_topic}")
     steps = (shown["stamp_ns"] // then.flight.plant_period).tolist()
-    for index, (step, record) in enumerate(zip(steps, records, strict=True)):
+    for step, record in zip(steps, records, strict=True):
         state = states.get(step)
-        if progress and (index % 256 == 0 or index == len(records) - 1):
-            progress(index + 1, len(records))
         if state is None:
             continue
         values, complete = [], True

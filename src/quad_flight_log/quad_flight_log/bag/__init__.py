@@ -1,1 +1,1 @@
-"""The bag: written, read, checked, mended and converted without ROS."""
+"""The bag: written, read and exported without ROS."""

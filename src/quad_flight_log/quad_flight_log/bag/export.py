@@ -1,4 +1,4 @@
-"""A flight for other tools: CSV or Parquet, topic by topic, in blocks of bounded size."""
+"""A flight for other tools: one CSV file per topic."""
 
 import csv
 import itertools
@@ -8,17 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from quad_flight_log.bag.messages import Column
+from quad_flight_log.bag.messages import Table, flat_columns
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, SchemaError
 
-FORMATS = ("csv", "parquet")
 _LONGEST_NAME = 200
-
-
-class ExportError(FlightLogError):
-    """The flight cannot be written in that form."""
 
 
 class Exported(NamedTuple):
@@ -28,36 +24,31 @@ class Exported(NamedTuple):
     left_out: dict[str, str]
 
 
-def export(flight: Flight, directory: Path, form: str, topics: list[str]) -> Exported:
+def export(flight: Flight, directory: Path, topics: list[str]) -> Exported:
     """Write ``topics`` (empty: all with messages) into ``directory``, in files which must not exist yet.
 
-    A topic that cannot be read is left out and named. Raises ExportError for an existing file or a library that is
-    missing, TopicError for a topic that the bag has not.
+    A topic that cannot be read is left out and named. Raises FlightLogError for an existing file, TopicError for a
+    topic that the bag has not.
     """
     names = [flight.resolve(topic) for topic in topics] or [
         name for name, topic in flight.topics.items() if topic.messages
     ]
-    left_out = {name: flight.unreadable[name] for name in names if name in flight.unreadable}
-    names = [name for name in names if name not in left_out]
     directory.mkdir(parents=True, exist_ok=True)
-    write = _parquet if form == "parquet" else _csv
     taken: set[str] = set()
-    files = {name: directory / f"{_free_name(name, taken)}.{form}" for name in names}
+    files = {name: directory / f"{_free_name(name, taken)}.csv" for name in names if name not in flight.unreadable}
     there = next((path for path in files.values() if path.exists()), None)
     if there:
-        raise ExportError(f"{there}: exists; an export never overwrites")
-    paths = []
+        raise FlightLogError(f"{there}: exists; an export never overwrites")
+    found = Exported([], {name: flight.unreadable[name] for name in names if name in flight.unreadable})
     for name, path in files.items():
-        part = path.with_name(path.name + ".part")
         try:
-            write(flight, name, part)
-        except SchemaError as error:
-            left_out[name] = str(error)
-            part.unlink(missing_ok=True)
+            table = flight.array(name)
+        except SchemaError as error:  # noqa: PERF203
+            found.left_out[name] = str(error)
         else:
-            part.rename(path)
-            paths.append(path)
-    return Exported(paths, left_out)
+            _write(table, path)
+            found.paths.append(path)
+    return found
 
 
 def _free_name(topic: str, taken: set[str]) -> str:
@@ -72,43 +63,23 @@ def _free_name(topic: str, taken: set[str]) -> str:
     return name
 
 
-def _csv(flight: Flight, name: str, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
+def _write(table: Table, path: Path) -> None:
+    part = path.with_name(path.name + ".part")
+    columns = dict(flat_columns(table))
+    with part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        head = False
-        for _, table in flight.batches(name):
-            block = list(flight.columns(name, table))
-            if not head:
-                writer.writerow(column.name for column in block)
-                head = True
-            writer.writerows(zip(*(_cells(column) for column in block), strict=True))
+        writer.writerow(columns)
+        writer.writerows(zip(*map(_cells, columns.values()), strict=True))
+    part.rename(path)
 
 
-def _cells(column: Column) -> list[Any]:
-    items: list[Any] = column.values.tolist()
-    return [json.dumps(item) for item in items] if column.form.startswith("list") else items
+def _cells(values: NDArray[Any]) -> list[Any]:
+    """Return the cells of a column: numbers and texts as they are, what a sequence holds as JSON."""
+    items: list[Any] = values.tolist()
+    if values.dtype != object:
+        return items
+    return [item if isinstance(item, str) else json.dumps(item, default=_plain) for item in items]
 
 
-def _parquet(flight: Flight, name: str, path: Path) -> None:
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError as error:
-        raise ExportError("parquet: install the Python package pyarrow") from error
-
-    def kind(form: str) -> Any:
-        if form.startswith("list "):
-            return pa.list_(kind(form[5:]))
-        return pa.string() if form == "text" else pa.from_numpy_dtype(np.dtype(form))
-
-    writer: Any = None
-    try:
-        for _, table in flight.batches(name):
-            block = list(flight.columns(name, table))
-            arrays = [pa.array(column.values.tolist(), kind(column.form)) for column in block]
-            content = pa.table(arrays, names=[column.name for column in block])
-            writer = writer or pq.ParquetWriter(path, content.schema)
-            writer.write_table(content)
-    finally:
-        if writer is not None:
-            writer.close()
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)

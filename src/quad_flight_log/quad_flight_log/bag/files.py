@@ -7,7 +7,7 @@ error, unless the caller asks to salvage the messages before it. SQLite files ar
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, cast
 
@@ -32,8 +32,6 @@ _PACKED = {".zstd": "zstd", ".zst": "zstd", ".lz4": "lz4", ".gz": "gzip", ".bz2"
 _NUMBERED = re.compile(r"(.*)_(\d+)$")
 _ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
 
-Progress = Callable[[int, int], None]
-
 
 class Channel(NamedTuple):
     """A topic as one file declares it; ``definition`` is the text of its type, in ``schema_encoding``."""
@@ -43,16 +41,13 @@ class Channel(NamedTuple):
     encoding: str
     schema_encoding: str
     definition: bytes
-    type_hash: str
-    offered_qos: str
 
 
 class Message(NamedTuple):
-    """A message as it stands in the file; times in ns."""
+    """A message as it stands in the file; time in ns."""
 
     channel: Channel
     log_time: int
-    publish_time: int
     data: bytes
 
 
@@ -68,24 +63,18 @@ class BagFile:
     """What one file holds, known after ``messages`` was read to its end.
 
     ``notes``: metadata records in order. ``truncated``: the file is cut or damaged, ``damage`` says where and how.
-    ``protected``: a checksum covers every message.
     """
 
     def __init__(self, path: Path) -> None:
         """Read nothing yet."""
-        self.path = path
-        self._reset()
-
-    def _reset(self) -> None:
+        self.path, self.truncated = path, False
         self.written_by = self.damage = ""
-        self.truncated, self.protected = False, True
-        self.uncompressed_size = 0
         self.channels: dict[int, Channel] = {}
         self.notes: list[tuple[str, dict[str, str]]] = []
         self.attachments: dict[str, bytes] = {}
 
-    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:
-        """Yield the messages in the order of the file.
+    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
+        """Yield the messages in the order of the file, once.
 
         Raises NotAFlightError (no bag), CorruptError or LimitError; with ``salvage`` damage ends the messages.
         """
@@ -104,38 +93,41 @@ class SqliteFile(BagFile):
     def __init__(self, path: Path, source: Path) -> None:
         """Read ``source`` later; ``path`` names the first file."""
         super().__init__(path)
-        self._source, self.written_by, self.protected = source, "rosbag2 (SQLite)", False
+        self._source, self.written_by = source, "rosbag2 (SQLite)"
 
-    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:  # noqa: ARG002
+    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
         """Yield the messages in the order of their times; as in ``BagFile``."""
         try:
             with Reader(self._source) as reader:
                 self.channels = {connection.id: _channel(connection) for connection in reader.connections}
                 for connection, time, data in reader.messages():
-                    yield Message(self.channels[connection.id], time, time, bytes(data))
+                    yield Message(self.channels[connection.id], time, bytes(data))
         except Exception as error:  # whatever rosbags, SQLite and zstd raise
             self._damaged(error, one_line(error), salvage)
 
 
 def _channel(connection: Any) -> Channel:
     encoding, text = _ENCODINGS.get(connection.msgdef.format, ""), connection.msgdef.data.encode()
-    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text, connection.digest or "", "")
+    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text)
 
 
 class McapFile(BagFile):
     """An MCAP file, plain or compressed with zstd."""
 
-    def messages(self, *, salvage: bool = False, progress: Progress | None = None) -> Iterator[Message]:
-        """Yield the messages; as in ``BagFile``."""
-        self._reset()
+    def __init__(self, path: Path) -> None:
+        """Read nothing yet."""
+        super().__init__(path)
         self._schemas: dict[int, Any] = {}
-        self._count = 0
+        self._count = self._unpacked = 0
+
+    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
+        """Yield the messages; as in ``BagFile``."""
         try:
             file = self.path.open("rb")
         except OSError as error:
             raise NotAFlightError(f"{self.path}: {error.strerror or error}") from error
         with file:
-            stream = _Stream(file, self.path, progress)
+            stream = _Stream(file, self.path)
             try:
                 yield from self._read(stream)
             except NotAFlightError:
@@ -146,9 +138,6 @@ class McapFile(BagFile):
                 known = isinstance(error, _DamageError | LimitError)
                 text = str(error) if known else f"a record cannot be read ({type(error).__name__}: {one_line(error)})"
                 self._damaged(error, f"{text} (at byte {stream.at})", salvage)
-            finally:
-                if progress and stream.size:
-                    progress(stream.size, stream.size)
 
     @property
     def _own(self) -> bool:
@@ -178,19 +167,17 @@ class McapFile(BagFile):
     def _chunk(self, chunk: records.Chunk, file_size: int) -> Iterator[Message]:
         if chunk.compression not in ("", "zstd", "lz4"):
             raise _DamageError(f"chunk compressed as {chunk.compression!r}, expected zstd, lz4 or none")
-        self.uncompressed_size += chunk.uncompressed_size
-        if self.uncompressed_size > max(_FREE_SIZE, _EXPANSION_LIMIT * file_size):
+        self._unpacked += chunk.uncompressed_size
+        if self._unpacked > max(_FREE_SIZE, _EXPANSION_LIMIT * file_size):
             raise LimitError(f"chunks unpack to more than {_EXPANSION_LIMIT} times the size of the file")
-        self.protected &= chunk.uncompressed_crc != 0
         if self._own and not chunk.uncompressed_crc:
             raise _DamageError("chunk without a checksum")
         for record in breakup_chunk(chunk, validate_crc=True):
-            yield from self._record(record, in_chunk=True)
+            yield from self._record(record)
 
-    def _record(self, record: Any, *, in_chunk: bool = False) -> Iterator[Message]:
+    def _record(self, record: Any) -> Iterator[Message]:
         match record:
             case records.Message():
-                self.protected &= in_chunk
                 yield self._message(record)
             case records.Header(profile=profile, library=writer):
                 self.written_by = writer
@@ -206,12 +193,11 @@ class McapFile(BagFile):
                 self.attachments[record.name] = record.data
 
     def _channel(self, record: records.Channel) -> Channel:
-        schema, about = self._schemas.get(record.schema_id), record.metadata
+        schema = self._schemas.get(record.schema_id)
         if record.schema_id and schema is None:
             raise _DamageError(f"channel {record.topic!r} names schema {record.schema_id}, which is not declared")
         name, encoding, text = (schema.name, schema.encoding, schema.data) if schema else ("", "", b"")
-        extra = about.get("topic_type_hash", ""), about.get("offered_qos_profiles", "")
-        return Channel(record.topic, name, record.message_encoding, encoding, text, *extra)
+        return Channel(record.topic, name, record.message_encoding, encoding, text)
 
     def _message(self, record: records.Message) -> Message:
         number = record.channel_id
@@ -221,14 +207,14 @@ class McapFile(BagFile):
             raise _DamageError(f"message {record.sequence}, expected {self._count}")
         self._count += 1
         data = zstandard.decompress(record.data) if record.data[:4] == _ZSTD else record.data
-        return Message(self.channels[number], record.log_time, record.publish_time, data)
+        return Message(self.channels[number], record.log_time, data)
 
 
 class _Stream:
     """The bytes of a file, unpacked where the file is compressed; a short read is a cut file."""
 
-    def __init__(self, file: BinaryIO, path: Path, progress: Progress | None) -> None:
-        self.at, self._progress = 0, progress
+    def __init__(self, file: BinaryIO, path: Path) -> None:
+        self.at = 0
         head = file.read(len(_MAGIC))
         file.seek(0)
         if not head:
@@ -245,8 +231,6 @@ class _Stream:
         self.at += len(data)
         if len(data) < size:
             raise _CutError
-        if self._progress and self.size:
-            self._progress(self.at, self.size)
         return data
 
 
@@ -256,17 +240,16 @@ def _declare(known: dict[int, Any], number: int, item: Any, name: str) -> None:
 
 
 class Files(NamedTuple):
-    """The files of a bag in order, their names, and the names that ``metadata.yaml`` lists and that are not there."""
+    """The files of a bag in order, and the names that ``metadata.yaml`` lists and that are not there."""
 
     files: list[BagFile]
-    names: list[str]
     missing: list[str]
 
 
 def files_of(path: Path) -> Files:
     """Return the files of a bag; raises NotAFlightError where no file is there or readable."""
     if path.is_file():
-        return Files([_file(path)], [path.name], [])
+        return Files([_file(path)], [])
     if not path.is_dir():
         raise NotAFlightError(f"{path}: no such file or directory")
     found = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes) and each.is_file()]
@@ -282,8 +265,8 @@ def files_of(path: Path) -> Files:
     missing = [name for name in listed if name not in here] if known else []
     first = here[names[0]]
     if ".db3" in first.suffixes:
-        return Files([SqliteFile(first, path if listed else first)], names, missing)
-    return Files([_file(here[name]) for name in names], names, missing)
+        return Files([SqliteFile(first, path if listed else first)], missing)
+    return Files([_file(here[name]) for name in names], missing)
 
 
 def _file(path: Path) -> BagFile:

@@ -5,7 +5,6 @@ Sequences are ``object`` columns of arrays or lists; sequences of messages are l
 """
 
 import dataclasses
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
@@ -35,12 +34,16 @@ _MASKED = re.compile(r"^\s*\S+\s+(\w+)\s*#.*@(?:wall|run)\b", re.MULTILINE)
 """Comments with these words mark fields in which equal flights may differ: a machine's clock, the number of a run."""
 
 
-class Column(NamedTuple):
-    """One flat column: values, shape (n,), and ``form``: NumPy type code, ``text``, ``list CODE`` or ``list text``."""
-
-    name: str
-    form: str
-    values: NDArray[Any]
+def flat_columns(table: Table, prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield (name, values of shape (n,)) of each number, text and sequence: ``wrench.force.z``, ``p_w[0]``."""
+    for field in table.dtype.names or ():
+        name, values = prefix + field, table[field]
+        if values.dtype.names is not None:
+            yield from flat_columns(values, f"{name}.")
+        elif values.ndim > 1:
+            yield from ((f"{name}[{index}]", values[:, index]) for index in range(values.shape[1]))
+        else:
+            yield name, values
 
 
 class MessageType:
@@ -52,11 +55,6 @@ class MessageType:
         self._dtype = _form(store.fielddefs, name, (), {}).dtype
         self.fields = tuple(field for field, _ in store.fielddefs[name][1])
         self._places: dict[int, list[int]] = {}
-
-    @property
-    def definition(self) -> str:
-        """The definition as text, without its comments."""
-        return str(self._store.generate_msgdef(self.name, ros_version=2)[0])
 
     def same_fields(self, other: "MessageType") -> bool:
         """Return whether two definitions of a type, read from two texts, have the same fields."""
@@ -87,20 +85,13 @@ class MessageType:
         if len(logged) and logged.max() > np.iinfo(np.int64).max:
             raise FlightLogError(f"{where}: log time {logged.max()} is beyond the year 2262")
         out["log_ns"] = logged.astype(np.int64)
-        self._fill(out, messages, name)
+        _fill(out[list(self.fields)], messages)
         if stamp:
             part: Any = out
             for field in stamp:
                 part = part[field]
             out["stamp_ns"] = part["sec"].astype(np.int64) * 1_000_000_000 + part["nanosec"].astype(np.int64)
         return out
-
-    def columns(self, table: Table) -> Iterator[Column]:
-        """Yield the columns of a table, the times first: ``wrench.force.z``, ``p_w[0]``; lists of messages as JSON."""
-        for name in TIMES:
-            if name in (table.dtype.names or ()):
-                yield Column(name, "i8", table[name])
-        yield from self._columns(self.name, table, "")
 
     def hashed(self, payload: bytes) -> bytes:
         """Return a payload with zeros in its masked fields."""
@@ -124,48 +115,24 @@ class MessageType:
         one, two = (bytes(self._store.serialize_cdr(each, self.name)) for each in (message, turned))
         return [place for place, (a, b) in enumerate(zip(one, two, strict=True)) if a != b]
 
-    def _fill(self, out: Table, messages: list[Any], name: str) -> None:
-        for field, (kind, detail) in self._store.fielddefs[name][1]:
-            values = [getattr(message, field) for message in messages]
-            if kind == Nodetype.NAME:
-                self._fill(out[field], values, detail)
-            elif out.dtype[field].kind == "O":
-                column = out[field]
-                for index, value in enumerate(values):
-                    column[index] = (
-                        [self._as_dict(detail[0][1], item) for item in value]
-                        if _holds_messages(kind, detail)
-                        else value
-                    )
-            elif values:
-                out[field] = np.array(values).reshape(len(values), *out.dtype[field].shape)
 
-    def _as_dict(self, name: str, message: Any) -> dict[str, Any]:
-        found: dict[str, Any] = {}
-        for field, (kind, detail) in self._store.fielddefs[name][1]:
-            value = getattr(message, field)
-            if kind == Nodetype.NAME:
-                value = self._as_dict(detail, value)
-            elif _holds_messages(kind, detail):
-                value = [self._as_dict(detail[0][1], item) for item in value]
-            found[field] = value
-        return found
+def _fill(out: Table, messages: Sequence[Any]) -> None:
+    """Write ``messages`` into the rows of ``out``; messages in sequences become dicts."""
+    for field in out.dtype.names or ():
+        values = [getattr(message, field) for message in messages]
+        if out.dtype[field].names is not None:
+            _fill(out[field], values)
+        elif out.dtype[field].hasobject:
+            for index, value in enumerate(values):
+                held = isinstance(value, list) and len(value) > 0 and dataclasses.is_dataclass(value[0])
+                out[field][index] = [dataclasses.asdict(item, dict_factory=_named) for item in value] if held else value
+        elif values:
+            out[field] = np.array(values).reshape(len(values), *out.dtype[field].shape)
 
-    def _columns(self, type_name: str, table: Table, prefix: str) -> Iterator[Column]:
-        for field, (kind, detail) in self._store.fielddefs[type_name][1]:
-            name, values = prefix + field, table[field]
-            if kind == Nodetype.NAME:
-                yield from self._columns(detail, values, f"{name}.")
-            elif _holds_messages(kind, detail):
-                yield Column(name, "text", _objects([json.dumps(item, default=_plain) for item in values]))
-            elif kind == Nodetype.BASE:
-                yield Column(name, _CODES.get(detail[0], "text"), values)
-            elif values.dtype.kind != "O":
-                for index in range(detail[1]):
-                    yield Column(f"{name}[{index}]", _CODES[detail[0][1][0]], values[:, index])
-            else:
-                form = f"list {_CODES.get(detail[0][1][0], 'text')}"
-                yield Column(name, form, _objects([np.asarray(item).tolist() for item in values]))
+
+def _named(fields: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the fields of a message alone: rosbags' classes hold its constants and the name of its type too."""
+    return {name: value for name, value in fields if name != "__msgtype__" and not name.isupper()}
 
 
 @lru_cache(maxsize=256)
@@ -260,18 +227,3 @@ def _stamp_path(dtype: np.dtype[Any]) -> tuple[str, ...]:
         if part is not None and part.names == ("sec", "nanosec"):
             return path
     return ()
-
-
-def _holds_messages(kind: int, detail: Any) -> bool:
-    return kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) and detail[0][0] == Nodetype.NAME
-
-
-def _objects(items: list[Any]) -> NDArray[Any]:
-    out = np.empty(len(items), dtype=object)
-    for index, item in enumerate(items):
-        out[index] = item
-    return out
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)

@@ -7,11 +7,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from quad_core.parameter_files import load_yaml
-
 LIBRARY = "quad_flight_log 2"  # how the library string of our recorder begins: its files have every checksum
 METADATA_FILE = "metadata.yaml"
-ROSBAG2 = "rosbag2"  # metadata record with the text of metadata.yaml
 QUAD = "quad"  # metadata record written at the start
 QUAD_END = "quad_end"  # metadata record written at the end
 PARAMETERS = "parameters.yaml"  # attachment with the resolved parameters
@@ -57,16 +54,6 @@ class TopicSummary(NamedTuple):
 def qos_text(qos: Qos) -> str:
     """Return the channel metadata ``offered_qos_profiles``."""
     return str(yaml.dump([qos.as_dict()], Dumper=_NoAliases, sort_keys=False))
-
-
-def qos_of(text: str) -> Qos:
-    """Return the first profile of ``offered_qos_profiles``, the default one where it cannot be read."""
-    try:
-        first = load_yaml(text)[0]
-        known = {name: type(default)(first[name]) for name, default in Qos()._asdict().items() if name in first}
-    except (TypeError, KeyError, IndexError, ValueError):
-        return Qos()
-    return Qos(**known)
 
 
 def bag_metadata(

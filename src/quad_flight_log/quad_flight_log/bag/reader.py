@@ -4,8 +4,7 @@
 named relative (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
-from collections.abc import Collection, Iterator, Mapping
-from itertools import islice
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,8 +12,8 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from quad_core.cascade import SIGNALS
 from quad_core.parameter_files import load_yaml
-from quad_flight_log.bag.files import Channel, Message, Progress, files_of
-from quad_flight_log.bag.messages import Column, MessageType, Table, known_type, message_type
+from quad_flight_log.bag.files import Channel, files_of
+from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
 from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opened_notes
 from quad_flight_log.errors import (
     AmbiguousTopicError,
@@ -25,9 +24,7 @@ from quad_flight_log.errors import (
 )
 
 SHADOW = "shadow/"  # where controllers that are logged and not used answer
-BATCH = 16 << 20  # bytes of payload in one block
-KEPT = 256 << 20  # bytes of payload up to which a bag is kept in memory once it was read
-MEMORY_LIMIT = 4 << 30  # bytes of payload read at once unless the caller says otherwise
+MEMORY_LIMIT = 4 << 30  # bytes of payload that a bag may hold: all of it is kept in memory
 
 Rows = tuple[list[bytes], list[int]]
 """CDR payloads and log times in ns of one topic."""
@@ -42,39 +39,29 @@ class Topic(NamedTuple):
     size: int
     first: int
     last: int
-    type_hash: str
-    offered_qos: str
 
 
 class Flight:
     """A verified flight log.
 
-    ``path``: its first file, ``file_names``: all of them. ``topics``: {full name: Topic}. ``metadata``: what the
-    recorder noted (run id, seed, versions, drops, ...). ``parameters``: resolved parameters as in the attached YAML.
-    ``truncated``: the bag is cut or lacks a file and what is here is its verified beginning; ``damage`` says where.
-    ``protected``: a checksum covers every message. ``unreadable``: {topic: why} of topics whose definition or encoding
-    is none that can be decoded (their bytes still are in ``payloads``).
+    ``path``: its first file. ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed,
+    versions, drops, ...). ``parameters``: resolved parameters as in the attached YAML. ``truncated``: the bag is cut or
+    lacks a file and what is here is its verified beginning; ``damage`` says where. ``unreadable``: {topic: why} of
+    topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
     """
 
     def __init__(
-        self,
-        path: Path,
-        namespace: str = "",
-        memory_limit: int = MEMORY_LIMIT,
-        progress: Progress | None = None,
-        salvage: bool = False,
+        self, path: Path, namespace: str = "", memory_limit: int = MEMORY_LIMIT, salvage: bool = False
     ) -> None:
         """Read the bag at ``path`` once; raises as ``open_flight``."""
-        self._files, self.file_names, missing = files_of(path)
+        self._files, missing = files_of(path)
         self.path = self._files[0].path
-        self._limit, self._cache = memory_limit, dict[str, Table]()
-        self._kept: list[Message] | None = []
+        self._rows: dict[str, Rows] = {}
+        self._cache: dict[str, Table] = {}
         self.topics: dict[str, Topic] = {}
-        self._count = self._read_all(salvage, progress)
+        self._read_all(memory_limit, salvage)
         self.written_by = self._files[0].written_by
-        self.protected = all(file.protected for file in self._files)
         self.size = sum(file.path.stat().st_size for file in self._files)
-        self.uncompressed_size = sum(file.uncompressed_size for file in self._files)
         damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
         self.truncated = bool(missing) or any(file.truncated for file in self._files)
         self.metadata = self._notes(salvage, damage)
@@ -112,11 +99,6 @@ class Flight:
         found = {name.removesuffix(next(end for end in endings if name.endswith(end))) for name in names}
         return sorted(found)
 
-    def record(self, name: str) -> dict[str, str]:
-        """Return the last metadata record of that name, or empty."""
-        notes = [note for file in self._files for note in file.notes]
-        return next((dict(values) for found, values in reversed(notes) if found == name), {})
-
     def has(self, topic: str) -> bool:
         """Return whether the bag has at least one message of a topic; raises AmbiguousTopicError as ``resolve``."""
         try:
@@ -152,63 +134,21 @@ class Flight:
         """Return all messages of a topic in the order of the bag, shape (n,).
 
         Fields: ``log_ns`` (time of recording), ``stamp_ns`` (message stamp; left out where the type has none), then the
-        message's own. Raises TopicError, SchemaError, LimitError, CorruptError.
+        message's own. Raises TopicError or SchemaError.
         """
         return self.arrays(topic)[topic]
 
     def arrays(self, *topics: str) -> dict[str, Table]:
-        """Return {topic as given: array} of several topics, read in one pass."""
+        """Return {topic as given: array} of several topics."""
         names = {topic: self.resolve(topic) for topic in topics}
-        missing = [name for name in dict.fromkeys(names.values()) if name not in self._cache]
-        for name, rows in self.payloads(*missing).items():
-            self._cache[name] = self._table(name, rows)
+        for name in names.values():
+            if name not in self._cache:
+                self._cache[name] = self.type_of(name).table(*self._rows[name], f"{self.path}: {name}")
         return {topic: self._cache[name] for topic, name in names.items()}
 
     def payloads(self, *topics: str) -> dict[str, Rows]:
         """Return {full name: (CDR payloads, log times in ns)} of topics, in the order of the bag."""
-        names = [self.resolve(topic) for topic in topics]
-        size = sum(self.topics[name].size for name in names)
-        if size > self._limit:
-            raise LimitError(f"{self.path}: {', '.join(names)} hold {size} bytes, more than the {self._limit} allowed")
-        return next(self._blocks(names, self._limit))
-
-    def batches(self, *topics: str, limit: int = BATCH) -> Iterator[tuple[str, Table]]:
-        """Yield (topic as given, array) in blocks of about ``limit`` payload bytes: memory stays bounded."""
-        given = {self.resolve(topic): topic for topic in topics}
-        for block in self._blocks(given, limit):
-            for name, rows in block.items():
-                if rows[0]:
-                    yield given[name], self._table(name, rows)
-
-    def _blocks(self, names: Collection[str], limit: int) -> Iterator[dict[str, Rows]]:
-        """Yield the rows of topics in blocks that hold little more than ``limit`` bytes, at least one block."""
-        block: dict[str, Rows] = {name: ([], []) for name in names}
-        size = 0
-        for message in self.messages() if names else ():
-            rows = block.get(message.channel.topic)
-            if rows is not None:
-                rows[0].append(message.data)
-                rows[1].append(message.log_time)
-                size += len(message.data)
-            if size > limit:
-                yield block
-                block, size = {name: ([], []) for name in names}, 0
-        yield block
-
-    def _table(self, name: str, rows: Rows) -> Table:
-        return self.type_of(name).table(*rows, f"{self.path}: {name}")
-
-    def messages(self) -> Iterator[Message]:
-        """Yield the messages of all topics, as they stand in the files."""
-        if self._kept is not None:
-            yield from self._kept
-            return
-        every = (message for file in self._files for message in file.messages(salvage=True))
-        yield from islice(every, self._count)  # a bag that is still recorded has grown
-
-    def columns(self, topic: str, table: Table) -> Iterator[Column]:
-        """Yield the columns of an array of a topic with one name and one kind each: ``p_w[0]``, ``wrench.force.z``."""
-        return self.type_of(topic).columns(table)
+        return {name: self._rows[name] for name in map(self.resolve, topics)}
 
     def type_of(self, topic: str) -> MessageType:
         """Return the type of a topic, as the bag defines it; SchemaError if it cannot be read."""
@@ -217,33 +157,23 @@ class Flight:
             raise SchemaError(self.unreadable[name])
         return self._types[name]
 
-    def definition_of(self, topic: str) -> str:
-        """Return the text of the definition of a topic's type; SchemaError if it cannot be read."""
-        kind, name = self.type_of(topic), self.resolve(topic)
-        text = next(channel.definition for channel in self._channels() if channel.topic == name)
-        return text.decode() if text else kind.definition
-
     def _channels(self) -> Iterator[Channel]:
         return (channel for file in self._files for channel in file.channels.values())
 
-    def _read_all(self, salvage: bool, progress: Progress | None) -> int:
-        tallies: dict[str, list[int]] = {}
-        total = size = 0
-        for message in (each for file in self._files for each in file.messages(salvage=salvage, progress=progress)):
-            time, length = message.log_time, len(message.data)
-            tally = tallies.setdefault(message.channel.topic, [0, 0, time, time])
-            tally[0] += 1
-            tally[1] += length
-            tally[2], tally[3] = min(tally[2], time), max(tally[3], time)
-            total, size = total + 1, size + length
-            if self._kept is not None:
-                self._kept.append(message)
-                self._kept = self._kept if size <= KEPT else None
+    def _read_all(self, memory_limit: int, salvage: bool) -> None:
+        size = 0
+        for message in (each for file in self._files for each in file.messages(salvage=salvage)):
+            payloads, times = self._rows.setdefault(message.channel.topic, ([], []))
+            payloads.append(message.data)
+            times.append(message.log_time)
+            size += len(message.data)
+            if size > memory_limit:
+                raise LimitError(f"{self.path}: holds more than the {memory_limit} bytes of payload that are read")
         for channel in sorted(self._channels(), key=lambda each: each.topic):
-            count, length, first, last = tallies.get(channel.topic, [0, 0, 0, 0])
-            about = (channel.topic, channel.type, count, length, first, last, channel.type_hash, channel.offered_qos)
-            self.topics.setdefault(channel.topic, Topic(*about))
-        return total
+            payloads, times = self._rows.setdefault(channel.topic, ([], []))
+            span = (min(times, default=0), max(times, default=0))
+            topic = Topic(channel.topic, channel.type, len(payloads), sum(map(len, payloads)), *span)
+            self.topics.setdefault(channel.topic, topic)
 
     def _notes(self, salvage: bool, damage: list[str]) -> dict[str, str]:
         merged: dict[str, str] = {}
@@ -297,12 +227,11 @@ def open_flight(
     namespace: str = "",
     salvage: bool = False,
     memory_limit: int = MEMORY_LIMIT,
-    progress: Progress | None = None,
 ) -> Flight:
     """Open a bag directory or one of its files, and verify it.
 
     Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
-    ends (``truncated``). ``salvage`` accepts what comes before any other damage too. ``progress`` is called with (bytes
-    read, bytes in all) of each file. Raises NotAFlightError, CorruptError, LimitError, all FlightLogError.
+    ends (``truncated``). ``salvage`` accepts what comes before any other damage too. Raises NotAFlightError,
+    CorruptError, LimitError, all FlightLogError.
     """
-    return Flight(Path(path), namespace, memory_limit, progress, salvage)
+    return Flight(Path(path), namespace, memory_limit, salvage)

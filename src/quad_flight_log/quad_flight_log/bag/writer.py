@@ -24,7 +24,6 @@ from quad_flight_log.bag.notes import (
     PARAMETERS,
     QUAD,
     QUAD_END,
-    ROSBAG2,
     Qos,
     TopicSummary,
     as_yaml,
@@ -77,7 +76,6 @@ class BagWriter:
         ros_distro: str = "jazzy",
         flush_period: float = FLUSH_PERIOD,
         backlog_limit: int = BACKLOG_LIMIT,
-        message_limit: int = MESSAGE_LIMIT,
     ) -> None:
         """Create the bag; raises BagWriteError if the directory exists and is not empty, or cannot be written."""
         self.directory = Path(directory).absolute()
@@ -88,7 +86,6 @@ class BagWriter:
         self._custom = dict(metadata or {})
         self._distro = ros_distro
         self._flush_period, self._backlog_limit = flush_period, backlog_limit
-        self._message_limit = message_limit
         self._topics: list[TopicSummary] = []
         self._channels: list[int] = []
         self._counts: list[int] = []
@@ -143,10 +140,10 @@ class BagWriter:
         """Queue one message (CDR bytes with their encapsulation header); returns whether it was taken.
 
         ``log_ns`` orders the bag; ``publish_ns`` defaults to it. Refused messages are counted per topic in ``dropped``;
-        one beyond ``message_limit`` would make a chunk that no careful reader unpacks.
+        one beyond MESSAGE_LIMIT would make a chunk that no careful reader unpacks.
         """
         stopped = self.error or self._closing.is_set()
-        if stopped or self.backlog > self._backlog_limit or len(payload) > self._message_limit:
+        if stopped or self.backlog > self._backlog_limit or len(payload) > MESSAGE_LIMIT:
             self.refuse(topic)
             return False
         self._queued_size += len(payload)
@@ -239,7 +236,6 @@ class BagWriter:
         try:
             self._writer.flush()
             self._writer.add_metadata(QUAD_END, sealed_notes(last))
-            self._writer.add_metadata(ROSBAG2, {"serialized_metadata": as_yaml(about)})
             self._writer.finish()
             self._stream.flush()
             os.fsync(self._stream.fileno())

@@ -10,7 +10,7 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
-from quad_core.cascade import RECORDER
+from quad_core.cascade import RECORDER, RELAY
 from quad_core.parameters import ParameterError
 from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
@@ -18,8 +18,8 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_flight_log.recorder.payload_check import payload_check
 from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
-from quad_flight_log.recorder.steps import FlightClock, ShadowPace, StepCounter
-from quad_flight_log.recorder.vehicle_pose import PoseWriter
+from quad_flight_log.recorder.steps import FlightClock, StepCounter
+from quad_flight_log.recorder.vehicle_pose import PoseOutput
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
@@ -47,8 +47,7 @@ class Recorder(FlightNode):
         super().__init__(RECORDER)
         self.settings = self.resolved.node
         self.bag = self._create_bag()
-        now = time.monotonic()
-        self._stamps, self._counter, self._shadows = FlightClock(now), StepCounter({}), ShadowPace({}, now)
+        self._stamps, self._counter = FlightClock(time.monotonic()), StepCounter({})
         self._periods: dict[str, int] = {}
         self._ready = False
         self._acked = -1
@@ -57,7 +56,7 @@ class Recorder(FlightNode):
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
-        self._poses = PoseWriter(self.bag, self.resolve_topic_name("pose"), self.get_namespace())
+        self._poses = PoseOutput(self, self.bag, live=RELAY not in self.roles)  # an estimator shows its pose itself
         self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
@@ -99,14 +98,12 @@ class Recorder(FlightNode):
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
         keep, depth = self._plain(handle), _LATCHED_DEPTH if topic.latched else _STEP_DEPTH
-        if topic.step:
+        if topic.step or _of_shadow(topic.name):
             keep = self._stepped(topic.name, handle)
-            if topic.name == self._path:
-                keep = self._poses.following(keep, lambda: self._flight_ns)
+            if topic.name in (self._path, "reference"):
+                keep = self._poses.following(keep, topic.name, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
-        elif topic.name.startswith(topics.SHADOW_TOPICS):
-            keep = self._of_shadow(topic.name, keep)
         self.subscribe(topic.name, self._checked(topic.name, topic.type, handle, keep), depth=depth, raw=True)
 
     def _checked(self, name: str, kind: type, handle: int, keep: Keep) -> Keep:
@@ -142,7 +139,7 @@ class Recorder(FlightNode):
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
                 self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
                 return
-            self._counter.add(name, stamp)
+            self._counter.add(name, stamp, self._arrived)
             write(handle, payload, clock.newest, wall())
             if clock.newest >= self._due_ns:
                 self._acknowledge()
@@ -158,20 +155,12 @@ class Recorder(FlightNode):
 
         return on_message
 
-    def _of_shadow(self, name: str, keep: Keep) -> Keep:
-        def on_message(payload: bytes) -> None:
-            keep(payload)
-            self._shadows.add(name, _stamp_of(payload), time.monotonic())
-
-        return on_message
-
     def _acknowledge(self) -> None:
         """Let the plant go on; held back while the disk is behind."""
         if not (self.lockstep and self._ready) or self.bag.backlog > BACKLOG_LIMIT // 4:
             return
         period = self.flight.plant_period
-        step = (self._counter.complete_through() + 1) // period - 1
-        step = self._shadows.allowed(step, period, time.monotonic())
+        step = (self._counter.complete_through(time.monotonic()) + 1) // period - 1
         if step < max(self._acked + self.settings.ack_steps, 0):
             return
         self._acked = self.current_step = step
@@ -188,16 +177,14 @@ class Recorder(FlightNode):
 
     def on_ready(self) -> None:
         """Expect a message of every step topic at every step of its publisher; in real time no topic is required."""
-        steps: dict[str, int] = {}
-        shadows: dict[str, int] = {}
-        for name, topic in topics.TOPICS.items():
-            of_shadow = name.startswith(topics.SHADOW_TOPICS)
-            if (topic.step or of_shadow) and topic.publishers[0] in self.roles and topic.exists(self.roles):
-                period = self._periods[topic.publisher_of(self.roles)] * self.flight.plant_period
-                (shadows if of_shadow else steps)[name] = period
+        steps = {
+            name: self._periods[topic.publisher_of(self.roles)] * self.flight.plant_period
+            for name, topic in topics.TOPICS.items()
+            if (topic.step or _of_shadow(name)) and topic.publishers[0] in self.roles and topic.exists(self.roles)
+        }
         optional = [name for name in steps if not (self.lockstep and topics.TOPICS[name].required)]
-        self._counter = StepCounter(steps, optional, spare=0 if self.lockstep else 1)
-        self._shadows = ShadowPace(shadows, time.monotonic())
+        spare, shadows = 0 if self.lockstep else 1, filter(_of_shadow, steps)
+        self._counter = StepCounter(steps, optional, spare, shadows, time.monotonic())
         self._ready = True
 
     def on_flight_ended(self, message: FlightState) -> None:
@@ -229,11 +216,10 @@ class Recorder(FlightNode):
             self._leave(self._last)
 
     def _all_here(self, step: int) -> bool:
-        stamp = step * self.flight.plant_period
-        if not self.lockstep:
-            came = self._counter.complete_through() >= stamp - _TAIL_NS
-            return came and time.monotonic() - self._arrived > _GRACE
-        return self._counter.complete_through() >= stamp and self._shadows.answered(stamp)
+        stamp, now = step * self.flight.plant_period, time.monotonic()
+        if self.lockstep:
+            return self._counter.complete_through(now) >= stamp
+        return self._counter.complete_through(now) >= stamp - _TAIL_NS and now - self._arrived > _GRACE
 
     def _leave(self, last: FlightState) -> None:
         ended = last.state == FlightState.ENDED
@@ -262,6 +248,10 @@ class Recorder(FlightNode):
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""
         return {"backlog_bytes": self.bag.backlog, "dropped": sum(self.bag.dropped.values())}
+
+
+def _of_shadow(topic: str) -> bool:
+    return topic.startswith(topics.SHADOW_TOPICS)
 
 
 def _stamp_of(payload: bytes) -> int:

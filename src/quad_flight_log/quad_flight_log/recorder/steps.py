@@ -4,11 +4,8 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from quad_node import topics
-
 _SLACK = 2_000_000_000  # ns: what publishers keep for a recorder that was stopped, and the window of the lockstep
 _PACE = 2.0  # flight time over steady time, at most, while nothing came
-_BEHIND = topics.LOCKSTEP_HISTORY // 2  # steps from a shadow's newest answer to the acknowledged step; the window adds
 PATIENCE = 2.0  # s without an answer of a shadow after which the recorder does not wait for it
 
 
@@ -34,18 +31,27 @@ class StepCounter:
 
     ``periods``: {topic: ns between two messages}, the first at stamp 0. Topics of ``optional`` count from their first
     message on: what they lack before it is missing, but holds up nothing. ``spare``: how many messages each topic may
-    lack at the end of the flight.
+    lack at the end of the flight. ``shadows``: topics that are waited for while they answer, and whose gaps are no loss
+    of the flight: the plant waits for no shadow, and one far behind would lose steps. ``now``: s on the steady clock.
     """
 
-    def __init__(self, periods: Mapping[str, int], optional: Iterable[str] = (), spare: int = 0) -> None:
+    def __init__(
+        self,
+        periods: Mapping[str, int],
+        optional: Iterable[str] = (),
+        spare: int = 0,
+        shadows: Iterable[str] = (),
+        now: float = 0.0,
+    ) -> None:
         """Start with nothing seen; raises ValueError for a period that is not positive."""
         if any(period <= 0 for period in periods.values()):
             raise ValueError(f"periods must be positive, found {dict(periods)} ns")
         self._periods, self._optional, self._spare = dict(periods), frozenset(optional), spare
         self._newest = {topic: -period for topic, period in periods.items()}
+        self._came = dict.fromkeys(shadows, now)
         self._lost: Counter[str] = Counter()
 
-    def add(self, topic: str, stamp_ns: int) -> None:
+    def add(self, topic: str, stamp_ns: int, now: float) -> None:
         """Take in a message; one of a topic that is not expected, or not newer than the newest, changes nothing."""
         newest = self._newest.get(topic)
         if newest is None or stamp_ns <= newest:
@@ -54,45 +60,24 @@ class StepCounter:
         # rounded down at one and a half periods: a slow topic that follows a late plant lacks nothing
         self._lost[topic] += max(0, (2 * (stamp_ns - newest) + period - 1) // (2 * period) - 1)
         self._newest[topic] = stamp_ns
+        if topic in self._came:
+            self._came[topic] = now
 
-    def complete_through(self) -> int:
+    def complete_through(self, now: float) -> int:
         """Return the last stamp in ns up to which no topic waits for a message, -1 if one has none yet."""
-        return min((newest + self._periods[topic] for topic, newest in self._counted()), default=sys.maxsize) - 1
+        answering = [topic for topic, came in self._came.items() if now - came < PATIENCE]
+        waited = [*self._counted(), *answering]
+        return min((self._newest[topic] + self._periods[topic] for topic in waited), default=sys.maxsize) - 1
 
     def missing_through(self, stamp_ns: int) -> dict[str, int]:
         """Return {topic: messages that never came} of a flight that ended at ``stamp_ns``, where there are any."""
-        found = {
-            topic: self._lost[topic] + max(0, (stamp_ns - newest) // self._periods[topic] - self._spare)
-            for topic, newest in self._counted()
-        }
+        ends = {topic: (stamp_ns - self._newest[topic]) // self._periods[topic] for topic in self._counted()}
+        found = {topic: self._lost[topic] + max(0, end - self._spare) for topic, end in ends.items()}
         return {topic: count for topic, count in found.items() if count > 0}
 
-    def _counted(self) -> list[tuple[str, int]]:
-        return [(topic, newest) for topic, newest in self._newest.items() if newest >= 0 or topic not in self._optional]
-
-
-class ShadowPace:
-    """How far shadow controllers have come.
-
-    The plant waits for no shadow, so the recorder acknowledges later while one is behind: a shadow that is behind by
-    more than the publishers' history loses steps of its own flight.
-    """
-
-    def __init__(self, periods_ns: Mapping[str, int], now: float) -> None:
-        """Expect answers of topics every so many ns from ``now`` (s on the steady clock, as below) on."""
-        self._periods = dict(periods_ns)
-        self._newest = dict.fromkeys(periods_ns, -1)
-        self._came = dict.fromkeys(periods_ns, now)
-
-    def add(self, topic: str, stamp_ns: int, now: float) -> None:
-        """Take in the stamp of an answer."""
-        self._newest[topic], self._came[topic] = stamp_ns, now
-
-    def allowed(self, step: int, plant_period_ns: int, now: float) -> int:
-        """Return the step that may be acknowledged: ``step``, or less while a shadow that answers is far behind."""
-        waited = [stamp for topic, stamp in self._newest.items() if now - self._came[topic] < PATIENCE]
-        return min([step, *(stamp // plant_period_ns + _BEHIND for stamp in waited)])
-
-    def answered(self, stamp_ns: int) -> bool:
-        """Return whether every shadow has answered the last step up to ``stamp_ns`` that it is asked for."""
-        return all(self._newest[topic] >= stamp_ns // period * period for topic, period in self._periods.items())
+    def _counted(self) -> list[str]:
+        return [
+            topic
+            for topic, newest in self._newest.items()
+            if topic not in self._came and (newest >= 0 or topic not in self._optional)
+        ]

@@ -20,7 +20,7 @@ PLOTS = {
     "thrust: commanded, achieved [N]": ("wrench_setpoint.wrench.force.z", "actuation.thrust"),
 }
 """{title: what is plotted, as topic and path}"""
-SPACE = ("markers", "pose", "odom")
+SPACE = ("pose", "reference_pose", "odom")
 
 
 def layout_files(namespace: str = "") -> dict[str, str]:
@@ -71,12 +71,13 @@ def _rviz(prefix: str) -> str:
     displays: list[dict[str, Any]] = [
         {"Class": "Grid", "Cell Size": 1.0, "Plane Cell Count": 20},
         {"Class": "TF"},
-        {"Class": "MarkerArray", "Topic": "markers"},
         {"Class": "Pose", "Topic": "pose", "Shape": "Axes"},
-        {"Class": "Odometry", "Topic": "odom", "Keep": 1},
+        {"Class": "Pose", "Topic": "reference_pose", "Shape": "Arrow", "Color": "127; 137; 148"},
+        {"Class": "Odometry", "Topic": "odom", "Keep": 500, "Shape": {"Value": "Arrow", "Shaft Length": 0.05}},
     ]
     for each in displays:
-        each.update({"Class": f"rviz_default_plugins/{each['Class']}", "Name": each["Class"], "Enabled": True})
+        name = each.get("Topic", each["Class"])
+        each.update({"Class": f"rviz_default_plugins/{each['Class']}", "Name": name, "Enabled": True})
         if "Topic" in each:
             each["Topic"] = {"Value": f"{prefix}{each['Topic']}", "Depth": 5}
     view = {"Class": "rviz_default_plugins/Orbit", "Distance": 15.0, "Pitch": 0.6, "Yaw": 0.8}

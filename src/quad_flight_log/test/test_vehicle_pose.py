@@ -1,0 +1,48 @@
+"""The poses that the recorder gives standard tools, against the messages that they are made of."""
+
+import json
+from pathlib import Path
+
+import flight_samples
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_share_directory
+from builtin_interfaces.msg import Time
+from scipy.spatial.transform import Rotation
+
+from quad_flight_log.recorder.vehicle_pose import pose_of, tf_message, transform_of
+from quad_msgs.msg import TrajectoryPoint, VehicleState
+
+
+def test_a_state_becomes_a_pose_and_a_transform():
+    turn = Rotation.from_euler("ZYX", [0.3, -0.2, 0.1]).as_quat()
+    state = VehicleState(stamp=Time(sec=3, nanosec=5), p_w=[1.0, 2.0, 3.0], q_wb=turn)
+    pose = pose_of(state)
+    assert (pose.header.frame_id, pose.header.stamp) == ("map", state.stamp)
+    place, attitude = pose.pose.position, pose.pose.orientation
+    assert (place.x, place.y, place.z) == (1.0, 2.0, 3.0)
+    np.testing.assert_array_equal([attitude.x, attitude.y, attitude.z, attitude.w], turn)
+    found = transform_of(pose, "second/base_link")
+    assert (found.header, found.child_frame_id) == (pose.header, "second/base_link")
+    moved = found.transform.translation
+    assert (moved.x, moved.y, moved.z) == (1.0, 2.0, 3.0)
+    assert found.transform.rotation == attitude
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -3.0])
+def test_a_reference_becomes_a_level_pose_with_its_yaw(yaw):
+    found = pose_of(TrajectoryPoint(p_w=[1.0, 2.0, 3.5], yaw=yaw)).pose
+    expected = Rotation.from_euler("Z", yaw).as_quat()
+    turn = found.orientation
+    np.testing.assert_allclose([turn.x, turn.y, turn.z, turn.w], expected, atol=1e-15)
+    assert found.position.z == 3.5
+
+
+def test_the_tf_of_this_installation_is_that_of_every_other():
+    """Jazzy's own hash of the type, as rosbags computes it: RViz and tf2_ros of a sourced ROS match it."""
+    kind = tf_message()
+    assert kind is not None, "tf2_msgs is built beside the wheels by scripts/setup, and comes with a sourced ROS"
+    expected = flight_samples.typestore().hash_rihs01("tf2_msgs/msg/TFMessage")
+    described = Path(get_package_share_directory("tf2_msgs"), "msg", "TFMessage.json").read_text("utf-8")
+    hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(described)["type_hashes"]}
+    assert hashes["tf2_msgs/msg/TFMessage"] == expected
