@@ -145,20 +145,23 @@ def _results(study: Study, case: str, plant: str) -> list[Figure | str]:
     chosen = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
     rows = {(row["controller"], row["metric"]): row for row in chosen.to_dict("records")}
     first, *others = study.titles.values()
-    values = table(
-        ("metric", *study.titles.values(), "unit"),
-        [_row(rows, study, metric, _median) for metric in study.facts["metrics"]],
-        "Median, and 5 to 95 % of the seeds",
-        f"Flights flown to their end: {_ended(study, case, plant)}.",
-    )
-    differences = table(
-        ("metric", *others, "unit"),
-        [_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]],
-        f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
-        f"Positive: {first} has less. An interval without 0 is a difference that the seeds do not explain.",
-    )
-    figures = metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant)
-    return [heading(f"Results: {case}, plant {plant}"), values, differences, *figures]
+    return [
+        heading(f"Results: {case}, plant {plant}"),
+        heading("Median, and 5 to 95 % of the seeds", f"Flights flown to their end: {_ended(study, case, plant)}."),
+        table(
+            ("metric", *study.titles.values(), "unit"),
+            [_row(rows, study, metric, _median) for metric in study.facts["metrics"]],
+        ),
+        heading(
+            f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
+            f"Positive: {first} has less. An interval without 0 is a difference that the seeds do not explain.",
+        ),
+        table(
+            ("metric", *others, "unit"),
+            [_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]],
+        ),
+        *metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant),
+    ]
 
 
 def _ended(study: Study, case: str, plant: str) -> str:

@@ -123,10 +123,10 @@ def film(flight: Any, path: Path) -> None:
 
 
 def shoot_report(flights: list[Any], path: Path) -> None:
-    """Take a picture of the page that `log compare` writes."""
+    """Take a picture of the page that `log report` writes of several flights."""
     with tempfile.TemporaryDirectory() as folder:
         names = [TITLES.get(run_from_flight(flight, "").trajectory, "flight") for flight in flights]
-        page = write_page(comparison_page(flights, names, "log compare"), Path(folder, "page.html"))
+        page = write_page(comparison_page(flights, names, "log report"), Path(folder, "page.html"))
         with Browser(Path(folder, "profile"), (1150, 1250)) as browser:
             browser.open(page.as_uri())
             browser.wait("document.body.dataset.drawn")

@@ -71,8 +71,6 @@ FORMULAS = {
     "torque_high_frequency": ("torque_effort of the part above the frequency", "after the approach"),
     "chattering_index": ("torque_high_frequency / torque_effort, mean removed", "after the approach"),
     "saturation_time": ("time with a flag of `actuation` set", "after the approach"),
-    "surface_reaching_time": ("first time with abs(s) below the bound", "after the approach"),
-    "adaptive_bound_shortfall": ("share of steps with abs(D_A) > bound of Eq. 60", "after the approach"),
     "disturbance_estimate_rmse": ("sqrt(mean of abs(d_hat - D_P)^2)", "after the approach"),
     "missing_steps": ("steps expected - messages found, worst topic", "whole"),
 }

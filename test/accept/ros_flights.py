@@ -6,7 +6,7 @@ from pathlib import Path
 from figures import Figures
 from flying import busy_loops, finish, start
 
-from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.tables import measured
 from quad_flight_log.bag.payload_hash import payload_hash
 from quad_flight_log.bag.reader import open_flight
 

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quad_flight_log.analysis.flight_checks import ends_early
-from quad_flight_log.analysis.frames import measured
 from quad_flight_log.analysis.metrics import FlightMetrics
-from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.report.text import table

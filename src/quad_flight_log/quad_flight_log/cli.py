@@ -16,10 +16,9 @@ from typing import Any, NoReturn, TextIO, cast
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.resolution import parse_settings
-from quad_flight_log.analysis.frames import measured
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.analysis.replay import Replay, replay
-from quad_flight_log.analysis.tables import truth_note
+from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
@@ -192,36 +191,27 @@ def _print_replay(item: Replay) -> None:
 def _report(options: argparse.Namespace) -> int:
     """Write a flight as a self-contained, interactive HTML page: verdict, path, figures, metrics, events.
 
-    Every figure has a button that saves it as SVG.
+    Several flights come into one page, all in the same figures. Every figure has a button that saves it as SVG.
 
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
-    log report flights/case1-1-1 --out results    writes results/case1-1-1.html
+    log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
     """
     from quad_flight_log.report.page import write_page
-    from quad_flight_log.report.pages import flight_page
+    from quad_flight_log.report.pages import comparison_page, flight_page, names_of
 
-    limits = text.read_limits(options.limits) if options.limits else None
-    for flight in _opened(options):
-        path = options.out / f"{flight.name}.html" if options.out else flight.path.parent / "report.html"
-        print(write_page(flight_page(flight, flight.name, _typed(), limits), path))
-    return 0
-
-
-def _compare(options: argparse.Namespace) -> int:
-    """Write several flights into one interactive HTML page, all in the same figures, and print their metrics.
-
-    log compare flights/a flights/b --names proposed,pid --out results
-    """
-    from quad_flight_log.report.page import write_page
-    from quad_flight_log.report.pages import comparison_page, names_of
-
-    flights = _opened(options)
+    flights, command = _opened(options), shlex.join(["log", *sys.argv[1:]])
     names = [name.strip() for name in options.names.split(",")] if options.names else names_of(flights)
     if len(names) != len(flights) or len(set(names)) != len(names) or not all(names):
         raise FlightLogError(f"--names: found {options.names!r}, expected {len(flights)} different names")
-    notes = [truth_note(flight) for flight in flights]
-    print(text.table(names, [measured(flight) for flight in flights], notes=notes))
-    print(write_page(comparison_page(flights, names, _typed()), (options.out or Path()) / "comparison.html"))
+    if len(flights) == 1:
+        limits = text.read_limits(options.limits) if options.limits else None
+        path = options.out / f"{flights[0].name}.html" if options.out else flights[0].path.parent / "report.html"
+        print(write_page(flight_page(flights[0], names[0], command, limits), path))
+    elif options.limits:
+        raise FlightLogError(f"--limits: found {len(flights)} flights, expected one: log check judges several")
+    else:
+        print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
+        print(write_page(comparison_page(flights, names, command), (options.out or Path()) / "comparison.html"))
     return 0
 
 
@@ -286,13 +276,13 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], dict[str, dict[st
             "--set": {**_REPEATED, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
         },
     ),
-    "report": (_report, {"bags": _BAGS, "--limits": _LIMITS, "--out": _out("the pages (default: the bag's own)")}),
-    "compare": (
-        _compare,
+    "report": (
+        _report,
         {
             "bags": _BAGS,
             "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
-            "--out": _out("comparison.html (default: this one)"),
+            "--limits": _LIMITS,
+            "--out": _out("the page (default: the bag's own; of several flights this one)"),
         },
     ),
     "view": (
@@ -327,18 +317,12 @@ def _parser() -> argparse.ArgumentParser:
         for flag, settings in arguments.items():
             own.add_argument(flag, **settings)
         own.add_argument("--namespace", default="", help="namespace of the vehicle")
-        own.add_argument("--salvage", action="store_true", help="read a damaged bag up to the damage")
     return parser
 
 
 def _opened(options: argparse.Namespace) -> list[Flight]:
     """Open all bags of ``options``; raises FlightLogError."""
-    return [open_flight(bag, namespace=options.namespace, salvage=options.salvage) for bag in options.bags]
-
-
-def _typed() -> str:
-    """Return what was typed, for a page to say how it was made."""
-    return shlex.join(["log", *sys.argv[1:]])
+    return [open_flight(bag, namespace=options.namespace) for bag in options.bags]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -24,11 +24,7 @@ class NotAFlightError(FlightLogError):
 
 
 class CorruptError(FlightLogError):
-    """The bytes of the log are not what the recorder wrote."""
-
-
-class LimitError(FlightLogError):
-    """Reading would need more memory than allowed."""
+    """The log is not what the recorder wrote, or asks for more memory than allowed."""
 
 
 class SchemaError(FlightLogError):
@@ -41,10 +37,6 @@ class TopicError(FlightLogError):
 
 class AmbiguousTopicError(TopicError):
     """Several vehicles have a topic of that name, and no namespace says which is meant."""
-
-
-class ConflictError(FlightLogError):
-    """Two messages of one topic and step differ."""
 
 
 class BagWriteError(FlightLogError):

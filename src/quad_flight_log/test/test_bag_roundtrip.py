@@ -9,7 +9,7 @@ import yaml
 
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.errors import BagWriteError, LimitError, TopicError
+from quad_flight_log.errors import BagWriteError, CorruptError, TopicError
 
 STEPS = 60
 
@@ -145,5 +145,5 @@ def test_topics_resolve_in_a_namespace(tmp_path):
 
 
 def test_memory_limit_is_kept(bag):
-    with pytest.raises(LimitError, match="more than the 100 bytes"):
+    with pytest.raises(CorruptError, match="more than the 100 bytes"):
         open_flight(bag, memory_limit=100)

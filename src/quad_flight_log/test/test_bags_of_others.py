@@ -15,7 +15,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
 from quad_flight_log import cli
-from quad_flight_log.analysis.frames import measured
+from quad_flight_log.analysis.tables import measured
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 

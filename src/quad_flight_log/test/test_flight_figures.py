@@ -9,7 +9,7 @@ import pytest
 from drawn_flights import APPROACH, OFFSET, YAW_ERROR
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Exchange, Takeover
+from quad_flight_log.analysis.takeovers import Takeover
 from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel, colours, runs_of, specification
 from quad_flight_log.report.flight_figures import (
     Run,
@@ -152,12 +152,6 @@ def test_modes_and_takeovers_shade_the_figures_of_one_flight_and_takeovers_alone
     assert [shape["opacity"] for shape in shapes] == [band.opacity for band in alone.bands]
     [both] = with_bands([HEIGHT], [run, replace(run, name="b")])
     assert [band.label for band in both.bands] == ["a: guard in descend", "b: guard in descend"]
-
-
-def test_a_standby_that_flies_is_a_band_to_the_end():
-    exchange = Exchange("attitude_controller", "silent for 3 cycles", 2500, 5_000_000_000, 8_000_000_000)
-    [figure] = with_bands([HEIGHT], [Run("a", "hover", {}, exchanges=(exchange,))])
-    assert [tuple(band)[:3] for band in figure.bands] == [(5.0, 8.0, "standby attitude_controller flies")]
 
 
 def test_the_time_of_a_mission_starts_with_its_trajectory():

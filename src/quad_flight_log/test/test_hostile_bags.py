@@ -26,7 +26,6 @@ VERBS = {
     "export": ["--out", "csv"],
     "replay": [],
     "report": ["--out", "report"],
-    "compare": ["--out", "compare"],
     "view": ["--out", "view"],
 }
 

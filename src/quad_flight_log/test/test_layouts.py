@@ -6,12 +6,12 @@ import re
 import yaml
 
 from quad_flight_log.cli import main
-from quad_flight_log.report.layouts import layout_files
+from quad_flight_log.report.layouts import write_layouts
 from quad_node import topics
 
 
-def test_every_plotted_path_of_the_layout_is_a_number_of_its_message():
-    panels = json.loads(layout_files("uav1")["flight.json"])["configById"]
+def test_every_plotted_path_of_the_layout_is_a_number_of_its_message(tmp_path):
+    panels = json.loads(write_layouts(tmp_path, "uav1")[0].read_text())["configById"]
     plotted = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
     assert len(plotted) >= 14
     for text in plotted:

@@ -77,7 +77,7 @@ def test_foreign_text_is_escaped(text):
     evil = "</script><script>alert(1)</script>"
     line = Line(evil, evil, (np.arange(2.0), np.arange(2.0)))
     figure = Figure("k", evil, evil, (Panel(evil, (line,)),))
-    body = [heading(evil, evil), table((evil,), ((evil,),), evil, evil), folded(evil, verbatim(evil)), figure]
+    body = [heading(evil, evil), table((evil,), ((evil,),)), folded(evil, verbatim(evil)), figure]
     found = page_text(Page(evil, evil, ((evil, evil),), body, (True, evil), ((evil, evil),)))
     assert "alert(1)</script>" not in found.replace("&lt;/script&gt;", "")
     assert data_of(found)["k"]["data"][0]["name"] == evil
@@ -103,7 +103,7 @@ def test_comparison_groups_by_trajectory(bag, tmp_path):
     flights = [open_flight(bag), open_flight(other)]
     names = names_of(flights)
     assert names == ["circle", "circle (2)"]
-    data = data_of(page_text(comparison_page(flights, names, "log compare")))
+    data = data_of(page_text(comparison_page(flights, names, "log report")))
     numbered = sorted(key[:9] for key in data if key.startswith("figure-"))
     assert numbered == [f"figure-{number:02d}" for number in range(5, 19)]
     assert {trace["meta"]["run"] for trace in data["figure-12-case2-path"]["data"]} == {"circle (2)", "reference"}
@@ -119,9 +119,10 @@ def test_commands_write_where_they_say(bag, tmp_path, capsys):
     assert main(["report", str(bag), "--out", str(tmp_path)]) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "circle.html")
     assert (tmp_path / "circle.html").stat().st_size > 1_000_000
-    assert main(["compare", str(bag), str(bag), "--names", "one,two", "--out", str(tmp_path)]) == 0
+    assert main(["report", str(bag), str(bag), "--names", "one,two", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", printed)
     assert "comparison.html" in printed
-    assert main(["compare", str(bag), str(bag), "--names", "one", "--out", str(tmp_path)]) == 2
-    assert "2 different names" in capsys.readouterr().err
+    for wrong, said in (("--names=one", "2 different names"), ("--limits=position_max=1", "expected one")):
+        assert main(["report", str(bag), str(bag), wrong, "--out", str(tmp_path)]) == 2
+        assert said in capsys.readouterr().err

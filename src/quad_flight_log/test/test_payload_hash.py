@@ -9,7 +9,7 @@ import pytest
 
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.errors import ConflictError
+from quad_flight_log.errors import CorruptError
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_one_bit_or_one_missing_step_counts(flown, reference, tmp_path):
     changed[index] = ("/wrench_setpoint", other)
     assert hashed(tmp_path / "a", changed) != reference
     assert hashed(tmp_path / "b", flown[:index] + flown[index + 1 :]) != reference
-    with pytest.raises(ConflictError, match="wrench_setpoint"):
+    with pytest.raises(CorruptError, match="wrench_setpoint"):
         hashed(tmp_path / "c", [*flown, changed[index]])
 
 

@@ -9,10 +9,10 @@ from loop_flight import FlownFlight, write_flight
 
 from quad_core.cascade import STAGE
 from quad_flight_log import cli
-from quad_flight_log.analysis.recorded_parameters import RecordedParametersError, recorded_parameters
+from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.errors import TopicError
+from quad_flight_log.errors import FlightLogError, TopicError
 
 
 @pytest.mark.parametrize("role", STAGE)
@@ -75,9 +75,9 @@ def test_a_preset_replaces_all_gains_of_the_law(flown_bag):
 
 def test_wrong_changes_are_named(flown_bag, capsys):
     flight = open_flight(flown_bag)
-    with pytest.raises(RecordedParametersError, match="no plug-in named 'lqr'"):
+    with pytest.raises(FlightLogError, match="no plug-in named 'lqr'"):
         replay(flight, "attitude_controller", law="lqr")
-    with pytest.raises(RecordedParametersError, match=r"aibs\.x\.posgain"):
+    with pytest.raises(FlightLogError, match=r"aibs\.x\.posgain"):
         replay(flight, "position_controller", settings={"aibs.x.posgain": "1.0"})
     for argument, word in (("simulator.window=3", "only position_controller"), ("nonsense", "NODE.PARAM=VALUE")):
         assert cli.main(["replay", str(flown_bag), "--set", argument]) == 2
@@ -91,7 +91,7 @@ def test_a_bag_without_inputs_or_parameters_is_named(flown, tmp_path):
 
     with pytest.raises(TopicError, match="no topic 'actuation'"):
         replay(without("a", "actuation"), "attitude_controller")
-    with pytest.raises(RecordedParametersError, match="says nothing of position_controller"):
+    with pytest.raises(FlightLogError, match="says nothing of position_controller"):
         replay(without("b", "flight/parameters"), "position_controller")
     with pytest.raises(TopicError, match="no topic 'position_controller/internals'"):
         replay(without("c", "position_controller/internals"), "position_controller")

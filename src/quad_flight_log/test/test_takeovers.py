@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis.takeovers import Exchange, Flier, Takeover, described, exchanges, fliers, takeovers
+from quad_flight_log.analysis.takeovers import Flier, Takeover, described, fliers, takeovers
 from quad_flight_log.report.figures import Figure, Line, Panel, colours, specification
 from quad_flight_log.report.flight_figures import Run, with_bands
 
@@ -91,42 +91,30 @@ def test_every_figure_over_time_is_shaded_where_the_guard_flew(shaded):
     assert "shapes" not in specification(path, colours(["a"]))["layout"]
 
 
-class Exchanged(Bag):
+class TakenOver(Bag):
     """A flight with the given rows of flight/takeover."""
 
     def has(self, topic):
-        return topic in ("truth", "flight/takeover")
+        return topic == "flight/takeover"
 
     def array(self, topic):
         names = [("step", "u8"), ("role", "O"), ("detail", "O"), ("memory_step", "u8")]
-        return np.array(self.rows, dtype=np.dtype(names)) if topic == "flight/takeover" else super().array(topic)
+        return np.array(self.rows, dtype=np.dtype(names))
 
 
 MAIN, SHADOW = "attitude_controller", "shadow_attitude_controller"
 
 
-def test_an_exchange_holds_to_the_end_and_a_repetition_is_none():
-    row = (2500, SHADOW, "silent for 3 cycles", 0)
-    found = exchanges(Exchanged([row, row]))
-    assert found == [Exchange(MAIN, "silent for 3 cycles", 2500, 5_000_000_000, 9_000_000_000)]
-    assert fliers(Exchanged([row]), MAIN) == [Flier(MAIN, 0, 0, ""), Flier(SHADOW, 2500, 0, "silent for 3 cycles")]
-    assert exchanges(Bag([])) == []
-
-
-def test_a_replaced_controller_may_fly_again():
+def test_a_replaced_controller_may_fly_again_and_a_repetition_is_none():
     rows = [
+        (1000, SHADOW, "silent", 0),
         (1000, SHADOW, "silent", 0),
         (2500, "shadow_position_controller", "silent", 0),
         (3000, MAIN, "asked", 1400),
         (2000, SHADOW, "late news", 0),  # the highest step counts
     ]
-    assert fliers(Exchanged(rows), MAIN) == [
+    assert fliers(TakenOver(rows), MAIN) == [
         Flier(MAIN, 0, 0, ""),
         Flier(SHADOW, 1000, 0, "silent"),
         Flier(MAIN, 3000, 1400, "asked"),
-    ]
-    assert exchanges(Exchanged(rows)) == [
-        Exchange(MAIN, "silent", 1000, 2_000_000_000, 6_000_000_000),
-        Exchange("position_controller", "silent", 2500, 5_000_000_000, 9_000_000_000),
-        Exchange(MAIN, "asked", 3000, 6_000_000_000, 9_000_000_000),
     ]

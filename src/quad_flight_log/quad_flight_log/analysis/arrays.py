@@ -45,14 +45,6 @@ def euler_angles(q_wb: Floats) -> Floats:
     return np.stack([phi, theta, psi], axis=1)
 
 
-def euler_rates(angles: Floats, omega_b: Floats) -> Floats:
-    """Return (phi', theta', psi') in rad/s, shape (n, 3), of body rates at Z-Y-X ``angles`` (Eq. 13)."""
-    phi, theta, _ = angles.T
-    p, q, r = omega_b.T
-    lateral = q * np.sin(phi) + r * np.cos(phi)
-    return np.stack([p + lateral * np.tan(theta), q * np.cos(phi) - r * np.sin(phi), lateral / np.cos(theta)], axis=1)
-
-
 def wrapped(angles: Floats) -> Floats:
     """Return angles in rad moved by whole turns into (-pi, pi]."""
     return np.pi - np.mod(np.pi - angles, 2.0 * np.pi)

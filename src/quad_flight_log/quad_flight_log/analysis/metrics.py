@@ -7,7 +7,7 @@ said otherwise a metric covers the time after the approach (``trajectory_time`` 
 trapezoidal rule, integrals of commands hold each command until the next.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
@@ -25,12 +25,14 @@ from quad_flight_log.analysis.arrays import (
     norms,
     wrapped,
 )
-from quad_flight_log.analysis.estimates import SURFACE_BOUND, SURFACE_DWELL, estimate_metrics
-from quad_flight_log.analysis.overshoot import OVERSHOOT_WINDOW, overshoot_metrics
 
+INTERNALS = "position_controller/internals"
 MISSION = 3  # of flight/mode
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
+OVERSHOOT_WINDOW = 5.0  # s
+VELOCITY_STEP = 0.1  # m/s, a corner of the reference
+YAW_STEP = 0.1  # rad
 
 
 class Metric(NamedTuple):
@@ -77,12 +79,6 @@ class FlightMetrics(NamedTuple):
     ] = None
     saturation_time: Annotated[
         Number, "s", "time in which the vehicle did not reach the commanded wrench on some axis"
-    ] = None
-    surface_reaching_time: Annotated[
-        Number, "s", f"time until abs(s) of all axes first stays below {SURFACE_BOUND:g} rad/s for {SURFACE_DWELL:g} s"
-    ] = None
-    adaptive_bound_shortfall: Annotated[
-        Number, "", "share of steps with abs(D_A) above its adaptive bound (Eq. 60) on some axis"
     ] = None
     disturbance_estimate_rmse: Annotated[
         Number, "m/s^2", "RMSE of the position law's disturbance estimate against D_P"
@@ -181,14 +177,15 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     values["missing_steps"] = float(max(missing_messages(known).values()))
     if "truth" in known:
         values.update(_position(known["truth"], flown))
-        values.update(overshoot_metrics(known["truth"], flown))
+        values.update(_overshoot(known["truth"], flown))
         if "attitude_setpoint" in known:
             values.update(_attitude(known["truth"], _since(known["attitude_setpoint"], start_ns)))
     if COMMAND in known:
         values.update(_command(_since(known[COMMAND], start_ns)))
     if "actuation" in known:
         values.update(_saturation(_since(known["actuation"], start_ns)))
-    values.update(estimate_metrics(known, start_ns))
+    if {INTERNALS, "disturbance"} <= known.keys():
+        values.update(_disturbance(_since(known[INTERNALS], start_ns), known["disturbance"]))
     return FlightMetrics(
         **{name: value if value is None or isfinite(value) else None for name, value in values.items()}
     )
@@ -277,3 +274,60 @@ def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
     flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
     limited = np.logical_or.reduce([actuation[flag] for flag in flags])
     return {"saturation_time": float(np.sum(hold[limited]))}
+
+
+def _disturbance(inside: NDArray[np.void], lumped: NDArray[np.void]) -> dict[str, float | None]:
+    """Return how far the position law's estimate of d is from the recorded D_P; a law without one records zeros."""
+    match = aligned(inside["stamp_ns"], lumped["stamp_ns"])
+    known = "disturbance_estimate" in (inside.dtype.names or ()) and inside["disturbance_estimate"].any()
+    if len(match.stamp_ns) == 0 or not known:
+        return {}
+    error = inside["disturbance_estimate"][match.left] - lumped["lumped_acceleration_w"][match.right]
+    return {"disturbance_estimate_rmse": rmse(error)}
+
+
+def _overshoot(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:
+    """Return both overshoots; None where the reference has no corner or yaw step."""
+    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
+    truth, reference = truth[match.left], reference[match.right]
+    if not {"v_w", "yaw"} <= set(reference.dtype.names or ()):
+        return {}
+    times = np.asarray(match.stamp_ns * 1e-9, dtype=np.float64)
+    return {
+        "corner_overshoot": corner_overshoot(times, truth["p_w"], reference["p_w"], reference["v_w"]),
+        "yaw_overshoot": yaw_overshoot(times, euler_angles(truth["q_wb"])[:, 2], reference["yaw"]),
+    }
+
+
+def corner_overshoot(times: Floats, position: Floats, desired: Floats, desired_velocity: Floats) -> float | None:
+    """Return the farthest that any corner was passed by, in m along the direction of arrival, >= 0; (n, 3) arrays.
+
+    A corner is a jump of the reference's velocity that is larger than VELOCITY_STEP, arrived at in motion.
+    """
+    jumps = np.flatnonzero(norms(np.diff(desired_velocity, axis=0)) > VELOCITY_STEP) + 1
+    found = None
+    for jump, end in _windows(times, jumps):
+        arrival = desired_velocity[jump - 1]
+        speed = float(np.linalg.norm(arrival))
+        if speed > 0.0:
+            beyond = (position[jump:end] - desired[jump]) @ (arrival / speed)
+            found = max(0.0, float(beyond.max()), found or 0.0)
+    return found
+
+
+def yaw_overshoot(times: Floats, yaw: Floats, desired: Floats) -> float | None:
+    """Return the farthest that yaw went beyond a step of its reference, in rad, >= 0; (n,) arrays of angles."""
+    change = wrapped(np.diff(desired))
+    found = None
+    for jump, end in _windows(times, np.flatnonzero(np.abs(change) > YAW_STEP) + 1):
+        beyond = np.sign(change[jump - 1]) * wrapped(yaw[jump:end] - desired[jump])
+        # half a turn and more is the way to the step, not beyond it
+        found = max(0.0, float(np.where(beyond < np.pi / 2.0, beyond, 0.0).max()), found or 0.0)
+    return found
+
+
+def _windows(times: Floats, jumps: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
+    """Yield first and last (excluded) index after each jump: until the next one, at most OVERSHOOT_WINDOW long."""
+    for jump, following in zip(jumps, [*jumps[1:], len(times)][: len(jumps)], strict=True):
+        late = int(np.searchsorted(times, times[jump] + OVERSHOOT_WINDOW))
+        yield int(jump), min(int(following), late)

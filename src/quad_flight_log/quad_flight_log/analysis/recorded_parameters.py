@@ -15,10 +15,6 @@ from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
 TOPIC = "flight/parameters"
 
 
-class RecordedParametersError(FlightLogError):
-    """The bag does not hold a node's parameters, or they are refused today."""
-
-
 class Change(NamedTuple):
     """Parameters that a node got in flight, and the plant step they hold from."""
 
@@ -82,11 +78,11 @@ def retold(
     """Return the parameters of a controller with another ``law`` or ``settings`` ({parameter: text}), and whether new.
 
     The first phase begins at step 0; each change in flight begins another, which keeps ``law`` and ``settings``.
-    Another law starts from its defaults; flight, vehicle and period stay. Raises RecordedParametersError.
+    Another law starts from its defaults; flight, vehicle and period stay. Raises FlightLogError.
     """
     records = recorded_parameters(flight)
     if role not in records:
-        raise RecordedParametersError(f"{flight.path}: {TOPIC} says nothing of {role}")
+        raise FlightLogError(f"{flight.path}: {TOPIC} says nothing of {role}")
     record = records[role]
     spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
     phases = [Phase(step, _resolved(role, values, law, settings or {})) for step, values in spells]
@@ -107,4 +103,4 @@ def _resolved(role: str, recorded: Mapping[str, Value], law: str | None, setting
         values.update(typed(role, values, settings))
         return resolve(role, values)
     except (ParameterError, PluginError) as error:
-        raise RecordedParametersError(f"{role}: {error}") from error
+        raise FlightLogError(f"{role}: {error}") from error

@@ -76,7 +76,7 @@ def replay(
 ) -> Replay:
     """Feed the recorded inputs of ``role`` to its law (or ``law``) with ``settings`` ({parameter: text}) changed.
 
-    Raises TopicError if an input, the output or the internals were not recorded, RecordedParametersError for
+    Raises TopicError if an input, the output or the internals were not recorded, FlightLogError for
     impossible parameters.
     """
     phases, changed = retold(flight, role, law=law, settings=settings)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
+from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
@@ -62,6 +63,17 @@ def flight_tables(flight: Flight) -> dict[str, Table]:
         if not good.all():
             found[topic] = table[good]
     return {topic: table for topic, table in found.items() if len(table)}
+
+
+def measured(flight: Flight) -> FlightMetrics:
+    """Return the metrics of an opened flight from whatever of the needed topics it has.
+
+    Raises TopicError if it lacks all of them.
+    """
+    tables = flight_tables(flight)
+    if not tables:
+        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to measure")
+    return flight_metrics(tables)
 
 
 def unusable_messages(flight: Flight) -> dict[str, int]:

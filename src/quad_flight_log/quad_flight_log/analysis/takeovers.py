@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quad_core.cascade import SHADOW, STAGE
+from quad_core.cascade import SHADOW
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_guard.guard import MODES, PASS
@@ -28,16 +28,6 @@ class Flier(NamedTuple):
     why: str
 
 
-class Exchange(NamedTuple):
-    """The plant step from which a standby flew, its role, and the reason; stamps in ns."""
-
-    role: str
-    why: str
-    step: int
-    begin_ns: int
-    end_ns: int
-
-
 def takeovers(flight: Flight) -> list[Takeover]:
     """Return the takeovers of a flight in order, none where its bag has no ``flight/guard``.
 
@@ -46,7 +36,8 @@ def takeovers(flight: Flight) -> list[Takeover]:
     said = _of_its_run(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
     changes = [row for before, row in zip([(PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]]
-    last_ns = max([row[3] for row in rows] + _last_of_truth(flight), default=0)
+    last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
+    last_ns = max([row[3] for row in rows] + last_of_truth, default=0)
     ends = [row[3] for row in changes[1:]] + [last_ns]
     return [
         # any node can send a mode that there is not
@@ -66,22 +57,6 @@ def fliers(flight: Flight, role: str) -> list[Flier]:
     return found
 
 
-def exchanges(flight: Flight) -> list[Exchange]:
-    """Return the exchanges of a flight in order, each to the next one of its role or to the end of its bag."""
-    period = str(flight.metadata.get("plant_period_ns", ""))
-    if not period.isdecimal():
-        return []
-    found = []
-    for role in STAGE:
-        flown = [(one, one.step * int(period)) for one in fliers(flight, role)[1:]]
-        ends = [begin for _, begin in flown[1:]] + [
-            max([begin for _, begin in flown] + _last_of_truth(flight), default=0)
-        ]
-        pairs = zip(flown, ends, strict=False)
-        found += [Exchange(role, one.why, one.step, begin, end) for (one, begin), end in pairs]
-    return sorted(found, key=lambda one: one.step)
-
-
 def described(found: Iterable[Takeover]) -> str:
     """Return takeovers as one line for people, empty for none."""
     return "; ".join(f"the guard took over at step {one.step} ({one.mode}): {one.reason}" for one in found)
@@ -94,8 +69,3 @@ def _of_its_run(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | 
         return []
     run_id = flight.metadata.get("run_id", "")
     return table[table["run_id"] == run_id] if run_id and "run_id" in (table.dtype.names or ()) else table
-
-
-def _last_of_truth(flight: Flight) -> list[int]:
-    """Return the last stamp of ``truth`` in ns, or nothing."""
-    return [int(stamp) for stamp in flight.array("truth")["stamp_ns"][-1:]] if flight.has("truth") else []

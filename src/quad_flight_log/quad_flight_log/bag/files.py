@@ -3,7 +3,7 @@
 A bag is a directory as rosbag2 leaves it (one file or several, MCAP or SQLite, plain or compressed with zstd), or one
 of its files. MCAP files are read record by record with the stream reader of ``mcap``, closed or cut: a file that ends
 within a record (killed recorder, full disk, cut copy) gives the messages before that place. Any other damage is an
-error, unless the caller asks to salvage the messages before it. SQLite files are read by ``rosbags``.
+error. SQLite files are read by ``rosbags``.
 """
 
 import re
@@ -20,7 +20,7 @@ from rosbags.rosbag2 import Reader
 
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.notes import LIBRARY, METADATA_FILE
-from quad_flight_log.errors import CorruptError, LimitError, NotAFlightError, one_line
+from quad_flight_log.errors import CorruptError, NotAFlightError, one_line
 
 _MAGIC = b"\x89MCAP0\r\n"
 _ZSTD = b"\x28\xb5\x2f\xfd"  # no CDR payload begins so: rosbag2 compressed the message
@@ -62,29 +62,20 @@ class _DamageError(Exception):
 class BagFile:
     """What one file holds, known after ``messages`` was read to its end.
 
-    ``notes``: metadata records in order. ``truncated``: the file is cut or damaged, ``damage`` says where and how.
+    ``notes``: metadata records in order. ``damage``: where the file is cut, empty for a whole one.
     """
 
     def __init__(self, path: Path) -> None:
         """Read nothing yet."""
-        self.path, self.truncated = path, False
+        self.path = path
         self.written_by = self.damage = ""
         self.channels: dict[int, Channel] = {}
         self.notes: list[tuple[str, dict[str, str]]] = []
         self.attachments: dict[str, bytes] = {}
 
-    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
-        """Yield the messages in the order of the file, once.
-
-        Raises NotAFlightError (no bag), CorruptError or LimitError; with ``salvage`` damage ends the messages.
-        """
+    def messages(self) -> Iterator[Message]:
+        """Yield the messages in the order of the file, once; raises NotAFlightError or CorruptError."""
         raise NotImplementedError
-
-    def _damaged(self, error: Exception, problem: str, salvage: bool) -> None:
-        self.truncated, self.damage = True, problem
-        if not salvage:
-            kind = LimitError if isinstance(error, LimitError) else CorruptError
-            raise kind(f"{self.path}: {problem}") from error
 
 
 class SqliteFile(BagFile):
@@ -95,7 +86,7 @@ class SqliteFile(BagFile):
         super().__init__(path)
         self._source, self.written_by = source, "rosbag2 (SQLite)"
 
-    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
+    def messages(self) -> Iterator[Message]:
         """Yield the messages in the order of their times; as in ``BagFile``."""
         try:
             with Reader(self._source) as reader:
@@ -103,7 +94,7 @@ class SqliteFile(BagFile):
                 for connection, time, data in reader.messages():
                     yield Message(self.channels[connection.id], time, bytes(data))
         except Exception as error:  # whatever rosbags, SQLite and zstd raise
-            self._damaged(error, one_line(error), salvage)
+            raise CorruptError(f"{self.path}: {one_line(error)}") from error
 
 
 def _channel(connection: Any) -> Channel:
@@ -120,7 +111,7 @@ class McapFile(BagFile):
         self._schemas: dict[int, Any] = {}
         self._count = self._unpacked = 0
 
-    def messages(self, *, salvage: bool = False) -> Iterator[Message]:
+    def messages(self) -> Iterator[Message]:
         """Yield the messages; as in ``BagFile``."""
         try:
             file = self.path.open("rb")
@@ -133,11 +124,11 @@ class McapFile(BagFile):
             except NotAFlightError:
                 raise
             except _CutError:
-                self.truncated, self.damage = True, f"ends within a record at byte {stream.at}"
+                self.damage = f"ends within a record at byte {stream.at}"
             except Exception as error:  # whatever mcap and its decompressors raise over damaged bytes
-                known = isinstance(error, _DamageError | LimitError)
-                text = str(error) if known else f"a record cannot be read ({type(error).__name__}: {one_line(error)})"
-                self._damaged(error, f"{text} (at byte {stream.at})", salvage)
+                text = f"a record cannot be read ({type(error).__name__}: {one_line(error)})"
+                problem = str(error) if isinstance(error, _DamageError) else text
+                raise CorruptError(f"{self.path}: {problem} (at byte {stream.at})") from error
 
     @property
     def _own(self) -> bool:
@@ -169,7 +160,7 @@ class McapFile(BagFile):
             raise _DamageError(f"chunk compressed as {chunk.compression!r}, expected zstd, lz4 or none")
         self._unpacked += chunk.uncompressed_size
         if self._unpacked > max(_FREE_SIZE, _EXPANSION_LIMIT * file_size):
-            raise LimitError(f"chunks unpack to more than {_EXPANSION_LIMIT} times the size of the file")
+            raise _DamageError(f"chunks unpack to more than {_EXPANSION_LIMIT} times the size of the file")
         if self._own and not chunk.uncompressed_crc:
             raise _DamageError("chunk without a checksum")
         for record in breakup_chunk(chunk, validate_crc=True):

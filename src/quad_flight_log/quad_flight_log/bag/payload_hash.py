@@ -6,7 +6,7 @@ from operator import itemgetter
 
 from quad_core.cascade import STAGES
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import ConflictError, SchemaError, TopicError
+from quad_flight_log.errors import CorruptError, SchemaError, TopicError
 
 STEP_TOPICS = (
     *("state", "truth", "actuation", "disturbance", "reference"),
@@ -33,7 +33,7 @@ def step_rows(flight: Flight, topics: Iterable[str]) -> dict[str, list[tuple[int
 def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[str, str]:
     """Return {topic: SHA-256 over the rows of ``step_rows``}.
 
-    Repeats are dropped after they were found equal. Raises TopicError if the bag lacks all of the topics, ConflictError
+    Repeats are dropped after they were found equal. Raises TopicError if the bag lacks all of the topics, CorruptError
     if two messages of one step differ, SchemaError as ``step_rows``.
     """
     found = {}
@@ -42,7 +42,7 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
         different = next((stamp for stamp, row in rows if by_step[stamp] != row), None)
         if different is not None:
             where = f"{flight.path}: {flight.resolve(topic)}"
-            raise ConflictError(f"{where}: two different messages for stamp {different} ns")
+            raise CorruptError(f"{where}: two different messages for stamp {different} ns")
         found[topic] = hashlib.sha256(b"".join(by_step.values())).hexdigest()
     if not found:
         raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to hash")

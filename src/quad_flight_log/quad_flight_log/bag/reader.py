@@ -18,7 +18,6 @@ from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opene
 from quad_flight_log.errors import (
     AmbiguousTopicError,
     CorruptError,
-    LimitError,
     SchemaError,
     TopicError,
 )
@@ -50,22 +49,19 @@ class Flight:
     topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
     """
 
-    def __init__(
-        self, path: Path, namespace: str = "", memory_limit: int = MEMORY_LIMIT, salvage: bool = False
-    ) -> None:
+    def __init__(self, path: Path, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
         """Read the bag at ``path`` once; raises as ``open_flight``."""
         self._files, missing = files_of(path)
         self.path = self._files[0].path
         self._rows: dict[str, Rows] = {}
         self._cache: dict[str, Table] = {}
         self.topics: dict[str, Topic] = {}
-        self._read_all(memory_limit, salvage)
+        self._read_all(memory_limit)
         self.written_by = self._files[0].written_by
         self.size = sum(file.path.stat().st_size for file in self._files)
         damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
-        self.truncated = bool(missing) or any(file.truncated for file in self._files)
-        self.metadata = self._notes(salvage, damage)
-        self.damage = "; ".join(damage)
+        self.damage, self.truncated = "; ".join(damage), bool(damage)
+        self.metadata = self._notes()
         self.parameters_text = self._attached(PARAMETERS)
         # without it /uav1/state and /uav1/flight/state both end like `state`
         vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
@@ -160,36 +156,30 @@ class Flight:
     def _channels(self) -> Iterator[Channel]:
         return (channel for file in self._files for channel in file.channels.values())
 
-    def _read_all(self, memory_limit: int, salvage: bool) -> None:
+    def _read_all(self, memory_limit: int) -> None:
         size = 0
-        for message in (each for file in self._files for each in file.messages(salvage=salvage)):
+        for message in (each for file in self._files for each in file.messages()):
             payloads, times = self._rows.setdefault(message.channel.topic, ([], []))
             payloads.append(message.data)
             times.append(message.log_time)
             size += len(message.data)
             if size > memory_limit:
-                raise LimitError(f"{self.path}: holds more than the {memory_limit} bytes of payload that are read")
+                raise CorruptError(f"{self.path}: holds more than the {memory_limit} bytes of payload that are read")
         for channel in sorted(self._channels(), key=lambda each: each.topic):
             payloads, times = self._rows.setdefault(channel.topic, ([], []))
             span = (min(times, default=0), max(times, default=0))
             topic = Topic(channel.topic, channel.type, len(payloads), sum(map(len, payloads)), *span)
             self.topics.setdefault(channel.topic, topic)
 
-    def _notes(self, salvage: bool, damage: list[str]) -> dict[str, str]:
+    def _notes(self) -> dict[str, str]:
         merged: dict[str, str] = {}
         for file in self._files:
-            for name, values in file.notes:
-                if name not in (QUAD, QUAD_END):
-                    continue
+            for name, values in (note for note in file.notes if note[0] in (QUAD, QUAD_END)):
+                parameters = file.attachments.get(PARAMETERS, b"") if name == QUAD else b""
                 try:
-                    parameters = file.attachments.get(PARAMETERS, b"") if name == QUAD else b""
                     merged.update(opened_notes(values, parameters, strict=file.written_by.startswith(LIBRARY)))
                 except ValueError as error:
-                    problem = f"metadata record {name!r}: {error}"
-                    if not salvage:
-                        raise CorruptError(f"{self.path}: {problem}") from error
-                    self.truncated = True
-                    damage.append(problem)
+                    raise CorruptError(f"{self.path}: metadata record {name!r}: {error}") from error
         return merged
 
     def _attached(self, name: str) -> str:
@@ -221,17 +211,10 @@ def _type_of(channel: Channel) -> MessageType:
     return known_type(channel.type)
 
 
-def open_flight(
-    path: str | Path,
-    *,
-    namespace: str = "",
-    salvage: bool = False,
-    memory_limit: int = MEMORY_LIMIT,
-) -> Flight:
+def open_flight(path: str | Path, *, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> Flight:
     """Open a bag directory or one of its files, and verify it.
 
     Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
-    ends (``truncated``). ``salvage`` accepts what comes before any other damage too. Raises NotAFlightError,
-    CorruptError, LimitError, all FlightLogError.
+    ends (``truncated``). Raises NotAFlightError or CorruptError, both FlightLogError.
     """
-    return Flight(Path(path), namespace, memory_limit, salvage)
+    return Flight(Path(path), namespace, memory_limit)

@@ -13,7 +13,7 @@ from quad_core.cascade import COMMAND
 from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, euler_angles, norms, wrapped
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
-from quad_flight_log.analysis.takeovers import Exchange, Takeover, exchanges, takeovers
+from quad_flight_log.analysis.takeovers import Takeover, takeovers
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.report.figures import REFERENCE, Band, Figure, Line, Panel
 
@@ -32,14 +32,13 @@ _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
 class Run:
     """A flight to be drawn. ``name`` is shown, ``trajectory`` groups runs; ``tables``: sorted arrays by topic.
 
-    ``takeovers``: when the guard flew it. ``exchanges``: when a standby did.
+    ``takeovers``: when the guard flew it.
     """
 
     name: str
     trajectory: str
     tables: Mapping[str, NDArray[np.void]]
     takeovers: tuple[Takeover, ...] = ()
-    exchanges: tuple[Exchange, ...] = ()
 
     def has(self, *topics: str) -> bool:
         """Return whether all ``topics`` have messages."""
@@ -74,7 +73,7 @@ def run_from_flight(flight: Flight, name: str) -> Run:
     """Return a run of a bag; what the bag lacks is left out."""
     trajectory = str(text_table(flight, "flight/plan")["trajectory"][0]) if flight.has("flight/plan") else ""
     run = run_from_tables(name, trajectory, flight_tables(flight))
-    return replace(run, takeovers=tuple(takeovers(flight)), exchanges=tuple(exchanges(flight)))
+    return replace(run, takeovers=tuple(takeovers(flight)))
 
 
 def by_trajectory(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
@@ -89,10 +88,9 @@ def with_bands(figures: Sequence[Figure], runs: Sequence[Run]) -> list[Figure]:
     bands = list(mode_bands(runs[0])) if len(runs) == 1 else []
     for run in runs:
         prefix = f"{run.name}: " if len(runs) > 1 else ""
-        spans = [(one.begin_ns, one.end_ns, f"guard in {one.mode}") for one in run.takeovers]
-        spans += [(one.begin_ns, one.end_ns, f"standby {one.role} flies") for one in run.exchanges]
-        for begin, end, text in spans:
-            bands.append(Band((begin - run.start_ns) * 1e-9, (end - run.start_ns) * 1e-9, prefix + text))
+        for one in run.takeovers:
+            begin, end = ((stamp - run.start_ns) * 1e-9 for stamp in (one.begin_ns, one.end_ns))
+            bands.append(Band(begin, end, f"{prefix}guard in {one.mode}"))
     return [figure._replace(bands=tuple(bands)) if figure.over_time else figure for figure in figures]
 
 

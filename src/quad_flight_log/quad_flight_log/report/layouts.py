@@ -9,33 +9,26 @@ import yaml
 from quad_flight_log.report.figures import PALETTE
 
 PLOTS = {
-    "x [m]": ("reference.p_w[0]", "truth.p_w[0]"),
-    "y [m]": ("reference.p_w[1]", "truth.p_w[1]"),
-    "z [m]": ("reference.p_w[2]", "truth.p_w[2]"),
-    "roll, pitch, yaw: wanted, filtered [rad]": tuple(
+    "x, y, z: wanted, flown [m]": [f"{topic}.p_w[{axis}]" for axis in range(3) for topic in ("reference", "truth")],
+    "roll, pitch, yaw: wanted, filtered [rad]": [
         f"{topic}[{axis}]"
         for axis in range(3)
         for topic in ("attitude_setpoint.angles", "attitude_controller/internals.desired_angles")
-    ),
-    "thrust: commanded, achieved [N]": ("wrench_setpoint.wrench.force.z", "actuation.thrust"),
+    ],
+    "thrust: commanded, achieved [N]": ["wrench_setpoint.wrench.force.z", "actuation.thrust"],
 }
 """{title: what is plotted, as topic and path}"""
 SPACE = ("pose", "reference_pose", "odom")
 
 
-def layout_files(namespace: str = "") -> dict[str, str]:
-    """Return {file name: text} of both for a vehicle in ``namespace``."""
-    prefix = f"/{namespace.strip('/')}/" if namespace.strip("/") else "/"
-    return {"flight.json": _foxglove(prefix), "flight.rviz": _rviz(prefix)}
-
-
 def write_layouts(directory: Path, namespace: str) -> list[Path]:
-    """Write both into ``directory`` and return their paths; raises OSError."""
+    """Write flight.json and flight.rviz for a vehicle into ``directory``, return their paths; raises OSError."""
     directory.mkdir(parents=True, exist_ok=True)
-    files = layout_files(namespace)
-    for name, content in files.items():
-        (directory / name).write_text(content, encoding="utf-8")
-    return [directory / name for name in files]
+    prefix = f"/{namespace.strip('/')}/".replace("//", "/")
+    paths = [directory / "flight.json", directory / "flight.rviz"]
+    for path, content in zip(paths, (_foxglove(prefix), _rviz(prefix)), strict=True):
+        path.write_text(content, encoding="utf-8")
+    return paths
 
 
 def _foxglove(prefix: str) -> str:
@@ -43,8 +36,8 @@ def _foxglove(prefix: str) -> str:
         f"Plot!{number}": {
             "foxglovePanelTitle": title,
             "paths": [
-                {"value": f"{prefix}{path}", "enabled": True, "timestampMethod": "receiveTime", "color": PALETTE[at]}
-                for at, path in enumerate(paths)
+                {"value": prefix + path, "enabled": True, "timestampMethod": "receiveTime", "color": colour}
+                for path, colour in zip(paths, PALETTE, strict=False)
             ],
             "showLegend": True,
             "isSynced": True,
@@ -52,10 +45,8 @@ def _foxglove(prefix: str) -> str:
         }
         for number, (title, paths) in enumerate(PLOTS.items())
     }
-    *above, stacked = panels
-    column: Any = stacked
-    for place, name in enumerate(reversed(above), start=2):
-        column = {"direction": "column", "first": name, "second": column, "splitPercentage": round(100 / place, 3)}
+    below = {"direction": "column", "first": "Plot!1", "second": "Plot!2", "splitPercentage": 50}
+    column = {"direction": "column", "first": "Plot!0", "second": below, "splitPercentage": 33}
     panels["3D!space"] = {
         "followTf": "map",
         "followMode": "follow-none",

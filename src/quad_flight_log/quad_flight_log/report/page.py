@@ -36,12 +36,11 @@ def heading(title: str, note: str = "") -> str:
     return (f"<h2>{escape(title)}</h2>" if title else "") + (f'<p class="note">{escape(note)}</p>' if note else "")
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", note: str = "") -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return the HTML of a table of text."""
     above = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    start = (f"<h3>{escape(title)}</h3>" if title else "") + (f'<p class="note">{escape(note)}</p>' if note else "")
-    return f'{start}<div class="scroll"><table><thead><tr>{above}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll"><table><thead><tr>{above}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def folded(title: str, content: str) -> str:
