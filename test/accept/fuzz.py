@@ -30,7 +30,7 @@ from quad_flight_log.errors import FlightLogError
 LONGEST = 20  # s of computing for one verb
 MEMORY = 4 << 30  # bytes
 ALWAYS = (
-    ["info"], ["metrics", "--json"], ["metrics", "--csv"], ["check", "--limits", "position_rmse=1"],
+    ["info"], ["metrics", "--json"], ["check", "--limits", "position_rmse=1"],
     ["hash", "--topics"], ["export", "--out", "csv"],
 )  # fmt: skip
 SOMETIMES = (["replay"],)

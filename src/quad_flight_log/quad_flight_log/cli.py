@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import csv
 import inspect
 import json
 import os
@@ -16,7 +15,6 @@ from typing import Any, NoReturn, TextIO, cast
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.resolution import parse_settings
-from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
@@ -69,28 +67,15 @@ def _cell(content: str) -> str:
 def _metrics(options: argparse.Namespace) -> int:
     """Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said.
 
-    log metrics flights/a flights/b --csv > both.csv
+    log metrics flights/a flights/b
     """
     flights = _opened(options)
-    names, values = [flight.name for flight in flights], [measured(flight) for flight in flights]
-    damage = [flight.damage if flight.truncated else "" for flight in flights]
-    notes = [truth_note(flight) for flight in flights]
-    rows = [
-        {"flight": name, **item._asdict(), "damage": cut, "note": note}
-        for name, item, cut, note in zip(names, values, damage, notes, strict=True)
-    ]
+    names, values, notes = [each.name for each in flights], list(map(measured, flights)), list(map(truth_note, flights))
     if options.json:
-        print(json.dumps(rows, indent=2))
-    elif options.csv:
-        units = {name: f"{name} [{about.unit}]" for name, about in METRICS.items()}
-        writer = csv.writer(sys.stdout, lineterminator="\n")
-        writer.writerow([units.get(name, name) for name in rows[0]])
-        writer.writerows(row.values() for row in rows)
+        rows = zip(names, values, notes, strict=True)
+        print(json.dumps([{"flight": name, **item._asdict(), "note": note} for name, item, note in rows], indent=2))
     else:
-        for at, cut in enumerate(damage):
-            if cut:
-                notes[at] = "; ".join([f"the bag is cut ({cut}): these are the metrics of what is left", notes[at]])
-        print(text.table(names, values, notes=[note.removesuffix("; ") for note in notes]))
+        print(text.table(names, values, notes=notes))
     return 0
 
 
@@ -102,12 +87,10 @@ def _check(options: argparse.Namespace) -> int:
     asked, good = text.read_limits(options.limits), True
     for flight in _opened(options):
         judged = judgement(flight, measured(flight), asked or None)
-        for problem in judged.problems:
-            print(f"FAIL {flight.name}: {problem}")
-        if judged.good:
-            print(f"ok   {flight.name}: {judged.text}")
-        if truth_note(flight):
-            print(f"note {flight.name}: {truth_note(flight)}")
+        lines = [f"FAIL {flight.name}: {problem}" for problem in judged.problems]
+        lines = lines or [f"ok   {flight.name}: {judged.text}"]
+        note = truth_note(flight)
+        print("\n".join([*lines, f"note {flight.name}: {note}"] if note else lines))
         good &= judged.good
     return 0 if good else 1
 
@@ -252,10 +235,7 @@ def _out(what: str) -> dict[str, Any]:
 
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], dict[str, dict[str, Any]]]] = {
     "info": (_info, {"bags": _BAGS}),
-    "metrics": (
-        _metrics,
-        {"bags": _BAGS, "--json": {**_YES, "help": "print JSON"}, "--csv": {**_YES, "help": "print CSV"}},
-    ),
+    "metrics": (_metrics, {"bags": _BAGS, "--json": {**_YES, "help": "print JSON"}}),
     "check": (_check, {"bags": _BAGS, "--limits": _LIMITS}),
     "hash": (_hash, {"bags": _BAGS, "--topics": {**_YES, "help": "print the hash of every step topic too"}}),
     "export": (

@@ -43,31 +43,6 @@ def test_bytes_and_times_are_exact(bag, flown):
         assert flight.topics[topic].messages == len(items)
 
 
-def test_arrays_hold_the_values(bag, flown):
-    flight = open_flight(bag)
-    expected = by_topic(flown)
-    tables = flight.arrays("state", "wrench_setpoint", "/flight/events", "attitude_controller/internals")
-    states = [sample for _, sample in expected["/state"]]
-    np.testing.assert_array_equal(tables["state"]["p_w"], [sample.p_w for sample in states])
-    np.testing.assert_array_equal(tables["state"]["q_wb"], [sample.q_wb for sample in states])
-    np.testing.assert_array_equal(tables["state"]["stamp_ns"], np.arange(STEPS) * flight_samples.STEP_NS)
-    wrenches = [sample for _, sample in expected["/wrench_setpoint"]]
-    np.testing.assert_array_equal(
-        tables["wrench_setpoint"]["wrench"]["torque"]["y"], [sample.wrench.torque.y for sample in wrenches]
-    )
-    assert set(tables["wrench_setpoint"]["header"]["frame_id"]) == {"base_link"}
-    events = [sample for _, sample in expected["/flight/events"]]
-    assert tables["/flight/events"]["text"].tolist() == [sample.text for sample in events]
-    inner = [sample for _, sample in expected["/attitude_controller/internals"]]
-    assert [row.tolist() for row in tables["attitude_controller/internals"]["extra"]] == [
-        sample.extra.tolist() for sample in inner
-    ]
-    np.testing.assert_array_equal(
-        tables["attitude_controller/internals"]["torque_limited"], [sample.torque_limited for sample in inner]
-    )
-    assert tables["state"]["p_w"].dtype == np.float64
-
-
 def test_metadata_and_parameters_come_back(bag):
     flight = open_flight(bag)
     assert flight.metadata["run_id"] == "test"

@@ -10,7 +10,6 @@ import flight_samples
 import numpy as np
 import other_recorders
 import pytest
-from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
@@ -70,25 +69,6 @@ def test_a_recording_without_one_topic_of_ours_is_exported(tmp_path):
     bag = recorded(tmp_path / "bag", extras())
     assert cli.main(["export", str(bag), "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out" / "scan.csv").exists()
-
-
-def test_a_topic_of_an_unknown_encoding_does_not_hide_the_others(tmp_path):
-    (tmp_path / "bag").mkdir()
-    path = tmp_path / "bag" / "bag_0.mcap"
-    definition = flight_samples.definition("quad_msgs/msg/VehicleState")
-    rng = np.random.default_rng(1)
-    sample = flight_samples.state(0, rng)
-    with path.open("wb") as stream:
-        writer = Writer(stream, compression=CompressionType.LZ4)
-        writer.start("ros2", "libmcap 1.4.0")
-        ours = writer.register_schema(definition.name, "ros2msg", definition.text.encode())
-        theirs = writer.register_schema("x/msg/Y", "ros2idl", b"module x {};")
-        writer.add_message(writer.register_channel("/odd", "cdr", theirs), 1, b"\x00\x01\x00\x00", 1)
-        writer.add_message(writer.register_channel("/state", "cdr", ours), 2, flight_samples.encoded(sample), 2)
-        writer.finish()
-    flight = open_flight(path)
-    np.testing.assert_array_equal(flight.array("state")["p_w"], [sample.p_w])
-    assert "ros2idl" in flight.unreadable["/odd"]
 
 
 WORDED = {

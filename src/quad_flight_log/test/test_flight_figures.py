@@ -146,10 +146,13 @@ def test_a_flight_without_a_commander_has_none():
 
 def test_modes_and_takeovers_shade_the_figures_of_one_flight_and_takeovers_alone_those_of_several():
     run = Run("a", "hover", FLOWN, (Takeover("descend", "no good wrench", 1500, 3_000_000_000, 4_000_000_000),))
-    [alone] = with_bands([HEIGHT], [run])
+    path = HEIGHT._replace(spatial=True)
+    [alone, unshaded] = with_bands([HEIGHT, path], [run])
+    assert unshaded.bands == ()
     assert [band.label for band in alone.bands] == ["TAKEOFF", "HOLD", "MISSION", "LAND", "guard in descend"]
-    shapes = specification(alone, colours(["a"]))["layout"]["shapes"]
-    assert [shape["opacity"] for shape in shapes] == [band.opacity for band in alone.bands]
+    layout = specification(alone, colours(["a"]))["layout"]
+    assert [shape["opacity"] for shape in layout["shapes"]] == [band.opacity for band in alone.bands]
+    assert layout["annotations"][-1]["text"] == "LAND"
     [both] = with_bands([HEIGHT], [run, replace(run, name="b")])
     assert [band.label for band in both.bands] == ["a: guard in descend", "b: guard in descend"]
 

@@ -1,11 +1,9 @@
-"""What the log makes of a flight that the guard took over: times, a verdict, a band over every figure."""
+"""What the log makes of a flight that the guard, or another controller, took over."""
 
 import numpy as np
 import pytest
 
 from quad_flight_log.analysis.takeovers import Flier, Takeover, described, fliers, takeovers
-from quad_flight_log.report.figures import Figure, Line, Panel, colours, specification
-from quad_flight_log.report.flight_figures import Run, with_bands
 
 pytestmark = pytest.mark.unit
 
@@ -69,26 +67,6 @@ def test_a_guard_that_names_no_run_or_another_is_nobody_s():
 def test_takeovers_are_put_into_words():
     assert described(takeovers(Bag([PASSES, LOST]))) == "the guard took over at step 1525 (descend): no good wrench"
     assert described([]) == ""
-
-
-@pytest.fixture
-def shaded():
-    """A figure over time and a spatial one, of a run that the guard flew from 3 s to 9 s."""
-    times = np.linspace(0.0, 9.0, 10)
-    over_time = Figure("height", "Height", "", (Panel("z [m]", (Line("a", "a", (times, times)),)),))
-    path = Figure("path", "Path", "", (Panel("", (Line("a", "a", (times, times, times)),)),), spatial=True)
-    run = Run("a", "hover", {}, (Takeover("descend", "no good wrench", 1500, 3_000_000_000, 9_000_000_000),))
-    return with_bands([over_time, path], [run])
-
-
-def test_every_figure_over_time_is_shaded_where_the_guard_flew(shaded):
-    over_time, path = shaded
-    assert [(band.begin, band.end, band.label) for band in over_time.bands] == [(3.0, 9.0, "guard in descend")]
-    assert path.bands == ()
-    layout = specification(over_time, colours(["a"]))["layout"]
-    assert [(shape["x0"], shape["x1"], shape["yref"]) for shape in layout["shapes"]] == [(3.0, 9.0, "paper")]
-    assert layout["annotations"][0]["text"] == "guard in descend"
-    assert "shapes" not in specification(path, colours(["a"]))["layout"]
 
 
 class TakenOver(Bag):

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
 from quad_core.records import columns
-from quad_flight_log.analysis.arrays import aligned, by_stamp, norms
-from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics
+from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, norms
+from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
@@ -115,24 +115,25 @@ def autopilot_lands(flight: Flight) -> bool:
 def estimate_note(flight: Flight) -> str:
     """Return how far the estimate was from truth, and how far the flown path was from its reference in truth."""
     state, truth = (by_stamp(flight.array(topic)) for topic in ("state", "truth"))
-    parts = ["errors are those of `state`, the autopilot's estimate, on which the laws fly"]
-    both = aligned(state["stamp_ns"], truth["stamp_ns"])
-    if len(both.stamp_ns):
-        off = norms(state["p_w"][both.left] - truth["p_w"][both.right])
-        parts.append(f"it was {np.sqrt(np.mean(off * off)):.3f} m (RMSE), at most {off.max():.3f} m, from truth")
+    parts, off = ["errors are those of `state`, the autopilot's estimate, on which the laws fly"], _apart(state, truth)
+    if len(off):
+        parts.append(f"it was {rmse(off):.3f} m (RMSE), at most {off.max():.3f} m, from truth")
     if flight.has("reference"):
         reference = by_stamp(flight.array("reference"))
-        flown = reference[reference["trajectory_time"] >= 0.0]
-        both = aligned(truth["stamp_ns"], flown["stamp_ns"])
-        if len(both.stamp_ns):
-            error = norms(truth["p_w"][both.left] - flown["p_w"][both.right])
-            parts.append(f"truth was {np.sqrt(np.mean(error * error)):.3f} m (RMSE) from the reference")
+        error = _apart(truth, reference[reference["trajectory_time"] >= 0.0])
+        parts += [f"truth was {rmse(error):.3f} m (RMSE) from the reference"] if len(error) else []
     return "; ".join(parts)
+
+
+def _apart(one: Table, other: Table) -> Floats:
+    """Return how far in m the places of two tables are apart at the stamps that both have."""
+    both = aligned(one["stamp_ns"], other["stamp_ns"])
+    return norms(one["p_w"][both.left] - other["p_w"][both.right])
 
 
 def truth_note(flight: Flight) -> str:
     """Return what to say of errors that are not those of ``truth``, or not of the whole flight; else empty."""
-    found = []
+    found = [f"the bag is cut ({flight.damage}): this is what is left of it"] if flight.truncated else []
     if flight.has("truth") and truth_topic(flight) == "state":
         found.append(estimate_note(flight))
     elif truth_topic(flight) != "truth":

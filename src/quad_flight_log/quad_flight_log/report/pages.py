@@ -42,8 +42,6 @@ def flight_page(flight: Flight, name: str, command: str, limits: Mapping[str, fl
     facts = [("bag", str(flight.path))] + [
         (key, flight.metadata[key]) for key in (*_FACTS, "command") if flight.metadata.get(key)
     ]
-    if flight.truncated:
-        facts.insert(0, ("damage", f"the bag is truncated, this is its readable part: {flight.damage}"))
     figures = paper_figures([run])
     body: list[Figure | str] = [heading("", truth_note(flight)), *figures[:1]]
     body += _case([run], figures[1:], judged.limits)
