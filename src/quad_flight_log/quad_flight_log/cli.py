@@ -65,7 +65,7 @@ def _cell(content: str) -> str:
 
 
 def _metrics(options: argparse.Namespace) -> int:
-    """Print the metrics of one or more flights; of a cut bag they are those of its readable part, which is said.
+    """Print the metrics of one or more flights; for a cut bag they cover its readable part, and a note says so.
 
     log metrics flights/a flights/b
     """

@@ -86,7 +86,7 @@ class FlightMetrics(NamedTuple):
     missing_steps: Annotated[
         Number,
         "",
-        "messages that the bag lacks of the topic that lacks most; in real time a late plant skips steps, too",
+        "missing messages of the topic with the most of them; in real time late steps are left out and count",
     ] = None
 
 
