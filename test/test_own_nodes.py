@@ -34,7 +34,7 @@ def bag(tmp_path_factory):
     done = fly("hover", "--start", "printed", "--duration", "1", *own("simulator"), "--out", folder, *FAR)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "no truth in the bag" in done.stdout
-    assert "vehicle paper, plant of your own, " in done.stdout
+    assert "vehicle paper, plant named below, " in done.stdout
     assert f"hover: simulator: {sys.executable} {OWN['simulator']} (" in done.stdout
     return folder
 

@@ -46,13 +46,13 @@ class Planned(NamedTuple):
 def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     """Fly ``flight`` in ``domain``, print what its bag shows, and return the exit code."""
     about = summary(flight.nodes)
-    plant = "of your own" if SIMULATOR in flight.own else about["plant"]
+    plant = "named below" if SIMULATOR in flight.own else about["plant"]
     say(
         f"{flight.name}: {about['position']} + {about['attitude']}, preset {flight.preset}, vehicle {flight.vehicle}, "
         f"plant {plant}, start {about['start']}, {about['mode']}, seed {about['seed']}"
     )
     for role, command in flight.own.items():
-        say(f"{flight.name}: {role}: {shlex.join(command)} (this flight's parameters go before defaults of its own)")
+        say(f"{flight.name}: {role}: {shlex.join(command)} (with this flight's parameters)")
     say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
     with log_folder() as (logs, used):
         return _fly(flight, domain, interrupted, logs, used)
