@@ -196,16 +196,21 @@ def services_page() -> str:
 
 
 def event_rows() -> list[list[str]]:
-    """Return one row per kind: those of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources, and the named."""
+    """Return one row per kind: those of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources, and the named.
+
+    Raises KeyError for a kind without a meaning and ValueError for a meaning whose kind is in no source.
+    """
+    sources = {path: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("src/*/quad_*/**/*.py"))}
+    if gone := [kind for kind in EVENTS if not any(f'"{kind}"' in source for source in sources.values())]:
+        raise ValueError(f"event_meanings.yaml: found {', '.join(gone)}, expected kinds that the sources send")
     found: dict[str, tuple[set[str], set[str]]] = {kind: (set(), set()) for kind in EVENTS}
-    for path in sorted(ROOT.glob("src/*/quad_*/**/*.py")):
-        source = path.read_text(encoding="utf-8")
+    for path, source in sources.items():
         for severity, kind in re.findall(r"event\(\s*FlightEvent\.(\w+), \"(\w+)\"", source):
             severities, packages = found.setdefault(kind, (set(), set()))
             severities.add(severity.lower())
             packages.add(path.relative_to(ROOT / "src").parts[0])
     return [
-        [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS.get(kind, "")]
+        [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS[kind]]
         for kind, (severities, packages) in sorted(found.items())
     ]
 
