@@ -33,7 +33,7 @@ class OwnSetpoints:
     def __init__(self, node):
         super().__init__(node)
         kind = self.px4.TrajectorySetpoint
-        self._trajectory_out = node.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
+        self._trajectory_out = node.ros.create_publisher(kind, messages.topic(self.settings.namespace, "in", kind), 10)
         self._read_reference = unpacker(TrajectoryPoint, message_type(SIGNALS["reference"].kind))
         node.subscribe("reference", self._on_reference, raw=True)
 

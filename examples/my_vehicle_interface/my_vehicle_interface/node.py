@@ -7,8 +7,6 @@ import sys
 import time
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
-
 from my_vehicle_interface.craft import Craft
 from my_vehicle_interface.interface import ROLE
 from quad_core.cycle import is_flyable, seconds
@@ -46,8 +44,7 @@ class MyBridge(VehicleNode):
         if self.phase != FlightState.FLYING or self._timer is not None or self.command is None:
             return
         self._clock_start = time.monotonic()
-        period = seconds(1, self.flight.plant_period)
-        self._timer = self.create_timer(period, self._on_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = self.every(seconds(1, self.flight.plant_period), self._on_period)
 
     def _on_period(self) -> None:
         due = int((time.monotonic() - self._clock_start) * 1e9) // self.flight.plant_period

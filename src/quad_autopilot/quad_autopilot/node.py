@@ -12,8 +12,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
-
 from quad_autopilot import arming, odometry, spacing, thrust
 from quad_autopilot.arming import Phase, Setpoint, Wish
 from quad_autopilot.autopilot import (
@@ -163,7 +161,7 @@ class AutopilotNode(VehicleNode):
         if self.interface.by_attitude:
             self._take_attitude()
         if not self.interface.has_own_beats:
-            self.create_timer(BEAT, self.on_beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            self.every(BEAT, self.on_beat)
 
     @property
     def profile(self) -> Profile:
@@ -172,7 +170,7 @@ class AutopilotNode(VehicleNode):
 
     def wake(self) -> None:
         """Have the executor take what has come; may be called in any thread."""
-        executor = self.executor
+        executor = self.ros.executor
         if executor is not None and not self._is_waking:
             self._is_waking = True
             with suppress(RuntimeError):  # the process is leaving

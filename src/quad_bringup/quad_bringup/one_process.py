@@ -8,6 +8,7 @@ from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
 from quad_core.cascade import POSITION, STAGES
@@ -55,7 +56,7 @@ def run(args: list[str]) -> int:
     try:
         for make in makers():
             nodes.append(make())
-            nodes[-1].console.starting(nodes[-1].role, nodes[-1].flight.run_id, nodes[-1].lockstep, seen_by)
+            nodes[-1].introduce(seen_by)
         code = FAILED
         code = _spin(nodes, stop)
     except (ValueError, OSError, InvalidParameterTypeException, InvalidParameterValueException) as error:
@@ -71,7 +72,7 @@ def run(args: list[str]) -> int:
 def destroy(nodes: list[FlightNode], code: int) -> None:
     """Destroy the nodes; if one hangs, the process ends with ``code``."""
     while nodes:
-        executor.destroy(nodes.pop(), code)
+        executor.destroy(nodes.pop().ros, code)
 
 
 def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
@@ -83,9 +84,9 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
     halted = Future()
     executor.on_signals(stop, halted, nodes[0].on_signal)
     nodes[0].scheduled(executor.settle(nodes[0].priority))
-    spinner = executor.make_executor()
+    spinner = EventsExecutor()
     for node in nodes:
-        spinner.add_node(node)
+        spinner.add_node(node.ros)
     flying = list(nodes)
     worst, deadline = 0, float("inf")
     while flying and time.monotonic() < deadline:
@@ -97,11 +98,11 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
             deadline = time.monotonic() + _INTERRUPTED
             nodes[0].on_interrupt(stop[0])
         for node in [node for node in flying if node.done.done()]:
-            spinner.remove_node(node)
+            spinner.remove_node(node.ros)
             worst = max(worst, _closed(node, _FEW_WORDS if stop else _LAST_WORDS))
             flying.remove(node)
     for node in flying:
-        spinner.remove_node(node)
+        spinner.remove_node(node.ros)
         worst = max(worst, FAILED, _closed(node, _FEW_WORDS))
     return worst
 

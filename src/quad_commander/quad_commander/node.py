@@ -82,10 +82,11 @@ class Commander(Responder):
         self.subscribe("flight/events", self._on_event, depth=64)
         self._reference_out = self.publisher("reference")
         self._mode_out = self.publisher("flight/mode")
-        self._mode_shown = self.create_publisher(FlightMode, "flight/mode", topics.latched())
+        self._mode_shown = self.ros.create_publisher(FlightMode, "flight/mode", topics.latched())
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
         self._offered = [
-            self.create_service(Trigger, request.name.lower(), partial(self._on_call, request)) for request in SERVICES
+            self.ros.create_service(Trigger, request.name.lower(), partial(self._on_call, request))
+            for request in SERVICES
         ]
 
     def is_needed(self, taken: InputTopic, step: int) -> bool:
@@ -238,7 +239,7 @@ class Commander(Responder):
 
     def senders(self, topic: str) -> int:
         """Return how many publish ``topic``, a controller in standby not counted."""
-        return links.senders(self, topic, self.standby_topics)
+        return links.senders(self.ros, topic, self.standby_topics)
 
     def _guard_said(self, arrival: Arrival | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
@@ -249,7 +250,7 @@ class Commander(Responder):
 
     def _on_event(self, message: FlightEvent) -> None:
         """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
-        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.get_namespace())
+        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.ros.get_namespace())
 
     def _on_autopilot(self, message: AutopilotStatus) -> None:
         if not self.flight.run_id or message.run_id == self.flight.run_id:

@@ -114,5 +114,5 @@ def commanders(monkeypatch):
 
     yield build
     for node in made:
-        node.destroy_node()
+        node.ros.destroy_node()
     rclpy.try_shutdown()

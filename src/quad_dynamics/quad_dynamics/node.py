@@ -14,8 +14,6 @@ import sys
 import time
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
-
 from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import VehicleState
@@ -50,9 +48,7 @@ class Simulator(VehicleNode):
         self._before_flight: Any = None
         if not self.settings.publish_state:  # an estimator has to be seen before it is flown with
             rate = _WAITING if self.lockstep else seconds(1, self.flight.plant_period)
-            self._before_flight = self.create_timer(
-                rate, self._output.show, clock=Clock(clock_type=ClockType.STEADY_TIME)
-            )
+            self._before_flight = self.every(rate, self._output.show)
 
     def on_plan(self, end_step: int) -> None:
         """Draw what is random for the whole flight, or for the first part of a very long one."""
@@ -97,8 +93,7 @@ class Simulator(VehicleNode):
         if self._timer is not None:
             return
         self._clock_start = time.monotonic() - seconds(self.current_step, self.flight.plant_period)
-        period = seconds(1, self.flight.plant_period)
-        self._timer = self.create_timer(period, self._on_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = self.every(seconds(1, self.flight.plant_period), self._on_period)
 
     def _on_period(self) -> None:
         """Real time: catch up with the steady clock, holding the newest command."""

@@ -7,8 +7,6 @@ message: attitude laws stay in shadow. ``actuation`` is a prediction: the autopi
 import sys
 import time
 
-from rclpy.clock import Clock, ClockType
-
 from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
@@ -37,7 +35,7 @@ class MavlinkInterface(AutopilotInterface):
         self.udp = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.mavlink = MavlinkVehicle(self.udp, found)
         self._is_level_sent = False
-        node.create_timer(1.0, self._on_second, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.every(1.0, self._on_second)
         self.udp.start(node.wake)
 
     def take(self) -> None:

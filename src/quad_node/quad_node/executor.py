@@ -18,7 +18,7 @@ from types import FrameType
 from typing import Any
 
 import rclpy
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -33,23 +33,13 @@ PATIENCE = 5  # s; destroying a node takes a tenth of one
 _CLOCK_MONOTONIC, _SIGEV_THREAD = 1, 2
 
 
-def make_executor(kind: str = "events") -> Executor:
-    """Return the EventsExecutor (half the CPU of the default one), or the single-threaded one where it is missing."""
-    if kind == "events":
-        try:
-            from rclpy.experimental import EventsExecutor
-        except ImportError:
-            return SingleThreadedExecutor()
-        return EventsExecutor()
-    return SingleThreadedExecutor()
-
-
-def spin(nodes: list[Node], done: Future, kind: str = "events") -> None:
+def spin(nodes: list[Node], done: Future) -> None:
     """Spin ``nodes`` until ``done``; returns at once when a callback or a signal handler sets it.
 
-    A callback's exception propagates. Each node must own a periodic timer, so that signal handlers get their turn.
+    A callback's exception propagates. Each node must own a periodic timer, so that signal handlers get their turn. The
+    EventsExecutor takes half the CPU of the default one.
     """
-    executor = make_executor(kind)
+    executor = EventsExecutor()
     for node in nodes:
         executor.add_node(node)
     while rclpy.ok() and not done.done():

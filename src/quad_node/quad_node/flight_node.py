@@ -6,6 +6,7 @@ Publishes: flight/nodes (NodeStatus), flight/events (FlightEvent), flight/parame
 
 import time
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -14,6 +15,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
+from rclpy.timer import Timer
 
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
@@ -22,7 +24,6 @@ from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
-from quad_node.console_log import ConsoleLog
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
@@ -31,34 +32,39 @@ _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
 _STALLED = 4  # ticks without a step, 0.2 s
+_FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
+_NEXT_WAIT = 10.0  # s between two lines of waiting
 
 
-class FlightNode(Node):
-    """A node with one role in a flight. ``done`` completes when the node has nothing more to do; see ``exit_code``."""
+class FlightNode:
+    """One role in a flight. ``ros`` is its ROS node; ``over``: the flight has ended, or never began.
+
+    ``done`` completes when the node has nothing more to do; see ``exit_code``.
+    """
 
     def __init__(self, role: str) -> None:
         """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted."""
-        super().__init__(role, automatically_declare_parameters_from_overrides=True)
+        self.ros = Node(role, automatically_declare_parameters_from_overrides=True)
+        self.name, self.log = self.ros.get_fully_qualified_name(), self.ros.get_logger()
         # A controller whose node is named shadow_<role> answers in parallel to the one that flies.
-        self.shadow = self.get_name() in SHADOWS
-        kind = self.get_name() if self.shadow else role
+        self.shadow = self.ros.get_name() in SHADOWS
+        kind = self.ros.get_name() if self.shadow else role
         # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
         self.role = role = SIMULATOR if kind in OWNERS else kind
-        self.resolved: Resolved = parameters.resolve_overrides(self, kind)
-        parameters.declare(self, self.resolved)
-        parameters.on_change(self, kind, self._on_parameters)
+        self.resolved: Resolved = parameters.resolve_overrides(self.ros, kind)
+        parameters.declare(self.ros, self.resolved)
+        parameters.on_change(self.ros, kind, self._on_parameters)
         self.flight = self.resolved.flight
         self.run = run_number(self.flight.run_id)
         self.vehicle = self.resolved.vehicle
         self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
         self.lockstep = self.flight.mode == LOCKSTEP
-        self.console = ConsoleLog(self.get_logger())
         self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()
         self.internals_names: list[str] = []
         self.counters: Counter[str] = Counter()
         self.current_step = self._last_step = self._ticks = 0
-        self.flying = False
+        self.flying = self.over = False
         self.commanded = COMMANDER in self.roles
         self.started = self.last_heard = time.monotonic()
         self._last_reported: dict[str, float] = {}
@@ -70,23 +76,28 @@ class FlightNode(Node):
                 "for a controller that does not answer, and the guard lands"
             )
         self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
-        self._stood, self._detail = 0, ""
+        self._stood, self._detail, self._waited_for = 0, "", ""
+        self._wait_line_at = self.started + _FIRST_WAIT
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
-        self._diagnostics_out = self.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
+        self._diagnostics_out = self.ros.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
         self.status = NodeStatus.STARTING
         self.publish_status("matching")
         self.publish_parameters()
         if role != SIMULATOR:
             self.subscribe("flight/state", self._on_flight_state)
-        self.create_timer(_HOUSEKEEPING, self._housekeeping, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.every(_HOUSEKEEPING, self._housekeeping)
+
+    def every(self, period: float, callback: Callable[[], None]) -> Timer:
+        """Call ``callback`` every ``period`` s of the steady clock until the timer is cancelled."""
+        return self.ros.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def publisher(self, topic: str, match: bool = True, flown: bool = False) -> Publisher:
         """Return a publisher of a topic, a shadow's own unless ``flown``; READY waits for subscribers if ``match``."""
         aside = self.shadow and topics.TOPICS[topic].step and not flown
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
-        publisher = self.create_publisher(entry.type, entry.wire, entry.qos(entry.history(self.lockstep)))
+        publisher = self.ros.create_publisher(entry.type, entry.wire, entry.qos(entry.history(self.lockstep)))
         readers = [*entry.subscribers_of(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
         self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
@@ -97,7 +108,9 @@ class FlightNode(Node):
         if self.shadow:
             depth = max(depth, entry.history(self.lockstep))
         qos, watched = entry.qos(depth, keep_all=self.lockstep), links.qos_events(self.event, entry.name)
-        subscription = self.create_subscription(entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched)
+        subscription = self.ros.create_subscription(
+            entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched
+        )
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
             self._in[entry.name] = " or ".join(sources)
@@ -129,12 +142,17 @@ class FlightNode(Node):
         if refused:
             self.event(FlightEvent.WARNING, "not_punctual", refused)
 
+    def introduce(self, seen_by: str) -> None:
+        """Print role, run, clock and ``seen_by``, the line on visibility."""
+        clock = "lockstep" if self.lockstep else "real time"
+        self.log.info(f"starting: {self.role}, run {self.flight.run_id or 'not named'}, {clock}; {seen_by}")
+
     def publish_status(self, detail: str) -> None:
         """Publish who this node is and how it is."""
         self._detail = detail
         self._status_out.publish(
             NodeStatus(
-                node=self.get_fully_qualified_name(),
+                node=self.name,
                 role=self.role,
                 run_id=self.flight.run_id,
                 interface_hash=interface_hash(),
@@ -153,10 +171,10 @@ class FlightNode(Node):
 
     def publish_parameters(self) -> None:
         """Publish all resolved parameters as a parameter file."""
-        content = {self.get_fully_qualified_name(): {"ros__parameters": parameters.current_values(self)}}
+        content = {self.name: {"ros__parameters": parameters.current_values(self.ros)}}
         self._parameters_out.publish(
             NodeParameters(
-                node=self.get_fully_qualified_name(),
+                node=self.name,
                 role=self.role,
                 parameters=dump_yaml(content, sort_keys=True),
                 versions=dump_yaml(versions(), sort_keys=True),
@@ -172,10 +190,16 @@ class FlightNode(Node):
         if not always and severity < FlightEvent.ERROR and now - self._last_reported.get(kind, -1.0) < 1.0:
             return
         self._last_reported[kind] = now
-        message = FlightEvent(node=self.get_fully_qualified_name(), severity=severity, kind=kind, text=text)
+        message = FlightEvent(node=self.name, severity=severity, kind=kind, text=text)
         set_stamp(message.stamp, stamp_ns)
         self._events_out.publish(message)
-        self.console.event(severity, f"{kind}: {text}")
+        # one line for each severity: rclpy refuses to log with two severities from the same line
+        if severity == FlightEvent.INFO:
+            self.log.info(f"{kind}: {text}")
+        elif severity == FlightEvent.WARNING:
+            self.log.warning(f"{kind}: {text}")
+        else:
+            self.log.error(f"{kind}: {text}")
 
     def is_foreign(self, topic: str, run: int) -> bool:
         """Return whether a message with run number ``run`` is of another run; that is counted and reported."""
@@ -188,7 +212,10 @@ class FlightNode(Node):
         """End this node's work; the process leaves with ``exit_code``."""
         if not self.done.done():
             self.exit_code = exit_code
-            self.console.ended(exit_code, detail)
+            if exit_code:
+                self.log.error(f"ended with exit code {exit_code}: {detail}")
+            else:
+                self.log.info(f"ended: {detail or 'flown as planned'}")
             self.set_status(NodeStatus.DONE if exit_code == 0 else NodeStatus.FAULT, detail)
             self.done.set_result(None)
 
@@ -232,7 +259,7 @@ class FlightNode(Node):
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return links.missing(self, self._out, self._in, self.standby_topics)
+        return links.missing(self.ros, self._out, self._in, self.standby_topics)
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
@@ -252,9 +279,9 @@ class FlightNode(Node):
         self.last_heard = time.monotonic()
         self.flying = message.state == FlightState.FLYING
         if self.flying:
-            self.console.flying()
+            self.log.info("flying", once=True)
         if message.state in (FlightState.ENDED, FlightState.FAILED):
-            self.console.over()
+            self.over = True
             self.on_flight_ended(message)
 
     def _housekeeping(self) -> None:
@@ -264,8 +291,8 @@ class FlightNode(Node):
         if self.status == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
-        if look and not self.flying and not self.done.done():
-            self.console.waiting(", ".join(self.waits_for()))
+        if look and not (self.flying or self.over or self.done.done()):
+            self._report_waiting()
         if self.role != SIMULATOR:
             self._watch_flight()
         if self.flying and self.lockstep:
@@ -273,9 +300,16 @@ class FlightNode(Node):
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            others = links.second_senders(self, self._in, self.standby_topics, True) if self.flying else {}
+            others = links.second_senders(self.ros, self._in, self.standby_topics, True) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
+
+    def _report_waiting(self) -> None:
+        """Print what the flight waits for when that has changed, and not too often."""
+        missing, now = ", ".join(self.waits_for()), time.monotonic()
+        if missing != self._waited_for and now >= self._wait_line_at:
+            self._waited_for, self._wait_line_at = missing, now + _NEXT_WAIT
+            self.log.info(f"waiting for {missing}")
 
     def _report_stall(self) -> None:
         """Publish the last step of a node that has stood still: the vehicle's node names the one that is behind."""
@@ -303,13 +337,13 @@ class FlightNode(Node):
         values = {"step": self.current_step, **self.counters, **self.measurements()}
         status = DiagnosticStatus(
             level=level,
-            name=f"{self.get_name()}: flight",
+            name=f"{self.ros.get_name()}: flight",
             message="waiting" if waiting else "ok",
-            hardware_id=self.get_fully_qualified_name(),
+            hardware_id=self.name,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
+        message.header.stamp = self.ros.get_clock().now().to_msg()
         self._diagnostics_out.publish(message)
 
     def measurements(self) -> dict[str, Any]:

@@ -11,20 +11,21 @@ In lockstep the plant waits for a controller that does not answer, and the guard
 
 import time
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.publisher import Publisher
 from std_srvs.srv import Trigger
 
 from quad_core.cascade import COMMAND, SHADOW
 from quad_core.cycle import seconds
-from quad_core.roles import Stage
 from quad_msgs.msg import FlightEvent, NodeStatus, Takeover
 from quad_node.codec import MALFORMED, head_of, unpack_wrench
 from quad_node.conversion import NANOSECONDS
-from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.state_filter import LARGEST_GAP
+
+if TYPE_CHECKING:
+    from quad_node.responder import LawNode
 
 _NEVER = 2**62
 
@@ -36,18 +37,10 @@ _AHEAD = 20
 """On request: answers between the announcement and the takeover."""
 
 
-class StageNode(FlightNode):
-    """What is used here of a `LawNode`, which uses this module: its stage and its publishers."""
-
-    stage: Stage
-    outputs: list[Publisher]
-    inside: list[Publisher]
-
-
 class HotStandby:
     """One of two controllers of a stage. ``flies``: it is the one that flies; otherwise it stands by."""
 
-    def __init__(self, node: StageNode) -> None:
+    def __init__(self, node: "LawNode") -> None:
         """Subscribe to takeovers and to the other's answers; offer the service `<role>/take_over`."""
         self.node, self.flies = node, not node.shadow
         stage = node.stage
@@ -68,7 +61,7 @@ class HotStandby:
         node.subscribe("flight/takeover", self._on_takeover)
         node.subscribe(stage.gives, self._on_answer, raw=True)
         node.subscribe(stage.internals_topic, lambda _: None, raw=True)  # matched with both before the flight
-        self._service = node.create_service(Trigger, f"{node.role}/take_over", self._on_call)
+        self._service = node.ros.create_service(Trigger, f"{node.role}/take_over", self._on_call)
 
     def comes_late(self, step: int) -> bool:
         """Stand by with a memory that begins now, whatever the role."""
@@ -157,7 +150,7 @@ class HotStandby:
             step = max(step, self._takeover[0] + 1)
         self._takeover = max(self._takeover, (step, not node.shadow))
         message = Takeover(
-            node=node.get_fully_qualified_name(),
+            node=node.name,
             role=node.role,
             run_id=node.flight.run_id,
             step=step,

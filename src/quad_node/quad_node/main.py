@@ -33,23 +33,18 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
     except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
         return parameters.fail(role, " ".join(str(error).split()))
     try:
-        return _spin(role, lambda: _introduced(make, seen_by), given)
+        return _spin(role, make, seen_by, given)
     finally:
         rclpy.try_shutdown()
 
 
-def _introduced(make: Callable[[], FlightNode], seen_by: str) -> FlightNode:
-    node = make()
-    node.console.starting(node.role, node.flight.run_id, node.lockstep, seen_by)
-    return node
-
-
-def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -> int:
+def _spin(role: str, make: Callable[[], FlightNode], seen_by: str, args: Sequence[str] = ()) -> int:
     stop: list[str] = []
     # a node that is half made could not close what it has opened
     executor.on_signals(stop, Future())
     try:
         node = make()
+        node.introduce(seen_by)
     except (ValueError, InvalidParameterTypeException, InvalidParameterValueException) as error:
         return parameters.fail(role, parameters.placed(str(error), list(args), role))
     except OSError as error:
@@ -57,14 +52,14 @@ def _spin(role: str, make: Callable[[], FlightNode], args: Sequence[str] = ()) -
     executor.on_signals(stop, node.done, node.on_signal)
     node.scheduled(executor.settle(node.priority, node.in_background))
     try:
-        executor.spin([node], node.done)
+        executor.spin([node.ros], node.done)
         if stop:
             node.on_interrupt(stop[0])
         node.drain(_INTERRUPTED if stop else _ENDED)
         node.close()
         return node.exit_code
     finally:
-        executor.destroy(node, node.exit_code)
+        executor.destroy(node.ros, node.exit_code)
 
 
 def help_text(role: str, summary: str) -> str:

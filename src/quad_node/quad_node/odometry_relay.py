@@ -64,7 +64,7 @@ class OdometryRelay(FlightNode):
         return super().missing_links() + ([why] if (why := self._why_not()) else [])
 
     def _why_not(self) -> str:
-        infos = self.get_publishers_info_by_topic(self._topic)
+        infos = self.ros.get_publishers_info_by_topic(self._topic)
         if not infos:
             return f"{self._topic} of the estimator"
         if self._source is None:
@@ -74,7 +74,7 @@ class OdometryRelay(FlightNode):
             # one that sends best effort cannot be received otherwise; a lost sample would halt lockstep
             reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in infos)
             chosen = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-            self._source = self.create_subscription(
+            self._source = self.ros.create_subscription(
                 kind, self._topic, self._on_message, QoSProfile(depth=64, reliability=chosen)
             )
         if self._accepted == 0:

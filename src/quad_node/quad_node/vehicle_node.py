@@ -250,8 +250,7 @@ class VehicleNode(FlightNode):
         if self.phase in (FlightState.ENDED, FlightState.FAILED):
             return
         self.phase, self._reason = phase, reason
-        self.console.over()
-        self.flying = False
+        self.flying, self.over = False, True
         self.exit_code = 0 if phase == FlightState.ENDED else 1
         if reason:
             self.event(FlightEvent.ERROR, "flight_failed", reason, self.elapsed_ns)
@@ -351,7 +350,7 @@ class VehicleNode(FlightNode):
             missing = self.handshake.missing() + self.missing_links() or self.prepare()
             if not missing:
                 self.phase, self.flying, self.begun_at = FlightState.FLYING, True, now
-                self.console.flying()
+                self.log.info("flying")
                 self.publish_flight_state()
                 self.begin()
             elif now - self.started > self.flight.start_timeout:
@@ -372,7 +371,7 @@ class VehicleNode(FlightNode):
             self.publish_flight_state()
 
     def _is_recorded(self) -> bool:
-        return RECORDER in self.roles and not self.unrecorded and self.count_publishers("flight/recorded") > 0
+        return RECORDER in self.roles and not self.unrecorded and self.ros.count_publishers("flight/recorded") > 0
 
     def on_interrupt(self, name: str) -> None:
         """Tell the others that the flight is over."""

@@ -68,5 +68,5 @@ def echoes(monkeypatch):
 
     yield build
     for node in made:
-        node.destroy_node()
+        node.ros.destroy_node()
     rclpy.try_shutdown()

@@ -35,7 +35,7 @@ def controllers(monkeypatch):
 
     yield built
     for node in nodes:
-        node.destroy_node()
+        node.ros.destroy_node()
     rclpy.try_shutdown()
 
 
@@ -59,7 +59,7 @@ def warm(node, begin=0, seconds=2.0):
     end = begin + int(seconds * 500)
     for step in range(begin, end + 1, 5):
         heard(node, step)
-        assert topics_of(node, step) == ([] if node.get_name() == MAIN else ASIDE)
+        assert topics_of(node, step) == ([] if node.ros.get_name() == MAIN else ASIDE)
     return end + 5
 
 

@@ -10,7 +10,6 @@ import time
 import pytest
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
@@ -35,8 +34,7 @@ def every(node, seconds, callback):
     return node.create_timer(seconds, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
-@pytest.mark.parametrize("kind", ["events", "single"])
-def test_spin_ends_when_a_callback_says_so(node, kind):
+def test_spin_ends_when_a_callback_says_so(node):
     done, calls = Future(), []
 
     def call():
@@ -45,19 +43,18 @@ def test_spin_ends_when_a_callback_says_so(node, kind):
             done.set_result(None)
 
     every(node, 0.01, call)
-    executor.spin([node], done, kind)
+    executor.spin([node], done)
     assert done.done()
     assert len(calls) == 3
 
 
-@pytest.mark.parametrize("kind", ["events", "single"])
-def test_an_exception_of_a_callback_is_not_swallowed(node, kind):
+def test_an_exception_of_a_callback_is_not_swallowed(node):
     def call():
         raise RuntimeError("broken callback")
 
     every(node, 0.01, call)
     with pytest.raises(RuntimeError, match="broken callback"):
-        executor.spin([node], Future(), kind)
+        executor.spin([node], Future())
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
@@ -104,16 +101,16 @@ def test_a_second_signal_is_noted_and_does_no_harm(node):
     assert sorted(stop) == ["SIGINT", "SIGTERM"]
 
 
-def test_the_plain_executor_can_be_asked_for(node):
-    assert isinstance(executor.make_executor("single"), SingleThreadedExecutor)
-
-
 class Opened:
     """Stands in for a node that opened a file while it was made."""
 
     def __init__(self):
         os.kill(os.getpid(), signal.SIGINT)
         self.done, self.said, self.exit_code, self.priority, self.in_background = Future(), [], 0, 0, False
+        self.ros = None
+
+    def introduce(self, seen_by):
+        pass
 
     def scheduled(self, text):
         pass
@@ -133,18 +130,17 @@ class Opened:
 
 
 def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch):
-    made = []
+    made, was_done = [], []
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    monkeypatch.setattr(executor, "spin", lambda nodes, done: made.append((nodes[0], done.done())))
+    monkeypatch.setattr(executor, "spin", lambda nodes, done: was_done.append(done.done()))
     monkeypatch.setattr(executor, "destroy", lambda node, code: None)
     try:
-        assert main._spin("recorder", Opened) == 1
+        assert main._spin("recorder", lambda: made.append(Opened()) or made[0], "") == 1
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    [(node, was_done)] = made
-    assert was_done
-    assert node.said == ["SIGINT", "drained", "closed"]
+    assert was_done == [True]
+    assert made[0].said == ["SIGINT", "drained", "closed"]
 
 
 ALL_THREADS = """

@@ -4,6 +4,7 @@ import time
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from quad_msgs.msg import Actuation
@@ -21,8 +22,8 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
         steps = []
         node.subscribe("actuation", lambda message: steps.append(message.step))
         publishers = [each.create_publisher(Actuation, "actuation", stream(10)) for each in (ours, foreign)]
-        executor_ = executor.make_executor("single")
-        for each in (node, ours, foreign):
+        executor_ = SingleThreadedExecutor()
+        for each in (node.ros, ours, foreign):
             executor_.add_node(each)
         while not all(each.get_subscription_count() for each in publishers):
             executor_.spin_once(0.05)
@@ -35,6 +36,6 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
             executor_.spin_once(0.01)
         assert steps == [740] + [0] * 300
     finally:
-        for each in (node, ours, foreign):
+        for each in (node.ros, ours, foreign):
             each.destroy_node()
         rclpy.try_shutdown()

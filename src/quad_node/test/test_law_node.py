@@ -36,7 +36,7 @@ def node(monkeypatch):
     executor.init(["--ros-args", "-p", "aibs.x.position_gain:=3.5"])
     made = LawNode("position_controller")
     yield made
-    made.destroy_node()
+    made.ros.destroy_node()
     rclpy.try_shutdown()
 
 
@@ -138,7 +138,7 @@ def test_memory_that_is_not_finite_is_refused_at_the_step_at_which_the_loop_refu
 
 
 def outcome(node, name, value):
-    (result,) = node.set_parameters([Parameter(name, value=value)])
+    (result,) = node.ros.set_parameters([Parameter(name, value=value)])
     return result
 
 

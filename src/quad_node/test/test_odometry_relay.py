@@ -77,7 +77,7 @@ def relay(monkeypatch):
     made._state_out, made.said = Wire(), []
     monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((kind, text)))
     yield made
-    made.destroy_node()
+    made.ros.destroy_node()
     rclpy.try_shutdown()
 
 

@@ -26,7 +26,7 @@ def owner(monkeypatch):
     executor.init([])
     made = Owner()
     yield made
-    made.destroy_node()
+    made.ros.destroy_node()
     rclpy.try_shutdown()
 
 

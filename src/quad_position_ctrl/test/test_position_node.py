@@ -26,7 +26,7 @@ def node(monkeypatch):
     made.said = []
     monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((severity, kind, text)))
     yield made
-    made.destroy_node()
+    made.ros.destroy_node()
     rclpy.try_shutdown()
 
 

@@ -83,7 +83,7 @@ class Px4Interface(AutopilotInterface):
                 f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
             )
         return ExternalMode(
-            self.node, self.px4, self.settings.namespace, name, self.setpoints.mode, self.node.arming_refusal
+            self.node.ros, self.px4, self.settings.namespace, name, self.setpoints.mode, self.node.arming_refusal
         )
 
     @property
@@ -117,7 +117,7 @@ class Px4Interface(AutopilotInterface):
 
         def out(name: str) -> Any:
             kind = getattr(self.px4, name)
-            return self.node.create_publisher(kind, messages.topic(space, "in", kind), quality)
+            return self.node.ros.create_publisher(kind, messages.topic(space, "in", kind), quality)
 
         self._heartbeat_out, self._command_out = out("OffboardControlMode"), out("VehicleCommand")
         self._setpoints_out = [out(name) for name in messages.SETPOINTS[self.setpoints.mode]]
@@ -131,7 +131,7 @@ class Px4Interface(AutopilotInterface):
             ("BatteryStatus", self._on_battery),
         ):
             kind = getattr(self.px4, name)
-            self.node.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
+            self.node.ros.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
 
     def _on_status(self, message: Any) -> None:
         self.spoke_at, self._status = self.clock(), messages.status(message)

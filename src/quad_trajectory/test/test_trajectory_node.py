@@ -39,7 +39,7 @@ def make(monkeypatch):
 
     yield build
     for node in made:
-        node.destroy_node()
+        node.ros.destroy_node()
     rclpy.try_shutdown()
 
 

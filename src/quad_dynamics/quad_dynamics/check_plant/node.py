@@ -84,7 +84,7 @@ class PlantCheck(FlightNode):
         """Leave the time limits to ``on_tick``, which names the rule."""
 
     def _on_node(self, message: NodeStatus) -> None:
-        if message.node == self.get_fully_qualified_name():
+        if message.node == self.name:
             return
         first = not self._rules.ready
         self._rules.status(message)
@@ -183,9 +183,9 @@ class PlantCheck(FlightNode):
         self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
 
     def _endpoints(self) -> None:
-        ours = (self.get_name(), self.get_namespace())
+        ours = (self.ros.get_name(), self.ros.get_namespace())
         for topic in _OUT:
-            senders = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
+            senders = self.ros.get_publishers_info_by_topic(self.ros.resolve_topic_name(topic.name))
             found = [info for info in senders if (info.node_name, info.node_namespace) != ours]
             owners = sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in found})
             wrong = [] if len(found) == 1 else [f"{len(found)} publishers ({', '.join(owners)}), expected one"]

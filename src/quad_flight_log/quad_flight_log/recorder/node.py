@@ -63,7 +63,7 @@ class Recorder(FlightNode):
                 self._record(topic)
         handle = self._declare("diagnostics", DiagnosticArray, latched=False)
         keep = self._checked("diagnostics", DiagnosticArray, handle, self._plain(handle))
-        self.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
+        self.ros.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
 
     @property
     def _flight_ns(self) -> int:
@@ -76,7 +76,7 @@ class Recorder(FlightNode):
             "seed": self.flight.seed,
             "mode": "lockstep" if self.lockstep else "realtime",
             "plant_period_ns": self.flight.plant_period,
-            "namespace": self.get_namespace(),
+            "namespace": self.ros.get_namespace(),
             "interface_hash": interface_hash(),
         }
         file = self.settings.parameters_file
@@ -93,7 +93,7 @@ class Recorder(FlightNode):
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
         qos = Qos(1, durability="transient_local") if latched else Qos(10)
-        return self.bag.add_topic(self.resolve_topic_name(name), definition_of(kind), qos)
+        return self.bag.add_topic(self.ros.resolve_topic_name(name), definition_of(kind), qos)
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)

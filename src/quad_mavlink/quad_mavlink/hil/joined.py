@@ -10,8 +10,6 @@ from collections import deque
 from functools import partial
 from typing import NamedTuple
 
-from rclpy.clock import Clock, ClockType
-
 from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
@@ -80,7 +78,7 @@ class JoinedInterface(Px4Interface):
         self._answers = {role: topic for role, topic in answers.items() if role in node.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
             node.subscribe(topic, partial(self._on_payload, topic), raw=True)
-        node.create_timer(_TICK, self._drive, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.every(_TICK, self._drive)
 
     @property
     def time_usec(self) -> int:
