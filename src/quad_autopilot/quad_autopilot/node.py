@@ -35,7 +35,7 @@ from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
-from quad_node.codec import MALFORMED, ForeignRunError, packer, unpacker
+from quad_node.codec import packer, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
@@ -189,7 +189,7 @@ class AutopilotNode(VehicleNode):
         if ATTITUDE in self.roles:
             text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor follows it"
             self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
-        self._read_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run=self.run)
+        self._unpack_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run_id=self.flight.run_id)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 
     def output(self, topic: str) -> tuple[Any, Any]:
@@ -300,16 +300,11 @@ class AutopilotNode(VehicleNode):
         self.stop = self.stop or self.cause
 
     def _on_setpoint(self, payload: bytes) -> None:
-        try:
-            stamped = self._read_setpoint(payload)
-        except ForeignRunError:
-            self.is_foreign("attitude_setpoint", -1)
-            return
-        except MALFORMED as error:
-            self.reject("rejected_malformed", f"a malformed attitude_setpoint ({error})", 0)
+        stamped = self.read("attitude_setpoint", payload, self._unpack_setpoint)
+        if stamped is None:
             return
         if not stamped.finite:
-            self.reject("rejected_nonfinite", "a non-finite number in attitude_setpoint", stamped.stamp_ns)
+            self.reject("attitude_setpoint", "a number that is not finite", stamped.stamp_ns)
             return
         self.on_command()
         if self.may_fly() and self.state is not None:

@@ -113,7 +113,7 @@ class Commander(Responder):
     def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Outputs:
         if self._core is None:
             self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
-        mission = self._mission_in.newest()
+        mission = self._mission_in.newest
         lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
         seen = Inputs(
             step=sample.step,
@@ -243,7 +243,7 @@ class Commander(Responder):
 
     def _guard_said(self, arrival: Arrival | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
-        newest = arrival or self._guard_in.newest()
+        newest = arrival or self._guard_in.newest
         said: GuardStatus = newest.value if newest else GuardStatus()
         on_ground = self._core is None or self._core.mode <= Mode.ARMING
         return GuardStatus() if on_ground and said.mode != GUARD_KILL else said

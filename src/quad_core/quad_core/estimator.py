@@ -112,13 +112,12 @@ class Estimator:
         if step < 0:
             self._say("stamp_backwards", f"stamp {sample.stamp_ns} ns lies before the flight")
             return None
-        if step < self._step or (step == self._step and last is not None and sample.p_w != last.p_w):
-            self.counts["swapped_samples" if step < self._step else "crowded_samples"] += 1
+        if step <= self._step and last is not None:
+            is_same = sample.p_w == last.p_w
+            kind = "swapped" if step < self._step else "doubled" if is_same else "crowded"
+            self.counts[f"{kind}_samples"] += 1
             return None
-        if step == self._step and last is not None:
-            self.counts["doubled_samples"] += 1
-        else:
-            self._note(step, sample, last)
+        self._note(step, sample, last)
         return step, self._state(sample._replace(p_w=subtract(sample.p_w, self._offset)))
 
     def owner_is_at(self, step: int) -> None:

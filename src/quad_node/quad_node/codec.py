@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from quad_core.records import builder, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_node.conversion import NANOSECONDS
+from quad_node.handshake import run_number
 
 HEADER = b"\x00\x01\x00\x00"
 _BODY = 4  # bytes of encapsulation; alignment counts from behind them
@@ -31,8 +32,6 @@ class ForeignRunError(Exception):
 MALFORMED = (struct.error, RuntimeError, ValueError, AssertionError)
 """What reading a payload that is not the message of its topic may raise, here or in rclpy."""
 
-Packer = Callable[[Any, int, int, int], bytes]
-
 
 class Stamped(NamedTuple):
     """What a payload held: ``next_step`` is step + 1 where the message lacks it; whether all numbers are finite."""
@@ -42,6 +41,10 @@ class Stamped(NamedTuple):
     stamp_ns: int
     value: Any
     finite: bool
+
+
+Packer = Callable[[Any, int, int, int], bytes]
+Unpacker = Callable[[bytes], Stamped]
 
 
 def packer(cls: type[Any], message_type: type[Any], run: int = 0) -> Packer:
@@ -80,14 +83,12 @@ def extra_names(cls: type[Any], message_type: type[Any]) -> list[str]:
     return [leaf.name for leaf in leaves(cls) if leaf.name.partition(".")[0] not in known]
 
 
-def unpacker(
-    cls: type[Any], message_type: type[Any], plant_period: int = 0, run: int = 0
-) -> Callable[[bytes], Stamped]:
+def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run_id: str = "") -> Unpacker:
     """Return ``unpack(payload)``; raises TypeError if the message is not made of exactly the fields of ``cls``.
 
-    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped. ``run``:
-    the number of the run whose messages are read, 0 for those of every run; ``unpack`` raises ForeignRunError for
-    others, and one of MALFORMED for what is no such message.
+    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped. ``run_id``:
+    the run whose messages are read, empty for those of every run; ``unpack`` raises ForeignRunError for others, and one
+    of MALFORMED for what is no such message.
     """
     if cls is Wrench:
         return lambda payload: unpack_wrench(payload, plant_period)
@@ -98,13 +99,14 @@ def unpacker(
     unpack, size, build = struct.Struct(code).unpack_from, struct.calcsize(code), builder(cls)
     pick = itemgetter(*(1 + order.index(place) for place in range(len(_HEAD), len(_HEAD) + len(_numbers(cls)))))
     at = {name: 1 + order.index(place) for place, name in enumerate(_HEAD) if place in order}
-    of_run, last = run if "run" in at else 0, at.get("next_step")
+    of_run, last = run_number(run_id) if "run" in at else 0, at.get("next_step")
+    name = run_id.encode() if "run_id" in message_type.get_fields_and_field_types() else b""
 
     def read(payload: bytes) -> Stamped:
         if payload[:2] != HEADER[:2] or len(payload) < size:
             raise ValueError(f"found {payload[:4].hex()}, expected {HEADER.hex()} and {size} bytes")
         flat = unpack(payload)
-        if of_run and flat[4] != of_run:
+        if (of_run and flat[4] != of_run) or name not in payload:
             raise ForeignRunError
         step, numbers = flat[3], pick(flat)
         stamp, next_step = flat[1] * NANOSECONDS + flat[2], flat[last] if last else step + 1

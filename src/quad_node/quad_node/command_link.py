@@ -16,13 +16,12 @@ from quad_core.cascade import COMMAND, STAGES, TRAJECTORY
 from quad_core.cycle import seconds
 from quad_core.types import FlightMode
 from quad_guard.guard import NO_REQUEST
-from quad_msgs.msg import FlightEvent, FlightRequest
 from quad_msgs.msg import FlightMode as FlightModeMsg
-from quad_node.codec import MALFORMED, Stamped, head_of, unpacker
+from quad_msgs.msg import FlightRequest
+from quad_node.codec import Stamped, head_of, unpacker
 from quad_node.flight_node import FlightNode
 
 _LOST = 0.5  # s
-_STOOD_STILL = 0.2  # s between two looks, which are 0.05 s apart
 _PERIODS = 3.0  # of a slow controller that may pass all the same
 STARTER = "QUAD_FLIGHT_STARTER"
 """Environment variable with the pid of the process that started the flight and looks after it."""
@@ -36,10 +35,8 @@ class CommandLink:
         self.mode: Stamped | None = None
         self.outcome = ""
         self._node, self._progress = node, progress
-        self._read = unpacker(FlightMode, FlightModeMsg)
-        self._run_id = node.flight.run_id.encode()
-        self._passed_on = False
-        self._heard = self._looked = 0.0
+        self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
+        self._passed_on, self._heard = False, 0.0
         starter = os.environ.get(STARTER, "")
         self._starter = int(starter) if starter.isdecimal() else 0
         self._requests = node.publisher("flight/request")
@@ -75,10 +72,7 @@ class CommandLink:
 
         In real time a commander that is lost is a reason to ``give_up``; in lockstep the flight stands still.
         """
-        now = time.monotonic()
-        if self._looked and now - self._looked > _STOOD_STILL:  # this process slept: what it missed is still to be read
-            self._heard += now - self._looked
-        self._looked = now
+        self._heard += self._node.slept
         if not self._node.lockstep and self.is_lost:
             give_up("commander: no flight/mode any more")
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
@@ -90,20 +84,15 @@ class CommandLink:
             self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
 
     def _on_mode(self, payload: bytes) -> None:
-        try:
-            stamped = self._read(payload)
-            over = stamped.value.is_over
-            if self._run_id not in payload:
-                self._node.event(FlightEvent.WARNING, "foreign_run", "flight/mode of another run ignored")
-                return
-            self.outcome = deserialize_message(payload, FlightModeMsg).outcome if over else ""
-        except MALFORMED as error:
-            self._node.counters["rejected"] += 1
-            text = f"flight/mode: a malformed message of {len(payload)} bytes ({error}); message ignored"
-            self._node.event(FlightEvent.WARNING, "rejected_malformed", text)
-            return
-        self.mode, self._heard = stamped, time.monotonic()
-        self._progress()
+        stamped = self._node.read("flight/mode", payload, self._decoded)
+        if stamped is not None:
+            self.mode, self._heard = stamped, time.monotonic()
+            self._progress()
+
+    def _decoded(self, payload: bytes) -> Stamped:
+        stamped = self._unpack(payload)
+        self.outcome = deserialize_message(payload, FlightModeMsg).outcome if stamped.value.is_over else ""
+        return stamped
 
 
 class SetpointWatch:
@@ -113,7 +102,6 @@ class SetpointWatch:
         """Listen for ``node``; ``period_of`` gives the period of a role in plant steps."""
         self._node, self._period_of = node, period_of
         self._heard: dict[str, float] = {}
-        self._looked = 0.0
         given = {"reference": TRAJECTORY, **{stage.gives: stage.role for stage in STAGES if stage.gives != COMMAND}}
         if node.lockstep or node.commanded:
             given = {}
@@ -131,11 +119,8 @@ class SetpointWatch:
         ``asked_at``: steady s at which the newest state was published: without a state there is nothing to answer. A
         setpoint is missed once it has come.
         """
-        now = time.monotonic()
-        slept, self._looked = now - self._looked, now
-        if slept > _STOOD_STILL:  # this process slept: what it missed is still to be read
-            self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
-        flight = self._node.flight
+        now, flight = time.monotonic(), self._node.flight
+        self._heard = {topic: min(heard + self._node.slept, now) for topic, heard in self._heard.items()}
         for topic, role in self._watched.items():
             period = seconds(self._period_of(role), flight.plant_period)
             longest = flight.reference_timeout if role == TRAJECTORY else flight.setpoint_timeout

@@ -9,13 +9,11 @@ import ctypes
 import gc
 import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -130,16 +128,12 @@ def destroy(node: Node, exit_code: int) -> None:
 
 @contextmanager
 def limited(exit_code: int, patience: int = PATIENCE) -> Iterator[None]:
-    """End the process with ``exit_code`` if the body takes longer than ``patience`` s; only on Linux with glibc."""
-    timer = ctypes.c_void_p()
-    libc: Any = ctypes.CDLL(None) if sys.platform == "linux" else None
-    armed = False
-    if libc is not None and hasattr(libc, "timer_create"):
-        end = ctypes.cast(libc._exit, ctypes.c_void_p)
-        event = _Event(exit_code, 0, _SIGEV_THREAD, end)
-        if libc.timer_create(_CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0:
-            once = (ctypes.c_long * 4)(0, 0, patience, 0)
-            armed = libc.timer_settime(timer, 0, ctypes.byref(once), None) == 0
+    """End the process with ``exit_code`` if the body takes longer than ``patience`` s, by a timer of glibc."""
+    timer, libc = ctypes.c_void_p(), ctypes.CDLL(None)
+    event = _Event(exit_code, 0, _SIGEV_THREAD, ctypes.cast(libc._exit, ctypes.c_void_p))
+    once = (ctypes.c_long * 4)(0, 0, patience, 0)
+    armed = libc.timer_create(_CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
+    armed = armed and libc.timer_settime(timer, 0, ctypes.byref(once), None) == 0
     try:
         yield
     finally:

@@ -24,6 +24,7 @@ from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
+from quad_node.codec import MALFORMED, ForeignRunError, Stamped, Unpacker
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
@@ -31,6 +32,7 @@ from quad_node.interface import interface_hash, versions
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
+_STOOD_STILL = 0.2  # s between two ticks
 _STALLED = 4  # ticks without a step, 0.2 s
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
 _NEXT_WAIT = 10.0  # s between two lines of waiting
@@ -39,7 +41,8 @@ _NEXT_WAIT = 10.0  # s between two lines of waiting
 class FlightNode:
     """One role in a flight. ``ros`` is its ROS node; ``over``: the flight has ended, or never began.
 
-    ``done`` completes when the node has nothing more to do; see ``exit_code``.
+    ``done`` completes when the node has nothing more to do; see ``exit_code``. ``slept``: the s by which a tick came
+    late because this process stood still, 0 if it was in time; what the process missed is still to be read.
     """
 
     def __init__(self, role: str) -> None:
@@ -66,7 +69,8 @@ class FlightNode:
         self.current_step = self._last_step = self._ticks = 0
         self.flying = self.over = False
         self.commanded = COMMANDER in self.roles
-        self.started = self.last_heard = time.monotonic()
+        self.started = self.last_heard = self._ticked_at = time.monotonic()
+        self.slept = 0.0
         self._last_reported: dict[str, float] = {}
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, str] = {}
@@ -137,11 +141,6 @@ class FlightNode:
         """Whether no other node waits for this one at every step."""
         return (self.shadow and not self.flight.standby) or self.role == RECORDER
 
-    def scheduled(self, refused: str) -> None:
-        """Report why the system refused the scheduling that was asked for."""
-        if refused:
-            self.event(FlightEvent.WARNING, "not_punctual", refused)
-
     def introduce(self, seen_by: str) -> None:
         """Print role, run, clock and ``seen_by``, the line on visibility."""
         clock = "lockstep" if self.lockstep else "real time"
@@ -208,6 +207,21 @@ class FlightNode:
             self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
         return foreign
 
+    def reject(self, topic: str, found: str, stamp: int = 0, kind: str = "rejected_nonfinite") -> None:
+        """Count and report a message that is not used; ``stamp`` in ns of the flight."""
+        self.counters["rejected"] += 1
+        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
+
+    def read(self, topic: str, payload: bytes, unpack: Unpacker) -> Stamped | None:
+        """Return what a payload holds; None, reported, if it is not the message of ``topic`` or of another run."""
+        try:
+            return unpack(payload)
+        except ForeignRunError:
+            self.is_foreign(topic, -1)
+        except MALFORMED as error:
+            self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", kind="rejected_malformed")
+        return None
+
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""
         if not self.done.done():
@@ -229,9 +243,6 @@ class FlightNode:
 
     def on_tick(self) -> None:
         """Do periodic work, 20 times a second on the steady clock."""
-
-    def on_parameters(self, changes: dict[str, Value]) -> None:
-        """React to an accepted live change; ``self.resolved`` is new already."""
 
     def on_signal(self, name: str) -> bool:
         """Return whether this node goes on after the first signal, because something has to come down first.
@@ -268,7 +279,6 @@ class FlightNode:
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
         self.resolved = resolved
-        self.on_parameters(changes)
         self.publish_parameters()
         self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
 
@@ -286,6 +296,9 @@ class FlightNode:
 
     def _housekeeping(self) -> None:
         self._ticks += 1
+        now = time.monotonic()
+        self.slept = now - self._ticked_at if now - self._ticked_at > _STOOD_STILL else 0.0
+        self._ticked_at = now
         # Asking for every link costs; a node that has waited for seconds asks less often.
         look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
         if self.status == NodeStatus.STARTING and look and not self.missing_links():

@@ -17,7 +17,7 @@ from quad_core.cascade import (
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import NodeStatus
 
-READY, FAULT, DONE = NodeStatus.READY, NodeStatus.FAULT, NodeStatus.DONE
+READY, FAULT = NodeStatus.READY, NodeStatus.FAULT
 _MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
@@ -54,13 +54,13 @@ def plan_refusal(end_step: int, planned: int, plant_period: int) -> str:
 
 
 class Handshake:
-    """Collects the status of every expected role."""
+    """Collects the status of every expected role: ``known`` has the last one of each that was received."""
 
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
         self._spared = (*SHADOWS, *(replaceable(expected) if flight.standby else ()))
-        self._known: dict[str, NodeStatus] = {}
+        self.known: dict[str, NodeStatus] = {}
         self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 
     def on_status(self, status: NodeStatus) -> str:
@@ -74,7 +74,7 @@ class Handshake:
             return ""
         if status.period_steps < 1:
             return f"flight/nodes: {status.role} has period_steps {status.period_steps}, expected at least 1"
-        self._known[status.role] = status
+        self.known[status.role] = status
         if status.interface_hash != self._hash:
             return (
                 f"flight/nodes: {status.role} was built with other quad_msgs: "
@@ -96,10 +96,10 @@ class Handshake:
     def _misfit(self) -> str:
         """Return which stage would wait for ever, because its period and that of its input do not divide."""
         for role, topic in _TAKEN:
-            commanded = topic == "reference" and COMMANDER in self._known
+            commanded = topic == "reference" and COMMANDER in self.known
             publisher = COMMANDER if commanded else SIGNALS[topic].publisher
-            if role in self._known and publisher in self._known:
-                given, taken = self._known[publisher].period_steps, self._known[role].period_steps
+            if role in self.known and publisher in self.known:
+                given, taken = self.known[publisher].period_steps, self.known[role].period_steps
                 if given % taken and taken % given:
                     return (
                         f"flight/nodes: {role} answers every {taken} plant steps and takes {topic}, which "
@@ -109,32 +109,24 @@ class Handshake:
 
     def missing(self) -> list[str]:
         """Return the expected roles that are not ready."""
-        return [role for role in self._expected if self.state(role) != READY]
+        return [role for role in self._expected if role not in self.known or self.known[role].state != READY]
 
     def foreign_nodes(self) -> str:
         """Return what nodes of other flights have published, a clause for the reason why this one did not begin."""
         return "".join(f"; flight/nodes of {node} has {what}" for node, what in sorted(self._others.items()))
 
-    def state(self, role: str) -> int:
-        """Return the state that ``role`` published last, 0 if it is not known."""
-        return self._known[role].state if role in self._known else 0
-
     def period(self, role: str) -> int:
         """Return the period of ``role`` in plant steps, 1 if it takes no part."""
-        return self._known[role].period_steps if role in self._known else 1
-
-    def detail(self, role: str) -> str:
-        """Return the last line that ``role`` published."""
-        return self._known[role].detail if role in self._known else ""
+        return self.known[role].period_steps if role in self.known else 1
 
     def behind(self, step: int) -> str:
         """Return which node has not answered what is due at ``step``, the first in the order of the cascade.
 
         The plant stands at ``step``, and each node has published its last step since.
         """
-        commanded = COMMANDER in self._known
+        commanded = COMMANDER in self.known
         for role in (COMMANDER if commanded else TRAJECTORY, *(stage.role for stage in STAGES)):
-            status = self._known.get(role)
+            status = self.known.get(role)
             if status is not None and status.step < step // status.period_steps * status.period_steps:
                 return f"{role} does not answer step {step}: its last step is {status.step}"
         return ""

@@ -13,7 +13,6 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from rclpy.publisher import Publisher
 from std_srvs.srv import Trigger
 
 from quad_core.cascade import COMMAND, SHADOW
@@ -44,12 +43,7 @@ class HotStandby:
         """Subscribe to takeovers and to the other's answers; offer the service `<role>/take_over`."""
         self.node, self.flies = node, not node.shadow
         stage = node.stage
-        topics = (stage.gives, stage.internals_topic)
         self._other = stage.role if node.shadow else SHADOW + stage.role
-        # what a shadow answers itself is recorded whether it flies or not
-        self._aside = [list(sent) if node.shadow else [] for sent in (node.outputs, node.inside)]
-        own = [node.outputs[0], node.inside[0]]
-        self._flown = [node.publisher(topic, flown=True) for topic in topics] if node.shadow else own
         # the newest takeover: from which step on, and whether by the controller; of equal steps that one counts
         self._takeover = (-1, True)
         self._message: Takeover | None = None
@@ -123,15 +117,9 @@ class HotStandby:
 
     def _fly(self) -> None:
         self.flies, self._asked, self._from = True, False, _NEVER
-        self._send_on(self._flown)
 
     def _stand_by(self) -> None:
         self.flies, self._heard = False, time.monotonic()
-        self._send_on([])
-
-    def _send_on(self, flown: list[Publisher]) -> None:
-        answers, inside = self._aside
-        self.node.outputs, self.node.inside = [*flown[:1], *answers], [*flown[1:], *inside]
 
     def _leave(self, step: int) -> None:
         """Stand by from ``step`` on."""

@@ -5,7 +5,7 @@ keeps nodes from being ready, in flight it is an event, and it is looked for onc
 """
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -67,14 +67,11 @@ def second_senders(
         allowed = 1 + (topic in standby)
         if topic not in MANY_SENDERS and graph.count_publishers(topic) > allowed:
             names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            if len(names) > allowed and not (flying and topic in standby and not foreign(names, standby[topic])):
+            # a node without a name as yet may be of the pair
+            pair = (*standby[topic], _UNNAMED) if flying and topic in standby else ()
+            if len(names) > allowed and any(name.rpartition("/")[2] not in pair for name in names):
                 found[topic] = sorted(names)
     return found
-
-
-def foreign(names: Iterable[str], pair: Collection[str]) -> list[str]:
-    """Return the full ``names`` of nodes that are not of ``pair``; a node without a name as yet may be of it."""
-    return [name for name in names if name.rpartition("/")[2] not in (*pair, _UNNAMED)]
 
 
 def senders(graph: Node, topic: str, standby: Pairs = _NO_PAIRS) -> int:

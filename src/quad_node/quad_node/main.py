@@ -1,22 +1,28 @@
-"""From the command line to a running node, and to an exit code that tells the truth."""
+"""From the command line to running nodes, and to an exit code that tells the truth."""
 
+import math
 import sys
+import time
 from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES
 from quad_core.flight_parameters import FlightParameters
-from quad_core.parameters import Choice, Field, ParameterError, Real, Whole, fields
+from quad_core.parameters import Choice, Field, Real, Whole, fields
 from quad_core.vehicle import Vehicle
+from quad_msgs.msg import FlightEvent
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
 
+FAILED = 1  # exit code
 # How long, in s, a node may take to see that its last messages arrived.
 _INTERRUPTED, _ENDED = 0.5, 5.0
+_AMONG_THEMSELVES = 4.0  # s in which several nodes end their flight after a signal
 
 
 def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str] | None = None) -> int:
@@ -25,41 +31,86 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
     if "--help" in given or "-h" in given:
         print(help_text(role, summary))
         return 0
-    try:
-        parameters.check_arguments(given)
-        seen_by = executor.init(given)
-    except ParameterError as error:
-        return parameters.fail(role, str(error))
-    except Exception as error:  # rclpy raises its own RCLError and UnknownROSArgsError here: bad arguments
-        return parameters.fail(role, " ".join(str(error).split()))
-    try:
-        return _spin(role, make, seen_by, given)
-    finally:
-        rclpy.try_shutdown()
+    return run_all(role, [make], given)
 
 
-def _spin(role: str, make: Callable[[], FlightNode], seen_by: str, args: Sequence[str] = ()) -> int:
+def run_all(name: str, makers: Sequence[Callable[[], FlightNode]], args: list[str]) -> int:
+    """Run nodes in this process, under ``name``, until each is done; returns the worst of their exit codes as ``run``.
+
+    A signal goes to the first one.
+    """
+    try:
+        parameters.check_arguments(args)
+        seen_by = executor.init(args)
+    except Exception as error:  # besides ParameterError rclpy's own RCLError and UnknownROSArgsError: bad arguments
+        return parameters.fail(name, " ".join(str(error).split()))
+    nodes: list[FlightNode] = []
     stop: list[str] = []
-    # a node that is half made could not close what it has opened
+    code = parameters.BAD_SETUP
+    # nodes that are half made could not close what they have opened
     executor.on_signals(stop, Future())
     try:
-        node = make()
-        node.introduce(seen_by)
-    except (ValueError, InvalidParameterTypeException, InvalidParameterValueException) as error:
-        return parameters.fail(role, parameters.placed(str(error), list(args), role))
-    except OSError as error:
-        return parameters.fail(role, f"{error.filename or ''}: {error.strerror or error}")
-    executor.on_signals(stop, node.done, node.on_signal)
-    node.scheduled(executor.settle(node.priority, node.in_background))
-    try:
-        executor.spin([node.ros], node.done)
-        if stop:
-            node.on_interrupt(stop[0])
-        node.drain(_INTERRUPTED if stop else _ENDED)
-        node.close()
-        return node.exit_code
+        for make in makers:
+            nodes.append(make())
+            nodes[-1].introduce(seen_by)
+        code = FAILED
+        code = _spin(nodes, stop)
+    except (ValueError, OSError, InvalidParameterTypeException, InvalidParameterValueException) as error:
+        if code == FAILED:
+            raise
+        text = f"{error.filename or ''}: {error.strerror or error}" if isinstance(error, OSError) else str(error)
+        return parameters.fail(name, parameters.placed(text, args, name))
     finally:
-        executor.destroy(node.ros, node.exit_code)
+        while nodes:
+            executor.destroy(nodes.pop().ros, code)
+        rclpy.try_shutdown()
+    return code
+
+
+def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
+    """Spin until every node is done; a node that is done is spun no longer, as if its process had left.
+
+    It is destroyed with the others when nothing spins any more: the executor may still hold an event of it.
+    ``stop`` gets the names of signals; one that is in it already ends the flight at once.
+    """
+    first, halted = nodes[0], Future()
+    executor.on_signals(stop, halted, first.on_signal)
+    if refused := executor.settle(first.priority, first.in_background):
+        first.event(FlightEvent.WARNING, "not_punctual", refused)
+    spinner = EventsExecutor()
+    for node in nodes:
+        spinner.add_node(node.ros)
+    flying, worst, deadline = list(nodes), 0, math.inf
+    while flying and time.monotonic() < deadline:
+        news = _any_of([node.done for node in flying] + ([halted] if deadline == math.inf else []))
+        if not news.done():
+            patience = min(executor.SPIN_TIMEOUT, deadline - time.monotonic())
+            spinner.spin_until_future_complete(news, timeout_sec=patience)
+        if stop and deadline == math.inf and (halted.done() or first.done.done()):
+            deadline = time.monotonic() + (_AMONG_THEMSELVES if len(nodes) > 1 else 0.0)
+            first.on_interrupt(stop[0])
+        ended = [node for node in flying if node.done.done() or time.monotonic() >= deadline]
+        for node in ended:
+            spinner.remove_node(node.ros)
+            node.drain(_INTERRUPTED if stop else _ENDED)
+            node.close()
+            worst = max(worst, node.exit_code)
+            flying.remove(node)
+    return worst
+
+
+def _any_of(futures: list[Future]) -> Future:
+    news = Future()
+
+    def tell(_future: Future) -> None:
+        if not news.done():
+            news.set_result(None)
+
+    for future in futures:
+        future.add_done_callback(tell)
+        if future.done():
+            tell(future)
+    return news
 
 
 def help_text(role: str, summary: str) -> str:

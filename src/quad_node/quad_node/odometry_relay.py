@@ -29,7 +29,6 @@ STAMPS_FIRST = 1
 TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": PoseStamped}
 _LEAST_NORM = 0.5
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
-_REPEATED = 0.3  # s in which the first sample may come again, relayed already
 _LATE = 0.05  # s in real time: the guard descends on a wrench as old
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
 _SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
@@ -54,7 +53,6 @@ class OdometryRelay(FlightNode):
         self._accepted, self._refused, self._refusal = 0, 0, ""
         self._first_at = self._accepted_at = 0.0
         self._newest: Sample | None = None
-        self._first_stamp, self._first_sent = -1, 0.0
         self.subscribe("actuation", self._on_actuation, raw=True)
         if self.commanded:
             self.subscribe("flight/mode", self._on_mode)
@@ -113,8 +111,7 @@ class OdometryRelay(FlightNode):
             return
         self._accepted, self._refusal = self._accepted + 1, ""
         if self.flying:
-            if sample.stamp_ns != self._first_stamp or now - self._first_sent > _REPEATED:
-                self._relay(sample, now)
+            self._relay(sample, now)
         else:
             self.estimator.wait(sample)
             self._newest = sample
@@ -126,8 +123,7 @@ class OdometryRelay(FlightNode):
     def _begin(self) -> None:
         """Relay what came just before the news that the flight has begun."""
         if self.flying and not self._begun and self._newest is not None:
-            self._first_stamp, self._first_sent = self._newest.stamp_ns, time.monotonic()
-            self._relay(self._newest, self._first_sent)
+            self._relay(self._newest, time.monotonic())
 
     def _sample_of(self, message: Odometry | PoseStamped, now: float) -> tuple[Sample | None, str]:
         """Return a message as a sample, or None and why it cannot be used."""

@@ -16,16 +16,14 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
 from quad_core.cycle import is_flyable, seconds
-from quad_core.parameters import Value
 from quad_core.records import finite_check, flattener, joined
+from quad_core.resolution import Plugin
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import (
-    MALFORMED,
-    ForeignRunError,
     Stamped,
     extra_names,
     head_of,
@@ -69,26 +67,25 @@ class Arrival(NamedTuple):
 
 
 class InputTopic:
-    """What has arrived of one topic that a step needs in addition to the state: one value for each step."""
+    """What has arrived of one topic that a step needs in addition to the state: one value for each step.
+
+    ``newest``: the value that came last, None before the first.
+    """
 
     def __init__(self, topic: str, lag: int) -> None:
         """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before."""
         self.topic, self.lag = topic, lag
         self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
         self._arrivals: dict[int, Arrival] = {}
-        self._newest: Arrival | None = None
+        self.newest: Arrival | None = None
 
     def put(self, arrival: Arrival, replaces: bool = True) -> None:
         """Keep a value; of two for the same step the last, or the first unless it ``replaces``."""
         if replaces or arrival.step not in self._arrivals:
             self._arrivals[arrival.step] = arrival
-        self._newest = self._arrivals[arrival.step]
+        self.newest = self._arrivals[arrival.step]
         if len(self._arrivals) > _MOST_KEPT:
             del self._arrivals[next(iter(self._arrivals))]
-
-    def newest(self) -> Arrival | None:
-        """Return the value that came last."""
-        return self._newest
 
     def at(self, step: int) -> Arrival | None:
         """Return the value that belongs to ``step``, None if it has not come."""
@@ -108,13 +105,13 @@ class InputTopic:
         ``period``: plant steps between two answers of the node. A slower input does not delay it, nor one of a step
         before; another one does until the step ``is_due``.
         """
-        newest = self._newest
+        newest = self.newest
         waits = newest is not None and not (is_due or self.lag or newest.next_step - newest.step > period)
         return None if waits else newest
 
     def is_lost(self, step: int) -> bool:
         """Return whether the value that belongs to ``step`` never comes: later ones have."""
-        return self._newest is not None and self._newest.step > step - self.lag and self.at(step) is None
+        return self.newest is not None and self.newest.step > step - self.lag and self.at(step) is None
 
 
 class Responder(FlightNode):
@@ -126,7 +123,7 @@ class Responder(FlightNode):
         self._due = 0
         self._start = StartDetector()
         super().__init__(role)
-        self._read_state = unpacker(VehicleState, VehicleStateMsg, run=self.run)
+        self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run_id=self.flight.run_id)
         self.inputs: list[InputTopic] = []
         self._states = SequenceFilter(self.flight.plant_period)
         self._answered_stamp = -1
@@ -151,17 +148,13 @@ class Responder(FlightNode):
         """
         taken = InputTopic(topic, lag)
         kind, message = kind or SIGNALS[topic].kind, topics.TOPICS[topic].type
-        read, flat = unpacker(kind, message, self.flight.plant_period, self.run), flattener(kind)
-        run_id = self.flight.run_id.encode() if "run_id" in message.get_fields_and_field_types() else b""
+        unpack, flat = unpacker(kind, message, self.flight.plant_period, self.flight.run_id), flattener(kind)
 
         def keep(payload: bytes) -> None:
             if self.lockstep and not self._pending and taken.one_step and 0 <= step_of(payload) < self._due - lag:
                 return  # no step that this node answers needs it
-            stamped = self._read(topic, payload, read)
+            stamped = self.read(topic, payload, unpack)
             if stamped is None:
-                return
-            if run_id not in payload:
-                self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
                 return
             numbers = flat(stamped.value)
             if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
@@ -192,11 +185,6 @@ class Responder(FlightNode):
     def leaves_out(self, step: int) -> bool:  # noqa: ARG002
         """Return whether not to answer ``step``, which lacks an input."""
         return False
-
-    def reject(self, topic: str, found: str, stamp: int, kind: str = "rejected_nonfinite") -> None:
-        """Count and report a message that is not acted on."""
-        self.counters["rejected"] += 1
-        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
 
     def comes_late(self, step: int) -> bool:
         """Return whether to take part, from ``step`` on, in a flight that began without this node.
@@ -271,16 +259,6 @@ class Responder(FlightNode):
     def _next_multiple(self, step: int) -> int:
         return -(-step // self.period_steps) * self.period_steps
 
-    def _read(self, topic: str, payload: bytes, read: Callable[[bytes], Stamped]) -> Stamped | None:
-        """Return what a payload holds; None, reported, if it is not the message that the topic carries."""
-        try:
-            return read(payload)
-        except ForeignRunError:
-            self.is_foreign(topic, -1)
-        except MALFORMED as error:
-            self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", 0, "rejected_malformed")
-        return None
-
     def _on_state(self, payload: bytes) -> None:
         (step, run), last = head_of(payload), self._states.last
         if step >= 0 and self.is_foreign("state", run):
@@ -292,7 +270,7 @@ class Responder(FlightNode):
             self._states.take(step, now)
             self._on_deadline()
             return
-        stamped = self._read("state", payload, self._read_state)
+        stamped = self.read("state", payload, self._unpack_state)
         if stamped is None or not self._is_next(stamped, now):
             return
         step = stamped.step
@@ -338,25 +316,35 @@ class LawNode(Responder):
         self.stage = STAGE[self.role.removeprefix(SHADOW)]
         self._ended: tuple[FlightState, float] | None = None
         self.on_internals: Callable[[Any, Sample], None] | None = None
-        self.law = self.resolved.law
         module = self.law.module
         self.step = module.step
         self.memory = module.init(self.law.parameters, self.vehicle)
-        self._is_finite = finite_check(self.stage.output)
-        self._is_memory_finite = finite_check(module.Memory)
+        self._is_finite, self._is_memory_finite = finite_check(self.stage.output), finite_check(module.Memory)
         for taken in self.stage.takes:
             self.take(taken.topic, taken.lag)
-        self.outputs = [self.publisher(self.stage.gives)]
+        sent = (self.stage.gives, self.stage.internals_topic)
+        is_paired = self.flight.standby and (self.shadow or SHADOW + self.role in self.roles)
+        # what a shadow answers is recorded on topics of its own, whether it flies or not
+        self._aside = [self.publisher(topic) for topic in sent] if self.shadow else []
+        self._flown = [self.publisher(topic, flown=True) for topic in sent] if is_paired or not self.shadow else []
         self._pack = packer(self.stage.output, topics.message_type(self.stage.output), self.run)
         internals_message = topics.message_type(self.stage.internals)
-        self.inside = [self.publisher(self.stage.internals_topic)]
         self._flat_internals = flattener(module.Internals)
         recorded = joined("Recorded", StepRecord, module.Internals)
         self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
-        is_paired = self.flight.standby and (self.shadow or SHADOW + self.role in self.roles)
         self.standby = HotStandby(self) if is_paired else None
         self.publish_parameters()
+
+    @property
+    def law(self) -> Plugin:
+        """The law with the parameters that it runs with; a live change keeps its memory."""
+        return self.resolved.law
+
+    @property
+    def flies(self) -> bool:
+        """Whether the vehicle follows this controller: a shadow's answers are recorded, a standby's are flown later."""
+        return self.standby.flies if self.standby is not None else not self.shadow
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the output and the internals of one step."""
@@ -376,14 +364,15 @@ class LawNode(Responder):
             self.on_internals(internals, sample)
         if self.standby is not None:
             self.standby.before(sample.step)
+        sent = [pair for pair in (self._flown if self.flies else (), self._aside) if pair]
         answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
-        for publisher in self.outputs:
+        for publisher, _ in sent:
             yield publisher, answer
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
         numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
         shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
-        for publisher in self.inside:
+        for _, publisher in sent:
             yield publisher, shown
 
     def comes_late(self, step: int) -> bool:
@@ -393,8 +382,7 @@ class LawNode(Responder):
 
     def leaves_out(self, step: int) -> bool:
         """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
-        flies = self.standby.flies if self.standby is not None else not self.shadow
-        return not flies and any(taken.is_lost(step) for taken in self.inputs)
+        return not self.flies and any(taken.is_lost(step) for taken in self.inputs)
 
     def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
         """Return the law's inputs other than the state, None if one is too old and has no replacement.
@@ -405,7 +393,8 @@ class LawNode(Responder):
         for place, (taken, arrival) in enumerate(zip(self.stage.takes, arrivals, strict=True)):
             value = arrival.value if arrival else SIGNALS[taken.topic].kind()
             if arrival and not self.lockstep and not taken.lag and arrival.age > self.resolved.node.input_timeout:
-                self._report_stale(taken.topic, arrival)
+                text = f"{taken.topic}: {arrival.age * 1e3:.0f} ms old; safe output"
+                self.event(FlightEvent.WARNING, "stale_input", text)
                 value = safe_input(taken.topic, value, self.vehicle, sample.state)
                 replaced |= 1 << place
                 if value is None:
@@ -430,10 +419,3 @@ class LawNode(Responder):
         message, since = self._ended
         due = message.step // self.period_steps * self.period_steps
         return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
-
-    def _report_stale(self, topic: str, arrival: Arrival) -> None:
-        self.event(FlightEvent.WARNING, "stale_input", f"{topic}: {arrival.age * 1e3:.0f} ms old; safe output")
-
-    def on_parameters(self, changes: dict[str, Value]) -> None:  # noqa: ARG002
-        """Let the law run on with its new parameters; its memory is kept."""
-        self.law = self.resolved.law

@@ -6,6 +6,7 @@ it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` i
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER, TRAJECTORY
@@ -26,7 +27,7 @@ from quad_guard.checks import (
 from quad_guard.ending import described
 from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST, Report
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, GuardStatus, NodeStatus, RecorderAck
-from quad_node.codec import MALFORMED, Stamped, unpack_wrench
+from quad_node.codec import Stamped, unpack_wrench
 from quad_node.command_link import CommandLink, SetpointWatch
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
@@ -161,23 +162,6 @@ class VehicleGuard:
         self._status_out.publish(message)
 
 
-def culprit(reason: int, quiet: float, stood_still: str, missing: str, estimator: str) -> str:
-    """Return who or what made the guard take over for ``reason``, empty if it was the flight itself.
-
-    ``quiet``: s since a wrench of any quality arrived. ``stood_still``: why the vehicle interface could not hear one,
-    empty if it could. ``missing`` names who does not answer, ``estimator`` where the states come from.
-    """
-    if reason == WRENCH_LOST:
-        arrives = f"{COMMAND} arrives, but no good one reaches the rotors" if quiet <= _HEARD else ""
-        return stood_still or arrives or missing
-    return (stood_still or f"state: nothing good from {estimator}") if reason == STATE_LOST else ""
-
-
-def severest(asked: int, gives_up: bool) -> int:
-    """Return the request that the guard gets: what was asked for, or DESCEND where the flight was given up."""
-    return max(asked, ASK_DESCEND if gives_up else NO_REQUEST)
-
-
 class VehicleNode(FlightNode):
     """Leads a flight: starts it when all nodes are ready, and ends it for all of them.
 
@@ -211,6 +195,7 @@ class VehicleNode(FlightNode):
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
         self.setpoint_watch = SetpointWatch(self, self.handshake.period)
+        self._unpack_wrench = partial(unpack_wrench, plant_period=self.flight.plant_period)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -272,7 +257,8 @@ class VehicleNode(FlightNode):
         if not self.armed:
             self.guard.rest(step)
             return Wrench()
-        flown = self.guard.step(step, command, sample, severest(self.guard_request, self.gives_up))
+        request = max(self.guard_request, ASK_DESCEND if self.gives_up else NO_REQUEST)
+        flown = self.guard.step(step, command, sample, request)
         if self.guard.taken_over and self.guard.memory.since == step:
             self.suspect = self._culprit() or self.suspect
             if not self.commanded:
@@ -309,11 +295,18 @@ class VehicleNode(FlightNode):
         return self.handshake.period(COMMANDER) if self.commanded else 0
 
     def _culprit(self) -> str:
-        """Return who or what made the guard take over."""
-        quiet = seconds(self.current_step - self._heard_step, self.flight.plant_period)
+        """Return who or what made the guard take over, empty if it was the flight itself."""
+        reason = self.guard.memory.reason
+        if reason not in (STATE_LOST, WRENCH_LOST):
+            return ""
+        if self.stood_still:
+            return self.stood_still
+        if reason == STATE_LOST:
+            return f"state: nothing good from {self.estimator}"
+        if seconds(self.current_step - self._heard_step, self.flight.plant_period) <= _HEARD:
+            return f"{COMMAND} arrives, but no good one reaches the rotors"
         planned = self.commanded or self.end_step > 0  # in real time the mode of a step is often still on its way
-        missing = self.handshake.blame(self.current_step, self.recorded_step, False, planned)
-        return culprit(self.guard.memory.reason, quiet, self.stood_still, missing, self.estimator)
+        return self.handshake.blame(self.current_step, self.recorded_step, False, planned)
 
     def blame(self) -> str:
         """Return why the current step cannot go on: the node whose last step is behind, or a missing topic."""
@@ -403,7 +396,7 @@ class VehicleNode(FlightNode):
             return
         refusal = plan_refusal(message.end_step, self.end_step, self.flight.plant_period)
         if refusal:
-            self.reject("rejected_plan", refusal, self.elapsed_ns, topic="flight/plan")
+            self.reject("flight/plan", refusal, self.elapsed_ns, "rejected_plan")
         elif not (self.end_step or self.commanded):
             self.end_step = message.end_step
             self.on_plan(self.end_step)
@@ -411,21 +404,19 @@ class VehicleNode(FlightNode):
 
     def _on_recorded(self, message: RecorderAck) -> None:
         if message.step > self.current_step:  # accepted, it would let the plant run away from its recorder
-            self.reject("rejected_future", f"step {message.step} is not flown yet", self.elapsed_ns, "flight/recorded")
+            self.reject("flight/recorded", f"step {message.step} is not flown yet", self.elapsed_ns, "rejected_future")
         elif not self.is_foreign("flight/recorded", message.run):
             self.recorded_step = max(self.recorded_step, message.step)
             self.progress()
 
     def _on_wrench(self, payload: bytes) -> None:
-        try:
-            found = unpack_wrench(payload, self.flight.plant_period)
-        except MALFORMED as error:
-            self.reject("rejected_malformed", f"a malformed message of {len(payload)} bytes ({error})", 0)
+        found = self.read(COMMAND, payload, self._unpack_wrench)
+        if found is None:
             return
         self._heard_step = self.current_step
         if not found.finite:
             self.guard.last_refusal = f"{COMMAND}: a number that is not finite"
-            self.reject("rejected_nonfinite", "a non-finite number", found.stamp_ns)
+            self.reject(COMMAND, "a number that is not finite", found.stamp_ns)
         elif self._is_welcome(found):
             self.command = Command(found.step, found.value, time.monotonic())
             if found.step == self.current_step:
@@ -448,14 +439,9 @@ class VehicleNode(FlightNode):
             self._accepted_step = found.step
         return True
 
-    def reject(self, kind: str, found: str, stamp: int, topic: str = COMMAND) -> None:
-        """Count and report a message that was not used; ``stamp`` in ns of the flight."""
-        self.counters["rejected"] += 1
-        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
-
     def _leave_when_recorded(self) -> None:
-        state = self.handshake.state(RECORDER)
-        if state == NodeStatus.DONE:
+        recorder = self.handshake.known.get(RECORDER)
+        if recorder is not None and recorder.state == NodeStatus.DONE:
             self.finish(self.exit_code, self._reason)
-        elif state == NodeStatus.FAULT:
-            self.finish(1, f"recorder failed: {self.handshake.detail(RECORDER)}")
+        elif recorder is not None and recorder.state == NodeStatus.FAULT:
+            self.finish(1, f"recorder failed: {recorder.detail}")

@@ -46,7 +46,8 @@ def numbered(cls, numbers):
     return cls(*parts)
 
 
-STAMP, RUN = 3_000_000_007, 0xC0FFEE01
+STAMP, RUN_ID = 3_000_000_007, "123456789"
+RUN = 0xCBF43926  # the check value that CRC-32 is published with
 HEAD = ("stamp", "step", "run", "next_step")
 
 
@@ -92,7 +93,7 @@ def test_a_payload_of_another_run_is_refused(name):
     cls, message_type = getattr(types, name), getattr(msg, name)
     value = numbered(cls, (0.1 * n for n in range(60)))
     theirs, nobodys = (packer(cls, message_type, run)(value, 7, 12, STAMP) for run in (RUN, 0))
-    read, ours = unpacker(cls, message_type, run=RUN), unpacker(cls, message_type, run=RUN + 1)
+    read, ours = (unpacker(cls, message_type, run_id=run_id) for run_id in (RUN_ID, "another"))
     assert read(theirs) == unpacker(cls, message_type)(theirs)
     with pytest.raises(ForeignRunError):
         ours(theirs)

@@ -1,6 +1,6 @@
 """What a vehicle interface receives of a commander, and without one of the trajectory and the position controller."""
 
-import zlib
+from collections import Counter
 from types import SimpleNamespace
 
 import pytest
@@ -12,24 +12,43 @@ from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node import command_link
 from quad_node.command_link import STARTER, CommandLink, SetpointWatch
+from quad_node.flight_node import FlightNode
+from quad_node.handshake import run_number
+
+RUN = "a1"
 
 
 class Owner:
-    """Stands in for the node of the vehicle's owner."""
+    """Stands in for the node of a vehicle interface; its topics are functions."""
 
-    def __init__(self):
-        self.flight, self.role, self.lockstep = SimpleNamespace(run_id="a1"), "simulator", False
-        self.counters, self.told, self.sent, self.callbacks = {"rejected": 0}, [], [], {}
+    read, reject, is_foreign = FlightNode.read, FlightNode.reject, FlightNode.is_foreign
+
+    def __init__(self, lockstep=False, commanded=False, roles=tuple(ROLES)):
+        self.flight, self.role, self.run = FlightParameters(run_id=RUN), "simulator", run_number(RUN)
+        self.lockstep, self.commanded, self.roles, self.slept = lockstep, commanded, roles, 0.0
+        self.counters, self.told, self.sent, self.callbacks, self.progressed = Counter(), [], [], {}, 0
 
     def publisher(self, topic):
         assert topic == "flight/request"
         return SimpleNamespace(publish=self.sent.append)
 
-    def subscribe(self, topic, callback, raw=False):
+    def subscribe(self, topic, callback, raw):
         self.callbacks[topic] = callback
 
-    def event(self, severity, kind, text):
+    def event(self, severity, kind, text, stamp_ns=0):
         self.told.append(kind)
+
+    def progress(self):
+        self.progressed += 1
+
+    def receive(self, topic, message):
+        self.callbacks[topic](serialize_message(message))
+
+    def mode(self, step, mode, run_id=RUN, **fields):
+        self.receive("flight/mode", FlightMode(step=step, next_step=step + 5, mode=mode, run_id=run_id, **fields))
+
+    def setpoint(self, run_id=RUN):
+        self.receive("attitude_setpoint", AttitudeThrust(run=run_number(run_id)))
 
 
 @pytest.fixture
@@ -39,20 +58,21 @@ def owner():
 
 @pytest.fixture
 def link(owner):
-    owner.progressed = []
-    return CommandLink(owner, lambda: owner.progressed.append(True))
+    return CommandLink(owner, owner.progress)
 
 
-def told(owner, step, mode, **fields):
-    message = FlightMode(step=step, next_step=step + 5, mode=mode, run_id="a1", name="X", **fields)
-    owner.callbacks["flight/mode"](serialize_message(message))
+@pytest.fixture
+def clock(monkeypatch):
+    found = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(command_link.time, "monotonic", lambda: found.now)
+    return found
 
 
 def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
     assert not link.holds(0)
-    told(owner, 10, FlightMode.HOLD)
+    owner.mode(10, FlightMode.HOLD)
     assert [link.holds(step) for step in (9, 10, 14, 15)] == [False, True, True, False]
-    assert owner.progressed == [True]
+    assert owner.progressed == 1
 
 
 @pytest.mark.parametrize(
@@ -68,33 +88,34 @@ def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
 )
 def test_the_motors_rest_on_the_ground_and_under_a_pilot_and_killing_is_the_guards(owner, link, mode, armed):
     assert not link.armed
-    told(owner, 0, mode, guard_request=ASK_DESCEND)
+    owner.mode(0, mode, guard_request=ASK_DESCEND)
     assert (link.armed, link.guard_request) == (armed, ASK_DESCEND)
 
 
 def test_the_end_comes_with_its_outcome(owner, link):
-    told(owner, 0, FlightMode.LAND, outcome="not yet")
+    owner.mode(0, FlightMode.LAND, outcome="not yet")
     assert (link.is_over, link.outcome) == (False, "")
-    told(owner, 5, FlightMode.DISARMED, is_over=True, outcome="why")
+    owner.mode(5, FlightMode.DISARMED, is_over=True, outcome="why")
     assert (link.is_over, link.outcome) == (True, "why")
 
 
-def test_what_is_malformed_or_of_another_run_is_not_obeyed(owner, link):
+def test_a_mode_that_is_malformed_or_of_another_run_is_rejected(owner, link):
     owner.callbacks["flight/mode"](b"\x00\x01\x00\x00abc")
-    owner.callbacks["flight/mode"](serialize_message(FlightMode(mode=FlightMode.KILL, run_id="b2")))
+    owner.mode(0, FlightMode.KILL, run_id="b2")
     assert (link.mode, owner.told, owner.counters["rejected"]) == (None, ["rejected_malformed", "foreign_run"], 1)
 
 
-def test_a_commander_that_was_heard_and_falls_silent_is_lost(owner, link, monkeypatch):
-    clock = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(command_link.time, "monotonic", lambda: clock.now)
+def test_a_commander_that_falls_silent_is_lost_in_real_time(owner, link, clock):
     assert not link.is_lost
-    told(owner, 0, FlightMode.HOLD)
-    clock.now = 100.4
+    owner.mode(0, FlightMode.HOLD)
+    clock.now, given_up = 100.4, []
     assert not link.is_lost
-    clock.now = 100.6
+    clock.now, owner.slept = 101.0, 0.6  # the vehicle interface stood still, not the commander
+    link.pass_on("", given_up.append)
+    owner.slept = 0.0
+    assert given_up == []
+    clock.now = 101.2
     assert link.is_lost
-    given_up = []
     link.pass_on("", given_up.append)
     owner.lockstep = True
     link.pass_on("", given_up.append)
@@ -107,7 +128,7 @@ def test_the_end_is_asked_for_once_with_its_reason(owner, link):
     link.pass_on("SIGINT", list)
     link.pass_on("SIGINT", list)
     assert [(sent.request, sent.run_id, sent.sender) for sent in owner.sent] == [
-        (FlightRequest.END, "a1", "simulator was asked to end by SIGINT")
+        (FlightRequest.END, RUN, "simulator was asked to end by SIGINT")
     ]
 
 
@@ -122,47 +143,6 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
 
 
-def test_an_owner_that_slept_does_not_call_the_commander_lost(owner, link, monkeypatch):
-    clock, given_up = SimpleNamespace(now=100.0), []
-    monkeypatch.setattr(command_link.time, "monotonic", lambda: clock.now)
-    told(owner, 0, FlightMode.HOLD)
-    link.pass_on("", given_up.append)
-    clock.now = 101.0
-    link.pass_on("", given_up.append)
-    assert given_up == []
-    for _ in range(12):
-        clock.now += 0.05
-        link.pass_on("", given_up.append)
-    assert given_up[0] == "commander: no flight/mode any more"
-
-
-OURS = zlib.crc32(b"ours")
-
-
-class Controlled:
-    """What the watch needs of a node; ``said`` lets a setpoint arrive."""
-
-    def __init__(self, lockstep=False, commanded=False, roles=tuple(ROLES)):
-        self.flight, self.callbacks = FlightParameters(), {}
-        self.lockstep, self.commanded, self.roles = lockstep, commanded, roles
-
-    def subscribe(self, topic, callback, raw):
-        self.callbacks[topic] = callback
-
-    def is_foreign(self, topic, run):
-        return run != OURS
-
-    def said(self, run=OURS):
-        self.callbacks["attitude_setpoint"](serialize_message(AttitudeThrust(run=run)))
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    found = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(command_link.time, "monotonic", lambda: found.now)
-    return found
-
-
 def after(watch, clock, seconds, has_states=True):
     """Return what the watch says after some time in which its owner published states and looked every 50 ms."""
     said, asked_at = "", clock.now
@@ -172,77 +152,57 @@ def after(watch, clock, seconds, has_states=True):
     return said
 
 
-def test_a_silent_position_controller_is_named_after_its_time(clock):
-    owner = Controlled()
-    watch = SetpointWatch(owner, lambda role: 5)
+@pytest.mark.parametrize(
+    ("topic", "message", "period", "limit", "said"),
+    [
+        ("attitude_setpoint", AttitudeThrust, 5, 0.25, "position_controller does not answer: attitude_setpoint older"),
+        ("reference", TrajectoryPoint, 5, 1.95, "trajectory does not answer: reference older than 2 s"),
+        # three periods of 0.5 s
+        ("attitude_setpoint", AttitudeThrust, 250, 1.45, "position_controller does not answer: attitude_setpoint"),
+    ],
+)
+def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, message, period, limit, said):
+    watch = SetpointWatch(owner, lambda role: period)
     assert after(watch, clock, 5.0) == ""  # nothing has come yet: the handshake waits for it
-    owner.said()
-    assert after(watch, clock, 0.3) == ""
-    assert after(watch, clock, 0.1) == "position_controller does not answer: attitude_setpoint older than 0.3 s"
+    owner.receive(topic, message(run=owner.run))
+    assert after(watch, clock, 60.0, has_states=False) == ""  # without states there is nothing to answer
+    owner.receive(topic, message(run=owner.run))
+    assert after(watch, clock, limit) == ""
+    assert after(watch, clock, 0.15).startswith(said)
 
 
-def test_a_silent_trajectory_is_named_after_its_time(clock):
-    owner = Controlled()
+def test_setpoints_of_another_run_are_none(owner, clock):
     watch = SetpointWatch(owner, lambda role: 5)
-    owner.callbacks["reference"](serialize_message(TrajectoryPoint(run=OURS)))
-    assert after(watch, clock, 2.0) == ""
-    assert after(watch, clock, 0.1) == "trajectory does not answer: reference older than 2 s"
-    commanded = Controlled(commanded=True)
-    SetpointWatch(commanded, lambda role: 5)
-    assert commanded.callbacks == {}, "the commander decides"
-
-
-def test_a_controller_that_gets_no_states_has_nothing_to_answer(clock):
-    owner = Controlled()
-    watch = SetpointWatch(owner, lambda role: 5)
-    assert after(watch, clock, 0.1) == ""
-    owner.said()
-    assert after(watch, clock, 60.0, has_states=False) == ""
-    assert after(watch, clock, 0.5)
-
-
-def test_setpoints_of_another_run_are_none(clock):
-    owner = Controlled()
-    watch = SetpointWatch(owner, lambda role: 5)
-    owner.said()
+    owner.setpoint()
     for _ in range(8):
-        owner.said(run=0)
+        owner.setpoint(run_id="b2")
         said = after(watch, clock, 0.05)
     assert said
 
 
-def test_a_slow_controller_may_take_three_of_its_periods(clock):
-    owner = Controlled()
-    watch = SetpointWatch(owner, lambda role: 250)  # 0.5 s
-    owner.said()
-    assert after(watch, clock, 1.45) == ""
-    assert after(watch, clock, 0.15)
-
-
-def test_an_owner_that_slept_holds_it_against_nobody(clock):
-    owner = Controlled()
+def test_a_vehicle_interface_that_stood_still_names_no_node(owner, clock):
     watch = SetpointWatch(owner, lambda role: 5)
-    owner.said()
+    owner.setpoint()
     assert after(watch, clock, 0.1) == ""
-    clock.now += 5.0
+    clock.now, owner.slept = clock.now + 5.0, 5.0
     assert watch.silent(clock.now) == ""
-    owner.said()
+    owner.slept = 0.0
+    owner.setpoint()
     assert after(watch, clock, 0.3) == ""
 
 
 @pytest.mark.parametrize(
-    "owner",
-    [Controlled(lockstep=True), Controlled(commanded=True), Controlled(roles=("simulator", "attitude_controller"))],
+    "options", [{"lockstep": True}, {"commanded": True}, {"roles": ("simulator", "attitude_controller")}]
 )
-def test_where_another_decides_or_nobody_sends_it_nothing_is_watched(owner):
+def test_where_another_decides_or_no_node_sends_it_nothing_is_watched(options):
+    owner = Owner(**options)
     watch = SetpointWatch(owner, lambda role: 5)
     assert not owner.callbacks
     assert watch.silent(1e9) == ""
 
 
-def test_an_owner_whose_time_waits_for_its_controllers_misses_nobody(clock):
-    owner = Controlled()
+def test_a_vehicle_interface_whose_time_waits_for_its_controllers_watches_nothing(owner, clock):
     watch = SetpointWatch(owner, lambda role: 5)
-    owner.said()
+    owner.setpoint()
     watch.rest()
     assert after(watch, clock, 60.0) == ""

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_node import executor, main
+from quad_node.flight_node import FlightNode
 
 
 @pytest.fixture
@@ -28,6 +29,12 @@ def node(monkeypatch):
         signal.signal(number, handler)
     made.destroy_node()
     rclpy.try_shutdown()
+
+
+@pytest.fixture
+def thawed():
+    yield
+    gc.unfreeze()
 
 
 def every(node, seconds, callback):
@@ -93,54 +100,38 @@ def test_the_first_signal_may_be_asked_to_wait_but_not_one_that_comes_later(node
     assert (stop, done.done()) == (["SIGINT", "SIGTERM"], True)
 
 
-def test_a_second_signal_is_noted_and_does_no_harm(node):
-    done, stop = Future(), []
-    executor.on_signals(stop, done)
-    os.kill(os.getpid(), signal.SIGINT)
-    os.kill(os.getpid(), signal.SIGTERM)
-    assert sorted(stop) == ["SIGINT", "SIGTERM"]
+SAID = []
 
 
-class Opened:
-    """Stands in for a node that opened a file while it was made."""
+class Opened(FlightNode):
+    """A node that opens a file while it is made, and is interrupted then."""
 
     def __init__(self):
+        super().__init__("position_controller")
         os.kill(os.getpid(), signal.SIGINT)
-        self.done, self.said, self.exit_code, self.priority, self.in_background = Future(), [], 0, 0, False
-        self.ros = None
-
-    def introduce(self, seen_by):
-        pass
-
-    def scheduled(self, text):
-        pass
-
-    def on_signal(self, name):
-        return False
 
     def on_interrupt(self, name):
-        self.said.append(name)
-        self.exit_code = 1
+        SAID.append(name)
 
     def drain(self, patience):
-        self.said.append("drained")
+        SAID.append("drained")
 
     def close(self):
-        self.said.append("closed")
+        SAID.append("closed")
 
 
-def test_a_signal_while_the_node_is_made_still_closes_what_it_opened(monkeypatch):
-    made, was_done = [], []
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_signal_while_the_nodes_are_made_still_closes_what_they_opened(monkeypatch, thawed, count):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
+    monkeypatch.setattr(main, "_AMONG_THEMSELVES", 0.2)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    monkeypatch.setattr(executor, "spin", lambda nodes, done: was_done.append(done.done()))
-    monkeypatch.setattr(executor, "destroy", lambda node, code: None)
+    SAID.clear()
     try:
-        assert main._spin("recorder", lambda: made.append(Opened()) or made[0], "") == 1
+        assert main.run_all("position_controller", [Opened] * count, ["position_controller"]) == 1
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    assert was_done == [True]
-    assert made[0].said == ["SIGINT", "drained", "closed"]
+    assert ["SIGINT", *["drained", "closed"] * count] == SAID
 
 
 ALL_THREADS = """
@@ -154,12 +145,6 @@ found = {{os.sched_getscheduler(int(task.name)) for task in Path("/proc/self/tas
 print(refused or sorted(found))
 waiting.set()
 """
-
-
-@pytest.fixture
-def thawed():
-    yield
-    gc.unfreeze()
 
 
 @pytest.mark.parametrize(

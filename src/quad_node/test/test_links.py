@@ -80,25 +80,27 @@ def test_a_flight_that_asks_for_a_standby_has_no_sender_without_one(standby, cou
 
 
 def test_one_sender_each_costs_no_more_than_counting():
-    graph = Graph({"wrench_setpoint": [("/", "attitude_controller")], "state": [("/uav1", "simulator")]})
-    assert second_senders(graph, ["wrench_setpoint", "state", "reference"]) == {}
+    graph = Graph(
+        {
+            "wrench_setpoint": [("/", "attitude_controller")],
+            "state": [("/uav1", "simulator")],
+            "flight/nodes": [("/", "a"), ("/", "b")],  # every node publishes it
+        }
+    )
+    assert second_senders(graph, [*graph.publishers, "reference"]) == {}
     assert graph.asked == 0
 
 
-def test_a_second_sender_is_named():
-    graph = Graph({"wrench_setpoint": [("/", "stranger"), ("/uav1", "attitude_controller")]})
-    found = second_senders(graph, ["wrench_setpoint"])
-    assert described(found) == ["one publisher of wrench_setpoint, there are 2: /stranger, /uav1/attitude_controller"]
-
-
-def test_a_node_that_publishes_twice_is_said_to():
-    graph = Graph({"state": [("/", "simulator"), ("/", "simulator"), ("/", "simulator")]})
-    assert described(second_senders(graph, ["state"])) == ["one publisher of state, there are 3: /simulator (3 times)"]
-
-
-def test_every_node_speaks_on_flight_nodes():
-    graph = Graph({"flight/nodes": [("/", "a"), ("/", "b")]})
-    assert second_senders(graph, ["flight/nodes"]) == {}
+@pytest.mark.parametrize(
+    ("senders", "named"),
+    [
+        ([("/", "foreign"), ("/uav1", "attitude_controller")], "2: /foreign, /uav1/attitude_controller"),
+        ([("/", "attitude_controller")] * 3, "3: /attitude_controller (3 times)"),
+    ],
+)
+def test_a_second_sender_is_named(senders, named):
+    found = second_senders(Graph({"wrench_setpoint": senders}), ["wrench_setpoint"])
+    assert described(found) == [f"one publisher of wrench_setpoint, there are {named}"]
 
 
 def test_what_is_missing_is_named_and_so_is_what_is_too_much():

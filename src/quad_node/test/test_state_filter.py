@@ -30,35 +30,26 @@ def test_states_follow_each_other_and_may_come_again():
     assert Flight().say(0, 1, 1, 2, 7).accepted == [0, 1, 1, 2, 7]
 
 
-@pytest.mark.parametrize("count", [1, 2, 50])
+@pytest.mark.parametrize("count", [1, 50])
 @pytest.mark.parametrize("far", [FAR, 100_000, 2])
-def test_a_burst_of_another_run_among_the_flights_states_is_not_believed(count, far):
-    flight = Flight().say(*range(1000, 1010)).say(*[far] * count, after=0.0).say(*range(1010, 1015))
-    assert flight.accepted == [*range(1000, 1015)]
+def test_states_of_another_run_among_the_flights_are_rejected(count, far):
+    flight = Flight().say(*range(1000, 1010))
+    for step in range(1010, 1100):
+        flight.say(*[far] * count, after=0.0).say(step)
+    assert flight.accepted == [*range(1000, 1100)]
 
 
-def test_a_stranger_who_speaks_for_long_between_them_is_not_believed():
-    flight = Flight().say(0)
-    for step in range(1, 200):
-        flight.say(step).say(FAR, after=0.0)
-    assert flight.accepted == [*range(200)]
-
-
-def test_after_a_real_gap_the_second_state_is_believed():
+def test_after_a_real_gap_the_second_state_is_accepted():
     flight = Flight().say(0, 1).say(1000, after=2.0).say(1001, 1002)
     assert flight.accepted == [0, 1, 1001, 1002]
 
 
 @pytest.mark.parametrize("far", [FAR, 200])  # one that may follow, too: 0.4 s ahead
-def test_a_stranger_who_was_believed_is_forgotten_within_the_time_that_the_guard_waits(far):
+def test_after_a_foreign_state_was_accepted_ours_are_again_before_the_guard_takes_over(far):
     flight = Flight().say(far).say(*range(100))
     first = flight.accepted[1]
     assert first * STEP < QUIET + 3 * STEP < 0.05
     assert flight.accepted == [far, *range(first, 100)]
-
-
-def test_a_plant_that_asks_again_is_heard_after_a_stranger():
-    assert Flight().say(FAR).say(0, 0, after=0.5).accepted == [FAR, 0]
 
 
 def test_what_is_far_ahead_is_told_from_what_is_old():

@@ -11,7 +11,7 @@ from quad_core.vehicle import Vehicle
 from quad_guard import guard
 from quad_guard.checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
 from quad_msgs.msg import GuardStatus
-from quad_node.vehicle_node import VehicleGuard, culprit, severest
+from quad_node.vehicle_node import VehicleGuard
 
 pytestmark = pytest.mark.unit
 
@@ -138,31 +138,3 @@ def test_a_guard_that_is_off_looks_at_nothing():
     absurd = Wrench(1e6, Vec3(0.0, 0.0, 0.0))
     assert step(ours, 0, wrench=absurd) == absurd
     assert (node.said, ours.taken_over) == ([], False)
-
-
-@pytest.mark.parametrize(
-    ("asked", "gives_up", "expected"),
-    [
-        (guard.NO_REQUEST, False, guard.NO_REQUEST),
-        (guard.RELEASE, False, guard.RELEASE),
-        (guard.RELEASE, True, guard.ASK_DESCEND),
-        (guard.ASK_KILL, True, guard.ASK_KILL),
-    ],
-)
-def test_giving_up_asks_for_a_descent_at_least(asked, gives_up, expected):
-    assert severest(asked, gives_up) == expected
-
-
-@pytest.mark.parametrize(
-    ("reason", "quiet", "stood_still", "expected"),
-    [
-        (guard.WRENCH_LOST, 0.05, "", "attitude_controller does not answer"),
-        (guard.WRENCH_LOST, 0.01, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
-        (guard.WRENCH_LOST, 0.05, "simulator stood still for 1.00 s", "simulator stood still for 1.00 s"),
-        (guard.STATE_LOST, 0.05, "", "state: nothing good from PX4"),
-        (guard.STATE_LOST, 0.05, "simulator stood still for 1.00 s", "simulator stood still for 1.00 s"),
-        (guard.TILT, 0.05, "", ""),
-    ],
-)
-def test_who_is_to_blame_for_a_takeover(reason, quiet, stood_still, expected):
-    assert culprit(reason, quiet, stood_still, "attitude_controller does not answer", "PX4") == expected

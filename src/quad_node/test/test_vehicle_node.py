@@ -4,6 +4,7 @@ import pytest
 import rclpy
 
 from quad_core.cascade import SIMULATOR
+from quad_guard import guard
 from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
 from quad_node import executor
 from quad_node.vehicle_node import VehicleNode
@@ -28,6 +29,27 @@ def owner(monkeypatch):
     yield made
     made.ros.destroy_node()
     rclpy.try_shutdown()
+
+
+STILL = "simulator stood still for 1.00 s"
+
+
+@pytest.mark.parametrize(
+    ("reason", "quiet", "stood_still", "expected"),
+    [
+        (guard.WRENCH_LOST, 25, "", "attitude_controller does not answer step 100: no wrench_setpoint"),
+        (guard.WRENCH_LOST, 5, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
+        (guard.WRENCH_LOST, 25, STILL, STILL),
+        (guard.STATE_LOST, 25, "", "state: nothing good from PX4"),
+        (guard.STATE_LOST, 25, STILL, STILL),
+        (guard.TILT, 25, "", ""),
+    ],
+)
+def test_a_takeover_names_the_node_that_caused_it(owner, reason, quiet, stood_still, expected):
+    owner.current_step, owner.end_step, owner.estimator, owner.stood_still = 100, 500, "PX4", stood_still
+    owner._heard_step = 100 - quiet
+    owner.guard.memory = owner.guard.memory._replace(reason=reason)
+    assert owner._culprit() == expected
 
 
 @pytest.mark.parametrize("step", [11, 2**64 - 1])

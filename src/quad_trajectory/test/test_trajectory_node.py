@@ -72,5 +72,5 @@ def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, run_id):
     for name in ("a1", run_id):
         mode = FlightMode(mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run_id=name)
         node.callbacks["flight/mode"](serialize_message(mode))
-    assert taken.newest().value.mode == FlightMode.MISSION
+    assert taken.newest.value.mode == FlightMode.MISSION
     assert node.counters["foreign_run"] == 1

@@ -56,7 +56,7 @@ class Recorder(FlightNode):
         self._ended = self._arrived = 0.0
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
-        self._poses = PoseOutput(self, self.bag, live=RELAY not in self.roles)  # an estimator shows its pose itself
+        self._poses = PoseOutput(self.ros, self.bag, live=RELAY not in self.roles)  # an estimator shows its pose itself
         self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
