@@ -77,7 +77,7 @@ def from_afar(paper_case):
 def late(paper_case, seeds, after=20.0):
     """Return the largest error after ``after`` s in m, infinite if a seed did not reach the end."""
     results = sweep(paper_flight(paper_case, after), seeds)
-    return max(one.largest_error if one.outcome == "ended" else float("inf") for one in results)
+    return max(one.score.largest_error if one.outcome == "ended" else float("inf") for one in results)
 
 
 def shown(value):

@@ -61,7 +61,7 @@ def ending(paper_case, seeds):
     whole = [result for result in results if result.outcome == "ended"]
     lost = [result.steps * 0.002 for result in results if result.outcome != "ended"]
     rmse = f"{min(r.rmse for r in whole):.3f} to {max(r.rmse for r in whole):.3f} m" if whole else ""
-    largest = f"{max(r.largest_error for r in whole):.3g} m" if whole else ""
+    largest = f"{max(r.score.largest_error for r in whole):.3g} m" if whole else ""
     times = f"{min(lost):.1f} to {max(lost):.1f} s" if lost else ""
     return f"{len(whole)} of {len(results)} | {rmse} | {largest} | {times}"
 

@@ -11,8 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from quad_campaign.batch import fly_numbers, prepared
-from quad_campaign.campaign import shipped
+from quad_campaign.batch import fly_numbers, prepared, shipped
 from quad_campaign.definition import Definition, Distribution, read_definition, settings_of
 from quad_core.parameter_files import read_parameter_file
 

@@ -141,11 +141,11 @@ class Twice(Vehicle):
 
 
 BROKEN = {
-    "two vehicles": (Twice, "state: quad_msgs/VehicleState, reliable"),
+    "two vehicles": (Twice, "the vehicle sends state 0 once all are READY"),
     "silent": (None, "the vehicle sends and takes what it must, and says READY"),
     "never ready": (changing(NodeStatus, state=NodeStatus.STARTING), "the vehicle says READY on flight/nodes"),
     "no state": (losing(lambda _, m: isinstance(m, VehicleState)), "the vehicle sends state 0 once all are READY"),
-    "best effort": (BestEffort, "state: quad_msgs/VehicleState, reliable"),
+    "best effort": (BestEffort, "the vehicle sends state 0 once all are READY"),
     "repeats": (altered(on_tick=repeats), "the state of a step comes once"),
     "babbles": (altered(on_tick=babbles), "the plant waits for the answer to its state"),
     "takes any step": (altered(on_wrench=takes_any_step), "a command for another step is ignored"),

@@ -11,7 +11,7 @@ from quad_core.parameters import build
 from quad_core.types import CALM, AttitudeInputs, PositionInputs
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.rotors import allocate
+from quad_dynamics.rotors import allocate_within, rotor_limit
 from quad_guard import guard
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_position_ctrl import aibs
@@ -41,7 +41,7 @@ def moments():
     path = case2.plan(case2.Parameters(), VEHICLE, rigid_body.observe(PLANT, VEHICLE, plant))
     position, attitude = aibs.init(POSITION, VEHICLE), abfnitsm.init(ATTITUDE, VEHICLE)
     memory = guard.init(GUARD, VEHICLE)
-    actuation = allocate(VEHICLE, abfnitsm.Wrench())
+    actuation = allocate_within(VEHICLE, abfnitsm.Wrench(), rotor_limit(VEHICLE))
     found = {}
     for k in range(MOMENTS[-1] + 1):
         state = rigid_body.observe(PLANT, VEHICLE, plant)

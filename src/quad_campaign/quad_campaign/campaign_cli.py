@@ -10,8 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NoReturn
 
-from quad_campaign.batch import flight_of, prepared
-from quad_campaign.campaign import run, shipped
+from quad_campaign.batch import flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import text, write_report
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts

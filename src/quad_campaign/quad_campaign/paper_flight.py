@@ -79,14 +79,14 @@ def arrival(described: PaperCase, seeds: Iterable[int], after: float = 20.0, *, 
     chosen = list(seeds)
     whole = sweep(paper_flight(described, after), chosen, compiled=compiled)
     short = sweep(paper_flight(described._replace(duration=after)), chosen, compiled=compiled)
-    then = [result.last_error for result in short if result.outcome == "ended"]
+    then = [result.score.last_error for result in short if result.outcome == "ended"]
     late = [result for result in whole if result.rmse == result.rmse]
     nothing = float("nan")
     return Arrival(
         len(chosen),
         sum(result.outcome == "ended" for result in whole),
         max(then, default=nothing),
-        max((result.largest_error for result in late), default=nothing),
+        max((result.score.largest_error for result in late), default=nothing),
         max((result.rmse for result in late), default=nothing),
     )
 

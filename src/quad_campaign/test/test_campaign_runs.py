@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from quad_campaign.batch import flight_of, fly_numbers, prepared
-from quad_campaign.campaign import run
+from quad_campaign.batch import flight_of, fly_numbers, prepared, run
 from quad_campaign.campaign_cli import main
 from quad_campaign.campaign_report import page, quantiles, success, worst
 from quad_campaign.definition import command, read_definition, request

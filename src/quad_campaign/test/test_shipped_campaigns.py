@@ -2,8 +2,7 @@
 
 import pytest
 
-from quad_campaign.batch import flight_of, prepared
-from quad_campaign.campaign import shipped
+from quad_campaign.batch import flight_of, prepared, shipped
 from quad_campaign.definition import read_definition, request
 from quad_flight.flight import flight_from_resolved
 from quad_flight.set_up import resolve_flight

@@ -1,36 +1,16 @@
-"""Limits and times of the guard: every default is a row of ``docs/explanation/safety.md``.
+"""Limits and times of the guard that a vehicle may need otherwise; each is a row of ``docs/explanation/safety.md``.
 
 None can change in flight: a limit cannot be widened while it protects something.
 """
 
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Flag, Real, Whole
+from quad_core.parameters import Flag, Real
 
 
 class CommandLimits(NamedTuple):
     """What a wrench must be to reach the rotors, and how long the last good one may serve."""
 
-    thrust_margin: Annotated[
-        float,
-        Real(
-            "",
-            "thrust is refused beyond this factor times the largest, up or down; the allocation limits the rest",
-            1.0,
-            1e6,
-            "addition",
-        ),
-    ] = 2.0
-    torque_margin: Annotated[
-        float,
-        Real(
-            "",
-            "torque about an axis is refused beyond this factor times the largest of four rotors",
-            1.0,
-            1e9,
-            "addition",
-        ),
-    ] = 100.0
     too_old: Annotated[
         float, Real("s", "a wrench is refused if the state that it answers is older", 0.001, 10.0, "addition")
     ] = 0.1
@@ -52,22 +32,6 @@ class StateLimits(NamedTuple):
     attitude_jump: Annotated[
         float, Real("rad", "a sample is refused this far from the last one's prediction", 0.01, 3.2, "ArduPilot")
     ] = 0.3490658503988659
-    refused_count: Annotated[
-        int, Whole("", "refused samples within the window at which the backup law takes over", 1, 1000, "ArduPilot")
-    ] = 10
-    refused_window: Annotated[
-        float, Real("s", "window in which refused samples are counted", 0.01, 10.0, "ArduPilot")
-    ] = 0.2
-    frozen_motion: Annotated[
-        float,
-        Real(
-            "m, m/s, rad, rad/s",
-            "a repeated sample is frozen once a live one had changed by more, and by two of the least steps it takes",
-            0.0,
-            10.0,
-            "addition",
-        ),
-    ] = 1e-9
     warn_age: Annotated[
         float, Real("s", "age of the accepted sample above which the guard warns", 0.001, 10.0, "MRS")
     ] = 0.05
@@ -128,16 +92,3 @@ class GuardParameters(NamedTuple):
     has_commander: Annotated[
         bool, Flag("a commander takes part and lands while the position is good; else the guard descends")
     ] = False
-    settle_time: Annotated[
-        float,
-        Real(
-            "s",
-            "commands and state must be good for this long before the controllers get the vehicle back",
-            0.0,
-            10.0,
-            "addition",
-        ),
-    ] = 0.2
-    release_tilt: Annotated[
-        float, Real("rad", "largest tilt for the return to the controllers", 0.01, 1.5, "addition")
-    ] = 0.5235987755982988

@@ -194,14 +194,16 @@ def _step(law: Callable[..., Any]) -> Callable[..., Any]:
     return step
 
 
+# The law is called in one place: each call is a copy of it in the compiled loop.
 def _attitude_step(law: Callable[..., Any]) -> Callable[..., Any]:
     """Return ``step`` whose torque is ``upright`` on the ground: a law may hold the angle by its integral alone."""
 
     def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
-        if not inputs.state.on_ground:
-            return law(parameters, vehicle, memory, inputs, dt)
-        output, _, internals = law(parameters, vehicle, memory, level(inputs), dt)
-        return Wrench(output.thrust, upright(vehicle, inputs.state)), memory, internals
+        on_ground = inputs.state.on_ground
+        output, after, internals = law(parameters, vehicle, memory, level(inputs) if on_ground else inputs, dt)
+        if on_ground:
+            output, after = Wrench(output.thrust, upright(vehicle, inputs.state)), memory
+        return output, after, internals
 
     return step
 
@@ -210,19 +212,18 @@ def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
     """Return ``step`` that takes back by and by, not in one step, what the vehicle was carried aside on the way up."""
 
     def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
-        if inputs.state.on_ground:
+        on_ground, seen = inputs.state.on_ground, inputs
+        distance, speed, returns = memory.distance, memory.speed, memory.returns
+        if on_ground:
+            seen, returns = straight_up(inputs), True
             distance, speed = apart(inputs)
-            output, own, internals = law(parameters, vehicle, memory.law, straight_up(inputs), dt)
-            return output, kind(memory.law, distance, speed, True), internals
-        if not memory.returns:
-            output, own, internals = law(parameters, vehicle, memory.law, inputs, dt)
-            return output, kind(own, memory.distance, memory.speed, False), internals
-        pull = add(scale(-RETURN * RETURN, memory.distance), scale(-2.0 * RETURN, memory.speed))
-        seen = shifted(inputs, memory.distance, memory.speed, pull)
+        elif returns:
+            pull = add(scale(-RETURN * RETURN, distance), scale(-2.0 * RETURN, speed))
+            seen = shifted(inputs, distance, speed, pull)
+            speed = add(speed, scale(dt, pull))
+            distance = add(distance, scale(dt, speed))
+            returns = norm(distance) > RETURNED or norm(speed) > RETURNED
         output, own, internals = law(parameters, vehicle, memory.law, seen, dt)
-        speed = add(memory.speed, scale(dt, pull))
-        distance = add(memory.distance, scale(dt, speed))
-        returns = norm(distance) > RETURNED or norm(speed) > RETURNED
-        return output, kind(own, distance, speed, returns), internals
+        return output, kind(memory.law if on_ground else own, distance, speed, returns), internals
 
     return step

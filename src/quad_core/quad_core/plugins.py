@@ -41,6 +41,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from traceback import extract_tb
 from types import ModuleType
+from typing import Any
 
 from quad_core.parameters import fields
 from quad_core.records import leaves
@@ -74,12 +75,10 @@ def names(group: str) -> list[str]:
     return sorted({point.name for point in entry_points(group=group)})
 
 
-@cache
-def load(group: str, name: str) -> ModuleType:
-    """Return the module registered as ``name`` in ``group``.
+def named(group: str, name: str) -> Any:
+    """Return what is registered as ``name`` in ``group``.
 
-    Raises PluginError if nothing has that name, several have it, it cannot be imported, the module misses something
-    that the group demands, or one of its types has a field that the stack cannot carry.
+    Raises PluginError if nothing has that name, several have it, or it cannot be imported.
     """
     points = [point for point in entry_points(group=group) if point.name == name]
     if not points:
@@ -88,9 +87,19 @@ def load(group: str, name: str) -> ModuleType:
     if len(values) > 1:
         raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename one")
     try:
-        module: ModuleType = points[0].load()
+        return points[0].load()
     except Exception as error:  # whatever its text does when it is imported
         raise PluginError(f"{group}: plug-in {name!r} ({values[0]}) cannot be imported: {_mistake(error)}") from error
+
+
+@cache
+def load(group: str, name: str) -> ModuleType:
+    """Return the module registered as ``name`` in ``group``.
+
+    Raises PluginError as ``named``, or if the module misses something that the group demands, or one of its types has
+    a field that the stack cannot carry.
+    """
+    module: ModuleType = named(group, name)
     contract = OTHERS.get(group, LAW)
     missing = [item for item in contract if not hasattr(module, item)]
     if missing:

@@ -9,7 +9,6 @@ the sourced environment register belongs to every flight of that environment; no
 """
 
 from collections.abc import Sequence
-from importlib.metadata import entry_points
 from typing import Any, NamedTuple, TypeVar
 
 from quad_core import plugins
@@ -87,19 +86,14 @@ Kind = TypeVar("Kind")
 def registered(group: str, kind: type[Kind]) -> dict[str, Kind]:
     """Return {role: what an entry point of ``group`` names}, sorted by role.
 
-    Raises PluginError naming an entry point that two packages have, that cannot be imported, or that names no ``kind``.
+    Raises PluginError as ``plugins.named``, or for an entry point that names no ``kind``.
     """
     found: dict[str, Kind] = {}
-    for name, value in sorted({(point.name, point.value) for point in entry_points(group=group)}):
-        if name in found:
-            raise plugins.PluginError(f"{group}: {name!r} is registered twice, the second time as {value}")
-        try:
-            row = next(point for point in entry_points(group=group) if point.value == value).load()
-        except (ImportError, AttributeError) as error:
-            raise plugins.PluginError(f"{group}: {name} = {value}: cannot be imported: {error}") from error
+    for name in plugins.names(group):
+        row = plugins.named(group, name)
         if not isinstance(row, kind):
             expected = f"expected a quad_core.roles.{kind.__name__}"
-            raise plugins.PluginError(f"{group}: {name} = {value}: found a {type(row).__name__}, {expected}")
+            raise plugins.PluginError(f"{group}: {name}: found a {type(row).__name__}, {expected}")
         found[name] = row
     return found
 

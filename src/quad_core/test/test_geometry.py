@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from quad_core import geometry
-from quad_core.compilation import compiled
 from quad_core.geometry import ZERO, add, clamp, cross, dot, negate, norm, scale, subtract, total
 from quad_core.types import Quat, Vec3
 
@@ -52,11 +51,6 @@ def test_clamp_moves_into_the_range_and_no_farther(value, low, high):
 
 def test_clamp_leaves_a_nan_to_be_seen():
     assert math.isnan(clamp(math.nan, -1.0, 1.0))
-
-
-def test_compiled_clamp_is_the_same():
-    pytest.importorskip("numba")
-    assert [compiled(clamp)(value, -1.0, 2.0) for value in (-5.0, -1.0, 0.5, 2.0, 9.0)] == [-1.0, -1.0, 0.5, 2.0, 2.0]
 
 
 ANGLE = st.floats(-3.14, 3.14)

@@ -1,7 +1,6 @@
 """A law on predicted states: its own text, memory, parameters and internals."""
 
 import pickle
-import struct
 from types import ModuleType
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import pytest
 from quad_core import plugins
 from quad_core.parameters import flatten
 from quad_core.prediction import Prediction, Shown, predicting
-from quad_core.records import flattener, leaves
+from quad_core.records import leaves
 from quad_core.resolution import resolve
 from quad_core.types import (
     Actuation,
@@ -93,35 +92,6 @@ def test_a_node_flies_the_bare_law_unless_it_is_told_to_predict():
     assert "prediction.position_age" in names
     assert len(names) == len(set(names)) == len(bare.all_fields())
     assert resolve(ROLE, {field.name: field.default for field in resolved.all_fields()}) == resolved
-
-
-@needs_plugins
-@pytest.mark.parametrize("law", ["aibs", "ibs", "pid", "se3"])
-def test_every_position_law_takes_it(law):
-    resolved = resolve(ROLE, {"law": law, **ON}).law
-    bare = resolve(ROLE, {"law": law})
-    memory = resolved.module.init(resolved.parameters, VEHICLE)
-    _, after, _ = resolved.module.step(resolved.parameters, VEHICLE, memory, inputs(1.0), 0.01)
-    by_hand = inputs(1.1)
-    module, own = bare.plugins["law"].module, bare.law.parameters
-    _, expected, _ = module.step(own, VEHICLE, module.init(own, VEHICLE), by_hand, 0.01)
-    assert flattener(module.Memory)(after.law.law) == pytest.approx(flattener(module.Memory)(expected), abs=1e-9)
-
-
-@needs_plugins
-def test_compiled_it_gives_the_same_bits():
-    pytest.importorskip("numba")
-    from quad_core.compilation import compiled
-
-    resolved = resolve(ROLE, {"law": "pid", **ON, "prediction.smoothing": 20.0}).law
-    machine, flat = compiled(resolved.module.step), flattener(resolved.module.Memory)
-    mine = theirs = resolved.module.init(resolved.parameters, VEHICLE)
-    for k in range(50):
-        seen = inputs(0.05 * k)
-        _, mine, _ = resolved.module.step(resolved.parameters, VEHICLE, mine, seen, 0.01)
-        _, theirs, _ = machine(resolved.parameters, VEHICLE, theirs, seen, 0.01)
-        numbers = [list(map(float, flat(memory))) for memory in (mine, theirs)]
-        assert struct.pack(f"{len(numbers[0])}d", *numbers[0]) == struct.pack(f"{len(numbers[1])}d", *numbers[1]), k
 
 
 @needs_plugins

@@ -70,7 +70,7 @@ def test_rows_are_found_by_role(package):
     ("lines", "kind", "message"),
     [
         ("mine = registered_rows:ROLE", VehicleInterface, "found a Role, expected a quad_core.roles.VehicleInterface"),
-        ("mine = registered_rows:MISSING", Role, "mine = registered_rows:MISSING: cannot be imported"),
+        ("mine = registered_rows:MISSING", Role, r"plug-in 'mine' \(registered_rows:MISSING\) cannot be imported"),
         ("mine = no_such_module:ROLE", Role, "cannot be imported: No module named 'no_such_module'"),
     ],
 )
@@ -83,5 +83,7 @@ def test_a_row_that_cannot_be_used_is_named(package, lines, kind, message):
 def test_a_role_that_two_packages_register_is_refused(package):
     package("one", "mine = registered_rows:ROLE")
     package("two", "mine = registered_rows:VEHICLE")
-    with pytest.raises(PluginError, match="'mine' is registered twice"):
+    with pytest.raises(
+        PluginError, match="'mine' is the name of several plug-ins: registered_rows:ROLE, registered_rows:VEHICLE"
+    ):
         registered("quad.made_up", Role)

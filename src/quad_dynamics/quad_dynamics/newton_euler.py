@@ -66,32 +66,28 @@ class Load(NamedTuple):
 NO_LOAD = Load(1.0, ZERO, Vec3(1.0, 1.0, 1.0), ZERO)
 
 
+def body_of(parameters: PlantParameters, vehicle: Vehicle, mass: float, xx: float, yy: float, zz: float) -> Body:
+    """Return a body of ``mass`` kg and moments of inertia kg m^2 with the drag of ``vehicle``."""
+    printed = parameters.drag_sign == DragSign.PRINTED
+    drag, damping = vehicle.drag_coefficient, vehicle.drag_torque_coefficient
+    return Body(mass, vehicle.gravity, xx, yy, zz, drag, damping, printed)
+
+
 def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
     """Return the body as the laws know it: m, I of Table 1."""
-    return Body(
-        mass=vehicle.mass,
-        gravity=vehicle.gravity,
-        inertia_xx=vehicle.inertia_xx,
-        inertia_yy=vehicle.inertia_yy,
-        inertia_zz=vehicle.inertia_zz,
-        drag_coefficient=vehicle.drag_coefficient,
-        drag_torque_coefficient=vehicle.drag_torque_coefficient,
-        printed_drag=parameters.drag_sign == DragSign.PRINTED,
-    )
+    return body_of(parameters, vehicle, vehicle.mass, vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)
 
 
 def true_body(parameters: PlantParameters, vehicle: Vehicle, payload: Payload) -> Body:
     """Return the body as it is: m + dm, I + dI (Eq. 10), with the mass and the moments of inertia of ``payload``."""
     added, error = payload.inertia_b, parameters.inertia_error
-    return Body(
-        mass=vehicle.mass + parameters.mass_error + payload.mass,
-        gravity=vehicle.gravity,
-        inertia_xx=vehicle.inertia_xx + error.xx + added.x,
-        inertia_yy=vehicle.inertia_yy + error.yy + added.y,
-        inertia_zz=vehicle.inertia_zz + error.zz + added.z,
-        drag_coefficient=vehicle.drag_coefficient,
-        drag_torque_coefficient=vehicle.drag_torque_coefficient,
-        printed_drag=parameters.drag_sign == DragSign.PRINTED,
+    return body_of(
+        parameters,
+        vehicle,
+        vehicle.mass + parameters.mass_error + payload.mass,
+        vehicle.inertia_xx + error.xx + added.x,
+        vehicle.inertia_yy + error.yy + added.y,
+        vehicle.inertia_zz + error.zz + added.z,
     )
 
 

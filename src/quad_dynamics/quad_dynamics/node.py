@@ -18,7 +18,7 @@ from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.plant_output import PlantOutput
+from quad_dynamics.plant_output import PlantOutput, announce
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.ending import is_down
 from quad_msgs.msg import FlightEvent, FlightState
@@ -58,7 +58,7 @@ class Simulator(VehicleNode):
         """Publish step 0."""
         if self._before_flight is not None:
             self._before_flight.cancel()
-        self._output.announce(self.current_step, self.elapsed_ns)
+        announce(self, self.model, self.current_step, self.elapsed_ns)
         self._publish_step()
 
     def progress(self) -> None:
@@ -129,7 +129,7 @@ class Simulator(VehicleNode):
             self.end(*ending)
         else:
             self.current_step += 1
-            self._output.announce(self.current_step, self.elapsed_ns)
+            announce(self, self.model, self.current_step, self.elapsed_ns)
             if publish:
                 self._publish_step()
 

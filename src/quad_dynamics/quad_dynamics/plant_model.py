@@ -1,5 +1,8 @@
 """The plant with its disturbance, sensors and command link, stepped from plug-ins; the simulator node is its clock."""
 
+from collections import deque
+from collections.abc import Iterator
+
 from quad_core.cycle import seconds
 from quad_core.lift_off import airborne, marked, standing
 from quad_core.resolution import Resolved
@@ -29,11 +32,14 @@ class PlantModel:
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
         self._link_line, linked = link.init()
         self._commanded = Wrench()
+        announcements = getattr(weather.module, "announcements", None)
+        self._announcements = deque[tuple[float, str, str]](announcements(weather.parameters) if announcements else [])
         self.truth: VehicleState
         self.state: VehicleState
         self.conditions: Conditions
         self._memory: Memory
-        self.truth, self._memory = self._do.begin(self._side, sensed, linked)
+        self._memory = self._do.begin(self._side, sensed, linked)
+        self.truth = self._do.observe(self._side, self._memory)
         self.armed, self.actuated_step = True, -1
         self.cover(round(_FIRST_LENGTH / seconds(1, period)))
         self._look(0)
@@ -58,11 +64,11 @@ class PlantModel:
         )
         return found
 
-    def announcements(self) -> list[tuple[float, str, str]]:
-        """Return (time s, kind, text) of what the disturbance has to report in flight, in order of time."""
-        announce = getattr(self._weather.module, "announcements", None)
-        found: list[tuple[float, str, str]] = announce(self._weather.parameters) if announce else []
-        return found
+    def announced(self, step: int) -> Iterator[tuple[str, str]]:
+        """Yield kind and text of what the disturbance has to report up to ``step``, each once, in order of time."""
+        now = seconds(step, self._side.period)
+        while self._announcements and self._announcements[0][0] <= now:
+            yield self._announcements.popleft()[1:]
 
     def stand(self, ground_height: float) -> None:
         """Begin on the ground if the plant stands there, else in the air above a ground at ``ground_height`` m."""
@@ -87,7 +93,8 @@ class PlantModel:
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
         """Integrate over ``step`` with ``wrench`` for the rotors; returns the true state at its end."""
-        self.truth, self._memory = self._do.move(self._side, self._memory, self.conditions, wrench)
+        self._memory = self._do.move(self._side, self._memory, self.conditions, wrench)
+        self.truth = self._do.observe(self._side, self._memory)
         self.actuated_step = step
         if step + 1 >= self._covered:
             self.cover(2 * self._covered)

@@ -1,10 +1,8 @@
 """What whoever integrates a plant publishes of each step: state, truth, disturbance, actuation, and for tools."""
 
-from collections import deque
 from typing import Any
 
 from quad_core.cascade import SIGNALS
-from quad_core.cycle import seconds
 from quad_core.geometry import rotate_inverse
 from quad_dynamics.plant_model import PlantModel
 from quad_msgs.msg import FlightEvent
@@ -13,20 +11,10 @@ from quad_node.flight_node import FlightNode
 from quad_node.topics import message_type
 
 
-class Announcer:
-    """Reports what begins or ends to act on a ``PlantModel``."""
-
-    def __init__(self, node: FlightNode, model: PlantModel) -> None:
-        """Report as events of ``node``."""
-        self._node = node
-        self._announcements = deque(model.announcements())
-
-    def announce(self, step: int, stamp: int) -> None:
-        """Report what begins or ends to act at ``step``; ``stamp`` in ns."""
-        time_now = seconds(step, self._node.flight.plant_period)
-        while self._announcements and self._announcements[0][0] <= time_now:
-            _, kind, text = self._announcements.popleft()
-            self._node.event(FlightEvent.INFO, kind, text, stamp, always=True)
+def announce(node: FlightNode, model: PlantModel, step: int, stamp: int) -> None:
+    """Report as events of ``node`` what begins or ends to act on ``model`` at ``step``; ``stamp`` in ns."""
+    for kind, text in model.announced(step):
+        node.event(FlightEvent.INFO, kind, text, stamp, always=True)
 
 
 class PlantOutput:
@@ -42,7 +30,6 @@ class PlantOutput:
         self._settings = node.resolved.node
         self._odom_out = node.publisher("odom", match=self._state_out is None)
         self._clock_out = node.publisher("clock", match=False)
-        self.announce = Announcer(node, model).announce
 
     def _output(self, topic: str) -> tuple[Any, Packer]:
         kind = SIGNALS[topic].kind

@@ -70,15 +70,11 @@ def receive(
     return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
 
 
-def seen_of(motion: VehicleState) -> VehicleState:
-    """Return what a plant observes with every field: one that is compiled may leave out those after the body rates."""
-    return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
-
-
 class SideFunctions(NamedTuple):
     """The functions of a plant step that depend on plug-ins; what each returns stands in ``side_functions``."""
 
     begin: Callable[..., Any]
+    observe: Callable[..., Any]
     sense: Callable[..., Any]
     move: Callable[..., Any]
 
@@ -88,13 +84,17 @@ def side_functions(plant: Any, disturbance: Any, sensing: Any) -> SideFunctions:
     plant_init, plant_step, plant_observe = plant.init, plant.step, plant.observe
     disturbance_sample, sensing_step = disturbance.sample, sensing.step
 
-    def begin(side: Side, sensing: Any, linked: LinkMemory) -> tuple[VehicleState, Memory]:
-        """Return the true state and the memory before step 0; ``sensing``, ``linked``: memories of plug-in and link."""
+    def begin(side: Side, sensing: Any, linked: LinkMemory) -> Memory:
+        """Return the memory before step 0; ``sensing``, ``linked``: memories of plug-in and link."""
         zero, none = Vec3(0.0, 0.0, 0.0), Rotors(0.0, 0.0, 0.0, 0.0)
         state = plant_init(side.plant, side.vehicle)
         actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
-        truth = seen_of(plant_observe(side.plant, side.vehicle, state))
-        return truth, Memory(state, sensing, linked, airborne(0.0), actuation)
+        return Memory(state, sensing, linked, airborne(0.0), actuation)
+
+    def observe(side: Side, memory: Memory) -> VehicleState:
+        """Return the true state; fields after the body rates are new, which a plant that is compiled may leave out."""
+        motion = plant_observe(side.plant, side.vehicle, memory.plant)
+        return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
 
     def sense(
         side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, armed: bool, k: int
@@ -114,11 +114,10 @@ def side_functions(plant: Any, disturbance: Any, sensing: Any) -> SideFunctions:
             state = marked(state, lift)
         return conditions, state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
 
-    def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> tuple[VehicleState, Memory]:
-        """Return the true state one plant period later, under ``wrench`` for the rotors, and the memory."""
+    def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> Memory:
+        """Return the memory one plant period later, under ``wrench`` for the rotors."""
         dt = seconds(1, side.period)
         state, actuation = plant_step(side.plant, side.vehicle, memory.plant, wrench, conditions, dt)
-        truth = seen_of(plant_observe(side.plant, side.vehicle, state))
-        return truth, Memory(state, memory.sensing, memory.link, memory.lift, actuation)
+        return Memory(state, memory.sensing, memory.link, memory.lift, actuation)
 
-    return SideFunctions(begin, sense, move)
+    return SideFunctions(begin, observe, sense, move)

@@ -227,11 +227,6 @@ def nearest(vehicle: Vehicle, thrust: float, torque: Vec3, limit: float) -> tupl
     )
 
 
-def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
-    """Return what four ideal rotors with a full battery make of ``wrench``; see ``allocate_within``."""
-    return allocate_within(vehicle, wrench, rotor_limit(vehicle))
-
-
 def allocate_within(vehicle: Vehicle, wrench: Wrench, max_each: float) -> Actuation:
     """Return what four rotors make of ``wrench`` (any finite N and N m): Eqs. 3, 8 and flags.
 

@@ -33,27 +33,25 @@ WIND, GUST, DRYDEN, GAUSSIAN, PUSH, PAYLOAD, ROTOR, BATTERY, FREEZE, JUMP, LINK 
 
 
 class Number(NamedTuple):
-    """A number of an event; ``default`` None: it must be given."""
+    """A number of an event, or the three of a vector (``size``); ``default`` None: it must be given."""
 
     unit: str
     low: float
     high: float
     default: float | None = None
+    size: int = 1
 
 
-class Vector(NamedTuple):
-    """Three numbers of an event; without ``needed`` they are zero where not given."""
-
-    unit: str
-    size: float
-    needed: bool = True
+def three(unit: str, largest: float, default: float | None = None) -> Number:
+    """Return a vector whose components are at most ``largest``."""
+    return Number(unit, -largest, largest, default, 3)
 
 
 class Kind(NamedTuple):
     """One kind of event: code in the table, its numbers in the order of the table's columns, meaning."""
 
     code: float
-    fields: Mapping[str, Number | Vector]
+    fields: Mapping[str, Number]
     meaning: str
 
 
@@ -77,8 +75,8 @@ class EventError(ParameterError):
 
 
 KINDS = {
-    "wind": Kind(WIND, {"velocity": Vector("m/s", 100.0)}, "constant wind"),
-    "gust": Kind(GUST, {"velocity": Vector("m/s", 100.0)}, "1-cosine gust of this peak; needs an end"),
+    "wind": Kind(WIND, {"velocity": three("m/s", 100.0)}, "constant wind"),
+    "gust": Kind(GUST, {"velocity": three("m/s", 100.0)}, "1-cosine gust of this peak; needs an end"),
     "dryden": Kind(
         DRYDEN,
         {
@@ -102,15 +100,15 @@ KINDS = {
     ),
     "push": Kind(
         PUSH,
-        {"force": Vector("N", 1e4, needed=False), "torque": Vector("N m", 1e3, needed=False)},
+        {"force": three("N", 1e4, 0.0), "torque": three("N m", 1e3, 0.0)},
         "pulse of force (world) and torque (body)",
     ),
     "payload": Kind(
         PAYLOAD,
         {
             "mass": Number("kg", 0.0, 100.0),
-            "offset": Vector("m", 10.0, needed=False),
-            "inertia": Vector("kg m^2", 10.0, needed=False),
+            "offset": three("m", 10.0, 0.0),
+            "inertia": three("kg m^2", 10.0, 0.0),
         },
         "payload picked up at start and dropped at the end; offset of its centre (body), inertia about its own centre",
     ),
@@ -127,7 +125,7 @@ KINDS = {
     "freeze": Kind(FREEZE, {}, "sensors repeat their last reading"),
     "jump": Kind(
         JUMP,
-        {"offset": Vector("m", 1000.0, needed=False), "yaw": Number("rad", -3.2, 3.2, 0.0)},
+        {"offset": three("m", 1000.0, 0.0), "yaw": Number("rad", -3.2, 3.2, 0.0)},
         "sensors jump in position (world) and heading",
     ),
     "link": Kind(
@@ -336,19 +334,15 @@ def _times(number: int, line: str, given: Mapping[str, str]) -> tuple[float, flo
     return start, end
 
 
-def _values(number: int, line: str, key: str, field: Number | Vector, text: str | None) -> list[float]:
-    if isinstance(field, Number):
-        if text is None and field.default is None:
-            raise EventError(number, line, f"{key}= is missing")
-        return [field.default or 0.0] if text is None else [_number(number, line, key, field, text)]
+def _values(number: int, line: str, key: str, field: Number, text: str | None) -> list[float]:
     if text is None:
-        if field.needed:
+        if field.default is None:
             raise EventError(number, line, f"{key}= is missing")
-        return [0.0, 0.0, 0.0]
-    parts = text.split(",")
-    if len(parts) != 3:
+        return [field.default] * field.size
+    parts = text.split(",") if field.size > 1 else [text]
+    if len(parts) != field.size:
         raise EventError(number, line, f"{key}: found {text!r}, expected x,y,z in {field.unit}")
-    return [_number(number, line, key, Number(field.unit, -field.size, field.size), part) for part in parts]
+    return [_number(number, line, key, field, part) for part in parts]
 
 
 def _number(number: int, line: str, key: str, field: Number, text: str) -> float:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import Conditions, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.parameters import Effectiveness, InertiaError, PlantParameters
+from quad_dynamics.rotors import allocate_within, rotor_limit
 
 ASYMMETRIC = Vehicle(
     mass=1.3,
@@ -30,6 +31,11 @@ WRONG = PlantParameters(
 )
 NO_DRAG = ASYMMETRIC._replace(drag_coefficient=0.0, drag_torque_coefficient=0.0)
 NONE = Vec3(0.0, 0.0, 0.0)
+
+
+def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
+    """Return what four ideal rotors with a full battery make of ``wrench``."""
+    return allocate_within(vehicle, wrench, rotor_limit(vehicle))
 
 
 def under(force: Vec3 = NONE, torque: Vec3 = NONE) -> Conditions:

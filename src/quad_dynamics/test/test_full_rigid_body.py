@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, WRONG, flat, gentle_wrench, motion, vector
+from plant_cases import ASYMMETRIC, WRONG, allocate, flat, gentle_wrench, motion, vector
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
@@ -18,7 +18,6 @@ from quad_dynamics.parameters import (
     InitialVelocity,
     PlantParameters,
 )
-from quad_dynamics.rotors import allocate
 
 LAGGING = ASYMMETRIC._replace(
     rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from quad_core.compilation import compiled
 from quad_core.types import LinkFault, Vec3, Wrench
 from quad_dynamics import link
 
@@ -62,9 +61,3 @@ def test_random_faults_give_the_newest_command_that_has_arrived(seed):
     seen = flown(faults)
     assert [w.thrust for w in seen] == [float(k) for k in expected]
     assert all(w == sent(k) for w, k in zip(seen, expected, strict=True) if k >= 0)
-
-
-def test_the_link_is_bit_equal_when_compiled():
-    rng = np.random.default_rng(7)
-    faults = [LinkFault(float(rng.uniform(0.0, 0.02)) * (k % 5 > 0), bool(rng.random() < 0.1)) for k in range(500)]
-    assert flown(faults) == flown(faults, compiled(link.step))

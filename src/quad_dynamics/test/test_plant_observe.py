@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plant_cases import ASYMMETRIC, NONE, flat
+from plant_cases import ASYMMETRIC
 from scipy.spatial.transform import Rotation
 
 from quad_core.geometry import euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import ParameterError, build, flatten
-from quad_core.types import CALM, Vec3, Wrench
+from quad_core.types import Vec3
 from quad_core.vehicle import DragSign
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.parameters import InertiaError, PlantParameters
@@ -74,12 +74,6 @@ def test_both_plants_start_where_they_are_told():
         np.testing.assert_allclose(seen.omega_b, [0.4, 0.5, 0.6], atol=1e-15)
 
 
-def test_default_start_is_rest_in_the_origin():
-    for plant in (paper, rigid_body):
-        seen = plant.observe(PlantParameters(), ASYMMETRIC, plant.init(PlantParameters(), ASYMMETRIC))
-        np.testing.assert_allclose(flat(seen), [0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0])
-
-
 def test_parameters_are_named_and_checked():
     built = build(PlantParameters, {"drag_sign": "printed", "effectiveness.yaw": 0.5, "inertia_error.zz": 1e-3})
     assert (built.drag_sign, built.effectiveness.yaw, built.inertia_error.zz) == (DragSign.PRINTED, 0.5, 1e-3)
@@ -107,13 +101,3 @@ def test_parameters_are_named_and_checked():
 def test_errors_that_leave_no_mass_or_inertia_are_refused_by_name(plant, wrong, named):
     with pytest.raises(ValueError, match=named):
         plant.init(wrong, ASYMMETRIC)
-
-
-@pytest.mark.parametrize("plant", [paper, rigid_body])
-def test_hover_stays(plant):
-    state = plant.init(PlantParameters(), ASYMMETRIC)
-    wrench = Wrench(ASYMMETRIC.mass * ASYMMETRIC.gravity, NONE)
-    for _ in range(100):
-        state, actuation = plant.step(PlantParameters(), ASYMMETRIC, state, wrench, CALM, 0.002)
-    np.testing.assert_allclose(flat(state), flat(plant.init(PlantParameters(), ASYMMETRIC)), atol=1e-13)
-    assert actuation.thrust == pytest.approx(wrench.thrust, rel=1e-15)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plant_cases import ASYMMETRIC
+from plant_cases import ASYMMETRIC, allocate
 from scipy.optimize import linprog
 
 from quad_core.types import Rotors, Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle
-from quad_dynamics.rotors import allocate, rotor_limit, wrench_from_rotors
+from quad_dynamics.rotors import rotor_limit, wrench_from_rotors
 
 D = ASYMMETRIC.arm_length
 S = D / math.sqrt(2.0)

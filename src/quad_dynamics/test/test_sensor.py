@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plant_cases import flat
 from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
-from quad_core.compilation import compiled
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 from quad_dynamics import sensor
 from quad_dynamics.sensor import Parameters
@@ -205,16 +203,3 @@ def test_a_jump_shifts_the_position_and_turns_the_heading():
     expected = Rotation.from_euler("Z", 0.4) * TILTED
     assert (expected.inv() * Rotation.from_quat(reading.q_wb)).magnitude() < 1e-15 * 10
     assert (reading.v_w, reading.omega_b) == (HERE.v_w, HERE.omega_b)
-
-
-def test_readings_are_bit_equal_when_compiled():
-    parameters = NOISY._replace(period_steps=2, attitude_quantum=0.01, position_bias=0.1, rate_quantum=0.001)
-    rng = np.random.default_rng(8)
-    truths = [
-        VehicleState(*(Vec3(*rng.normal(size=3).tolist()) for _ in range(2)), HERE.q_wb, HERE.omega_b)
-        for _ in range(600)
-    ]
-    faults = [SensorFault(k % 7 == 0, Vec3(0.0, 0.1 * (k % 3), 0.0), 0.2 * (k % 2)) for k in range(600)]
-    plain = seen(parameters, truths, faults=faults)
-    fast = seen(parameters, truths, faults=faults, step=compiled(sensor.step))
-    assert [flat(a).tobytes() for a in plain] == [flat(b).tobytes() for b in fast]

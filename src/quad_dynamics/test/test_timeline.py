@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, flat
+from plant_cases import ASYMMETRIC
 
-from quad_core.compilation import compiled
 from quad_core.parameters import ParameterError
 from quad_core.types import CALM, Rotors, Vec3
 from quad_dynamics import held_gaussian, timeline
@@ -150,16 +149,6 @@ def test_a_longer_flight_begins_like_a_shorter_one_and_seeds_differ():
     short = [at(ALL, time, 4, 10.0) for time in times]
     assert short == [at(ALL, time, 4, 60.0) for time in times]
     assert short != [at(ALL, time, 5, 10.0) for time in times]
-
-
-def test_samples_are_bit_equal_when_compiled():
-    parameters = Parameters(ALL)
-    table = timeline.draw(parameters, ASYMMETRIC, 2, 12.0)
-    sample = compiled(timeline.sample)
-    for time in np.random.default_rng(3).uniform(0.0, 12.0, 1500).tolist():
-        assert (
-            flat(timeline.sample(parameters, table, time)).tobytes() == flat(sample(parameters, table, time)).tobytes()
-        )
 
 
 @pytest.mark.parametrize(

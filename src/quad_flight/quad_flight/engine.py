@@ -47,7 +47,21 @@ class Engine(NamedTuple):
 @cache
 def python_engine(modules: Modules) -> Engine:
     """Return the loop as plain Python."""
-    return _bound(modules, rows.quick_writer(modules.stages))
+    side = side_functions(modules.plant, modules.disturbance, modules.sensing)
+    functions = {
+        **side._asdict(),
+        "plant_lumped": modules.plant.lumped,
+        "trajectory_plan": modules.trajectory.plan,
+        "trajectory_sample": modules.trajectory.sample,
+        "trajectory_duration": modules.trajectory.duration,
+        "answer": stages.answer_of(modules.stages),
+        "distance_behind": behind_check(modules.stages.position_controller.Internals),
+    }
+    return Engine(
+        _twin(loop.take_off, "take_off", functions),
+        _twin(loop.fly, "fly", {**functions, "LOGGING": False}),
+        _twin(loop.fly, "fly_logged", {**functions, "LOGGING": True, "write": rows.writer(modules.stages)}),
+    )
 
 
 def compiled_engine(modules: Modules) -> Engine:
@@ -62,9 +76,7 @@ def _compiled_engine(modules: Modules) -> Engine:
     if not directory.exists():
         names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
         sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
-    return Engine(
-        *(_cached(compiled(function), directory) for function in _bound(modules, rows.writer(modules.stages)))
-    )
+    return Engine(*(_cached(compiled(function), directory) for function in python_engine(modules)))
 
 
 def explain(modules: Modules, error: Exception) -> EngineError:
@@ -127,24 +139,6 @@ def reached(function: FunctionType, seen: set[FunctionType], files: set[Path]) -
             yield f"{name} = {list(value)!r}\n"
         elif isinstance(value, type) and value.__module__ in sys.modules and hasattr(value, "_fields"):
             files.add(Path(inspect.getfile(value)))
-
-
-def _bound(modules: Modules, write: Callable[..., Any]) -> Engine:
-    side = side_functions(modules.plant, modules.disturbance, modules.sensing)
-    functions = {
-        **side._asdict(),
-        "plant_lumped": modules.plant.lumped,
-        "trajectory_plan": modules.trajectory.plan,
-        "trajectory_sample": modules.trajectory.sample,
-        "trajectory_duration": modules.trajectory.duration,
-        "answer": stages.answer_of(modules.stages),
-        "distance_behind": behind_check(modules.stages.position_controller.Internals),
-    }
-    return Engine(
-        _twin(loop.take_off, "take_off", functions),
-        _twin(loop.fly, "fly", {**functions, "LOGGING": False}),
-        _twin(loop.fly, "fly_logged", {**functions, "LOGGING": True, "write": write}),
-    )
 
 
 def _twin(function: Callable[..., Any], name: str, scope: Mapping[str, Any]) -> FunctionType:

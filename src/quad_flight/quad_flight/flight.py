@@ -17,8 +17,7 @@ from quad_dynamics import link
 from quad_dynamics.plant_side import Drawn
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine
-from quad_flight.loop import Carry, Schedule, Setup, Start
-from quad_flight.score import NOTHING_SCORED, Score
+from quad_flight.loop import NOTHING_SCORED, Carry, Schedule, Score, Setup, Start
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
 from quad_guard.ending import described, has_ground, stands

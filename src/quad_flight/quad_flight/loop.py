@@ -6,6 +6,7 @@ in a step is ``stages.answer``, made from the table of the cascade. What the nod
 loop logs at step k.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -17,7 +18,6 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.plant_side import Drawn, Side, receive
 from quad_dynamics.plant_side import Memory as SideMemory
-from quad_flight.score import Score, scored, with_torque_change
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
 from quad_guard.guard import NO_REQUEST, PASS
@@ -46,6 +46,7 @@ Function = Callable[..., Any]
 
 plant_lumped: Function = unbound
 begin: Function = unbound
+observe: Function = unbound
 sense: Function = unbound
 move: Function = unbound
 trajectory_plan: Function = unbound
@@ -57,6 +58,41 @@ write: Function = unbound
 
 LOGGING = False
 """Whether each plant step is logged: a name like those above, so that a loop compiled without it is free of it."""
+
+
+class Score(NamedTuple):
+    """Errors of truth against the reference at the steps of the trajectory with t >= ``score_from``; m, m^2.
+
+    ``torque_variation``: sum of all changes of the commanded torque since then in N m, the three axes added.
+    """
+
+    samples: int
+    squared_error: float
+    largest_error: float
+    last_error: float
+    torque_variation: float
+
+
+NOTHING_SCORED = Score(0, 0.0, 0.0, 0.0, 0.0)
+
+
+def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Score:
+    """Return ``score`` with the distance of ``state`` from ``reference`` counted in."""
+    dx = state.p_w.x - reference.p_w.x
+    dy = state.p_w.y - reference.p_w.y
+    dz = state.p_w.z - reference.p_w.z
+    squared = dx * dx + dy * dy + dz * dz
+    error = math.sqrt(squared)
+    largest = error if error > score.largest_error else score.largest_error
+    return Score(score.samples + 1, score.squared_error + squared, largest, error, score.torque_variation)
+
+
+def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
+    """Return ``score`` with the change of the commanded torque from ``before`` to ``now`` in N m counted in."""
+    change = abs(now.x - before.x) + abs(now.y - before.y) + abs(now.z - before.z)
+    return Score(
+        score.samples, score.squared_error, score.largest_error, score.last_error, score.torque_variation + change
+    )
 
 
 class Schedule(NamedTuple):
@@ -107,7 +143,6 @@ class Carry(NamedTuple):
     end: int
     outcome: int
     refused: int
-    truth: VehicleState
     side: SideMemory
     plan: Any
     memory: Any
@@ -138,7 +173,8 @@ def side_of(setup: Setup) -> Side:
 def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
     """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
     side = side_of(setup)
-    truth, memory = begin(side, start.sensing, start.link)
+    memory = begin(side, start.sensing, start.link)
+    truth = observe(side, memory)
     state = sense(side, drawn, memory, truth, True, 0)[1]
     lift = airborne(setup.guard.ground_height)
     if setup.stands:
@@ -155,14 +191,13 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
         end=steps_to_cover(duration, setup.schedule.plant_period),
         outcome=outcome,
         refused=0,
-        truth=truth,
         side=memory,
         plan=plan,
         memory=start.memory,
         reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
         signals=start.signals,
         guard=guard_init(setup.guard, setup.vehicle),
-        score=Score(0, 0.0, 0.0, 0.0, 0.0),
+        score=NOTHING_SCORED,
         behind=Behind(),
     )
 
@@ -183,7 +218,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
     refused = carry.refused
     fixed = side_of(setup)
     side = carry.side
-    truth = carry.truth
+    # not carried: its numbers are those of the plant's state, of which the compiled loop keeps one copy then
+    truth = observe(fixed, side)
     memory = carry.memory
     reference = carry.reference
     signals = carry.signals
@@ -226,7 +262,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
                 sample = StateSample(state, k, k * schedule.plant_period, True, True)
                 inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
                 flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
-            after, side = move(fixed, side, conditions, flown)
+            side = move(fixed, side, conditions, flown)
+            after = observe(fixed, side)
         if LOGGING:
             write(rows, k - carry.step, Row(truth, state, disturbance, side.actuation, reference, signals, internals))
         if refused > 0:
@@ -248,7 +285,6 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
         end=carry.end,
         outcome=outcome,
         refused=refused,
-        truth=truth,
         side=side,
         plan=carry.plan,
         memory=memory,

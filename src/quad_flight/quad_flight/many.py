@@ -4,9 +4,9 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
-from quad_flight.flight import Flight, fly
+from quad_flight.flight import Flight, Result, fly
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -51,25 +51,7 @@ def _on_cluster(function: Callable[[Job], Done], jobs: Sequence[Job], scheduler:
             yield futures[future], future.result()
 
 
-class SeedResult(NamedTuple):
-    """How the flight of one seed went; errors in m over the counted steps; ``reason`` as in ``Result``."""
-
-    seed: int
-    outcome: str
-    steps: int
-    rmse: float
-    largest_error: float
-    last_error: float
-    reason: str = ""
-
-
-def sweep(flight: Flight, seeds: Iterable[int], *, compiled: bool = True, threads: int = 0) -> list[SeedResult]:
-    """Return the result of ``flight`` for each seed, in order. Raises EngineError as ``fly``."""
-    return all_of(partial(_with_seed, flight, compiled), list(seeds), threads=threads if compiled else 1)
-
-
-def _with_seed(flight: Flight, compiled: bool, seed: int) -> SeedResult:
-    result = fly(flight._replace(seed=seed), compiled=compiled, logging=False)
-    score = result.score
-    errors = (result.rmse, score.largest_error, score.last_error)
-    return SeedResult(seed, result.outcome, result.steps, *errors, result.reason)
+def sweep(flight: Flight, seeds: Iterable[int], *, compiled: bool = True, threads: int = 0) -> list[Result]:
+    """Return the result of ``flight`` for each seed, in order, without logs. Raises EngineError as ``fly``."""
+    flights = [flight._replace(seed=seed) for seed in seeds]
+    return all_of(partial(fly, compiled=compiled, logging=False), flights, threads=threads if compiled else 1)

@@ -5,7 +5,6 @@ Handing lists of NamedTuples from compiled code back to CPython costs a hundred 
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,22 +51,11 @@ def names(stages: Any) -> tuple[str, ...]:
 
 @cache
 def writer(stages: Any) -> Write:
-    """Return the function that writes a ``Row`` into one row of an array, as plain text that Numba compiles."""
+    """Return the function that writes a ``Row`` into one row of an array, assignments that Numba compiles too."""
     lines = [f"    rows[i, {column}] = row.{name}" for column, name in enumerate(names(stages))]
     scope: dict[str, Any] = {"__name__": __name__}
     exec(compile("\n".join(["def write(rows, i, row):", *lines]), __file__, "exec"), scope)
     write: Write = scope["write"]
-    return write
-
-
-@cache
-def quick_writer(stages: Any) -> Write:
-    """Return what ``writer`` does, as CPython does it quickest."""
-    numbers = attrgetter(*names(stages))
-
-    def write(rows: NDArray[np.float64], i: int, row: Row) -> None:
-        rows[i] = numbers(row)
-
     return write
 
 

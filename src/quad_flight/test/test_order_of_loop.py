@@ -75,31 +75,6 @@ def test_what_each_stage_sees():
         assert args[3].thrust == result.topics["wrench_setpoint"]["thrust"][k // 2]
 
 
-def test_topics_carry_their_steps():
-    result = fly(small_flight())
-    periods = {
-        "truth": 1,
-        "state": 1,
-        "disturbance": 1,
-        "actuation": 1,
-        "reference": 5,
-        "attitude_setpoint": 10,
-        "position_controller/internals": 10,
-        "wrench_setpoint": 2,
-        "attitude_controller/internals": 2,
-    }
-    assert set(result.topics) == set(periods)
-    for name, period in periods.items():
-        rows = result.topics[name]
-        assert list(rows["step"]) == list(range(0, 50, period)), name
-        assert list(rows["next_step"] - rows["step"]) == [period] * len(rows)
-        assert list(rows["stamp_ns"]) == [2_000_000 * step for step in rows["step"]]
-    # what is published with state[k] knows the wrench of step k - 1
-    lumped = result.topics["disturbance"]["lumped_acceleration_w"][:, 2]
-    assert lumped[0] == 0.0
-    assert list(lumped[1:]) == list(result.topics["actuation"]["thrust"][:-1])
-
-
 def test_errors_are_counted_from_t_0_at_steps_of_the_trajectory():
     result = fly(small_flight())
     rows = range(10, 50, 5)
@@ -219,11 +194,8 @@ def test_a_law_whose_memory_is_not_finite_is_refused_as_the_node_does(compiled):
 def test_sweep_equals_single_flights():
     flight = small_flight(duration=2.0)
     results = sweep(flight, range(1, 6), threads=2)
-    assert [r.seed for r in results] == [1, 2, 3, 4, 5]
     assert len({r.rmse for r in results}) == 5
-    for r in results:
-        alone = fly(flight._replace(seed=r.seed), logging=False)
-        assert (alone.outcome, alone.steps, alone.rmse) == (r.outcome, r.steps, r.rmse)
+    assert results == [fly(flight._replace(seed=seed), logging=False) for seed in range(1, 6)]
     full = fly(flight)
     metrics = flight_metrics(full.topics)
     assert metrics.position_rmse == pytest.approx(full.rmse, rel=1e-12)

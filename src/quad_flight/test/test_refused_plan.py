@@ -30,7 +30,7 @@ def test_a_plan_that_cannot_be_flown_is_a_refused_flight_with_its_reason(flight)
 
 def test_every_seed_of_a_sweep_says_so(flight):
     results = sweep(flight, (1, 2), compiled=False)
-    assert [(result.seed, result.outcome) for result in results] == [(1, "refused"), (2, "refused")]
+    assert [result.outcome for result in results] == ["refused", "refused"]
     assert all("weight" in result.reason for result in results)
 
 

@@ -50,32 +50,6 @@ def asked(k, position, attitude, steps=(10, 2)):
     return answer(setup, MEMORY, SIGNALS, INTERNALS, STATE, REFERENCE, ACTUATION, k)
 
 
-def test_a_step_at_which_both_are_due():
-    position, attitude = Law(AttitudeThrust(thrust=3.0), 5.0), Law(Wrench(4.0), 6.0)
-    signals, memory, internals, refused = asked(20, position, attitude)
-    seen = (STATE, REFERENCE, ACTUATION)
-    assert position.calls == [("of position", Vehicle(), ("before",), seen, 0.02)]
-    # it acts on what the stage before has just said, and on the actuation of the step before
-    seen = (STATE, AttitudeThrust(thrust=3.0), ACTUATION)
-    assert attitude.calls == [("of attitude", Vehicle(), ("before",), seen, 0.004)]
-    assert (signals.attitude_setpoint, signals.wrench_setpoint) == (AttitudeThrust(thrust=3.0), Wrench(4.0))
-    assert (memory.position_controller, memory.attitude_controller) == (Memory(5.0), Memory(6.0))
-    assert internals == ("seen now", "seen now")
-    assert refused == 0
-
-
-def test_who_is_not_due_keeps_what_it_said():
-    position, attitude = Law(AttitudeThrust(thrust=3.0), 5.0), Law(Wrench(4.0), 6.0)
-    signals, memory, internals, refused = asked(12, position, attitude)
-    assert position.calls == []
-    assert attitude.calls[0][3] == (STATE, SIGNALS.attitude_setpoint, ACTUATION)
-    assert signals == (SIGNALS.attitude_setpoint, Wrench(4.0))
-    assert memory == (("before",), Memory(6.0))
-    assert internals == ("seen before", "seen now")
-    assert asked(13, position, attitude) == (SIGNALS, MEMORY, INTERNALS, 0)
-    assert refused == 0
-
-
 @pytest.mark.parametrize(
     ("wrong", "remembered"),
     [

@@ -18,12 +18,11 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 import math
 from typing import NamedTuple
 
-from quad_core.cycle import fresh
 from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
 from quad_core.guard_parameters import ContactRule
-from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Quat, Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_guard.checks import largest_torque
+from quad_guard.checks import Motion, largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 
 ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
@@ -71,7 +70,7 @@ def descend(
     rule: ContactRule,
     vehicle: Vehicle,
     memory: Descent,
-    state: VehicleState,
+    state: Motion,
     height: float,
     knows_velocity: bool,
     blind_thrust: float,
@@ -114,18 +113,18 @@ def without_unknown(vehicle: Vehicle, torque: Vec3, unknown: Vec3) -> Vec3:
     )
 
 
-def slowness(state: VehicleState) -> float:
+def slowness(state: Motion) -> float:
     """Return 1 at or below walking pace, 0 from twice that on, linear between."""
     horizontal = math.sqrt(state.v_w.x * state.v_w.x + state.v_w.y * state.v_w.y)
     return clamp(2.0 - horizontal / WALKING_PACE, 0.0, 1.0)
 
 
-def sink_speed(state: VehicleState) -> float:
+def sink_speed(state: Motion) -> float:
     """Return the descent speed in m/s that is asked for: full only when the vehicle moves slowly."""
     return DESCENT_SPEED * (LEAST_SINK + (1.0 - LEAST_SINK) * slowness(state))
 
 
-def desired_direction(vehicle: Vehicle, state: VehicleState) -> Vec3:
+def desired_direction(vehicle: Vehicle, state: Motion) -> Vec3:
     """Return the direction of body z (unit, world) that brakes the horizontal velocity within the tilt limit."""
     limit = BRAKE_TILT + (LANDING_TILT - BRAKE_TILT) * slowness(state)
     x = -VELOCITY_BANDWIDTH * state.v_w.x / vehicle.gravity
@@ -165,7 +164,7 @@ def descent_thrust(
     return bounded, lift
 
 
-def level_torque(vehicle: Vehicle, state: VehicleState, up: Vec3, direction: Vec3) -> Vec3:
+def level_torque(vehicle: Vehicle, state: Motion, up: Vec3, direction: Vec3) -> Vec3:
     """Return the torque in N m, body frame, that turns body z ``up`` into ``direction`` and damps the body rates."""
     error = cross(up, direction)
     turn = rotate_inverse(state.q_wb, error)
@@ -187,7 +186,7 @@ def level_torque(vehicle: Vehicle, state: VehicleState, up: Vec3, direction: Vec
 
 
 def contact(
-    rule: ContactRule, memory: Descent, state: VehicleState, height: float, knows_velocity: bool, dt: float
+    rule: ContactRule, memory: Descent, state: Motion, height: float, knows_velocity: bool, dt: float
 ) -> tuple[float, float, bool]:
     """Return time at rest in s, share of thrust and whether the motors stop: at rest, asked to sink, on the ground."""
     v = state.v_w
@@ -203,7 +202,7 @@ def contact(
     return rest_time, ramp, low and ramp <= 0.0
 
 
-def predict(vehicle: Vehicle, state: VehicleState, wrench: Wrench, gyro: bool, dt: float) -> VehicleState:
+def predict(vehicle: Vehicle, state: Motion, wrench: Wrench, gyro: bool, dt: float) -> Motion:
     """Return where the nominal vehicle is ``dt`` s after ``state`` (one Euler step of Eq. 1 without drag).
 
     ``gyro``: the body rates are measured, not predicted.
@@ -220,7 +219,7 @@ def predict(vehicle: Vehicle, state: VehicleState, wrench: Wrench, gyro: bool, d
             q.w - h * (q.x * omega.x + q.y * omega.y + q.z * omega.z),
         )
     )
-    return fresh(
+    return Motion(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
         Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
         turned,

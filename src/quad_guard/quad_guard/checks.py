@@ -51,6 +51,17 @@ STATE_REFUSALS = (
     "frozen",
 )
 DIAGONAL = math.sqrt(0.5)
+THRUST_MARGIN, TORQUE_MARGIN = 2.0, 100.0
+"""A wrench is refused beyond so many times the largest thrust, or the largest torque about an axis, of four rotors."""
+
+
+class Motion(NamedTuple):
+    """Position m and velocity m/s (world), attitude and body rates rad/s, without the ages of a state."""
+
+    p_w: Vec3
+    v_w: Vec3
+    q_wb: Quat
+    omega_b: Vec3
 
 
 class WrenchCommand(NamedTuple):
@@ -108,10 +119,10 @@ def command_refusal(
         return TOO_OLD
     if command.stamp != command.step * period:
         return STAMP
-    if abs(wrench.thrust) > limits.thrust_margin * max_thrust(vehicle):
+    if abs(wrench.thrust) > THRUST_MARGIN * max_thrust(vehicle):
         return THRUST
     largest = largest_torque(vehicle)
-    margin = limits.torque_margin
+    margin = TORQUE_MARGIN
     if abs(torque.x) > margin * largest.x or abs(torque.y) > margin * largest.y or abs(torque.z) > margin * largest.z:
         return TORQUE
     return ACCEPTED
@@ -120,7 +131,7 @@ def command_refusal(
 def sample_refusal(
     limits: StateLimits,
     sample: StateSample,
-    last: VehicleState,
+    last: Motion,
     last_step: int,
     now: int,
     period: int,
@@ -156,7 +167,7 @@ def sample_refusal(
     return ACCEPTED
 
 
-def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: VehicleState, height: float, thrust: float) -> bool:
+def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: Motion, height: float, thrust: float) -> bool:
     """Return whether ``state`` is at rest, ``height`` m above the ground, and ``thrust`` in N too low to fly."""
     return (
         height <= rule.stop_height
@@ -165,7 +176,7 @@ def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: VehicleState, heigh
     )
 
 
-def position_change(last: VehicleState, state: VehicleState, gap: float) -> float:
+def position_change(last: Motion, state: VehicleState, gap: float) -> float:
     """Return the distance in m of ``state`` from where ``last`` led at its velocity ``gap`` s later."""
     x = state.p_w.x - last.p_w.x - gap * last.v_w.x
     y = state.p_w.y - last.p_w.y - gap * last.v_w.y

@@ -15,10 +15,13 @@ from quad_core.geometry import body_z, clamp, norm
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
+from quad_guard.checks import Motion
 
 COARSEST = 0.02
 """m, m/s, rad/s and parts of a quaternion: the grain of an estimate that has not changed yet."""
 
+LEAST = 1e-9
+"""m, m/s, rad, rad/s: a change below need not show."""
 SETTLED = 0.05
 """s after a change until the wrench is that of the unchanged state."""
 
@@ -58,7 +61,7 @@ def nothing_missing() -> Missing:
     return Missing(Wrench(0.0, zero), 0.0, 0.0, 0.0, zero, False)
 
 
-def finer(grain: Grain, before: VehicleState, after: VehicleState) -> Grain:
+def finer(grain: Grain, before: Motion, after: VehicleState) -> Grain:
     """Return the grain after a change from ``before`` to ``after``."""
     q = min(
         smaller(grain.q, before.q_wb.x, after.q_wb.x),
@@ -92,19 +95,16 @@ def smaller(grain: float, before: float, after: float) -> float:
 def missed(
     rule: ContactRule,
     vehicle: Vehicle,
-    least: float,
     grain: Grain,
     missing: Missing,
-    last: VehicleState,
+    last: Motion,
+    height: float,
     flown: Wrench,
     dt: float,
 ) -> Missing:
-    """Return what is missing ``dt`` s later under the wrench ``flown`` if the state still is ``last``.
-
-    Changes below ``least`` (m, m/s, rad, rad/s) need not show.
-    """
+    """Return what is missing ``dt`` s later under ``flown`` if the state still is ``last``, ``height`` m up."""
     thrust, weight = clamp(flown.thrust, 0.0, max_thrust(vehicle)), vehicle.mass * vehicle.gravity
-    low = last.p_w.z - last.ground_z <= rule.stop_height
+    low = height <= rule.stop_height
     if low and thrust <= weight and norm(last.v_w) < rule.speed:
         return nothing_missing()
     held = missing.held if missing.time >= SETTLED else flown
@@ -119,18 +119,18 @@ def missed(
     up, v = body_z(last.q_wb), last.v_w
     shows = (
         missing.shows
-        or exceeds(grain.omega, turn.x, turn.y, turn.z, least)
-        or exceeds(grain.v, up.x * speed, up.y * speed, up.z * speed, least)
-        or exceeds(grain.p, time * v.x + up.x * shift, time * v.y + up.y * shift, time * v.z + up.z * shift, least)
-        or time * norm(last.omega_b) >= max(4.0 * grain.q, least)
+        or exceeds(grain.omega, turn.x, turn.y, turn.z)
+        or exceeds(grain.v, up.x * speed, up.y * speed, up.z * speed)
+        or exceeds(grain.p, time * v.x + up.x * shift, time * v.y + up.y * shift, time * v.z + up.z * shift)
+        or time * norm(last.omega_b) >= max(4.0 * grain.q, LEAST)
     )
     return Missing(held, time, speed, shift, turn, shows)
 
 
-def exceeds(grain: Vec3, x: float, y: float, z: float, least: float) -> bool:
+def exceeds(grain: Vec3, x: float, y: float, z: float) -> bool:
     """Return whether a change of a vector must show on one of its axes."""
     return (
-        abs(x) >= max(2.0 * grain.x, least)
-        or abs(y) >= max(2.0 * grain.y, least)
-        or abs(z) >= max(2.0 * grain.z, least)
+        abs(x) >= max(2.0 * grain.x, LEAST)
+        or abs(y) >= max(2.0 * grain.y, LEAST)
+        or abs(z) >= max(2.0 * grain.z, LEAST)
     )

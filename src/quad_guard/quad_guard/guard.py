@@ -63,6 +63,10 @@ REASONS = (
 """Why a mode was entered; from STATE_GONE on the reaction is KILL."""
 
 
+SETTLE_TIME, RELEASE_COSINE = 0.2, math.cos(math.radians(30.0))
+"""The controllers get the vehicle back after so many s with good commands and states, and below a tilt of 30 deg."""
+
+
 class Inputs(NamedTuple):
     """What the guard looks at: the plant step about to be flown, the plant period in ns, what came, what is asked."""
 
@@ -177,7 +181,7 @@ def step(
     state_age = age(now, estimate.step, first, period)
     rate_age = age(now, estimate.rate_step, first, period)
     timers = watch(parameters, vehicle, memory, estimate, command_age, state_age, dt)
-    refused = is_full(parameters.state, refusals)
+    refused = is_full(refusals)
     land = refused and not refusals.reset and state_age <= parameters.state.warn_age
     wrong = condition(
         parameters,
@@ -186,10 +190,10 @@ def step(
         command_age,
         state_age,
         is_gone(parameters.state, estimate, rate_age),
-        estimate.state.p_w.z - estimate.sample.ground_z,
+        estimate.state.p_w.z - estimate.ground_z,
         refused and not (land and parameters.has_commander),
     )
-    mode, reason, since = next_mode(parameters, memory, timers, inputs.request, wrong, now)
+    mode, reason, since = next_mode(memory, timers, inputs.request, wrong, now)
     flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, state_age, rate_age, dt)
     # fmt: off
     after = Memory(
@@ -229,7 +233,7 @@ def fly(
         vehicle,
         descent,
         estimate.state,
-        estimate.state.p_w.z - estimate.sample.ground_z,
+        estimate.state.p_w.z - estimate.ground_z,
         estimate.step >= 0 and state_age <= parameters.state.lost_age,
         BLIND_THRUST if rate_age <= parameters.state.blind_age else UNSEEN_THRUST,
         dt,
@@ -263,11 +267,11 @@ def watch(
     """Return the timers after a step of ``dt`` s; ages in s."""
     q, timers = estimate.state.q_wb, memory.timers
     cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
-    height = estimate.state.p_w.z - estimate.sample.ground_z
+    height = estimate.state.p_w.z - estimate.ground_z
     good = (
         command_age <= parameters.command.warn_age
         and state_age <= parameters.state.warn_age
-        and cosine >= math.cos(parameters.release_tilt)
+        and cosine >= RELEASE_COSINE
     )
     stands = (
         estimate.step >= 0
@@ -313,9 +317,7 @@ def condition(
     return found
 
 
-def next_mode(
-    parameters: GuardParameters, memory: Memory, timers: Timers, request: int, wrong: int, now: int
-) -> tuple[int, int, int]:
+def next_mode(memory: Memory, timers: Timers, request: int, wrong: int, now: int) -> tuple[int, int, int]:
     """Return mode, reason and the step since which it holds: the more severe wins, upwards only by request."""
     asked = PASS
     if wrong >= STATE_GONE:
@@ -324,6 +326,6 @@ def next_mode(
         asked = DESCEND
     if asked > memory.mode:
         return asked, wrong, now
-    if memory.mode == DESCEND and asked == PASS and request == RELEASE and timers.good >= parameters.settle_time:
+    if memory.mode == DESCEND and asked == PASS and request == RELEASE and timers.good >= SETTLE_TIME:
         return PASS, GOOD, now
     return memory.mode, memory.reason, memory.since

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from quad_core.cycle import BODY_RATE_BOUND, fresh
+from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -12,6 +12,7 @@ from quad_guard.checks import (
     ATTITUDE_JUMP,
     FOREIGN,
     POSITION_JUMP,
+    Motion,
     StateSample,
     sample_refusal,
 )
@@ -24,16 +25,21 @@ RATE_SERVES = (False, True, False, False, False, False, False, True, True, False
 """By refusal: whether the sample's body rate may still be used, if it is not that of the reading before."""
 
 
+REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
+"""So many refused samples within so many s end the controller's flight (ArduPilot)."""
+
+
 class Estimate(NamedTuple):
-    """The state as the guard knows it, and the last accepted sample. Steps are -1 before the first one.
+    """The state as the guard knows it, and the last accepted sample with its ``ground_z`` m. Steps are -1 before one.
 
     ``step`` is that of the last accepted sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
     body rate in rad/s of the estimator's newest reading, accepted or not. ``grain`` and ``missing`` tell a frozen
     sample (``quad_guard.frozen``).
     """
 
-    state: VehicleState
-    sample: VehicleState
+    state: Motion
+    sample: Motion
+    ground_z: float
     step: int
     rate_step: int
     reading: Vec3
@@ -53,8 +59,8 @@ class Refusals(NamedTuple):
 def no_estimate() -> Estimate:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
-    rest = fresh(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Estimate(rest, rest, -1, -1, zero, coarsest(), nothing_missing())
+    rest = Motion(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
+    return Estimate(rest, rest, 0.0, -1, -1, zero, coarsest(), nothing_missing())
 
 
 def observe(
@@ -75,12 +81,12 @@ def observe(
     it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
     """
     limits = parameters.state
-    refusals = expired(limits, refusals, now, period)
+    refusals = expired(refusals, now, period)
     refusal, gyro, state, reading, last = ACCEPTED, False, estimate.state, estimate.reading, estimate.sample
     grain, missing = estimate.grain, estimate.missing
     is_new = sample.arrived and not (estimate.step >= 0 and is_same(sample.state, last))
     if estimate.step >= 0 and not is_new:
-        missing = missed(parameters.contact, vehicle, limits.frozen_motion, grain, missing, last, flown, dt)
+        missing = missed(parameters.contact, vehicle, grain, missing, last, last.p_w.z - estimate.ground_z, flown, dt)
     if sample.arrived:
         refusal = sample_refusal(limits, sample, last, estimate.step, now, period, not is_new and missing.shows)
         if refusal == ACCEPTED:
@@ -89,7 +95,7 @@ def observe(
                 missing = nothing_missing()
             return accepted(sample, grain, missing), refusals, refusal
         refusals = counted(refusals, refusal, now)
-        if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(limits, refusals):
+        if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
             return accepted(sample, grain, nothing_missing()), reset, refusal
         rate = sample.state.omega_b
@@ -98,13 +104,13 @@ def observe(
         if refusal != FOREIGN:
             reading = rate
         if gyro:
-            state = fresh(state.p_w, state.v_w, state.q_wb, rate)
+            state = Motion(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:
         return estimate, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
     rate_step = now if gyro else estimate.rate_step
     return (
-        Estimate(predicted, last, estimate.step, rate_step, reading, grain, missing),
+        Estimate(predicted, last, estimate.ground_z, estimate.step, rate_step, reading, grain, missing),
         refusals,
         refusal,
     )
@@ -112,10 +118,12 @@ def observe(
 
 def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Estimate:
     """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Estimate``."""
-    return Estimate(sample.state, sample.state, sample.step, sample.step, sample.state.omega_b, grain, missing)
+    state = sample.state
+    motion = Motion(state.p_w, state.v_w, state.q_wb, state.omega_b)
+    return Estimate(motion, motion, state.ground_z, sample.step, sample.step, state.omega_b, grain, missing)
 
 
-def is_same(a: VehicleState, b: VehicleState) -> bool:
+def is_same(a: VehicleState, b: Motion) -> bool:
     """Return whether two states are one reading, whatever they say of its age and of the ground."""
     return a.p_w == b.p_w and a.v_w == b.v_w and a.q_wb == b.q_wb and a.omega_b == b.omega_b
 
@@ -125,9 +133,9 @@ def is_bounded(omega: Vec3) -> bool:
     return abs(omega.x) <= BODY_RATE_BOUND and abs(omega.y) <= BODY_RATE_BOUND and abs(omega.z) <= BODY_RATE_BOUND
 
 
-def expired(limits: StateLimits, refusals: Refusals, now: int, period: int) -> Refusals:
+def expired(refusals: Refusals, now: int, period: int) -> Refusals:
     """Return the counts at step ``now``: a window that is over is forgotten."""
-    if refusals.recent == 0 or (now - refusals.start) * period / 1e9 <= limits.refused_window:
+    if refusals.recent == 0 or (now - refusals.start) * period / 1e9 <= REFUSED_WINDOW:
         return refusals
     return Refusals(refusals.total, now, 0, False)
 
@@ -140,9 +148,9 @@ def counted(refusals: Refusals, refusal: int, now: int) -> Refusals:
     return Refusals(refusals.total + 1, start, refusals.recent + 1, refusals.reset)
 
 
-def is_full(limits: StateLimits, refusals: Refusals) -> bool:
+def is_full(refusals: Refusals) -> bool:
     """Return whether too many samples were refused within the window."""
-    return refusals.recent >= limits.refused_count
+    return refusals.recent >= REFUSED_COUNT
 
 
 def is_gone(limits: StateLimits, estimate: Estimate, rate_age: float) -> bool:

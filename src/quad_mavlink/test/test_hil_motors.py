@@ -9,7 +9,7 @@ from quad_core.parameters import ParameterError
 from quad_core.types import ALL_ROTORS, Conditions, Rotors, Vec3
 from quad_core.vehicle import Layout, Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.rotors import allocate
+from quad_dynamics.rotors import allocate_within, rotor_limit
 from quad_mavlink.hil import motors
 from quad_px4 import mapping
 
@@ -49,7 +49,7 @@ def test_the_wrench_is_that_of_forces_at_their_places(seed):
 def test_each_output_drives_the_rotor_in_its_place(motor):
     controls = [0.5] * 4
     controls[motor] = 0.6
-    thrusts = allocate(VEHICLE, wrench(controls)).rotor_thrust._asdict()
+    thrusts = allocate_within(VEHICLE, wrench(controls), rotor_limit(VEHICLE)).rotor_thrust._asdict()
     expected = {name: LARGEST * control for name, control in zip(NAMES, controls, strict=True)}
     assert thrusts == pytest.approx(expected)
 

@@ -3,23 +3,17 @@
 import math
 import sys
 import time
-from collections.abc import Callable
-
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from quad_core.cascade import COMMAND, COMMANDING, SIMULATOR
 from quad_core.cycle import steps_to_cover
 from quad_core.types import Vec3, VehicleState, Wrench
-from quad_dynamics.check_plant.manoeuvres import Manoeuvre, manoeuvres
-from quad_dynamics.check_plant.rules import Report, Rules
+from quad_dynamics.check_plant.rules import Manoeuvre, Report, Rules, manoeuvres
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
-from quad_node import topics
-from quad_node.codec import head_of, pack_wrench, step_of, unpacker
+from quad_node.codec import head_of, pack_wrench, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
-from quad_node.interface import interface_hash
 from quad_node.main import run
 
 ROLES = f"{SIMULATOR},{COMMANDING}"
@@ -43,12 +37,7 @@ _PROBES = (
 )
 _SILENT = "a silent controller ends the flight as FAILED, named"
 _GOES_ON = "the vehicle goes on once its state is answered"
-_OUT = tuple(topics.TOPICS[name] for name in ("state", "actuation", "flight/state"))
-_MAY_SEND = tuple(
-    topic.name
-    for topic in topics.TOPICS.values()
-    if topic.publishers[0] == SIMULATOR and topic.step and not topic.required
-)
+_READY = "the vehicle says READY on flight/nodes"
 _ANSWER, _END, _LONGEST = 10.0, 30.0, 200.0  # s: the next step, the end of a silent flight, the whole check
 _SILENCE = 3.0  # s; flight/state comes once a second
 
@@ -63,7 +52,7 @@ class PlantCheck(FlightNode):
         """Subscribe to all that a plant may send; raises as FlightNode."""
         self._report, self._left = report, list[Manoeuvre]()
         super().__init__(COMMANDING)
-        self._rules = Rules(report, self.flight, interface_hash())
+        self._rules, self._ready, self._flown = Rules(report, self.flight), False, False
         self._read = unpacker(VehicleState, VehicleStateMsg)
         self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
         self._left = manoeuvres(self.vehicle)
@@ -74,8 +63,6 @@ class PlantCheck(FlightNode):
         self.subscribe("state", self._on_state, depth=64, raw=True)
         self.subscribe("actuation", self._on_actuation, depth=64)
         self.subscribe("flight/nodes", self._on_node, depth=64)
-        for topic in _MAY_SEND:
-            self.subscribe(topic, self._on_optional(topic), depth=64, raw=True)
 
     def _expect(self, rule: str, patience: float) -> None:
         self._expected, self._patience, self._deadline = rule, patience, time.monotonic() + patience
@@ -84,28 +71,23 @@ class PlantCheck(FlightNode):
         """Leave the time limits to ``on_tick``, which names the rule."""
 
     def _on_node(self, message: NodeStatus) -> None:
-        if message.node == self.name:
-            return
-        first = not self._rules.ready
-        self._rules.status(message)
-        if first and self._rules.ready and self._rules.last is None:
-            self._expect("the vehicle sends state 0 once all are READY", _ANSWER)
+        if message.role == SIMULATOR and message.state == NodeStatus.READY and not self._ready:
+            self._ready = True
+            if self._rules.last is None:
+                self._expect("the vehicle sends state 0 once all are READY", _ANSWER)
 
     def _on_flight_state(self, message: FlightState) -> None:
-        self._rules.phase(message)
+        self._flown = self._flown or message.state == FlightState.FLYING
         self._waiting = message.reason if message.state == FlightState.WAITING else ""
         super()._on_flight_state(message)
 
-    def _on_optional(self, topic: str) -> Callable[[bytes], None]:
-        return lambda payload: self._rules.optional(topic, step_of(payload))
-
     def _on_actuation(self, message: ActuationMsg) -> None:
-        self._rules.run("actuation", message.run)
+        self._check_run("actuation", message.run)
         self._rules.actuation(message.step, (message.thrust, *message.torque_b))
 
     def _on_state(self, payload: bytes) -> None:
         step, _, stamp, state, _ = self._read(payload)
-        self._rules.run("state", head_of(payload)[1])
+        self._check_run("state", head_of(payload)[1])
         self.flying = True
         if self._rules.last is None:
             self._first(state, step)
@@ -117,13 +99,16 @@ class PlantCheck(FlightNode):
         if not self._probe:
             self._answer(state, step)
 
+    def _check_run(self, topic: str, found: int) -> None:
+        wrong = f"{topic}: found {found}, expected {self.run}" if self.flight.run_id and found != self.run else ""
+        self._report.add("run of state and actuation is the CRC-32 of flight.run_id", wrong)
+
     def _first(self, state: VehicleState, step: int) -> None:
         self._before = state
         steps = sum(steps_to_cover(part.duration, self.flight.plant_period) for part in self._left)
         plan = FlightPlan(trajectory="check_plant", start="printed", end_step=step + 2 * steps + 100_000, run=self.run)
         set_stamp(plan.end, plan.end_step * self.flight.plant_period)
         self._plan_out.publish(plan)
-        self._endpoints()
         self._probed = time.monotonic()
         self._expect(self._probe[0] if self._probe else "the state goes on", _ANSWER)
 
@@ -135,7 +120,7 @@ class PlantCheck(FlightNode):
         if self.done.done():
             return
         quiet = now - self.last_heard
-        if self._rules.flown and quiet > _SILENCE:
+        if self._flown and quiet > _SILENCE:
             self._break("flight/state comes once a second", f"nothing for {quiet:.1f} s")
         elif now > self._deadline:
             waiting = f"; the vehicle says: {self._waiting}" if self._waiting else ""
@@ -159,8 +144,6 @@ class PlantCheck(FlightNode):
 
     def _break(self, rule: str, problem: str) -> None:
         self._report.add(rule, problem)
-        if not self._rules.last:
-            self._endpoints()
         self.finish(1, f"{rule}: {problem}")
 
     def _answer(self, state: VehicleState, step: int) -> None:
@@ -170,6 +153,8 @@ class PlantCheck(FlightNode):
             self._until = 0
             if not self._left:
                 self._rules.flight()
+                self._report.add(_READY, "" if self._ready else "it never did")
+                self._report.add("flight/state is FLYING while states are sent", "" if self._flown else "it never was")
                 self._expect(_SILENT, _END)
         if not self._left:
             return
@@ -181,23 +166,6 @@ class PlantCheck(FlightNode):
 
     def _send(self, wrench: Wrench, step: int) -> None:
         self._wrench_out.publish(pack_wrench(wrench, step * self.flight.plant_period))
-
-    def _endpoints(self) -> None:
-        ours = (self.ros.get_name(), self.ros.get_namespace())
-        for topic in _OUT:
-            senders = self.ros.get_publishers_info_by_topic(self.ros.resolve_topic_name(topic.name))
-            found = [info for info in senders if (info.node_name, info.node_namespace) != ours]
-            owners = sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in found})
-            wrong = [] if len(found) == 1 else [f"{len(found)} publishers ({', '.join(owners)}), expected one"]
-            for info in found:
-                if info.topic_type.rsplit("/", 1)[-1] != topic.type.__name__:
-                    wrong.append(f"type {info.topic_type}")
-                if info.qos_profile.reliability != ReliabilityPolicy.RELIABLE:
-                    wrong.append("best effort")
-                if topic.latched and info.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL:
-                    wrong.append("not transient local")
-            label = f"{topic.name}: {topic.type.__module__.split('.')[0]}/{topic.type.__name__}, reliable"
-            self._report.add(label + (", latched" if topic.latched else ""), ", ".join(wrong))
 
     def on_flight_ended(self, message: FlightState) -> None:
         """Check how the plant takes silence, and leave."""

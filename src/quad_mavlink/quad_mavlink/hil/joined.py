@@ -18,7 +18,7 @@ from quad_core.cascade import COMMAND, COMMANDER, STAGES, TRAJECTORY
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
 from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.plant_output import Announcer
+from quad_dynamics.plant_output import announce
 from quad_mavlink import link
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.exchange import Exchange, RefusedError
@@ -68,7 +68,6 @@ class JoinedInterface(Px4Interface):
         node.setpoint_watch.rest()  # the gate waits for them
         self._period_us, self._dt = period // 1000, seconds(1, period)
         self._truth_out, self._disturbance_out = node.output("truth"), node.output("disturbance")
-        self._announcer = Announcer(node, self.model)
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
         self._booting, self._steps, self._outputs = "the plant", 0, motors.AT_REST
@@ -243,7 +242,7 @@ class JoinedInterface(Px4Interface):
             if step < 0:
                 continue
             stamp = step * node.flight.plant_period
-            self._announcer.announce(step, stamp)
+            announce(self.node, self.model, step, stamp)
             if step > 0:
                 publisher, pack = node.actuation_out
                 publisher.publish(pack(actuation, step - 1, step, stamp - node.flight.plant_period))
