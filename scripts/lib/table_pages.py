@@ -170,8 +170,9 @@ def laws_page() -> str:
 
 
 def first_line(module: Any) -> str:
-    """Return the first line of a module's docstring."""
-    return (module.__doc__ or "").strip().splitlines()[0]
+    """Return the first line of a plug-in's docstring, without the group, which heads the table."""
+    line = (module.__doc__ or "").strip().splitlines()[0]
+    return re.sub(r"[,;] a ``quad\.\w+`` plug-in", "", line).replace("``", "`")
 
 
 def about(kind: str, name: str) -> str:
