@@ -133,6 +133,7 @@ def last_words(words):
     against = [
         line for line in lines if not re.search(r": (next|bag|starting|waiting|failed|good|\[|aibs|[\d.]+ s)", line)
     ]
+    against.sort(key=lambda line: not line.startswith("fly: "))
     return (against or [line for line in lines if line.endswith("good")] or [words.strip()[-120:]])[0][:200]
 
 

@@ -30,6 +30,8 @@ SLOWEST = 0.0166
 """s between two samples from which on nothing can be flown: two in a row may be lost before the guard's 0.05 s end."""
 LEAST_SAMPLES = 20
 """Samples that show a spacing."""
+_CROWDED = 10
+"""Samples that fell into the step of another one, after which the grid moves by half a step."""
 
 
 class Sample(NamedTuple):
@@ -116,6 +118,8 @@ class Estimator:
             is_same = sample.p_w == last.p_w
             kind = "swapped" if step < self._step else "doubled" if is_same else "crowded"
             self.counts[f"{kind}_samples"] += 1
+            if kind == "crowded" and self._from_first and self.counts["crowded_samples"] % _CROWDED == 0:
+                self._origin += self._period // 2  # samples lie where two steps meet: now in the middle of one
             return None
         self._note(step, sample, last)
         return step, self._state(sample._replace(p_w=subtract(sample.p_w, self._offset)))

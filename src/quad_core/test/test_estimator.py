@@ -118,6 +118,17 @@ def test_stamps_from_the_first_one_are_never_ahead_of_the_vehicle():
     assert steps[-1] == (99, 99)
 
 
+@pytest.mark.parametrize("phase_ns", [0, 500_000, 1_000_000, 1_500_000])
+def test_stamps_of_any_phase_against_the_grid_keep_nearly_every_sample(phase_ns):
+    rng, one, taken = random.Random(3), estimator(from_first=True), 0
+    one.wait(sample(0)._replace(stamp_ns=10**15 - phase_ns))
+    for k in range(2000):
+        one.owner_is_at(k + 3)
+        jitter_ns = rng.randint(-400_000, 400_000)
+        taken += one.take(sample(k)._replace(stamp_ns=k * PERIOD + 10**15 + jitter_ns)) is not None
+    assert taken > 1970
+
+
 def wrong(given, mistake):
     """Return a sample with a twist that somebody got wrong."""
     v, w, turn = given.twist_linear, given.twist_angular, Rotation.from_quat(given.q_wb)
