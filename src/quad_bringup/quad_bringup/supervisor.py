@@ -185,7 +185,7 @@ class _Supervision:
         ended = self._processes.reap()
         if ended.get(RECORDER):  # at once: in lockstep the plant waits for it
             self._watch.report_failure(RECORDER, describe_exit(ended[RECORDER]))
-        if any(ended.values()):
+        if any(code for role, code in ended.items() if role not in self._spared):
             # The end of the flight may have been published, but not received here yet.
             self.state = self._watch.poll(_LAST_NEWS)
         # first: a terminal's Ctrl-C goes to all processes, and a process that ends by it is not the cause

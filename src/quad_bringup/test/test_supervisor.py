@@ -390,3 +390,14 @@ def test_on_a_busy_machine_a_commander_in_lockstep_lands_before_it_is_asked_to()
     bare = flown.replace("commander,", "")
     assert patience_of(flown, "lockstep").answer >= 20.0 + patience_of(bare, "lockstep").answer
     assert patience_of(flown, "realtime").answer == patience_of(bare, "realtime").answer < 20.0
+
+
+def test_a_recorder_killed_after_a_shadow_is_reported_at_once(monkeypatch):
+    """In lockstep the plant stands still until then."""
+    killed = [(1, state(FLYING, 1), {}), (2, None, {"shadow": -9}), (2.15, None, {"recorder": -9})]
+    over = (3, state(FAILED, 70, "recorder failed"), {"simulator": 1, "trajectory": 1})
+    flight = Flight([*killed, over], monkeypatch, ("simulator", "trajectory", "recorder", "shadow"))
+    when = []
+    monkeypatch.setattr(flight, "report_failure", lambda role, _: when.append((role, flight.now)))
+    supervise(flight, flight, PATIENCE, Interrupts(), lambda _: None, ("shadow",))
+    assert when == [("recorder", pytest.approx(2.2))]
