@@ -24,12 +24,11 @@ from quad_core.geometry import (
     cross,
     euler_from_quaternion,
     norm,
-    quaternion_from_euler,
     rotate_inverse,
     scale,
 )
 from quad_core.records import referable
-from quad_core.types import AttitudeInputs, AttitudeThrust, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
+from quad_core.types import AttitudeInputs, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 
 CLEAR = 0.7
@@ -117,15 +116,6 @@ def straight_up(inputs: PositionInputs) -> PositionInputs:
     return PositionInputs(state, above, inputs.actuation)
 
 
-def level(inputs: AttitudeInputs) -> AttitudeInputs:
-    """Return what an attitude law sees on the ground: a level setpoint at the heading that the vehicle has."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    setpoint = inputs.setpoint
-    angles = Vec3(0.0, 0.0, euler_from_quaternion(inputs.state.q_wb).z)
-    flat = AttitudeThrust(angles, zero, zero, quaternion_from_euler(angles), setpoint.thrust, setpoint.thrust_fraction)
-    return AttitudeInputs(inputs.state, flat, inputs.actuation)
-
-
 def upright(vehicle: Vehicle, state: VehicleState) -> Vec3:
     """Return the torque in N m, body frame, that keeps a vehicle level on its way up, whatever its law remembers."""
     turn = rotate_inverse(state.q_wb, cross(body_z(state.q_wb), Vec3(0.0, 0.0, 1.0)))
@@ -180,37 +170,33 @@ def lifting(law: ModuleType, inputs: type[Any]) -> ModuleType:
             step=_position_step(law.step, kind),
         )
     else:
-        vars(module)["step"] = (_attitude_step if inputs is AttitudeInputs else _step)(law.step)
+        vars(module)["step"] = _step(law.step, inputs is AttitudeInputs)
     return module
 
 
-def _step(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Return ``step`` of a law whose memory stays as it is on the ground."""
+def _step(law: Callable[..., Any], is_attitude: bool) -> Callable[..., Any]:
+    """Return ``step`` of a law whose memory stays as it is on the ground.
+
+    The torque of an attitude law is ``upright`` there: it may hold the angle by its integral alone.
+    """
 
     def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
         output, after, internals = law(parameters, vehicle, memory, inputs, dt)
         return output, memory if inputs.state.on_ground else after, internals
 
-    return step
-
-
-# The law is called in one place: each call is a copy of it in the compiled loop.
-def _attitude_step(law: Callable[..., Any]) -> Callable[..., Any]:
-    """Return ``step`` whose torque is ``upright`` on the ground: a law may hold the angle by its integral alone."""
-
-    def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
-        on_ground = inputs.state.on_ground
-        output, after, internals = law(parameters, vehicle, memory, level(inputs) if on_ground else inputs, dt)
-        if on_ground:
+    def attitude_step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
+        output, after, internals = law(parameters, vehicle, memory, inputs, dt)
+        if inputs.state.on_ground:
             output, after = Wrench(output.thrust, upright(vehicle, inputs.state)), memory
         return output, after, internals
 
-    return step
+    return attitude_step if is_attitude else step
 
 
 def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
     """Return ``step`` that takes back by and by, not in one step, what the vehicle was carried aside on the way up."""
 
+    # the law is called in one place: each call is a copy of it in the compiled loop
     def step(parameters: Any, vehicle: Any, memory: Any, inputs: Any, dt: float) -> Any:
         on_ground, seen = inputs.state.on_ground, inputs
         distance, speed, returns = memory.distance, memory.speed, memory.returns

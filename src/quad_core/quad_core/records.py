@@ -150,8 +150,8 @@ def finite_check(kind: type[Any]) -> Check:
     if kind in NUMBERS:
         return _is_finite if kind is float else _always
     parts = tuple(field_kinds(kind).values())
-    if all(part is float for part in parts):
-        return _are_finite
+    if parts == (float, float, float):
+        return _are_three_finite
     check: Check = _always
     for at, part in enumerate(parts):
         check = _and_part(check, at, finite_check(part))
@@ -166,11 +166,8 @@ def _is_finite(number: float) -> bool:
     return math.isfinite(number)
 
 
-def _are_finite(numbers: Any) -> bool:
-    good = True
-    for number in numbers[:]:  # Numba iterates over plain tuples
-        good &= math.isfinite(number)
-    return good
+def _are_three_finite(v: Any) -> bool:
+    return math.isfinite(v[0]) & math.isfinite(v[1]) & math.isfinite(v[2])
 
 
 def _and_part(before: Check, at: int, part: Check) -> Check:
