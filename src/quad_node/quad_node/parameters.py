@@ -60,11 +60,7 @@ def resolve_overrides(node: Node, role: str) -> Resolved:
 
     The automatic declarations are taken back, so that ``declare`` can put descriptors and ranges in their place.
     """
-    given = {
-        name: parameter.value
-        for name, parameter in node.get_parameters_by_prefix("").items()
-        if name not in _ROS_OWN and not name.startswith("qos_overrides.")
-    }
+    given = current_values(node)
     for name in given:
         node.undeclare_parameter(name)
     return resolve(role, given)

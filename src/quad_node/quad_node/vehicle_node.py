@@ -232,7 +232,7 @@ class VehicleNode(FlightNode):
 
     def end(self, phase: int, reason: str) -> None:
         """End the flight, once; ``phase``: FlightState.ENDED or FAILED."""
-        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+        if self.over:
             return
         self.phase, self._reason = phase, reason
         self.flying, self.over = False, True
@@ -385,10 +385,10 @@ class VehicleNode(FlightNode):
             if message.role == RECORDER:
                 self.unrecorded = True
                 self.progress()
-        elif problem and self.phase not in (FlightState.ENDED, FlightState.FAILED):
+        elif problem and not self.over:
             self.event(FlightEvent.ERROR, "handshake", problem)
             self.give_up(problem)
-        if self.phase in (FlightState.ENDED, FlightState.FAILED):
+        if self.over:
             self._leave_when_recorded()
 
     def _on_plan(self, message: FlightPlan) -> None:

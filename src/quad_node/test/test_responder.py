@@ -258,17 +258,6 @@ def test_after_one_absurd_step_that_is_rejected_the_next_one_is_answered(make):
     assert node.steps() == [0, 1]
 
 
-def test_after_a_real_gap_the_second_state_is_answered(make):
-    node = make("period_steps:=1", "flight.mode:=realtime")
-    node.reference(0, 10)
-    for step in (0, 1):
-        node.state(step)
-    time.sleep(0.05)
-    for step in (1000, 1001, 1002):
-        node.state(step)
-    assert node.steps() == [0, 1, 1001, 1002]
-
-
 @pytest.mark.parametrize("payload", [b"", b"\x00\x01\x00\x00", b"\x00\x00\x00\x00" + bytes(200), bytes(3)])
 @pytest.mark.parametrize("topic", ["state", "reference", "actuation"])
 def test_a_malformed_message_is_refused_and_does_not_end_the_node(make, topic, payload):
