@@ -3,12 +3,12 @@
 import pytest
 import yaml
 
-from quad_flight_log.bag.notes import Qos, opened_notes, qos_text, sealed_notes
+from quad_flight_log.bag.notes import Qos, as_yaml, opened_notes, sealed_notes
 
 
 def test_qos_is_written_as_rosbag2_writes_it_and_read_back():
     profile = Qos(3, "best_effort", "transient_local", "keep_all")
-    (written,) = yaml.safe_load(qos_text(profile))
+    (written,) = yaml.safe_load(as_yaml([profile.as_dict()]))
     assert written["reliability"] == "best_effort"
     assert written["deadline"] == {"sec": 9223372036, "nsec": 854775807}
     assert set(written) == {

@@ -70,7 +70,7 @@ def test_what_is_wrong_is_named():
     sample = SAMPLES["event"]
     check, payload = check_of(sample), flight_samples.encoded(sample)
     assert "quad_msgs/msg/FlightEvent" in check(payload[:-20])
-    assert "UTF-8" in check(payload.replace(b"\xc3\xb6", b"\xff\xff"))
+    assert "utf-8" in check(payload.replace(b"\xc3\xb6", b"\xff\xff"))
     assert "bytes behind" in check(payload + bytes(8))
     assert "zero byte" in check(payload.replace(b"/test\0", b"/test!"))
 

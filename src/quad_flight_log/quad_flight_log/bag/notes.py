@@ -33,10 +33,10 @@ class Qos(NamedTuple):
             "depth": self.depth,
             "reliability": self.reliability,
             "durability": self.durability,
-            "deadline": dict(_FOREVER),
-            "lifespan": dict(_FOREVER),
+            "deadline": _FOREVER,
+            "lifespan": _FOREVER,
             "liveliness": "automatic",
-            "liveliness_lease_duration": dict(_FOREVER),
+            "liveliness_lease_duration": _FOREVER,
             "avoid_ros_namespace_conventions": False,
         }
 
@@ -49,11 +49,6 @@ class TopicSummary(NamedTuple):
     type_hash: str
     qos: Qos
     messages: int
-
-
-def qos_text(qos: Qos) -> str:
-    """Return the channel metadata ``offered_qos_profiles``."""
-    return str(yaml.dump([qos.as_dict()], Dumper=_NoAliases, sort_keys=False))
 
 
 def bag_metadata(
@@ -92,14 +87,10 @@ def bag_metadata(
     }
 
 
-def as_yaml(content: Mapping[str, Any]) -> str:
+def as_yaml(content: Any) -> str:
     """Return YAML without aliases, which not every reader of bags knows."""
-    return str(yaml.dump(content, Dumper=_NoAliases, sort_keys=False))
-
-
-class _NoAliases(yaml.SafeDumper):
-    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
-        return True
+    copied = json.loads(json.dumps(content))  # nothing in it is shared
+    return str(yaml.safe_dump(copied, sort_keys=False))
 
 
 def sealed_notes(values: Mapping[str, str], parameters: bytes = b"") -> dict[str, str]:

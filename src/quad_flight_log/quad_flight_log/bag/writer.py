@@ -28,7 +28,6 @@ from quad_flight_log.bag.notes import (
     TopicSummary,
     as_yaml,
     bag_metadata,
-    qos_text,
     sealed_notes,
 )
 from quad_flight_log.errors import BagWriteError
@@ -130,7 +129,7 @@ class BagWriter:
             if schema is None:
                 schema = self._writer.register_schema(definition.name, SchemaEncoding.ROS2, definition.text.encode())
                 self._schemas[definition.name] = schema
-            extra = {"offered_qos_profiles": qos_text(profile), "topic_type_hash": definition.type_hash}
+            extra = {"offered_qos_profiles": as_yaml([profile.as_dict()]), "topic_type_hash": definition.type_hash}
             self._channels.append(self._writer.register_channel(name, MessageEncoding.CDR, schema, extra))
             self._topics.append(TopicSummary(name, definition.name, definition.type_hash, profile, 0))
             self._counts.append(0)

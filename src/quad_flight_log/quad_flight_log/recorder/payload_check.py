@@ -7,16 +7,13 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from quad_flight_log.errors import one_line
 from quad_flight_log.recorder.message_fields import SIZES, fields_of, message_class, type_name
 
 _HEADER = 4  # bytes of encapsulation before the data; alignment counts from behind them
 _PLAIN = b"\x00\x01"
 _MOST_ITEMS = 10_000  # messages or texts in one sequence; reading them takes time and memory
 _MOST_PADDING = 3  # bytes behind the last field
-
-
-class _MalformedError(Exception):
-    """What is wrong with a payload."""
 
 
 def payload_check(kind: type) -> Callable[[bytes], str]:
@@ -32,8 +29,8 @@ def payload_check(kind: type) -> Callable[[bytes], str]:
             return ""
         try:
             left = len(payload) - _end(parts, payload)
-        except _MalformedError as error:
-            return f"{error} in {len(payload)} bytes of {name}"
+        except ValueError as error:
+            return f"{one_line(error)} in {len(payload)} bytes of {name}"
         return f"found {left} bytes behind the last field of {name}" if left > _MOST_PADDING else ""
 
     return problem_of
@@ -60,39 +57,33 @@ def _parts(kind: type) -> list[_Part]:
 
 
 def _end(parts: list[_Part], payload: bytes, at: int = _HEADER) -> int:
-    """Return where a message that begins at ``at`` ends; raises _MalformedError."""
+    """Return where a message that begins at ``at`` ends; raises ValueError."""
     for name, size, count in parts:
         number = count
         if count < 0:
-            number, at = _length(payload, at, name)
+            number, at = _length(payload, at)
         if isinstance(size, int):
             at = at - (at - _HEADER) % -size + size * number if number else at
         elif number > _MOST_ITEMS:
-            raise _MalformedError(f"{name}: found more than {_MOST_ITEMS} items")
+            raise ValueError(f"{name}: found more than {_MOST_ITEMS} items")
         else:
             for _ in range(number):
                 at = _text_end(payload, at, name) if size == "string" else _end(size, payload, at)
         if at > len(payload):
-            raise _MalformedError(f"{name}: it ends early")
+            raise ValueError(f"{name}: it ends early")
     return at
 
 
-def _length(payload: bytes, at: int, name: str) -> tuple[int, int]:
+def _length(payload: bytes, at: int) -> tuple[int, int]:
+    """Return the length of a sequence or text, and where its content begins."""
     at -= (at - _HEADER) % -4
-    if at + 4 > len(payload):
-        raise _MalformedError(f"{name}: it ends early")
     return int.from_bytes(payload[at : at + 4], "little"), at + 4
 
 
 def _text_end(payload: bytes, at: int, name: str) -> int:
-    size, at = _length(payload, at, name)
+    size, at = _length(payload, at)
     text = payload[at : at + size]
-    if len(text) < size:
-        raise _MalformedError(f"{name}: it ends early")
-    if text[-1:] != b"\0":
-        raise _MalformedError(f"{name}: found a text without its zero byte")
-    try:
-        text.decode("utf-8")
-    except UnicodeDecodeError:
-        raise _MalformedError(f"{name}: found a text that is not UTF-8") from None
+    if text[-1:] != b"\0" and at + size <= len(payload):
+        raise ValueError(f"{name}: found a text without its zero byte")
+    text.decode("utf-8")  # its error is a ValueError
     return at + size

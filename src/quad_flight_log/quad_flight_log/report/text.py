@@ -75,22 +75,13 @@ def read_limits(arguments: Sequence[str]) -> dict[str, float]:
                 raise LimitsError(f"{argument}: cannot be read: {' '.join(str(error).split())}") from error
         if not isinstance(content, dict):
             raise LimitsError(f"{argument}: found {type(content).__name__}, expected a map of metric to limit")
-        for key, limit in content.items():
-            limits[_known(key, argument)] = _finite(key, limit, argument)
+        for name, limit in content.items():
+            if name not in METRICS:
+                raise LimitsError(f"{argument}: {name!r} is no metric; there are {', '.join(METRICS)}")
+            try:
+                limits[name] = float("nan" if isinstance(limit, bool) else limit)
+            except (TypeError, ValueError, OverflowError):
+                limits[name] = math.nan
+            if not math.isfinite(limits[name]):
+                raise LimitsError(f"{argument}: {name}: found {limit!r}, expected a finite number")
     return limits
-
-
-def _known(name: object, where: str) -> str:
-    if not isinstance(name, str) or name not in METRICS:
-        raise LimitsError(f"{where}: {name!r} is no metric; there are {', '.join(METRICS)}")
-    return name
-
-
-def _finite(name: object, value: object, where: str) -> float:
-    try:
-        found = float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else math.nan
-    except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
-        raise LimitsError(f"{where}: {name}: found {value!r}, expected a finite number")
-    return found
