@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import flight_samples
+import metric_tables
 import numpy as np
 
 from quad_flight_log.report.flight_figures import Run, run_from_tables
@@ -15,14 +16,7 @@ YAW_ERROR = 0.05  # rad
 
 
 def _table(steps: int, **columns: Any) -> np.ndarray:
-    given = {name: np.asarray(values) for name, values in columns.items()}
-    described = [(name, values.dtype, values.shape[1:]) for name, values in given.items()]
-    table = np.zeros(steps, np.dtype([("step", "i8"), ("stamp_ns", "i8"), *described]))
-    table["step"] = np.arange(steps)
-    table["stamp_ns"] = np.arange(steps) * PERIOD_NS
-    for name, values in given.items():
-        table[name] = values
-    return table
+    return metric_tables.table(np.arange(steps) * PERIOD_NS, step=np.arange(steps), **columns)
 
 
 def circle(steps: int) -> np.ndarray:

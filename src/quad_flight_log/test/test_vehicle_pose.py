@@ -10,7 +10,7 @@ from ament_index_python.packages import get_package_share_directory
 from builtin_interfaces.msg import Time
 from scipy.spatial.transform import Rotation
 
-from quad_flight_log.recorder.vehicle_pose import pose_of, tf_message, transform_of
+from quad_flight_log.recorder.vehicle_pose import pose_of, transform_of
 from quad_msgs.msg import TrajectoryPoint, VehicleState
 
 
@@ -40,8 +40,6 @@ def test_a_reference_becomes_a_level_pose_with_its_yaw(yaw):
 
 def test_the_tf_of_this_installation_is_that_of_every_other():
     """Jazzy's own hash of the type, as rosbags computes it: RViz and tf2_ros of a sourced ROS match it."""
-    kind = tf_message()
-    assert kind is not None, "tf2_msgs is built beside the wheels by scripts/setup, and comes with a sourced ROS"
     expected = flight_samples.typestore().hash_rihs01("tf2_msgs/msg/TFMessage")
     described = Path(get_package_share_directory("tf2_msgs"), "msg", "TFMessage.json").read_text("utf-8")
     hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(described)["type_hashes"]}

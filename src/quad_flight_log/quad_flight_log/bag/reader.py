@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from quad_core.cascade import SIGNALS
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.files import Channel, files_of
 from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
@@ -22,7 +21,6 @@ from quad_flight_log.errors import (
     TopicError,
 )
 
-SHADOW = "shadow/"  # where controllers that are logged and not used answer
 MEMORY_LIMIT = 4 << 30  # bytes of payload that a bag may hold: all of it is kept in memory
 
 Rows = tuple[list[bytes], list[int]]
@@ -63,8 +61,8 @@ class Flight:
         self.damage, self.truncated = "; ".join(damage), bool(damage)
         self.metadata = self._notes()
         self.parameters_text = self._attached(PARAMETERS)
-        # without it /uav1/state and /uav1/flight/state both end like `state`
-        vehicle = (namespace or self.metadata.get("namespace", "")).strip("/")
+        only = self.vehicles[0] if len(self.vehicles) == 1 else ""
+        vehicle = (namespace or self.metadata.get("namespace", "") or only).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
         self.unreadable: dict[str, str] = {}
         self._types: dict[str, MessageType] = {}
@@ -89,10 +87,8 @@ class Flight:
 
     @property
     def vehicles(self) -> list[str]:
-        """The namespaces under which the bag has topics of a flight, the global one as an empty text."""
-        endings = tuple(f"/{topic}" for topic in ("truth", *SIGNALS))
-        names = [name for name in self.topics if name.endswith(endings) and f"/{SHADOW}" not in name]
-        found = {name.removesuffix(next(end for end in endings if name.endswith(end))) for name in names}
+        """The namespaces in which the bag has the state or truth of a vehicle, the global one as an empty text."""
+        found = {name.rpartition("/")[0] for name, topic in self.topics.items() if topic.type.endswith("/VehicleState")}
         return sorted(found)
 
     def has(self, topic: str) -> bool:
@@ -105,7 +101,7 @@ class Flight:
             return False
 
     def resolve(self, topic: str) -> str:
-        """Return the full name of a topic given in full or relative to the flight's namespace.
+        """Return the full name of a topic given in full or relative to the namespace of the flight.
 
         Raises TopicError if it is missing, AmbiguousTopicError if there are several and no namespace was given.
         """
@@ -113,15 +109,8 @@ class Flight:
         for name in (topic, f"{self.namespace}/{relative}"):
             if name in self.topics:
                 return name
-        found = [name for name in self.topics if name.endswith("/" + relative)] if not topic.startswith("/") else []
-        if not relative.startswith(SHADOW):
-            found = [name for name in found if f"/{SHADOW}" not in name]
-        if found and not self.namespace:
-            vehicles = [name.removesuffix(f"/{relative}") for name in found]
-            flights = [name for name in vehicles if name in self.vehicles] or vehicles
-            if len(flights) == 1:
-                return f"{flights[0]}/{relative}"
-            names = ", ".join(name.strip("/") or "/" for name in flights)
+        if len(self.vehicles) > 1 and not self.namespace and not topic.startswith("/"):
+            names = ", ".join(name.strip("/") or "/" for name in self.vehicles)
             raise AmbiguousTopicError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
         have = ", ".join(self.topics) or "no topics"
         raise TopicError(f"{self.path}: no topic {topic!r}; the bag has {have}")

@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable
 from datetime import datetime, timezone
+from functools import partial
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -62,7 +63,7 @@ class Recorder(FlightNode):
             if self.role in topic.subscribers and topic.exists(self.roles):
                 self._record(topic)
         handle = self._declare("diagnostics", DiagnosticArray, latched=False)
-        keep = self._checked("diagnostics", DiagnosticArray, handle, self._plain(handle))
+        keep = self._checked("diagnostics", DiagnosticArray, handle, partial(self._write, handle))
         self.ros.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
 
     @property
@@ -97,7 +98,8 @@ class Recorder(FlightNode):
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
-        keep, depth = self._plain(handle), _LATCHED_DEPTH if topic.latched else _STEP_DEPTH
+        depth = _LATCHED_DEPTH if topic.latched else _STEP_DEPTH
+        keep: Keep = partial(self._write, handle)
         if topic.step or _of_shadow(topic.name):
             keep = self._stepped(topic.name, handle)
             if topic.name in (self._path, "reference"):
@@ -121,9 +123,6 @@ class Recorder(FlightNode):
                 keep(payload)
 
         return on_message
-
-    def _plain(self, handle: int) -> Keep:
-        return lambda payload: self._write(handle, payload)
 
     def _write(self, handle: int, payload: bytes) -> None:
         self.bag.write(handle, payload, self._stamps.newest, time.time_ns())

@@ -6,12 +6,12 @@ without a message of this workspace.
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
+from tf2_msgs.msg import TFMessage
 
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Quat, Vec3
@@ -22,15 +22,6 @@ from quad_msgs.msg import TrajectoryPoint, VehicleState
 
 PERIOD_NS = 20_000_000  # of flight time between two poses in a bag
 LIVE_PERIOD = 0.04  # s between two published ones: a flight in lockstep may be many times as fast as the clock
-
-
-def tf_message() -> Any:
-    """Return the class tf2_msgs/TFMessage where it is installed, else None."""
-    try:
-        from tf2_msgs.msg import TFMessage
-    except ImportError:
-        return None
-    return TFMessage
 
 
 def pose_of(message: VehicleState | TrajectoryPoint) -> PoseStamped:
@@ -68,11 +59,11 @@ class PoseOutput:
         self, keep: Callable[[bytes], None], topic: str, log_ns: Callable[[], int]
     ) -> Callable[[bytes], None]:
         """Return ``keep`` of a topic that also gives poses; ``log_ns`` returns the time of the bag."""
-        wanted, transforms = topic == "reference", tf_message()
+        wanted = topic == "reference"
         kind = TrajectoryPoint if wanted else VehicleState
         outputs = [self._output("reference_pose" if wanted else "pose", PoseStamped, 10)]
-        if transforms and not wanted:
-            outputs.append(self._output("/tf", transforms, 100))
+        if not wanted:
+            outputs.append(self._output("/tf", TFMessage, 100))
         body = f"{self._node.get_namespace().strip('/')}/base_link".lstrip("/")
         due_ns, shown = 0, 0.0
 
@@ -84,7 +75,7 @@ class PoseOutput:
                 return
             due_ns = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
             pose = pose_of(deserialize_message(payload, kind))
-            messages = [pose] if len(outputs) == 1 else [pose, transforms(transforms=[transform_of(pose, body)])]
+            messages = [pose] if wanted else [pose, TFMessage(transforms=[transform_of(pose, body)])]
             wall, now = time.time_ns(), time.monotonic()
             shows = self._live and now - shown >= LIVE_PERIOD
             shown = now if shows else shown
