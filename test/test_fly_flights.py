@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+import yaml
 from flying import finish, fly, start
 
 from quad_flight_log.bag.reader import open_flight
@@ -44,7 +45,7 @@ def test_a_good_flight_prints_what_its_bag_holds(tmp_path):
     assert re.search(r"seed 5; 4\.00 s flown at [\d.]+ x real time; ended", done.stdout), done.stdout
     assert bag.metadata["seed"] == "5"
     assert not bag.truncated
-    parameters_of = bag.parameters["/simulator"]["ros__parameters"]
+    parameters_of = yaml.safe_load(bag.parameters_text)["/simulator"]["ros__parameters"]
     assert (parameters_of["vehicle.mass"], parameters_of["rigid_body.mass_error"]) == (0.6, 0.01)
     resolved = {row["role"]: row["parameters"] for row in bag.array("flight/parameters")}
     assert all("vehicle.mass: 0.6\n" in text for text in resolved.values())
@@ -85,7 +86,8 @@ def test_without_a_case_both_of_the_paper_are_flown(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     assert [path.name for path in sorted((tmp_path / "two").iterdir())] == ["case1", "case2"]
     for case in ("case1", "case2"):
-        parameters_of = open_flight(tmp_path / "two" / case).parameters["/trajectory"]["ros__parameters"]
+        text = open_flight(tmp_path / "two" / case).parameters_text
+        parameters_of = yaml.safe_load(text)["/trajectory"]["ros__parameters"]
         assert parameters_of["trajectory"] == case
         assert re.search(rf"^metric +{case} ", done.stdout, re.MULTILINE)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import flight_samples
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError
 
-Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str], dict[str, Any], str]
+Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str], str]
 
 
 def small_bag(directory: Path, *, close: bool) -> Path:
@@ -20,26 +19,24 @@ def small_bag(directory: Path, *, close: bool) -> Path:
 
 
 def content(flight: Flight) -> Content:
-    """Return all that a flight holds: payloads, times, metadata, parameters and their text."""
+    """Return all that a flight holds: payloads, times, metadata and the text of its parameters."""
     found = flight.payloads(*flight.topics)
     return (
         {name: payloads for name, (payloads, _) in found.items()},
         {name: times for name, (_, times) in found.items()},
         flight.metadata,
-        dict(flight.parameters),
         flight.parameters_text,
     )
 
 
 def is_prefix(part: Content, whole: Content) -> bool:
     """Return whether ``part`` is the beginning of ``whole`` and holds nothing else."""
-    payloads, times, metadata, parameters, text = part
+    payloads, times, metadata, text = part
     return (
         all(rows == whole[0][name][: len(rows)] for name, rows in payloads.items())
         and all(rows == whole[1][name][: len(rows)] for name, rows in times.items())
         and metadata.items() <= whole[2].items()
-        and parameters in ({}, whole[3])
-        and text in ("", whole[4])
+        and text in ("", whole[3])
     )
 
 

@@ -49,7 +49,7 @@ def test_metadata_and_parameters_come_back(bag):
     assert flight.metadata["seed"] == "7"
     assert flight.metadata["outcome"] == "ended"
     assert flight.metadata["dropped"] == "0"
-    assert flight.parameters == {"simulator": {"ros__parameters": {"flight.seed": 7}}}
+    assert flight.parameters_text == "simulator: {ros__parameters: {flight.seed: 7}}\n"
 
 
 def test_rosbags_reads_hashes_counts_and_profiles(bag, flown):

@@ -65,8 +65,9 @@ def without(messages, topic, wanted):
 
 def flight_of(tmp_path, messages, guard=None, **notes):
     values = {"/simulator": {"ros__parameters": {f"guard.{name}": value for name, value in (guard or {}).items()}}}
-    text = yaml.safe_dump(values)
-    return open_flight(write_bag(tmp_path / "bag", messages, parameters=text, notes={"mode": "realtime", **notes}))
+    said = {"role": "simulator", "node": "/simulator", "parameters": yaml.safe_dump(values)}
+    flown = [("/flight/parameters", message("quad_msgs/msg/NodeParameters", **said)), *messages] if guard else messages
+    return open_flight(write_bag(tmp_path / "bag", flown, notes={"mode": "realtime", **notes}))
 
 
 @pytest.mark.parametrize("mode", ["lockstep", "realtime"])

@@ -91,17 +91,10 @@ def test_a_bag_without_inputs_or_parameters_is_named(flown, tmp_path):
 
     with pytest.raises(TopicError, match="no topic 'actuation'"):
         replay(without("a", "actuation"), "attitude_controller")
-    with pytest.raises(FlightLogError, match="says nothing of position_controller"):
+    with pytest.raises(TopicError, match="no topic 'flight/parameters'"):
         replay(without("b", "flight/parameters"), "position_controller")
     with pytest.raises(TopicError, match="no topic 'position_controller/internals'"):
         replay(without("c", "position_controller/internals"), "position_controller")
-
-
-def test_attached_parameters_stand_in_for_published_ones(flown, tmp_path):
-    text = "\n".join(sample.parameters for topic, sample in flown.messages if topic == "flight/parameters")
-    rest = [(f"/{topic}", sample) for topic, sample in flown.messages if topic != "flight/parameters"]
-    path = flight_samples.write_bag(tmp_path / "bag", rest, parameters=text)
-    assert replay(open_flight(path), "attitude_controller").equal
 
 
 def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):

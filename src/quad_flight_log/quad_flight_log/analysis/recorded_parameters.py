@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from quad_core.cascade import ROLES
-from quad_core.parameter_files import overrides_for, read_parameter_text
+from quad_core.parameter_files import read_parameter_text
 from quad_core.parameters import ParameterError, Value
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, resolve, typed, with_law
@@ -31,20 +31,16 @@ class NodeRecord(NamedTuple):
 
 
 def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
-    """Return {role: parameters} from what the nodes published, else from the parameter file attached to the bag.
+    """Return {role: parameters} from what the nodes published.
 
-    Raises TopicError if the bag has neither, CorruptError if they cannot be read.
+    Raises TopicError if the bag has none, CorruptError if they cannot be read.
     """
+    if not flight.has(TOPIC):
+        raise TopicError(f"{flight.path}: no topic {TOPIC!r}: with which parameters the nodes flew is unknown")
     try:
-        if flight.has(TOPIC):
-            return _published(flight)
-        if flight.parameters:
-            content = read_parameter_text(flight.parameters_text, str(flight.path))
-            roles = {pattern.rsplit("/", 1)[-1] for pattern in content} & set(ROLES)
-            return {role: NodeRecord(overrides_for([content], role, flight.namespace or "/"), [], ()) for role in roles}
+        return _published(flight)
     except ParameterError as error:
         raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
-    raise TopicError(f"{flight.path}: no topic {TOPIC!r} and no attached parameters: with which parameters is unknown")
 
 
 def _published(flight: Flight) -> dict[str, NodeRecord]:

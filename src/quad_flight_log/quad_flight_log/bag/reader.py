@@ -4,13 +4,12 @@
 named relative (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.files import Channel, files_of
 from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
 from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opened_notes
@@ -42,7 +41,7 @@ class Flight:
     """A verified flight log.
 
     ``path``: its first file. ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed,
-    versions, drops, ...). ``parameters``: resolved parameters as in the attached YAML. ``truncated``: the bag is cut or
+    versions, drops, ...). ``parameters_text``: the attached parameter file, YAML. ``truncated``: the bag is cut or
     lacks a file and what is here is its verified beginning; ``damage`` says where. ``unreadable``: {topic: why} of
     topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
     """
@@ -67,17 +66,6 @@ class Flight:
         self.unreadable: dict[str, str] = {}
         self._types: dict[str, MessageType] = {}
         self._find_types()
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """The attached parameter file: {node: {"ros__parameters": {...}}}; empty if none is attached."""
-        try:
-            loaded = load_yaml(self.parameters_text) if self.parameters_text else {}
-        except ValueError as error:
-            raise CorruptError(f"{self.path}: attachment {PARAMETERS} is not YAML ({error})") from error
-        if not isinstance(loaded, dict):
-            raise CorruptError(f"{self.path}: attachment {PARAMETERS} holds {type(loaded).__name__}, expected a map")
-        return loaded
 
     @property
     def name(self) -> str:
