@@ -9,7 +9,7 @@ import warnings
 from pathlib import Path
 
 import pytest
-from hostile_bags import ESCAPE, HOSTILE, YAML_TEXTS, bomb, write
+from hostile_bags import ESCAPE, HOSTILE, YAML_TEXTS, bomb
 
 from quad_flight_log import cli
 from quad_flight_log.bag.reader import open_flight
@@ -70,16 +70,6 @@ def test_a_bag_is_read_whatever_its_metadata_yaml_says(name, flown_bag, tmp_path
     began = cpu_time()
     assert open_flight(bag).payloads("truth") == open_flight(flown_bag).payloads("truth")
     assert cpu_time() - began < LONGEST
-
-
-@pytest.mark.parametrize("name", YAML_TEXTS)
-def test_a_hostile_file_of_limits_is_named(name, tmp_path, capfd):
-    limits = tmp_path / "limits.yaml"
-    limits.write_text(YAML_TEXTS[name], encoding="utf-8")
-    bag = write(tmp_path / "bag.mcap", {})
-    assert cli.main(["check", str(bag), "--limits", str(limits)]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
-    assert "limits.yaml" in line
 
 
 def test_what_a_bag_holds_is_printed_without_its_escapes(tmp_path, capfd):

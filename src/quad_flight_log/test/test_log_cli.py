@@ -90,6 +90,8 @@ def test_check_ends_with_one_if_a_limit_is_not_kept(flown_bag, capsys, tmp_path)
         ("position_rmse: .nan\n", "nan"),
         ("- 1\n", "list"),
         ("a: [\n", "cannot be read"),
+        ("[" * 50_000, "cannot be read"),
+        ("position_rmse: " + "9" * 5000, "cannot be read"),
     ],
 )
 def test_a_wrong_limits_file_is_named(text, word, flown_bag, capsys, tmp_path):

@@ -60,59 +60,37 @@ class _DamageError(Exception):
 
 
 class BagFile:
-    """What one file holds, known after ``messages`` was read to its end.
+    """One file of a bag and what it holds, known after ``messages`` was read to its end.
 
     ``notes``: metadata records in order. ``damage``: where the file is cut, empty for a whole one.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Read nothing yet."""
-        self.path = path
+    def __init__(self, path: Path, base: Path | None = None) -> None:
+        """Read nothing yet; ``base``: the SQLite bag that is read instead, a directory or one file."""
+        self.path, self._base = path, base
         self.written_by = self.damage = ""
         self.channels: dict[int, Channel] = {}
         self.notes: list[tuple[str, dict[str, str]]] = []
         self.attachments: dict[str, bytes] = {}
+        self._schemas: dict[int, Any] = {}
+        self._count = self._unpacked = 0
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages in the order of the file, once; raises NotAFlightError or CorruptError."""
-        raise NotImplementedError
+        return self._mcap() if self._base is None else self._sqlite(self._base)
 
-
-class SqliteFile(BagFile):
-    """An SQLite bag: a whole directory, or one file. The format has no checksums."""
-
-    def __init__(self, path: Path, source: Path) -> None:
-        """Read ``source`` later; ``path`` names the first file."""
-        super().__init__(path)
-        self._source, self.written_by = source, "rosbag2 (SQLite)"
-
-    def messages(self) -> Iterator[Message]:
-        """Yield the messages in the order of their times; as in ``BagFile``."""
+    def _sqlite(self, base: Path) -> Iterator[Message]:
+        """Yield the messages in the order of their times; the format has no checksums."""
+        self.written_by = "rosbag2 (SQLite)"
         try:
-            with Reader(self._source) as reader:
+            with Reader(base) as reader:
                 self.channels = {connection.id: _channel(connection) for connection in reader.connections}
                 for connection, time, data in reader.messages():
                     yield Message(self.channels[connection.id], time, bytes(data))
         except Exception as error:  # whatever rosbags, SQLite and zstd raise
             raise CorruptError(f"{self.path}: {one_line(error)}") from error
 
-
-def _channel(connection: Any) -> Channel:
-    encoding, text = _ENCODINGS.get(connection.msgdef.format, ""), connection.msgdef.data.encode()
-    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text)
-
-
-class McapFile(BagFile):
-    """An MCAP file, plain or compressed with zstd."""
-
-    def __init__(self, path: Path) -> None:
-        """Read nothing yet."""
-        super().__init__(path)
-        self._schemas: dict[int, Any] = {}
-        self._count = self._unpacked = 0
-
-    def messages(self) -> Iterator[Message]:
-        """Yield the messages; as in ``BagFile``."""
+    def _mcap(self) -> Iterator[Message]:
         try:
             file = self.path.open("rb")
         except OSError as error:
@@ -201,6 +179,11 @@ class McapFile(BagFile):
         return Message(self.channels[number], record.log_time, data)
 
 
+def _channel(connection: Any) -> Channel:
+    encoding, text = _ENCODINGS.get(connection.msgdef.format, ""), connection.msgdef.data.encode()
+    return Channel(connection.topic, connection.msgtype, "cdr", encoding, text)
+
+
 class _Stream:
     """The bytes of a file, unpacked where the file is compressed; a short read is a cut file."""
 
@@ -256,7 +239,7 @@ def files_of(path: Path) -> Files:
     missing = [name for name in listed if name not in here] if known else []
     first = here[names[0]]
     if ".db3" in first.suffixes:
-        return Files([SqliteFile(first, path if listed else first)], missing)
+        return Files([BagFile(first, path if listed else first)], missing)
     return Files([_file(here[name]) for name in names], missing)
 
 
@@ -265,10 +248,10 @@ def _file(path: Path) -> BagFile:
     if packed not in ("", "zstd"):
         raise NotAFlightError(f"{path}: compressed with {packed}, expected zstd or none: unpack the file first")
     if ".db3" not in path.suffixes:
-        return McapFile(path)
+        return BagFile(path)
     if packed:
         raise NotAFlightError(f"{path}: a compressed SQLite file is read with its metadata.yaml: name the directory")
-    return SqliteFile(path, path)
+    return BagFile(path, path)
 
 
 def _place(path: Path) -> tuple[str, int]:
