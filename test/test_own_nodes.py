@@ -47,6 +47,10 @@ def test_a_vehicle_that_sends_only_what_it_must_flies_and_every_step_is_recorded
     assert states["step"].tolist() == list(range(500))
     assert flight.array("actuation")["step"].tolist() == list(range(500))
     assert states["p_w"][-1][2] > 0.1  # on its way to 2 m
+    poses = flight.array("pose")  # of the state, from 0.1 s on
+    rows = states[np.searchsorted(states["stamp_ns"], poses["stamp_ns"])]
+    assert abs(int(poses["stamp_ns"][0]) - 100_000_000) <= 10_000_000
+    np.testing.assert_array_equal(rows["p_w"][:, 2], poses["pose"]["position"]["z"])
 
 
 def test_every_verb_of_log_reads_a_bag_without_truth_and_says_so(bag, tmp_path, capsys):

@@ -20,7 +20,7 @@ from quad_flight_log.recorder.message_fields import definition_of
 from quad_flight_log.recorder.payload_check import payload_check
 from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
-from quad_flight_log.recorder.vehicle_pose import PoseOutput
+from quad_flight_log.recorder.vehicle_pose import FOLLOWED, PoseOutput
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
@@ -58,7 +58,6 @@ class Recorder(FlightNode):
         self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
         self._poses = PoseOutput(self.ros, self.bag, live=RELAY not in self.roles)  # an estimator shows its pose itself
-        self._path = "truth" if topics.TOPICS["truth"].exists(self.roles) else "state"
         for topic in topics.TOPICS.values():
             if self.role in topic.subscribers and topic.exists(self.roles):
                 self._record(topic)
@@ -102,7 +101,7 @@ class Recorder(FlightNode):
         keep: Keep = partial(self._write, handle)
         if topic.step or _of_shadow(topic.name):
             keep = self._stepped(topic.name, handle)
-            if topic.name in (self._path, "reference"):
+            if topic.name in FOLLOWED:
                 keep = self._poses.following(keep, topic.name, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)

@@ -20,7 +20,9 @@ from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_msgs.msg import TrajectoryPoint, VehicleState
 
+FOLLOWED = ("truth", "state", "reference")
 PERIOD_NS = 20_000_000  # of flight time between two poses in a bag
+TRUTH_WITHIN_NS = 100_000_000  # from the beginning, where a vehicle sends it at all
 LIVE_PERIOD = 0.04  # s between two published ones: a flight in lockstep may be many times as fast as the clock
 
 
@@ -46,48 +48,45 @@ def transform_of(pose: PoseStamped, body: str) -> TransformStamped:
 
 
 class PoseOutput:
-    """Writes ``pose`` and ``/tf`` of a state, ``reference_pose`` of a reference into a bag, one in PERIOD_NS.
+    """Writes ``pose`` and ``/tf`` of the vehicle and ``reference_pose`` into a bag, one in PERIOD_NS of flight time.
 
-    Where ``live`` it publishes them too, at most one in LIVE_PERIOD.
+    Where ``live`` it publishes them too, at most one in LIVE_PERIOD. ``state`` counts where no ``truth`` comes.
     """
 
     def __init__(self, node: Node, bag: BagWriter, live: bool) -> None:
-        """Declare nothing yet."""
-        self._node, self._bag, self._live = node, bag, live
+        """Declare the topics."""
+        self._bag, self._live, self._truth = bag, live, False
+        self._body = f"{node.get_namespace().strip('/')}/base_link".lstrip("/")
+        self._outputs: dict[str, tuple[int, Publisher]] = {}
+        for topic, kind in (("pose", PoseStamped), ("/tf", TFMessage), ("reference_pose", PoseStamped)):
+            handle = bag.add_topic(node.resolve_topic_name(topic), definition_of(kind), Qos(10))
+            self._outputs[topic] = handle, node.create_publisher(kind, topic, 10)
 
     def following(
         self, keep: Callable[[bytes], None], topic: str, log_ns: Callable[[], int]
     ) -> Callable[[bytes], None]:
-        """Return ``keep`` of a topic that also gives poses; ``log_ns`` returns the time of the bag."""
-        wanted = topic == "reference"
-        kind = TrajectoryPoint if wanted else VehicleState
-        outputs = [self._output("reference_pose" if wanted else "pose", PoseStamped, 10)]
-        if not wanted:
-            outputs.append(self._output("/tf", TFMessage, 100))
-        body = f"{self._node.get_namespace().strip('/')}/base_link".lstrip("/")
-        due_ns, shown = 0, 0.0
+        """Return ``keep`` of a topic of FOLLOWED that also gives poses; ``log_ns`` returns the time of the bag."""
+        kind = TrajectoryPoint if topic == "reference" else VehicleState
+        due_ns, shown = TRUTH_WITHIN_NS if topic == "state" else 0, 0.0
 
         def on_message(payload: bytes) -> None:
             nonlocal due_ns, shown
             keep(payload)
+            self._truth |= topic == "truth"
             now_ns = log_ns()
-            if now_ns < due_ns:
+            if now_ns < due_ns or (self._truth and topic == "state"):
                 return
             due_ns = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
             pose = pose_of(deserialize_message(payload, kind))
-            messages = [pose] if wanted else [pose, TFMessage(transforms=[transform_of(pose, body)])]
+            transforms = TFMessage(transforms=[transform_of(pose, self._body)])
+            messages = {"reference_pose": pose} if topic == "reference" else {"pose": pose, "/tf": transforms}
             wall, now = time.time_ns(), time.monotonic()
             shows = self._live and now - shown >= LIVE_PERIOD
             shown = now if shows else shown
-            for (handle, publisher), message in zip(outputs, messages, strict=True):
-                data = serialize_message(message)
+            for name, message in messages.items():
+                (handle, publisher), data = self._outputs[name], serialize_message(message)
                 self._bag.write(handle, data, now_ns, wall)
                 if shows:
                     publisher.publish(data)
 
         return on_message
-
-    def _output(self, topic: str, kind: type, depth: int) -> tuple[int, Publisher]:
-        name = self._node.resolve_topic_name(topic)
-        handle = self._bag.add_topic(name, definition_of(kind), Qos(depth))
-        return handle, self._node.create_publisher(kind, topic, depth)
