@@ -198,22 +198,23 @@ def square_corner():
     return desired, velocity
 
 
-def test_what_goes_beyond_a_corner_along_the_arrival_counts():
-    desired, velocity = square_corner()
-    flown = desired.copy()
-    after = TIMES - 10.0
-    flown[:, 0] += np.where(after > 0.0, 0.2 * np.exp(-((after - 1.0) ** 2)), 0.0)
-    assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(0.2, abs=1e-6)
-    flown[:, 1] += 0.7  # sideways is no overshoot
-    assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(0.2, abs=1e-6)
+AFTER = TIMES - 10.0
 
 
-def test_nothing_beyond_is_zero_and_late_is_not_counted():
+@pytest.mark.parametrize(
+    ("moved", "expected"),
+    [
+        ([np.where(AFTER > 0.0, 0.2 * np.exp(-((AFTER - 1.0) ** 2)), 0.0), 0.0 * TIMES, 0.0 * TIMES], 0.2),
+        ([np.where(AFTER > 0.0, 0.2 * np.exp(-((AFTER - 1.0) ** 2)), 0.0), 0.7 + 0.0 * TIMES, 0.0 * TIMES], 0.2),
+        ([-0.1 + 0.0 * TIMES, 0.0 * TIMES, 0.0 * TIMES], 0.0),
+        ([np.where(TIMES > 15.5, 0.9, -0.1), 0.0 * TIMES, 0.0 * TIMES], 0.0),
+    ],
+    ids=["beyond along the arrival", "and sideways, which is none", "nothing beyond", "too late"],
+)
+def test_what_goes_beyond_a_corner_along_the_arrival_counts(moved, expected):
     desired, velocity = square_corner()
-    short = desired - [0.1, 0.0, 0.0]
-    assert corner_overshoot(TIMES, short, desired, velocity) == 0.0
-    short[TIMES > 15.5, 0] += 1.0
-    assert corner_overshoot(TIMES, short, desired, velocity) == 0.0
+    flown = desired + np.stack(moved, 1)
+    assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_reference_without_corner_or_step_has_no_overshoot():

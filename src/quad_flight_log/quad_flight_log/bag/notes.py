@@ -52,7 +52,7 @@ class TopicSummary(NamedTuple):
 
 
 def bag_metadata(
-    file_name: str, topics: Iterable[TopicSummary], start_ns: int, end_ns: int, custom: Mapping[str, str], distro: str
+    file_name: str, topics: Iterable[TopicSummary], start_ns: int, end_ns: int, custom: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return what rosbag2 notes about a bag with one MCAP file (BagMetadata, version 9)."""
     listed: list[dict[str, Any]] = [
@@ -83,7 +83,7 @@ def bag_metadata(
         "relative_file_paths": [file_name],
         "files": [{"path": file_name, **span}],
         "custom_data": dict(custom),
-        "ros_distro": distro,
+        "ros_distro": "jazzy",
     }
 
 

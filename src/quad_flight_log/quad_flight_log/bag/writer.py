@@ -72,7 +72,6 @@ class BagWriter:
         *,
         metadata: Mapping[str, str] | None = None,
         parameters: str = "",
-        ros_distro: str = "jazzy",
         flush_period: float = FLUSH_PERIOD,
         backlog_limit: int = BACKLOG_LIMIT,
     ) -> None:
@@ -83,7 +82,6 @@ class BagWriter:
         self.error = ""
         self.dropped: Counter[str] = Counter()
         self._custom = dict(metadata or {})
-        self._distro = ros_distro
         self._flush_period, self._backlog_limit = flush_period, backlog_limit
         self._topics: list[TopicSummary] = []
         self._channels: list[int] = []
@@ -231,7 +229,7 @@ class BagWriter:
         counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
         last = {**last, "messages": str(sum(self._counts)), "dropped": str(sum(self.dropped.values())), **counted}
         start, end = max(self._start_ns, 0), max(self._end_ns, 0)
-        about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last}, self._distro)
+        about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last})
         try:
             self._writer.flush()
             self._writer.add_metadata(QUAD_END, sealed_notes(last))
