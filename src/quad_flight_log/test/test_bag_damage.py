@@ -95,14 +95,14 @@ def test_places_without_a_bag_are_named(tmp_path):
         open_flight(tmp_path)
 
 
-def foreign(path: Path, *, encoding="cdr", schema_encoding="ros2msg", text=None, payloads=(), **options) -> Path:
+def foreign(path: Path, *, text: bytes = b"", payloads=(), **options) -> Path:
+    """Write payloads of a topic /state as another tool would; ``text``: another definition."""
     definition = flight_samples.definition("quad_msgs/msg/VehicleState")
     with path.open("wb") as stream:
         writer = Writer(stream, **options)
         writer.start("ros2", "some tool")
-        data = definition.text.encode() if text is None else text
-        schema = writer.register_schema(definition.name, schema_encoding, data)
-        channel = writer.register_channel("/state", encoding, schema)
+        schema = writer.register_schema(definition.name, "ros2msg", text or definition.text.encode())
+        channel = writer.register_channel("/state", "cdr", schema)
         for index, payload in enumerate(payloads):
             writer.add_message(channel, index, payload, index)
         writer.finish()
@@ -152,19 +152,9 @@ def test_a_short_or_strange_payload_is_an_error(tmp_path):
             open_flight(foreign(tmp_path / f"{index}.mcap", payloads=[good[0], bad, good[2]])).array("state")
 
 
-def raw_file(path: Path, *records: tuple[int, bytes]) -> Path:
-    def text(value: bytes) -> bytes:
-        return struct.pack("<I", len(value)) + value
-
-    parts = [(1, text(b"ros2") + text(b"some tool")), *records]
-    magic = b"\x89MCAP0\r\n"
-    path.write_bytes(magic + b"".join(struct.pack("<BQ", opcode, len(body)) + body for opcode, body in parts))
-    return path
-
-
 def test_huge_records_and_sequences_are_refused(tmp_path):
-    path = raw_file(tmp_path / "huge.mcap")
-    path.write_bytes(path.read_bytes() + struct.pack("<BQ", 6, 3 << 30))
+    path = tmp_path / "huge.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, 3 << 30))
     with pytest.raises(CorruptError, match="RecordLengthLimitExceeded"):
         open_flight(path)
     path.unlink()
