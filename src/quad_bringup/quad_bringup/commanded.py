@@ -1,15 +1,12 @@
-"""What a flight with a commander is besides: the trajectory of its mission, and the parameters of its nodes."""
+"""The mission of a flight: its items, its trajectory, and that one's parameters."""
 
-import secrets
 from pathlib import Path
 
 from quad_commander.missions import Kind, MissionError, parse
 from quad_core import plugins
-from quad_core.cascade import COMMANDER, ROLES, SIMULATOR, TRAJECTORY
+from quad_core.cascade import TRAJECTORY
 from quad_core.parameter_files import StrictLoader, load_yaml
-from quad_core.parameters import ParameterError, Value
-from quad_dynamics.ground import SINK
-from quad_dynamics.parameters import Ground
+from quad_core.parameters import ParameterError
 
 
 def read_mission(given: str) -> tuple[str, list[str]]:
@@ -64,19 +61,3 @@ def trajectory_of(mission: str) -> str | None:
             f"--mission: found {', '.join(names)}, expected one trajectory: a flight has one such node"
         )
     return names[0] if names else None
-
-
-def launched(mission: str) -> dict[str, dict[str, Value]]:
-    """Return {role: parameters} with which a launch file flies ``mission`` from the origin of plant rigid_body.
-
-    Raises ParameterError as ``trajectory_of``.
-    """
-    name = trajectory_of(mission)
-    roles = (*ROLES, COMMANDER)
-    shared: dict[str, Value] = {"flight.roles": ",".join(roles), "flight.run_id": f"mission-{secrets.token_hex(4)}"}
-    own: dict[str, dict[str, Value]] = {
-        SIMULATOR: {"rigid_body.ground.enabled": True, "rigid_body.ground.height": SINK - Ground().foot_depth},
-        TRAJECTORY: {"trajectory": name} if name else {},
-        COMMANDER: {"mission": mission},
-    }
-    return {role: {**shared, **own.get(role, {})} for role in roles}

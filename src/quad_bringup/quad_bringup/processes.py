@@ -23,10 +23,14 @@ _YOUNG = 10.0  # s; a folder of which the lock may not be taken yet
 _SIMULATOR_FIRST = 3.0  # s in which the simulator tells the others why before they are asked, too
 
 
+def installed(package: str, name: str) -> Path:
+    """Return what ``ros2 run`` would start."""
+    return Path(get_package_prefix(package), "lib", package, name)
+
+
 def executable(role: str) -> Path:
-    """Return what ``ros2 run`` would start for ``role``."""
-    package = ALL_ROLES[role].package
-    return Path(get_package_prefix(package), "lib", package, role.removeprefix(SHADOW))
+    """Return the program of ``role``."""
+    return installed(ALL_ROLES[role].package, role.removeprefix(SHADOW))
 
 
 def describe_exit(code: int) -> str:
