@@ -8,7 +8,19 @@ import time
 
 import numpy as np
 import pytest
-from flying import FLY, ROLES, alive, bag_file, finish, fly, last_reception, start, wait_until, wait_until_flying
+from flying import (
+    FLY,
+    LONGEST,
+    ROLES,
+    alive,
+    bag_file,
+    finish,
+    fly,
+    last_reception,
+    start,
+    wait_until,
+    wait_until_flying,
+)
 
 from quad_flight_log.bag.reader import open_flight
 
@@ -55,6 +67,20 @@ def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag(tmp_path, name
     bag = open_flight(out)
     assert not bag.truncated
     assert bag.metadata["outcome"] == "failed"
+
+
+def test_a_killed_fly_leaves_its_flight_and_nothing_elsewhere(tmp_path):
+    """Its nodes fly on to the planned end, as without fly."""
+    out, elsewhere = tmp_path / "bag", tmp_path / "tmp"
+    elsewhere.mkdir()
+    flight = start("hover", "--duration", "3", "--out", out, env={**os.environ, "TMPDIR": str(elsewhere)})
+    pids = wait_until_flying(flight, out)
+    flight.kill()
+    flight.communicate()
+    wait_until(lambda: not [pid for pid in pids.values() if alive(pid)], LONGEST, "all nodes have left")
+    assert open_flight(out).metadata["outcome"] == "ended"
+    assert (out / "logs" / "simulator.log").read_text().endswith("ended: flown as planned\n")
+    assert list(elsewhere.iterdir()) == []
 
 
 def test_with_nohup_a_flight_outlives_its_terminal(tmp_path):

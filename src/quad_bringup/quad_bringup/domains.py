@@ -21,16 +21,16 @@ _UDP_SOCKETS = Path("/proc/net/udp")
 def reserved_domain(requested: int | None) -> Iterator[int]:
     """Hold a domain for the time of a flight; flights of every user of this machine avoid it.
 
-    ``requested``: exactly this one, which other flights may want too (namespaces tell them apart). None: one that no
-    other flight holds, ROS_DOMAIN_ID if that is set and free. Raises ParameterError if no domain is free.
+    ``requested``, else ROS_DOMAIN_ID where it is set: exactly this one, which other flights may want too (namespaces
+    tell them apart). Raises ParameterError if no domain is free.
     """
-    if requested is not None:
-        if not 0 <= requested <= LAST_DOMAIN:
-            raise ParameterError(f"--domain: found {requested}, expected 0 to {LAST_DOMAIN}")
-        yield requested
-        return
-    candidates = iter(_candidates())
-    reservation = domain_id(lambda: next(candidates))
+    for name, chosen in (("--domain", requested), ("ROS_DOMAIN_ID", os.environ.get("ROS_DOMAIN_ID") or None)):
+        if chosen is not None:
+            if not str(chosen).isdecimal() or int(chosen) > LAST_DOMAIN:
+                raise ParameterError(f"{name}: found {chosen}, expected 0 to {LAST_DOMAIN}")
+            yield int(chosen)
+            return
+    reservation = domain_id(iter(_candidates()).__next__)
     try:
         domain = reservation.__enter__()
     except RuntimeError as error:
@@ -43,15 +43,8 @@ def reserved_domain(requested: int | None) -> Iterator[int]:
 
 def _candidates() -> list[int]:
     # In random order: the graph of a domain shows a killed node for some 20 s. Domains that others use come last.
-    in_use = occupied()
     order = random.SystemRandom().sample(DOMAINS, len(DOMAINS))
-    order.sort(key=in_use.__contains__)
-    preset = os.environ.get("ROS_DOMAIN_ID", "")
-    if not preset:
-        return order
-    if not preset.isdecimal() or int(preset) > LAST_DOMAIN:
-        raise ParameterError(f"ROS_DOMAIN_ID: found {preset!r}, expected 0 to {LAST_DOMAIN}")
-    return [int(preset), *order]
+    return sorted(order, key=occupied().__contains__)
 
 
 def occupied() -> set[int]:

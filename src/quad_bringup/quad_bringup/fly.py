@@ -8,13 +8,13 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from quad_bringup import surroundings, vehicle_owner
-from quad_bringup.commanded import read_mission, trajectory_of
 from quad_bringup.domains import reserved_domain
+from quad_bringup.mission_file import read_mission, trajectory_of
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
-from quad_bringup.supervisor import Interrupted, interrupts, raised
+from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
 from quad_bringup.terminal import complain, say
 from quad_core import plugins
 from quad_core.cascade import COMMANDER, RECORDER, ROLES
@@ -35,11 +35,9 @@ _EXAMPLES = """examples:
   scripts/fly hover --duration 5 --realtime
   scripts/fly case2 --one-process
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
-  scripts/fly case2 --set position_controller.aibs.x.position_gain=3.5 --set simulator.held_gaussian.acceleration_sd=1.5
   scripts/fly flight --vehicle x500 --preset x500
   scripts/fly case1 --scenario my_weather.yaml
   scripts/fly --mission takeoff,case2,hold:5,land         take-off, modes and landing: a commander is the sixth node
-  scripts/fly case1 --mission takeoff:3,case1,land --realtime
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
   scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 
@@ -56,24 +54,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Fly what the command line asks for; returns the exit code."""
     options = _parser().parse_args(arguments)
     os.environ[COMMAND] = shlex.join(["scripts/fly", *(sys.argv[1:] if arguments is None else arguments)])
-    try:
-        cases = _cases(options)
-    except ParameterError as error:
-        complain(str(error))
-        return BAD_SETUP
     made: list[Path] = []
     codes: list[int] = []
     try:
-        with raised():
-            _fly(options, cases, made, codes)
+        with interrupts() as interrupted:
+            _fly(options, made, codes, interrupted)
         return max(codes)
     except (ParameterError, PluginError, LimitsError) as error:
         complain(str(error))
         return BAD_SETUP
     except Interrupted as name:
-        if not codes:
-            complain(f"interrupted by {name} before the flight")
-        return max([FAILED, *codes])
+        complain(f"interrupted by {name} before the flight")
+        return FAILED
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
         return BAD_SETUP
@@ -93,29 +85,30 @@ def _cases(options: argparse.Namespace) -> list[str]:
     return [options.case] if options.case else list(PAPER_CASES)
 
 
-def _fly(options: argparse.Namespace, cases: list[str], made: list[Path], codes: list[int]) -> None:
-    """Fly each case and note its exit code in ``codes``."""
+def _fly(options: argparse.Namespace, made: list[Path], codes: list[int], interrupted: Interrupts) -> None:
+    """Fly each case; note its directory in ``made`` and its exit code in ``codes``."""
+    cases = _cases(options)
     _check_namespace(options.namespace)
     if options.visible:
         close()
     seen_by = close_unless_asked()
-    problem = surroundings.find_room_for_logs()
     directories = _directories(options, cases, made)
     surroundings.check_disk(directories[0])
     flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
-    if problem:
-        complain(str(problem))
     with reserved_domain(options.domain) as domain:
         if seen_by.startswith(OPEN):
             surroundings.check_discovery(domain, seen_by.removeprefix(f"{OPEN}: "))
             complain(f"WARNING: {seen_by}")
         surroundings.check_domain(domain, options.namespace.strip("/"))
         say(f"fly: {surroundings.how_to_look_on(domain)}")
-        with interrupts() as interrupted:
-            for flight in flights:
-                codes.append(fly(flight, domain, interrupted))
-                if interrupted.name:
-                    break
+        interrupted.flying = True
+        for flight in flights:
+            codes.append(fly(flight, domain, interrupted))
+            if interrupted.name:
+                break
+        if len(codes) < len(flights):
+            complain(f"interrupted by {interrupted.name}: {flights[len(codes)].name} was not flown")
+            codes.append(FAILED)
 
 
 def _check_namespace(name: str) -> None:
@@ -132,83 +125,47 @@ def _check_namespace(name: str) -> None:
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = _Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    kinds = (configuration.CONTROLLERS, configuration.VEHICLES, configuration.SCENARIOS)
+    gains, vehicles, scenarios = (", ".join(configuration.names(kind)) for kind in kinds)
     cases = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
+    several: dict[str, Any] = {"action": "append", "default": []}
+    both = "position=LAW or attitude=LAW if both have it"
     parser.add_argument("case", nargs="?", metavar="CASE", help=f"{', '.join(cases)}; without it: case1, then case2")
-    parser.add_argument("--plant", metavar="NAME", help=_names(plugins.PLANT, "rigid_body"))
-    parser.add_argument("--start", metavar="MODE", help="approach: onto the curve (default); printed: the paper's step")
-    parser.add_argument("--position", metavar="LAW", help=_names(plugins.POSITION_LAW, "aibs"))
-    parser.add_argument("--attitude", metavar="LAW", help=_names(plugins.ATTITUDE_LAW, "abfnitsm"))
-    parser.add_argument(
-        "--preset",
-        default="tuned",
-        metavar="NAME|FILE",
-        help=f"gains: {', '.join(configuration.names(configuration.CONTROLLERS))}, or a file of them (default: tuned)",
+    rows: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
+        ("--plant", "NAME", _names(plugins.PLANT, "rigid_body"), {}),
+        ("--start", "MODE", "approach: onto the curve (default); printed: the paper's step", {}),
+        ("--position", "LAW", _names(plugins.POSITION_LAW, "aibs"), {}),
+        ("--attitude", "LAW", _names(plugins.ATTITUDE_LAW, "abfnitsm"), {}),
+        ("--preset", "NAME|FILE", f"gains: {gains}, or a file of them (default: tuned)", {"default": "tuned"}),
+        ("--vehicle", "NAME|FILE", f"{vehicles}, or a parameter file (default: paper)", {"default": "paper"}),
+        ("--scenario", "NAME|FILE", f"wind, load, failures: {scenarios}, or a parameter file", {}),
+        ("--seed", "N", "seed of the disturbance (default: 1)", {"type": int}),
+        ("--duration", "S", "flight time from t = 0 of the curve, after the approach", {"type": float}),
+        ("--mission", "ITEMS", "takeoff[:height], a trajectory, hold:seconds, land, with commas; or a YAML file", {}),
+        ("--shadow", "LAW", f"it computes and is recorded, not used; {both}", {**several, "dest": "shadows"}),
+        ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
+        ("--vehicle-owner", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
+        ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
+        (
+            "--set",
+            "NODE.PARAM=VALUE",
+            "may be repeated, as --limits, --own and --shadow",
+            {**several, "dest": "settings"},
+        ),
+        ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: limits/<start>.yaml)", {"action": "append"}),
+        ("--namespace", "NAME", "namespace of the vehicle", {"default": ""}),
+        ("--domain", "N", "ROS domain (default: one that no other flight uses)", {"type": int}),
     )
-    parser.add_argument(
-        "--vehicle",
-        default="paper",
-        metavar="NAME|FILE",
-        help=f"{', '.join(configuration.names(configuration.VEHICLES))}, or a parameter file (default: paper)",
-    )
-    parser.add_argument(
-        "--scenario",
-        metavar="NAME|FILE",
-        help=f"wind, load, failures: {', '.join(configuration.names(configuration.SCENARIOS))}, or a parameter file",
-    )
-    parser.add_argument("--seed", type=int, metavar="N", help="seed of the disturbance (default: 1)")
-    parser.add_argument(
-        "--duration", type=float, metavar="S", help="flight time from t = 0 of the curve, after the approach"
-    )
-    parser.add_argument(
-        "--mission",
-        metavar="ITEMS",
-        help="takeoff[:height], a trajectory, hold:seconds, land, separated by commas, or a YAML file of them",
-    )
-    parser.add_argument("--realtime", action="store_true", help="fly at the speed of the clock instead of in lockstep")
-    parser.add_argument(
-        "--shadow",
-        action="append",
-        default=[],
-        metavar="LAW",
-        help="a shadow controller: it computes and is recorded, not used; position=LAW or attitude=LAW if both have it",
-    )
-    parser.add_argument(
-        "--one-process", action="store_true", help="the five nodes in one process: the same bits, about twice as fast"
-    )
-    parser.add_argument(
-        "--own",
-        action="append",
-        default=[],
-        metavar="NODE=COMMAND",
-        help="start COMMAND in place of a node, with the flight's --ros-args; may be repeated",
-    )
-    parser.add_argument(
-        "--vehicle-owner", metavar="NAME=FILE", help="px4, joined, mavlink, crazyflie: its bridge flies"
-    )
-    parser.add_argument("--relay", action="store_true", help="odometry_relay makes state from an estimator's topic")
-    _add_surroundings(parser)
+    for option, metavar, text, more in rows:
+        parser.add_argument(option, metavar=metavar, help=text, **more)
+    for flag, text in (
+        ("--realtime", "fly at the speed of the clock instead of in lockstep"),
+        ("--one-process", "the five nodes in one process: the same bits, about twice as fast"),
+        ("--relay", "odometry_relay makes state from an estimator's topic"),
+        ("--visible", "let every ROS 2 shell on this machine see the nodes, whatever this shell has chosen"),
+    ):
+        parser.add_argument(flag, action="store_true", help=text)
     return parser
-
-
-def _add_surroundings(parser: argparse.ArgumentParser) -> None:
-    """Add where a flight is recorded, its limits and its visibility."""
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the bag's directory (default: flights/CASE-SEED-N)")
-    parser.add_argument(
-        "--set", action="append", default=[], dest="settings", metavar="NODE.PARAM=VALUE", help="may be repeated"
-    )
-    parser.add_argument(
-        "--limits",
-        action="append",
-        metavar="FILE|METRIC=VALUE",
-        help="limits of the verdict (default: limits/<start>.yaml, position_rmse 0.1 m, ...)",
-    )
-    parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
-    parser.add_argument(
-        "--visible",
-        action="store_true",
-        help="let every ROS 2 shell on this machine see the nodes, whatever this shell has chosen",
-    )
-    parser.add_argument("--domain", type=int, metavar="N", help="ROS domain (default: one that no other flight uses)")
 
 
 def _names(group: str, default: str) -> str:
@@ -268,25 +225,9 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
 
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
     run_id = f"{case}-{secrets.token_hex(4)}"
-    request = Request(
-        case=case,
-        preset=options.preset,
-        vehicle=options.vehicle,
-        plant=options.plant,
-        start=options.start,
-        position=options.position,
-        attitude=options.attitude,
-        seed=options.seed,
-        duration=options.duration,
-        realtime=options.realtime,
-        settings=[*vehicle_owner.settings(options), *options.settings],
-        relay=options.relay,
-        shadows=options.shadow,
-        scenario=options.scenario,
-        mission=options.mission,
-        trajectory=options.trajectory,
-        namespace=options.namespace,
-    )
+    asked = {name: value for name, value in vars(options).items() if name in Request._fields}
+    settings = [*vehicle_owner.settings(options), *options.settings]
+    request = Request(**{**asked, "case": case, "settings": settings})
     place = str(directory.resolve())
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}
     nodes = resolve_flight(request, identity)

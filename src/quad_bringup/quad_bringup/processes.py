@@ -1,14 +1,11 @@
 """The node processes of one flight: started directly, watched, stopped by pid."""
 
-import fcntl
 import os
-import shutil
 import signal
 import subprocess
-import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
@@ -17,9 +14,6 @@ from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR
 
 # What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
 _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
-
-_FOLDER = "quad-fly-"
-_YOUNG = 10.0  # s; a folder of which the lock may not be taken yet
 _SIMULATOR_FIRST = 3.0  # s in which the simulator tells the others why before they are asked, too
 
 
@@ -43,51 +37,19 @@ def describe_exit(code: int) -> str:
         return f"was killed by signal {-code}"
 
 
-@contextmanager
-def log_folder() -> Iterator[tuple[Path, int]]:
-    """Make a temporary folder for what nodes print; gives its path and the descriptor that its processes keep open.
-
-    Removes the folders of flights of which no process runs any more, as after ``kill -9`` of ``fly``.
-    """
-    for left in Path(tempfile.gettempdir()).glob(f"{_FOLDER}*"):
-        _sweep(left)
-    folder = Path(tempfile.mkdtemp(prefix=_FOLDER))
-    used = os.open(folder, os.O_RDONLY)
-    fcntl.flock(used, fcntl.LOCK_SH)
-    try:
-        yield folder, used
-    finally:
-        os.close(used)
-        shutil.rmtree(folder, ignore_errors=True)  # a full disk may not have let it move into the bag
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the folder of a flight of ours that no process holds any more."""
-    with suppress(OSError):
-        status = folder.lstat()
-        if status.st_uid != os.geteuid() or time.time() - status.st_mtime < _YOUNG:
-            return
-        opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-        try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            shutil.rmtree(folder, ignore_errors=True)
-        finally:
-            os.close(opened)
-
-
 class Processes:
     """One process per role, its output in ``<logs>/<role>.log``."""
 
-    def __init__(self, logs: Path, environment: Mapping[str, str], kept: Sequence[int] = ()) -> None:
-        """Start nothing yet; ``environment`` is that of every process, ``kept`` are descriptors it inherits."""
-        self._logs, self._environment, self._kept = logs, dict(environment), tuple(kept)
+    def __init__(self, logs: Path, environment: Mapping[str, str]) -> None:
+        """Start nothing yet; ``environment`` is that of every process."""
+        self._logs, self._environment = logs, dict(environment)
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.codes: dict[str, int] = {}
         self._asked = False  # the vehicle interface of the vehicle: a second signal would stop the motors
 
     def start(self, role: str, command: Sequence[str | Path]) -> None:
         """Start the process of ``role``; raises OSError if it cannot be started."""
-        with self.log(role).open("wb") as output:
+        with self._log(role).open("wb") as output:
             self._running[role] = subprocess.Popen(
                 [os.fspath(part) for part in command],
                 env=self._environment,
@@ -96,31 +58,15 @@ class Processes:
                 stderr=subprocess.STDOUT,
                 # Its own group: Ctrl-C on the terminal reaches only us, and we pass it on once.
                 start_new_session=True,
-                pass_fds=self._kept,
             )
-
-    def log(self, role: str) -> Path:
-        """Return the file with all that the process of ``role`` printed."""
-        return self._logs / f"{role}.log"
 
     def last_lines(self, role: str, count: int = 3) -> list[str]:
         """Return the last lines that the process of ``role`` printed."""
-        text = self.log(role).read_text(encoding="utf-8", errors="replace") if self.log(role).exists() else ""
+        text = self._log(role).read_text(encoding="utf-8", errors="replace") if self._log(role).exists() else ""
         return [line for line in text.splitlines() if line.strip()][-count:]
 
-    def move_logs(self, directory: Path) -> str:
-        """Move all that was printed, and all other files next to it, into ``directory``; it must not exist.
-
-        Returns why the disk did not take all of it, empty if it did.
-        """
-        try:
-            shutil.move(self._logs, directory)
-        except OSError as error:
-            # of a whole folder shutil raises a list of (from, to, why)
-            first = error.args[0][0][-1] if isinstance(error, shutil.Error) and error.args[0] else error
-            return str(getattr(first, "strerror", None) or first)
-        self._logs = directory
-        return ""
+    def _log(self, role: str) -> Path:
+        return self._logs / f"{role}.log"
 
     def pids(self) -> dict[str, int]:
         """Return {role: pid} of the processes that run."""

@@ -2,27 +2,34 @@
 
 import os
 import shlex
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from quad_bringup import one_process, results, surroundings
-from quad_bringup.processes import Processes, describe_exit, executable, log_folder
+from quad_bringup import one_process, surroundings
+from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
 from quad_bringup.terminal import Progress, busy, complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
+from quad_flight_log.analysis.flight_checks import ends_early
+from quad_flight_log.analysis.metrics import FlightMetrics
+from quad_flight_log.analysis.tables import measured, truth_note
+from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.recorder.provenance import LIMITS
+from quad_flight_log.report.text import table
+from quad_flight_log.report.verdict import judgement
 from quad_node.command_link import STARTER
-from quad_node.watch import FlightWatch, Sighting
+from quad_node.watch import NO_FILES, FlightWatch, Sighting
 
-GOOD = 0
-FAILED = 1
-BAD_SETUP = 2
+GOOD, FAILED, BAD_SETUP = 0, 1, 2
+_PHASES = ("waiting", "flying", "ended", "failed")  # of FlightState.msg
 
 
 class Planned(NamedTuple):
@@ -54,15 +61,12 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     for role, command in flight.own.items():
         say(f"{flight.name}: {role}: {shlex.join(command)} (with this flight's parameters)")
     say(f"{flight.name}: bag {flight.directory}, ROS_DOMAIN_ID={domain}")
-    with log_folder() as (logs, used):
-        return _fly(flight, domain, interrupted, logs, used)
-
-
-def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path, used: int) -> int:
-    # A process that crashes, or hangs and is aborted, leaves in its log where it was.
+    logs = flight.directory / "logs"
+    logs.mkdir()
     limits = ",".join(f"{metric}={limit!r}" for metric, limit in flight.limits.items())
+    # A process that crashes, or hangs and is aborted, leaves in its log where it was.
     own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
-    processes = Processes(logs, {**os.environ, **own}, [used])
+    processes = Processes(logs, {**os.environ, **own})
     progress = Progress(flight.name, sys.stderr)
     patience = Patience.of(flight.nodes[SIMULATOR])
     watch = None
@@ -76,16 +80,13 @@ def _fly(flight: Planned, domain: int, interrupted: Interrupts, logs: Path, used
         if watch is not None:
             watch.close()
         processes.stop(patience.landing)
-    if interrupted.name and not any(flight.directory.glob("*.mcap*")):
-        # Before anything was recorded: the directory stays free for another try.
+        if watch is None or (interrupted.name and not any(flight.directory.glob("*.mcap*"))):
+            shutil.rmtree(logs)  # nothing was recorded: the directory stays free for another try
+    if not logs.exists():
         cause = outcome.cause or f"interrupted by {interrupted.name}"
         complain(f"{flight.name}: {cause} before anything was recorded")
         return FAILED
-    lost = processes.move_logs(flight.directory / "logs") if flight.directory.is_dir() else ""
-    code = _judge(flight, processes, outcome, watch.newest)
-    if lost:
-        complain(f"{flight.name}: what the nodes printed could not all be saved in {flight.directory / 'logs'}: {lost}")
-    return code
+    return _judge(flight, processes, outcome, watch.newest)
 
 
 def _show(progress: Progress, watch: FlightWatch, state: Sighting | None) -> None:
@@ -113,7 +114,7 @@ def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
     settings = recorder._replace(node=recorder.node._replace(parameters_file=str(parameters)))
     nodes, owners = {**flight.nodes, "recorder": settings}, tuple(OWNERS) if SIMULATOR in flight.own else ()
     parameters.write_text(parameter_file(nodes, flight.namespace, owners), encoding="utf-8")
-    arguments = ["--ros-args", "--params-file", str(parameters)]
+    arguments = [*NO_FILES, "--params-file", str(parameters)]
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]
     composed = set(ROLES) if flight.one_process else set()
@@ -139,25 +140,23 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
     with busy(f"{flight.name}: reading the bag"):
-        found = results.report(flight.directory, flight.limits, flight.namespace)
-    if found.flight_time:
-        say(results.text(flight.name, found, f"seed {flight.nodes['simulator'].flight.seed}"))
+        found = shown(flight)
+    if found.text:
+        say(found.text)
     problems = ([outcome.cause] if outcome.cause else []) + found.problems
     if found.problems and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
-    if outcome.cause.startswith("interrupted") or not found.flight_time:
+    if outcome.cause.startswith("interrupted") or not found.text:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
     problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
     if found.ends_early and seen is not None and seen.over:
-        complain(f"{flight.name}: the flight itself went on to {seen.flight_time:.2f} s: {seen.reason or seen.phase}")
-    for role in outcome.late:
-        complain(f"{flight.name}: {role} hung while it left, after the flight had ended, and was stopped")
-    for role in set(ends) & set(_spared(flight)):
-        complain(f"{flight.name}: {ends[role]}; the flight does not depend on it")
-    for problem in problems:
-        complain(f"{flight.name}: {problem}")
+        problems.insert(0, f"the flight itself went on to {seen.flight_time:.2f} s: {seen.reason or seen.phase}")
+    lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
+    lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(_spared(flight))]
+    for line in (*lines, *problems):
+        complain(f"{flight.name}: {line}")
     for role, code in processes.codes.items():
         if outcome.cause.startswith(f"{role} ") or (code != 0 and role in outcome.late):
             for line in processes.last_lines(role, 3):
@@ -166,3 +165,38 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
     bag = shlex.quote(str(flight.directory))
     say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, view)")
     return FAILED if problems else GOOD
+
+
+class Shown(NamedTuple):
+    """What the bag of a flight shows: the text for people, empty if it never began, and why the flight failed.
+
+    ``ends_early``: the bag ends before the flight.
+    """
+
+    text: str
+    problems: list[str]
+    ends_early: bool = False
+
+
+def shown(flight: Planned) -> Shown:
+    """Return what the bag of ``flight`` shows, checked against its limits."""
+    try:
+        bag = open_flight(flight.directory, namespace=flight.namespace)
+        try:
+            metrics = measured(bag)
+        except TopicError:  # it never began: its record tells why, and there is nothing to measure
+            metrics = FlightMetrics()
+        problems = list(judgement(bag, metrics, flight.limits).problems)
+        note = truth_note(bag)
+        states = bag.array("flight/state") if bag.has("flight/state") else ()
+    except FlightLogError as error:
+        return Shown("", [f"no readable bag: {error}"])
+    if not len(states) or not (stamp := states[-1]["stamp_ns"]):
+        return Shown("", problems, ends_early(bag))
+    flown, wall = float(stamp) * 1e-9, float(states[-1]["wall_time"])
+    measured_any = any(value is not None for value in metrics)
+    rows = table([flight.name], [metrics], flight.limits, notes=[note])
+    text = f"{rows if measured_any else f'{flight.name}: no metrics: {note}'}\n"
+    text += f"seed {flight.nodes[SIMULATOR].flight.seed}; {flown:.2f} s flown"
+    text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {_PHASES[states[-1]['state']]}"
+    return Shown(text, problems, ends_early(bag))

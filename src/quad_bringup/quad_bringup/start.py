@@ -6,7 +6,6 @@ import signal
 import sys
 from contextlib import suppress
 from pathlib import Path
-from traceback import walk_tb
 from types import FrameType
 
 from ament_index_python import get_resources
@@ -15,7 +14,7 @@ from quad_core.signals import ending
 
 FAILED, BAD_SETUP = 1, 2
 RMW = "RMW_IMPLEMENTATION"
-LOADED = ("rclpy", "numpy", "yaml", "quad_msgs")
+LOADED = ("rclpy", "rcl_interfaces", "numpy", "yaml", "std_msgs", "quad_msgs")
 """What another workspace or another ROS may bring along first."""
 
 
@@ -43,9 +42,7 @@ def _split(name: str) -> list[str]:
 
 def refusal(error: Exception) -> str:
     """Return why ``fly`` cannot be loaded, in one line that names a package of another workspace if one is first."""
-    raised_in = [str(frame.f_globals.get("__name__")).partition(".")[0] for frame, _ in walk_tb(error.__traceback__)]
-    names = dict.fromkeys([*LOADED, *(name for name in raised_in if name != "__main__")])
-    found = [f"{name} in {place}" for name in names if (place := foreign(name))]
+    found = [f"{name} in {place}" for name in LOADED if (place := foreign(name))]
     what = f"PYTHONPATH: found {', '.join(found)}, expected those of this workspace: " if found else ""
     return f"fly: {what}{type(error).__name__}: {' '.join(str(error).split())}"
 

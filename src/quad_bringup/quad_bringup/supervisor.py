@@ -12,8 +12,7 @@ from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
-from quad_core.signals import ONE_REQUEST, repeats
-from quad_core.signals import ending as ending_signals
+from quad_core.signals import ONE_REQUEST, ending, repeats
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
 
 _POLL = 0.1
@@ -31,7 +30,7 @@ class Patience(NamedTuple):
     """Wall-clock limits in s after which the flight is stopped from outside.
 
     ``landing``: what the vehicle interface then has to bring the vehicle down, 0 if it stops at once. ``commanded``:
-    whether a commander flies, whom the cause is said to first.
+    a commander flies, and receives the cause before the vehicle interface is asked to end.
     """
 
     start: float
@@ -45,19 +44,13 @@ class Patience(NamedTuple):
         """Return limits that leave the nodes time to report a fault themselves, and a commander time to land."""
         answer = simulator.node.answer_timeout + 3.0
         realtime = simulator.flight.mode == REALTIME
-        lands = realtime and simulator.node.guard.enabled
-        landing = simulator.node.descent_timeout + 3.0 if lands else 0.0
+        landing = simulator.node.descent_timeout + 3.0 if realtime and simulator.node.guard.enabled else 0.0
         commanded = COMMANDER in simulator.flight.roles.split(",")
         if commanded:
             landing = _LANDING
             answer += 0.0 if realtime else _SLOWEST
-        return cls(
-            simulator.flight.start_timeout + _STARTUP_MARGIN,
-            simulator.flight.silence_timeout + answer,
-            answer,
-            landing,
-            commanded,
-        )
+        start, silence = simulator.flight.start_timeout + _STARTUP_MARGIN, simulator.flight.silence_timeout + answer
+        return cls(start, silence, answer, landing, commanded)
 
 
 class Outcome(NamedTuple):
@@ -67,16 +60,26 @@ class Outcome(NamedTuple):
     late: tuple[str, ...] = ()
 
 
+class Interrupted(KeyboardInterrupt):
+    """A signal that asks for the end came before the flight; its name is the text."""
+
+
 class Interrupts:
-    """Signals that ask for the end, the first and those that ask harder. ``name``: that of the first, or empty."""
+    """Signals that ask for the end. Before the flight one raises Interrupted; while ``flying`` their names are noted.
+
+    ``names``: of the first, and of those that ask harder. ``name``: that of the first, or empty.
+    """
 
     def __init__(self) -> None:
-        """Begin without one."""
+        """Begin without one, before the flight."""
+        self.flying = False
         self.names: list[str] = []
         self._since = 0.0
 
-    def note(self, number: int) -> None:
-        """Note a signal, unless it only repeats the first."""
+    def note(self, number: int, _frame: FrameType | None = None) -> None:
+        """Note a signal, unless it only repeats the first; raises Interrupted before the flight."""
+        if not self.flying:
+            raise Interrupted(signal.Signals(number).name)
         if not self.names:
             self._since = time.monotonic()
         elif repeats(number, self._since, _ONE_REQUEST):
@@ -94,38 +97,13 @@ class Interrupts:
         return self.names[0] if self.names else ""
 
 
-class Interrupted(KeyboardInterrupt):
-    """A signal that asks for the end came before or after the flight; its name is the text."""
-
-
-@contextmanager
-def raised() -> Iterator[None]:
-    """Raise Interrupted on SIGINT, SIGTERM and SIGHUP."""
-
-    def note(number: int, _frame: FrameType | None) -> None:
-        raise Interrupted(signal.Signals(number).name)
-
-    with _handled(note):
-        yield
-
-
 @contextmanager
 def interrupts() -> Iterator[Interrupts]:
-    """Note SIGINT, SIGTERM and SIGHUP instead of dying of them."""
-    noted = Interrupts()
-
-    def note(number: int, _frame: FrameType | None) -> None:
-        noted.note(number)
-
-    with _handled(note):
-        yield noted
-
-
-@contextmanager
-def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    before = {number: signal.signal(number, handler) for number in ending_signals()}
+    """Handle SIGINT, SIGTERM and SIGHUP."""
+    asked = Interrupts()
+    before = {number: signal.signal(number, asked.note) for number in ending()}
     try:
-        yield
+        yield asked
     finally:
         for number, earlier in before.items():
             signal.signal(number, earlier)
@@ -168,7 +146,7 @@ class _Supervision:
         self._processes, self._watch, self._patience = processes, watch, patience
         self._interrupted, self._spared = interrupted, spared
         self.state: Sighting | None = None
-        self.cause = self._early = self._untold = ""
+        self.cause = self._early = ""
         self.late: tuple[str, ...] = ()
         self._deadline = time.monotonic() + patience.start
         self._heeded, self._landed_by = 0, 0.0
@@ -177,11 +155,8 @@ class _Supervision:
     def look(self) -> None:
         """Take in news, signals and exits for a moment, and act on them."""
         before, self.state = self.state, self._watch.poll(_POLL)
-        if self.state is not before:
-            self._on_news(before)
-        if self._untold and self.state is not None and _waits(self.state):  # without news the flight may even be over
-            complain(f"{self._untold}: its node has {_LEFT_EARLY:g} s to appear")
-            self._untold = ""
+        if self.state is not None and self.state is not before:
+            self._on_news(self.state, before)
         ended = self._processes.reap()
         if ended.get(RECORDER):  # at once: in lockstep the plant waits for it
             self._watch.report_failure(RECORDER, describe_exit(ended[RECORDER]))
@@ -196,24 +171,36 @@ class _Supervision:
         if time.monotonic() >= self._deadline:
             self._end()
 
-    def _on_news(self, before: Sighting | None) -> None:
-        state, patience, now = self.state, self._patience, time.monotonic()
-        if state is None or (self._early and _waits(state)):
+    @property
+    def _phase(self) -> str:
+        return self.state.phase if self.state is not None else WAITING
+
+    @property
+    def _over(self) -> bool:
+        return self.state is not None and self.state.over
+
+    @property
+    def _can_land(self) -> bool:
+        return bool(self._patience.landing) and not self._over and self._processes.has_owner()
+
+    def _on_news(self, state: Sighting, before: Sighting | None) -> None:
+        """Move the deadline; a phase that lasts moves it only in flight."""
+        patience, now = self._patience, time.monotonic()
+        lasts = before is not None and state.phase == before.phase
+        if state.phase != FLYING and (lasts or (self._early and state.phase == WAITING)):
             return
-        if state.phase != FLYING and before is not None and state.phase == before.phase:
-            return
-        if not self.cause:
-            self._deadline = now + _limit(state, patience)
-        elif state.over or not patience.landing:
-            self._deadline = now + (patience.answer if state.phase == FLYING else _limit(state, patience))
-        elif self._lands and _flies(state):
+        if self._lands and state.phase == FLYING:
             self._deadline = min(self._landed_by, now + patience.silence)
+        elif not self.cause or state.over or not patience.landing:
+            flying = patience.answer if self.cause else patience.silence
+            over = max(_WIND_UP, patience.silence)
+            self._deadline = now + {WAITING: patience.start, FLYING: flying}.get(state.phase, over)
 
     def _on_signal(self) -> None:
         """The first signal lands what can be landed, or leaves a landing alone; the second one stops."""
         first, name = not self._heeded, self._interrupted.names[self._heeded]
         self.cause = self.cause or f"interrupted by {name}"
-        if first and self._can_land():
+        if first and self._can_land:
             complain(f"{name}: the vehicle {'is landing already' if self._lands else 'lands'}; {_SECOND}")
             self._interrupted.answered()
             self._heeded = 1
@@ -224,79 +211,48 @@ class _Supervision:
             self._deadline, self._lands = time.monotonic(), True
 
     def _on_exit(self, role: str, code: int) -> None:
-        ending = f"{role} {describe_exit(code)}"
+        exited = f"{role} {describe_exit(code)}"
         if self.cause or role in self._spared:
-            if code < 0 and -code not in ending_signals():
-                complain(ending)
-        elif role == RECORDER and self._patience.commanded and _flies(self.state) and code != 0:
-            complain(f"{ending}: the flight goes on, and what is flown from now on is not recorded")
-        elif not _may_leave(self.state, code):
-            self.cause = ending
-            self._deadline = time.monotonic()
-            self._deadline += self._patience.answer if _others_will_notice(role, self.state) else 0.0
-        elif not self._early and _waits(self.state):
-            self._early = self._untold = f"{ending} before the flight began"
+            if code < 0 and -code not in ending():
+                complain(exited)
+        elif role == RECORDER and self._patience.commanded and self._phase == FLYING and code != 0:
+            complain(f"{exited}: the flight goes on, and what is flown from now on is not recorded")
+        elif code != 0 and not (code > 0 and self._over):
+            self.cause, self._deadline = exited, time.monotonic()
+            if role != SIMULATOR and self._phase == FLYING:  # the others will notice
+                self._deadline += self._patience.answer
+        elif not self._early and self._phase == WAITING:  # a short flight may be over before anything of it is known
+            self._early = f"{exited} before the flight began"
             self._deadline = min(self._deadline, time.monotonic() + _LEFT_EARLY)
 
     def _end(self) -> None:
         """Land what can be landed and was not asked to yet; stop everything else."""
-        if not self._lands and self._can_land():
-            self.cause = self.cause or _silent(self.state, self._early)
+        if not self.cause and self._phase == ENDED:
+            self.late = tuple(self._processes.pids())
+            self._processes.stop()
+            return
+        self.cause = self.cause or self._silent()
+        if self._can_land and not self._lands:
             complain(f"{self.cause}: the vehicle lands")
             self._land()
-            return
-        hung = not self.cause and self.state is not None and self.state.phase == ENDED
-        if hung:
-            self.late = tuple(self._processes.pids())
         else:
-            self.cause = self.cause or _silent(self.state, self._early)
-        self._processes.stop()
-
-    def _can_land(self) -> bool:
-        over = self.state is not None and self.state.over
-        return bool(self._patience.landing) and not over and self._processes.has_owner()
+            self._processes.stop()
 
     def _land(self) -> None:
         self._lands = True
-        flies = _flies(self.state)
+        flies, now = self._phase == FLYING, time.monotonic()
         if self._patience.commanded and flies and not self._interrupted.names:
             self._watch.ask_to_end(self.cause)
         self._processes.interrupt_owner()
-        self._landed_by = time.monotonic() + self._patience.landing
-        self._deadline = min(self._landed_by, time.monotonic() + self._patience.silence)
-        if not flies:
-            self._deadline = time.monotonic() + self._patience.answer
+        self._landed_by = now + self._patience.landing
+        self._deadline = min(self._landed_by, now + self._patience.silence) if flies else now + self._patience.answer
 
-
-def _flies(state: Sighting | None) -> bool:
-    return state is not None and state.phase == FLYING
-
-
-def _waits(state: Sighting | None) -> bool:
-    return state is None or state.phase == WAITING
-
-
-def _limit(state: Sighting, patience: Patience) -> float:
-    if state.phase == WAITING:
-        return patience.start
-    return max(_WIND_UP, patience.silence) if state.over else patience.silence
-
-
-def _may_leave(state: Sighting | None, code: int) -> bool:
-    """Return whether a process may end now: its exit code means that the flight ended, or we know that it is over.
-
-    A short flight may be over before anything of it is known here.
-    """
-    return code == 0 or (code > 0 and state is not None and state.over)
-
-
-def _others_will_notice(role: str, state: Sighting | None) -> bool:
-    return role != SIMULATOR and _flies(state)
-
-
-def _silent(state: Sighting | None, early: str) -> str:
-    if state is None or state.phase == WAITING:
-        return early or f"the flight did not start: {state.reason if state else 'no flight/state from the simulator'}"
-    if state.over:
-        return f"the nodes did not leave after the flight had failed: {state.reason}"
-    return f"flight/state: nothing from the simulator after step {state.step}"
+    def _silent(self) -> str:
+        """Return why a flight that is not heard of any more was stopped."""
+        state = self.state
+        if state is None or state.phase == WAITING:
+            why = state.reason if state else "no flight/state from the simulator"
+            return self._early or f"the flight did not start: {why}"
+        if state.over:
+            return f"the nodes did not leave after the flight had failed: {state.reason}"
+        return f"flight/state: nothing from the simulator after step {state.step}"

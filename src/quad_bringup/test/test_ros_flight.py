@@ -1,9 +1,12 @@
 """What one flight starts: a node of one's own says itself what counts. What it prints: no empty table."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from quad_bringup import results
-from quad_bringup.ros_flight import started
+from quad_bringup import ros_flight
+from quad_bringup.ros_flight import Planned, started
+from quad_core.resolution import resolve
 from quad_flight_log.analysis.metrics import FlightMetrics
 
 FILE = ["--ros-args", "--params-file", "flight.yaml"]
@@ -20,11 +23,29 @@ def test_a_parameter_of_the_command_comes_after_the_file(command, words):
     assert started(command, FILE) == words
 
 
-def test_a_flight_of_which_nothing_was_measured_shows_no_empty_table():
-    found = results.Report("ended", 12.0, 6.0, FlightMetrics(), {}, [], "metrics are those of mode MISSION alone")
-    assert results.text("hover", found, "seed 1").splitlines() == [
-        "hover: no metrics: metrics are those of mode MISSION alone",
-        "seed 1; 12.00 s flown at 6.00 x real time; ended",
-    ]
-    measured = found._replace(metrics=FlightMetrics(position_rmse=0.01))
-    assert "position_rmse" in results.text("hover", measured, "seed 1")
+class Bag(SimpleNamespace):
+    """What a flight without anything to measure left: its phase alone."""
+
+    def has(self, topic):
+        return True
+
+    def array(self, topic):
+        return [{"stamp_ns": 12_000_000_000, "wall_time": 2.0, "state": 2}]
+
+
+@pytest.mark.parametrize(
+    ("metrics", "first"),
+    [
+        (FlightMetrics(), "hover: no metrics: metrics are those of mode MISSION alone"),
+        (FlightMetrics(position_rmse=0.01), "metric"),
+    ],
+)
+def test_a_flight_of_which_nothing_was_measured_shows_no_empty_table(monkeypatch, tmp_path, metrics, first):
+    found = {"open_flight": Bag(), "measured": metrics, "judgement": SimpleNamespace(problems=()), "ends_early": False}
+    found["truth_note"] = "metrics are those of mode MISSION alone"
+    for name, value in found.items():
+        monkeypatch.setattr(ros_flight, name, lambda *_, value=value, **__: value)
+    nodes = {"simulator": resolve("simulator", {})}
+    lines = ros_flight.shown(Planned("hover", "paper", "tuned", tmp_path, "", "", nodes, {})).text.splitlines()
+    assert lines[0].startswith(first)
+    assert lines[-1] == "seed 1; 12.00 s flown at 6.00 x real time; ended"

@@ -15,14 +15,9 @@ def clean(tmp_path, monkeypatch):
         "FASTRTPS_DEFAULT_PROFILES_FILE",
         "ROS_AUTOMATIC_DISCOVERY_RANGE",
         "QUAD_ROOT",
-        "ROS_LOG_DIR",
-        "ROS_HOME",
     ):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setattr(surroundings.tempfile, "tempdir", str(tmp_path))
-    tmp_path.chmod(0o700)
     return tmp_path
 
 
@@ -34,15 +29,6 @@ def test_a_full_disk_is_refused_and_known(clean, monkeypatch):
     with pytest.raises(ParameterError, match=r"found 0\.0 MB free, expected at least 8 MB"):
         surroundings.check_disk(clean)
     assert surroundings.is_full(clean)
-
-
-def test_a_home_where_nothing_can_be_written_does_not_stop_a_flight(clean, monkeypatch):
-    assert surroundings.find_room_for_logs() == ""
-    (clean / "file").touch()
-    monkeypatch.setenv("HOME", str(clean / "file"))
-    notice = surroundings.find_room_for_logs()
-    assert str(clean / "file") in notice
-    assert surroundings.os.environ["ROS_LOG_DIR"] in notice
 
 
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):
@@ -70,8 +56,12 @@ def test_whoever_publishes_our_topics_is_named(clean, monkeypatch):
 
 
 def test_a_closed_flight_does_not_search_a_domain_without_ports(clean, monkeypatch):
+    searched = []
     monkeypatch.setattr(surroundings, "occupied", lambda: {57})
-    assert surroundings.may_hold_others(57)
-    assert not surroundings.may_hold_others(58)
+    monkeypatch.setattr(surroundings, "publishers", lambda domain, _: searched.append(domain))
+    surroundings.check_domain(57, "")
+    surroundings.check_domain(58, "")
+    assert searched == [57]
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
-    assert surroundings.may_hold_others(58)
+    surroundings.check_domain(58, "")
+    assert searched == [57, 58]

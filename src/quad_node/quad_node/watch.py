@@ -17,6 +17,8 @@ from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.executor import destroy
 
+NO_FILES = ["--ros-args", "--disable-external-lib-logs"]
+"""Arguments of ROS for a process that writes no log file: no folder is needed for one."""
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
 _PHASES = {
@@ -60,7 +62,9 @@ class FlightWatch:
         self.changes: deque[tuple[float, str]] = deque()
         self._run_id = run_id
         self._context = Context()
-        rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(
+            args=NO_FILES, context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+        )
         self._node = Node(
             "flight_watch",
             context=self._context,

@@ -169,7 +169,8 @@ class BagWriter:
 
     def _create(self) -> BinaryIO:
         self.directory.mkdir(parents=True, exist_ok=True)
-        found = next(iter(sorted(self.directory.iterdir())), None)
+        # what the nodes of scripts/fly print is there already
+        found = next((path for path in sorted(self.directory.iterdir()) if path.name != "logs"), None)
         if found is not None:
             raise BagWriteError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
         stream = self.part_path.open("xb")

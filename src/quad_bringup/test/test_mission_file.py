@@ -2,7 +2,7 @@
 
 import pytest
 
-from quad_bringup.commanded import read_mission
+from quad_bringup.mission_file import read_mission
 from quad_core.parameters import ParameterError
 
 FILE = """
