@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from quad_commander.missions import Kind, MissionError, parse
+from quad_commander.missions import MissionError, parse
+from quad_commander.mode_table import Request
 from quad_core import plugins
 from quad_core.cascade import TRAJECTORY
 from quad_core.parameter_files import StrictLoader, load_yaml
@@ -55,7 +56,7 @@ def trajectory_of(mission: str) -> str | None:
         items = parse(mission, plugins.names(plugins.TRAJECTORY))
     except MissionError as error:
         raise ParameterError(f"--{error}") from error
-    names = list(dict.fromkeys(item.name for item in items if item.kind == Kind.TRAJECTORY))
+    names = list(dict.fromkeys(item.name for item in items if item.request == Request.MISSION))
     if len(names) > 1:
         raise ParameterError(
             f"--mission: found {', '.join(names)}, expected one trajectory: a flight has one such node"

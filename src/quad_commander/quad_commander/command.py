@@ -8,7 +8,7 @@ import math
 import secrets
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import rclpy
@@ -36,68 +36,41 @@ class _Parser(argparse.ArgumentParser):
         self.exit(NO_ANSWER, f"command: {message} (--help explains)\n")
 
 
-class Asker(Node):
-    """Asks once and waits for the answer on `flight/mode`."""
-
-    def __init__(self, request: Request, namespace: str, place: Place | None = None) -> None:
-        """Join the flight in ``namespace``."""
-        name = f"command_{secrets.token_hex(4)}"
-        super().__init__(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
-        self.sender = self.get_name()
-        self.answer: FlightMode | None = None
-        self._message = FlightRequest(request=int(request), sender=self.sender)
-        if place is not None:
-            self._message.p_w = list(place[:3])
-            self._message.yaw = math.nan if place.yaw is None else place.yaw
-        entry = topics.TOPICS["flight/request"]
-        self._requests = self.create_publisher(entry.type, entry.name, entry.qos())
-        entry = topics.TOPICS["flight/mode"]
-        self._modes = self.create_subscription(entry.type, entry.name, self._on_mode, topics.latched())
-
-    @property
-    def is_connected(self) -> bool:
-        """Whether a commander subscribes to requests, and its modes come here: each repeats its last answer."""
-        return bool(self._requests.get_subscription_count() and self._modes.get_publisher_count())
-
-    @property
-    def is_recorded(self) -> bool:
-        """Whether a recorder subscribes to requests in addition to the commander."""
-        return self._requests.get_subscription_count() > 1
-
-    def settle(self) -> None:
-        """Wait until all who listen have the request."""
-        self._requests.wait_for_all_acked(Duration(seconds=_FOR_RECORDER))
-
-    def ask(self) -> None:
-        """Send the request."""
-        self._requests.publish(self._message)
-
-    def _on_mode(self, message: FlightMode) -> None:
-        if message.sender == self.sender:
-            self.answer = message
-
-
 def ask(request: Request, namespace: str, patience: float, place: Place | None = None) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
     deadline = time.monotonic() + patience
-    asker = Asker(request, namespace, place)
+    name = f"command_{secrets.token_hex(4)}"
+    node = Node(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
+    message = FlightRequest(request=int(request), sender=name)
+    if place is not None:
+        message.p_w, message.yaw = list(place[:3]), math.nan if place.yaw is None else place.yaw
+    answers: list[FlightMode] = []
+    entry = topics.TOPICS["flight/request"]
+    requests = node.create_publisher(entry.type, entry.name, entry.qos())
+    entry = topics.TOPICS["flight/mode"]
+    modes = node.create_subscription(
+        entry.type, entry.name, lambda said: answers.append(said) if said.sender == name else None, topics.latched()
+    )
+
+    def spin(until: Callable[[], object], limit: float) -> bool:
+        while not until() and time.monotonic() < min(limit, deadline):
+            rclpy.spin_once(node, timeout_sec=0.05)
+        return bool(until())
+
     try:
-        while not asker.is_connected and time.monotonic() < deadline:
-            rclpy.spin_once(asker, timeout_sec=0.05)
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
-        if not asker.is_connected:
+        # a commander that is asked must have its way to answer, too: it repeats its last one
+        if not spin(lambda: requests.get_subscription_count() and modes.get_publisher_count(), deadline):
             return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
         # a recorder found late holds nothing up for long, and KILL not at all
-        recorded_by = time.monotonic() + (0.0 if request == Request.KILL else _FOR_RECORDER)
-        while not asker.is_recorded and time.monotonic() < min(deadline, recorded_by):
-            rclpy.spin_once(asker, timeout_sec=0.05)
-        asker.ask()
-        while asker.answer is None and time.monotonic() < deadline:
-            rclpy.spin_once(asker, timeout_sec=0.05)
-        answer = asker.answer
-        asker.settle()
+        patient = 0.0 if request == Request.KILL else _FOR_RECORDER
+        spin(lambda: requests.get_subscription_count() > 1, time.monotonic() + patient)
+        requests.publish(message)
+        spin(lambda: answers, deadline)
+        requests.wait_for_all_acked(Duration(seconds=_FOR_RECORDER))
     finally:
-        executor.destroy(asker, _HUNG)
+        executor.destroy(node, _HUNG)
+    answer = answers[-1] if answers else None
     if answer is None:
         return NO_ANSWER, f"flight/mode: found no answer within {patience:g} s, expected one"
     if answer.answer == FlightMode.REFUSED:

@@ -8,54 +8,18 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from quad_commander import missions, modes, references
-from quad_commander.missions import Item, Kind, MissionMemory
+from quad_commander.missions import Item, MissionMemory
 from quad_commander.mode_table import GRANTED, ON_GROUND, Condition, Mode, Request
+from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest, RequestQueue
 from quad_core.geometry import norm, subtract
-from quad_core.types import NOT_BEGUN, FlightMode, GuardStatus, TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, Vec3, VehicleState
 
 MISSION_SENDER = "mission"
 _UNSURE_GROUND = 5.0  # m; an autopilot's estimate moves in flight, and a landing goes on until it has met the ground
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
-
-
-class AutopilotSeen(NamedTuple):
-    """What the autopilot that owns the vehicle said last; ``jumped``: its estimate was reset since the last step."""
-
-    flies: bool = False
-    pilot: bool = False
-    landed: bool = False
-    position_lost: bool = False
-    jumped: bool = False
-
-
-class Inputs(NamedTuple):
-    """What the node saw at one of its steps.
-
-    ``mission``: newest point of the mission's trajectory, ``mission_lag`` s before this step (in real time at least the
-    time since it arrived); None before the first. ``guard``: what the guard last did. Ages in s. ``refusals``: reasons
-    against arming if they were looked for at this step. ``battery``: share of full, 1 if unknown. ``recorder_lost``:
-    the recorder has left. ``estimator_reset``: the estimate jumped since the last step. ``end_asked``: why the flight
-    shall end, empty if it shall not. ``autopilot``: None without one; it then says itself what jumped.
-    """
-
-    step: int
-    dt: float
-    state: VehicleState
-    mission: TrajectoryPoint | None
-    mission_lag: float
-    setpoint_age: float = 0.0
-    state_age: float = 0.0
-    overruns: float = 0.0
-    guard: GuardStatus = GuardStatus()
-    battery: float = 1.0
-    refusals: list[str] | None = None
-    recorder_lost: bool = False
-    estimator_reset: bool = False
-    end_asked: str = ""
-    autopilot: AutopilotSeen | None = None
 
 
 class Outputs(NamedTuple):
@@ -127,7 +91,7 @@ class CommanderCore:
         if request.place and before.mode in GRANTED[Request.GOTO]:
             refusal = refusal or self._unreachable(request.place, seen.state)
         decision, self._memory = modes.step(
-            self._parameters.modes, before, self._health(seen), Request.NONE if refusal else request.request, seen.dt
+            self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
         )
         if refusal:
             decision = decision._replace(answer=modes.NOT_DONE)
@@ -160,31 +124,21 @@ class CommanderCore:
             return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
         return ""
 
-    def _health(self, seen: Inputs) -> modes.Health:
-        parameters, mode, autopilot = self._parameters, self.mode, seen.autopilot or AutopilotSeen()
+    def _observed(self, seen: Inputs) -> Inputs:
+        """Return ``seen`` with what the commander itself knows."""
+        mode, fence = self.mode, self._parameters.fence
         ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
         waits = mode == Mode.MISSION and self._hand_over is None
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
         lag = seen.mission_lag if seen.mission is not None else self._in_mode
         followed = mode not in ON_GROUND and mode < Mode.DESCEND
-        return modes.Health(
+        return seen._replace(
             reference_age=max(lag, self._unbegun),
-            setpoint_age=seen.setpoint_age,
-            state_age=seen.state_age,
-            guard=seen.guard,
-            landed=autopilot.landed,
             position_error=norm(subtract(seen.state.p_w, self._sent.p_w)) if followed else 0.0,
-            battery=seen.battery,
-            outside_fence=parameters.fence.excludes(seen.state.p_w, seen.state.ground_z),
-            position_good=not autopilot.position_lost,
-            pilot=autopilot.pilot,
-            overruns=seen.overruns,
-            recorder_lost=seen.recorder_lost,
-            estimator_reset=autopilot.jumped or (seen.autopilot is None and seen.estimator_reset),
-            end_asked=bool(seen.end_asked),
+            outside_fence=fence.excludes(seen.state.p_w, seen.state.ground_z),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,
-            reference_done=self._arrived and not autopilot.flies,
+            reference_done=self._arrived and not seen.autopilot_flies,
             done_time=max(self._time - self._plan.duration, 0.0),
         )
 
@@ -249,20 +203,21 @@ class CommanderCore:
 
     def _refer(self, seen: Inputs, decision: modes.Decision, before: Mode, asked: PendingRequest) -> TrajectoryPoint:
         """Return the reference of the mode that was decided."""
-        limits, mode, autopilot = self._parameters.references, decision.mode, seen.autopilot or AutopilotSeen()
+        limits, mode = self._parameters.references, decision.mode
+        jumped = seen.by_autopilot and seen.estimator_reset
         current = references.continued(self._sent, seen.dt)
         if decision.changed and (mode in ON_GROUND or before in ON_GROUND):
             current = references.standing(seen.state)
-        goes_along = mode >= Mode.DESCEND or autopilot.flies or (seen.autopilot is not None and self._went_along)
-        self._went_along = mode not in ON_GROUND and autopilot.flies
-        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or autopilot.jumped):
+        goes_along = mode >= Mode.DESCEND or seen.autopilot_flies or (seen.by_autopilot and self._went_along)
+        self._went_along = mode not in ON_GROUND and seen.autopilot_flies
+        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped):
             current = references.from_state(seen.state)  # something else flies it, or its estimate was reset
         sent_off = decision.answer == modes.DONE and mode == Mode.HOLD and asked.place != self._place
         if decision.changed or sent_off:
             self._place = asked.place if decision.answer == modes.DONE and mode == Mode.HOLD else None
-        again = mode not in ON_GROUND and (goes_along or (autopilot.jumped and mode != Mode.MISSION))
+        again = mode not in ON_GROUND and (goes_along or (jumped and mode != Mode.MISSION))
         if decision.changed or sent_off or again:
-            lowest = _UNSURE_GROUND if seen.autopilot is not None and mode == Mode.LAND else 0.0
+            lowest = _UNSURE_GROUND if seen.by_autopilot and mode == Mode.LAND else 0.0
             ground = seen.state.ground_z - lowest
             self._plan = references.plan_mode(limits, mode, current, ground, self._takeoff_height(), self._place)
             self._time, self._hand_over, self._aside = 0.0, None, None
@@ -294,7 +249,7 @@ class CommanderCore:
 
     def _takeoff_height(self) -> float:
         return next(
-            (item.value for item in self._mission if item.kind == Kind.TAKEOFF), self._parameters.takeoff_height
+            (item.value for item in self._mission if item.request == Request.TAKEOFF), self._parameters.takeoff_height
         )
 
     def _waits_for(self) -> str:

@@ -8,7 +8,6 @@ that of the current item, the mission waits, and goes on only when an operator a
 """
 
 from collections.abc import Collection, Sequence
-from enum import IntEnum
 from typing import NamedTuple
 
 from quad_commander.mode_table import Condition, Mode, Request
@@ -27,20 +26,10 @@ class MissionError(ValueError):
     """A mission that cannot be flown; the text names the word found and what was expected."""
 
 
-class Kind(IntEnum):
-    """What an item of a mission does."""
-
-    TAKEOFF = 0
-    TRAJECTORY = 1
-    HOLD = 2
-    LAND = 3
-    GOTO = 4
-
-
 class Item(NamedTuple):
-    """One item: kind, trajectory's name, a number (height in m of a take-off, time in s of a hold), place of a goto."""
+    """What it asks for, a trajectory's name, height in m of a take-off or time in s of a hold, place of a goto."""
 
-    kind: Kind
+    request: Request
     name: str = ""
     value: float = 0.0
     place: Place | None = None
@@ -55,20 +44,14 @@ class MissionMemory(NamedTuple):
 
 
 MODES = {
-    Kind.TAKEOFF: Mode.TAKEOFF,
-    Kind.TRAJECTORY: Mode.MISSION,
-    Kind.HOLD: Mode.HOLD,
-    Kind.GOTO: Mode.HOLD,
-    Kind.LAND: Mode.LAND,
+    Request.TAKEOFF: Mode.TAKEOFF,
+    Request.MISSION: Mode.MISSION,
+    Request.HOLD: Mode.HOLD,
+    Request.GOTO: Mode.HOLD,
+    Request.LAND: Mode.LAND,
 }
-REQUESTS = {
-    Kind.TAKEOFF: Request.TAKEOFF,
-    Kind.TRAJECTORY: Request.MISSION,
-    Kind.HOLD: Request.HOLD,
-    Kind.GOTO: Request.GOTO,
-    Kind.LAND: Request.LAND,
-}
-DONE_BY = {Kind.TAKEOFF: Condition.AT_HEIGHT, Kind.TRAJECTORY: Condition.PLAN_ENDED}
+"""The mode in which the vehicle does what an item asks for."""
+DONE_BY = {Request.TAKEOFF: Condition.AT_HEIGHT, Request.MISSION: Condition.PLAN_ENDED}
 
 
 def parse(text: str, trajectories: Collection[str]) -> tuple[Item, ...]:
@@ -81,28 +64,28 @@ def parse(text: str, trajectories: Collection[str]) -> tuple[Item, ...]:
         raise MissionError(f"mission: found {len(words)} items, expected at most {MOST_ITEMS}")
     items = [_item(word, number, trajectories) for number, word in enumerate(words, start=1)]
     for number, item in enumerate(items, start=1):
-        if (item.kind == Kind.TAKEOFF) != (number == 1):
+        if (item.request == Request.TAKEOFF) != (number == 1):
             found = f"item {number} {words[number - 1]!r}"
             expected = "takeoff first" if number == 1 else "takeoff only as the first item"
             raise MissionError(f"mission: found {found}, expected {expected}")
-        if item.kind == Kind.LAND and number < len(items):
+        if item.request == Request.LAND and number < len(items):
             raise MissionError(f"mission: found {words[number]!r} after land, expected land as the last item")
-    return (*items, *([] if items[-1].kind == Kind.LAND else [Item(Kind.LAND)]))
+    return (*items, *([] if items[-1].request == Request.LAND else [Item(Request.LAND)]))
 
 
 def _item(word: str, number: int, trajectories: Collection[str]) -> Item:
     name, colon, argument = word.partition(":")
     if name == "takeoff":
         height = _number(word, argument, HIGHEST, "a height in m") if colon else DEFAULT_HEIGHT
-        return Item(Kind.TAKEOFF, value=height)
+        return Item(Request.TAKEOFF, value=height)
     if name == "hold" and colon:
-        return Item(Kind.HOLD, value=_number(word, argument, LONGEST_HOLD, "a time in s"))
+        return Item(Request.HOLD, value=_number(word, argument, LONGEST_HOLD, "a time in s"))
     if name == "goto" and colon:
-        return Item(Kind.GOTO, place=read_place(argument.split(), f"mission: found {word!r}"))
+        return Item(Request.GOTO, place=read_place(argument.split(), f"mission: found {word!r}"))
     if not colon and name == "land":
-        return Item(Kind.LAND)
+        return Item(Request.LAND)
     if not colon and name in trajectories:
-        return Item(Kind.TRAJECTORY, name)
+        return Item(Request.MISSION, name)
     known = ["takeoff[:height]", "hold:seconds", "goto:x y z [yaw]", "land", *sorted(trajectories)]
     raise MissionError(f"mission: found {word!r} as item {number}, expected one of {', '.join(known)}")
 
@@ -152,21 +135,23 @@ def next_request(
     if memory.item >= len(mission):
         return Request.NONE, memory
     item = mission[memory.item]
-    is_there = mode == MODES[item.kind] and (item.kind != Kind.GOTO or place == item.place)
-    is_over = memory.began and mode == Mode.HOLD and reason == DONE_BY.get(item.kind)
+    is_there = mode == MODES[item.request] and (item.request != Request.GOTO or place == item.place)
+    is_over = memory.began and mode == Mode.HOLD and reason == DONE_BY.get(item.request)
     if is_there:
-        lasted = item.kind == Kind.HOLD and memory.time + dt >= item.value
-        is_over = lasted or (item.kind == Kind.GOTO and memory.began and rests)
+        lasted = item.request == Request.HOLD and memory.time + dt >= item.value
+        is_over = lasted or (item.request == Request.GOTO and memory.began and rests)
     if is_over:
         return next_request(mission, MissionMemory(memory.item + 1), mode, reason, 0.0, place, rests)
     if is_there:
         return Request.NONE, MissionMemory(memory.item, True, memory.time + dt)
-    begins = not memory.began and mode == (Mode.DISARMED if item.kind == Kind.TAKEOFF else Mode.HOLD)
-    return (REQUESTS[item.kind] if begins else Request.NONE), memory
+    begins = not memory.began and mode == (Mode.DISARMED if item.request == Request.TAKEOFF else Mode.HOLD)
+    return (item.request if begins else Request.NONE), memory
 
 
 def is_kept_waiting(mission: tuple[Item, ...], memory: MissionMemory, mode: Mode, place: Place | None = None) -> bool:
     """Return whether the vehicle stands in HOLD while the mission is at another item than its hold or goto."""
     item = mission[memory.item] if memory.item < len(mission) else None
-    holds = item is not None and (item.kind == Kind.HOLD or (item.kind == Kind.GOTO and place == item.place))
+    holds = item is not None and (
+        item.request == Request.HOLD or (item.request == Request.GOTO and place == item.place)
+    )
     return bool(mission) and mode == Mode.HOLD and not holds

@@ -2,7 +2,7 @@
 
 A node calls ``step`` at its rate (100 Hz) and needs nothing else to decide:
 
-    decision, memory = modes.step(parameters, memory, health, request, dt)
+    decision, memory = modes.step(parameters, memory, seen, request, dt)
     # decision.guard_request goes to the vehicle interface
     if decision.changed: plan the mode's reference from the current one (quad_commander.references)
 
@@ -19,7 +19,7 @@ from quad_commander.mode_table import FAULTS, GRANTED, LASTING, PROGRESS, TABLE,
 from quad_commander.parameters import ModeParameters
 from quad_core.cascade import ATTITUDE
 from quad_core.parameters import fields
-from quad_core.types import GuardStatus
+from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
 NO_REASON, ON_REQUEST = -1, -2
@@ -27,29 +27,43 @@ NO_REASON, ON_REQUEST = -1, -2
 NOT_ASKED, DONE, NOT_DONE = 0, 1, 2
 
 
-class Health(NamedTuple):
-    """What the commander observes in one step; the defaults are a healthy vehicle in the air.
+class Inputs(NamedTuple):
+    """What is observed at one step; the defaults are a healthy vehicle in the air.
 
-    Ages in s (steps times period in lockstep, steady clock in real time); ``reference_age`` is that of the mission's.
-    ``guard``: its last report. ``landed``: the vehicle itself says that it stands. ``position_error``: distance from
-    the reference in m. ``battery``: share of full, 1 if unknown. ``reference_done``: the reference of this mode has
-    come to rest at its end, ``done_time`` s ago. ``checks_passed``: see ``preflight``.
+    The node fills in what stands before ``reference_age``, ``CommanderCore`` the rest. Ages in s (steps times period in
+    lockstep, steady clock in real time). ``mission``: newest point of the mission's trajectory, ``mission_lag`` s
+    before this step (in real time at least the time since it arrived); None before the first. ``guard``: its last
+    report. ``battery``: share of full, 1 if unknown. ``refusals``: reasons against arming if they were looked for.
+    ``estimator_reset``: the estimate jumped since the last step. ``end_asked``: why the flight shall end, empty if it
+    shall not. ``by_autopilot``: an autopilot owns the vehicle; ``autopilot_flies``: it flies it now; ``pilot``,
+    ``landed`` and ``position_good`` are what it says.
+
+    ``reference_age`` is that of the mission's. ``position_error``: distance from the reference in m.
+    ``reference_done``: the reference of this mode has come to rest at its end, ``done_time`` s ago.
     """
 
-    reference_age: float = 0.0
+    step: int = 0
+    dt: float = 0.0
+    state: VehicleState = VehicleState()
+    mission: TrajectoryPoint | None = None
+    mission_lag: float = 0.0
     setpoint_age: float = 0.0
     state_age: float = 0.0
+    overruns: float = 0.0
     guard: GuardStatus = GuardStatus()
+    battery: float = 1.0
+    refusals: list[str] | None = None
+    recorder_lost: bool = False
+    estimator_reset: bool = False
+    end_asked: str = ""
+    by_autopilot: bool = False
+    autopilot_flies: bool = False
+    pilot: bool = False
     landed: bool = False
     position_good: bool = True
+    reference_age: float = 0.0
     position_error: float = 0.0
     outside_fence: bool = False
-    battery: float = 1.0
-    estimator_reset: bool = False
-    overruns: float = 0.0
-    recorder_lost: bool = False
-    pilot: bool = False
-    end_asked: bool = False
     checks_passed: bool = False
     plan_ended: bool = False
     reference_done: bool = False
@@ -88,11 +102,11 @@ class Decision(NamedTuple):
 
 
 def step(
-    parameters: ModeParameters, memory: Memory, health: Health, request: Request, dt: float
+    parameters: ModeParameters, memory: Memory, seen: Inputs, request: Request, dt: float
 ) -> tuple[Decision, Memory]:
     """Return the decision of one step of ``dt`` s and the next memory."""
     memory = memory._replace(time=memory.time + dt, release=max(memory.release - dt, 0.0))
-    raised = memory.lasting | conditions(parameters, memory, health)
+    raised = memory.lasting | conditions(parameters, memory, seen)
     mode, reason = memory.mode, memory.reason
     for here, achieved, then, _ in PROGRESS:
         if here == mode and achieved in raised:
@@ -124,38 +138,38 @@ def step(
     return Decision(mode, reason, changed, raised, answer, blocked_by, guard_request(mode, release)), after
 
 
-def conditions(parameters: ModeParameters, memory: Memory, health: Health) -> Set[Condition]:
+def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[Condition]:
     """Return what is raised now."""
-    limits, mode, report = parameters, memory.mode, health.guard
+    limits, mode, report = parameters, memory.mode, seen.guard
     waits = mode == Mode.MISSION or memory.in_mission
     # once it descends on request the guard's mode says nothing new: what is wrong now does
     wrong = report.condition not in (guard.GOOD, guard.REQUESTED)
     unseen = mode != Mode.DESCEND and memory.release <= 0.0
     found = {
-        Condition.REFERENCE_LATE: waits and health.reference_age > limits.reference_late,
-        Condition.REFERENCE_LOST: waits and health.reference_age > limits.reference_lost,
-        Condition.SETPOINT_LOST: health.setpoint_age > limits.setpoint_lost,
-        Condition.STATE_LOST: health.state_age > limits.state_lost,
+        Condition.REFERENCE_LATE: waits and seen.reference_age > limits.reference_late,
+        Condition.REFERENCE_LOST: waits and seen.reference_age > limits.reference_lost,
+        Condition.SETPOINT_LOST: seen.setpoint_age > limits.setpoint_lost,
+        Condition.STATE_LOST: seen.state_age > limits.state_lost,
         Condition.STATE_REFUSED: report.land,
-        Condition.POSITION_LOST: not health.position_good,
-        Condition.POSITION_ERROR: health.position_error > limits.position_error,
-        Condition.LARGE_POSITION_ERROR: health.position_error > limits.large_position_error,
-        Condition.FENCE: health.outside_fence,
-        Condition.BATTERY_LOW: health.battery < limits.battery_low,
-        Condition.ESTIMATOR_RESET: health.estimator_reset,
-        Condition.OVERRUNS: health.overruns > limits.overruns,
-        Condition.RECORDER_LOST: health.recorder_lost and limits.land_without_recorder,
+        Condition.POSITION_LOST: not seen.position_good,
+        Condition.POSITION_ERROR: seen.position_error > limits.position_error,
+        Condition.LARGE_POSITION_ERROR: seen.position_error > limits.large_position_error,
+        Condition.FENCE: seen.outside_fence,
+        Condition.BATTERY_LOW: seen.battery < limits.battery_low,
+        Condition.ESTIMATOR_RESET: seen.estimator_reset,
+        Condition.OVERRUNS: seen.overruns > limits.overruns,
+        Condition.RECORDER_LOST: seen.recorder_lost and limits.land_without_recorder,
         Condition.GUARD_DESCENDS: report.mode == guard.DESCEND and (wrong or unseen),
         Condition.GUARD_KILLED: report.mode == guard.KILL,
-        Condition.PILOT_TOOK_OVER: health.pilot,
-        Condition.END_ASKED: health.end_asked,
+        Condition.PILOT_TOOK_OVER: seen.pilot,
+        Condition.END_ASKED: bool(seen.end_asked),
         Condition.TAKEOFF_LATE: mode == Mode.TAKEOFF and memory.time > limits.takeoff_late,
-        Condition.LANDING_LATE: mode == Mode.LAND and health.done_time > limits.landing_late,
+        Condition.LANDING_LATE: mode == Mode.LAND and seen.done_time > limits.landing_late,
         Condition.ARMING_LATE: mode == Mode.ARMING and memory.time > limits.arming_late,
-        Condition.READY: memory.takeoff_asked and health.checks_passed and memory.time >= limits.spool_up,
-        Condition.AT_HEIGHT: mode == Mode.TAKEOFF and health.reference_done,
-        Condition.PLAN_ENDED: health.plan_ended,
-        Condition.CONTACT: report.contact or report.stopped or health.landed,
+        Condition.READY: memory.takeoff_asked and seen.checks_passed and memory.time >= limits.spool_up,
+        Condition.AT_HEIGHT: mode == Mode.TAKEOFF and seen.reference_done,
+        Condition.PLAN_ENDED: seen.plan_ended,
+        Condition.CONTACT: report.contact or report.stopped or seen.landed,
     }
     return frozenset(condition for condition, is_raised in found.items() if is_raised)
 

@@ -16,8 +16,9 @@ from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from quad_commander import missions
-from quad_commander.commander_core import AutopilotSeen, CommanderCore, Inputs, Outputs
+from quad_commander.commander_core import CommanderCore, Outputs
 from quad_commander.mode_table import Mode, Request
+from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
 from quad_commander.references import Place
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
@@ -126,11 +127,10 @@ class Commander(Responder):
             overruns=self._late_cycles(sample.step),
             guard=self._guard_said(arrivals[1]),
             battery=1.0 if self._charge is None else self._charge,
-            autopilot=self._autopilot_now(),
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
-            estimator_reset=self._estimator_reset,
             end_asked=self._end_asked,
+            **{"estimator_reset": self._estimator_reset, **self._of_autopilot()},
         )
         said = self._core.step(seen)
         self._estimator_reset = False
@@ -256,13 +256,14 @@ class Commander(Responder):
         if not self.flight.run_id or message.run_id == self.flight.run_id:
             self._autopilot = message
 
-    def _autopilot_now(self) -> AutopilotSeen | None:
-        """Return what the autopilot said last; a jump of its estimate is seen once."""
+    def _of_autopilot(self) -> dict[str, Any]:
+        """Return what the autopilot that owns the vehicle said last; it says itself what jumped, seen once."""
         said = self._autopilot
         if said is None:
-            return None
+            return {}
         jumped, self._resets = said.resets > self._resets, said.resets
-        return AutopilotSeen(said.flies, said.pilot, said.landed, said.position_lost, jumped)
+        found = {"by_autopilot": True, "autopilot_flies": said.flies, "estimator_reset": jumped}
+        return {**found, "pilot": said.pilot, "landed": said.landed, "position_good": not said.position_lost}
 
     @property
     def _charge(self) -> float | None:

@@ -2,7 +2,7 @@
 
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
-from quad_commander.modes import Health, Memory
+from quad_commander.modes import Inputs, Memory
 from quad_commander.parameters import ModeParameters
 from quad_core.types import GuardStatus
 from quad_guard import guard
@@ -59,7 +59,7 @@ HEALTH = {
     Condition.GUARD_DESCENDS: {"guard": GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)},
     Condition.GUARD_KILLED: {"guard": GuardStatus(mode=guard.KILL, condition=guard.STATE_GONE)},
     Condition.PILOT_TOOK_OVER: {"pilot": True},
-    Condition.END_ASKED: {"end_asked": True},
+    Condition.END_ASKED: {"end_asked": "Ctrl-C"},
 }
 """Faults that can be raised in any mode in the air, by what is observed."""
 
@@ -74,7 +74,7 @@ def health(*conditions, **changes):
     for condition in conditions:
         seen |= HEALTH[condition]
         report |= {name: value for name, value in seen.get("guard", GuardStatus())._asdict().items() if value}
-    return Health(**{**seen, "guard": GuardStatus(**report), **changes})
+    return Inputs(**{**seen, "guard": GuardStatus(**report), **changes})
 
 
 def in_mode(mode, **changes):

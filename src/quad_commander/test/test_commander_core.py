@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quad_commander.commander_core import AutopilotSeen, CommanderCore, Inputs
+from quad_commander.commander_core import CommanderCore
 from quad_commander.missions import parse
 from quad_commander.mode_table import Mode, Request
+from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest
@@ -429,43 +430,43 @@ def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds()
     assert flight.said.outcome.startswith("KILL at step")
 
 
-def aloft(mission="takeoff:2,hold:60,land", **autopilot):
+def aloft():
     """Return a flight in HOLD whose vehicle an autopilot owns."""
-    flight = Flight(mission).go(8.0, autopilot=AutopilotSeen(**autopilot))
+    flight = Flight("takeoff:2,hold:60,land").go(8.0, by_autopilot=True)
     assert flight.core.mode == Mode.HOLD
     return flight
 
 
 @pytest.mark.parametrize(
-    ("seen", "mode"),
-    [({"position_lost": True}, Mode.DESCEND), ({"pilot": True}, Mode.PILOT), ({"jumped": True}, Mode.HOLD)],
+    ("name", "said", "mode"),
+    [("position_good", False, Mode.DESCEND), ("pilot", True, Mode.PILOT), ("estimator_reset", True, Mode.HOLD)],
 )
-def test_what_an_autopilot_says_of_position_and_pilot_decides_the_mode(seen, mode):
-    assert aloft().go(DT, autopilot=AutopilotSeen(**seen)).core.mode == mode
+def test_what_an_autopilot_says_of_position_and_pilot_decides_the_mode(name, said, mode):
+    assert aloft().go(DT, by_autopilot=True, **{name: said}).core.mode == mode
 
 
 def test_a_jump_of_the_estimate_takes_the_reference_along():
     flight = aloft()
     flight.state = flight.state._replace(p_w=flight.state.p_w._replace(x=flight.state.p_w.x + 1.0))
-    flight.go(DT, autopilot=AutopilotSeen(jumped=True))
+    flight.go(DT, by_autopilot=True, estimator_reset=True)
     assert flight.said.reference.p_w.x == pytest.approx(flight.state.p_w.x, abs=1e-9)
 
 
 def test_a_land_detector_ends_a_landing_wherever_the_estimate_has_the_ground():
     flight = aloft()
-    flight.go(1.0, PendingRequest(Request.LAND, "someone"), autopilot=AutopilotSeen())
+    flight.go(1.0, PendingRequest(Request.LAND, "someone"), by_autopilot=True)
     assert flight.core.mode == Mode.LAND
-    assert flight.go(DT, autopilot=AutopilotSeen(landed=True)).core.mode == Mode.DISARMED
+    assert flight.go(DT, by_autopilot=True, landed=True).core.mode == Mode.DISARMED
 
 
 def test_while_the_autopilot_flies_the_reference_goes_along_and_no_take_off_is_over():
     flight = Flight("takeoff:2,hold:60,land")
-    flight.go(2.5, autopilot=AutopilotSeen(landed=True))
+    flight.go(2.5, by_autopilot=True, landed=True)
     assert flight.core.mode == Mode.TAKEOFF
     for height in (0.5, 1.0, 2.4, 2.5):
         flight.state = flight.state._replace(p_w=Vec3(0.2, 0.0, height), v_w=Vec3())
-        flight.go(DT, autopilot=AutopilotSeen(flies=True))
+        flight.go(DT, by_autopilot=True, autopilot_flies=True)
         assert flight.core.mode == Mode.TAKEOFF
         assert flight.said.reference.p_w == pytest.approx(Vec3(0.2, 0.0, height), abs=1e-3)
-    flight.go(4.0, autopilot=AutopilotSeen())
+    flight.go(4.0, by_autopilot=True)
     assert flight.core.mode == Mode.HOLD

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quad_commander.missions import Item, Kind, MissionError, MissionMemory, next_request, parse
+from quad_commander.missions import Item, MissionError, MissionMemory, next_request, parse
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.references import Place
 
@@ -15,10 +15,10 @@ NAMES = {"case1", "case2", "hover"}
 
 def test_a_mission_is_read_in_order():
     assert parse("takeoff:2, case2,hold:5,land", NAMES) == (
-        Item(Kind.TAKEOFF, value=2.0),
-        Item(Kind.TRAJECTORY, "case2"),
-        Item(Kind.HOLD, value=5.0),
-        Item(Kind.LAND),
+        Item(Request.TAKEOFF, value=2.0),
+        Item(Request.MISSION, "case2"),
+        Item(Request.HOLD, value=5.0),
+        Item(Request.LAND),
     )
 
 
@@ -32,12 +32,12 @@ def test_a_mission_is_read_in_order():
 )
 def test_a_place_has_three_coordinates_and_may_have_a_heading(text, place):
     (_, item, _) = parse(f"takeoff,{text}", NAMES)
-    assert item == Item(Kind.GOTO, place=place)
+    assert item == Item(Request.GOTO, place=place)
     assert parse(f"takeoff,goto:{item.place}", NAMES)[1].place == pytest.approx(place)
 
 
 def test_every_mission_ends_with_a_landing():
-    assert parse("takeoff", NAMES) == (Item(Kind.TAKEOFF, value=1.5), Item(Kind.LAND))
+    assert parse("takeoff", NAMES) == (Item(Request.TAKEOFF, value=1.5), Item(Request.LAND))
 
 
 @pytest.mark.parametrize(("text", "found", "expected"), [
@@ -75,8 +75,8 @@ def test_no_text_raises_anything_else(text):
         items = parse(text, NAMES)
     except MissionError:
         return
-    assert items[0].kind == Kind.TAKEOFF
-    assert items[-1].kind == Kind.LAND
+    assert items[0].request == Request.TAKEOFF
+    assert items[-1].request == Request.LAND
 
 
 def flown(steps, text="takeoff,case2,hold:5,land"):

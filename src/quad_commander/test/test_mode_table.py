@@ -122,9 +122,9 @@ def test_requests_lead_where_the_paper_says():
 def test_every_condition_can_be_raised():
     """What is observed, with the memory, raises each of them; the walk raises the faults one by one."""
     progress = {"checks_passed": True, "reference_done": True, "plan_ended": True, "landed": True, "done_time": 9.0}
-    everything = modes.Health(**progress)
+    everything = modes.Inputs(**progress)
     raised = {condition for seen in HEALTH.values() for condition in modes.conditions(
-        ModeParameters(land_without_recorder=True), in_mode(Mode.MISSION), modes.Health(**seen)
+        ModeParameters(land_without_recorder=True), in_mode(Mode.MISSION), modes.Inputs(**seen)
     )}  # fmt: skip
     for mode, time in ((Mode.ARMING, 11.0), (Mode.TAKEOFF, 31.0), (Mode.MISSION, 1.0), (Mode.LAND, 1.0)):
         memory = in_mode(mode, time=time, takeoff_asked=mode == Mode.ARMING)

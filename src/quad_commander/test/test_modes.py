@@ -8,7 +8,7 @@ from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 
 from quad_commander import modes
 from quad_commander.mode_table import Condition, Mode, Request
-from quad_commander.modes import Health
+from quad_commander.modes import Inputs
 from quad_core.types import GuardStatus
 from quad_guard import guard
 
@@ -20,7 +20,7 @@ def fly(memory, seconds, request=Request.NONE, **seen):
     decision = None
     for number in range(round(seconds / DT)):
         asked = request if number == 0 else Request.NONE
-        decision, memory = modes.step(PARAMETERS, memory, Health(**seen), asked, DT)
+        decision, memory = modes.step(PARAMETERS, memory, Inputs(**seen), asked, DT)
     return decision, memory
 
 
