@@ -10,6 +10,15 @@ from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, 
 from quad_core.resolution import resolve
 from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
 
+PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
+LANDS = PATIENCE._replace(landing=8.0)
+COMMANDED = LANDS._replace(commanded=True)
+ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
+ALL_FAILED = dict.fromkeys(ALL_LEFT, 1)
+NO_NEWS = "flight/state: nothing from the simulator after step 42"
+KILLED = "trajectory was killed by SIGKILL"
+SECOND = "a second signal (Ctrl-C) stops the motors where it is"
+
 
 @pytest.fixture
 def hang_ups_are_heeded():
@@ -19,22 +28,27 @@ def hang_ups_are_heeded():
     signal.signal(signal.SIGHUP, before)
 
 
-PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
-
-
 def state(phase, step=0, reason=""):
     return Sighting(phase, reason, step, 1000, step * 0.002, step * 0.001)
 
 
-class Flight:
-    """A script of (seconds, state or None, {role: exit code}) that plays on a made-up clock."""
+def flies(first, last, codes=None):
+    """Return the script of a flight with news every second; ``codes`` end with the first of them."""
+    return [(n, state(FLYING, n), codes or {}) if n == first else (n, state(FLYING, n), {}) for n in range(first, last)]
 
-    def __init__(self, script, monkeypatch, roles=("simulator", "trajectory", "recorder")):
+
+class Flight(Interrupts):
+    """A script of (seconds, state or None, {role: exit code}) that plays on a made-up clock.
+
+    ``signals`` {s: name}: what an operator sends, and ``asked`` when the vehicle interface was asked to end.
+    """
+
+    def __init__(self, script, monkeypatch, signals=()):
+        super().__init__()
+        self.flying, self.signals = True, dict(signals)
         self.now, self.stopped = 0.0, 0
-        self.asked_at, self.asked_for, self.reported = [], [], []
-        self.script = list(script)
-        self.newest, self.alive = None, set(roles)
-        self.ended = {}
+        self.asked, self.asked_for, self.reported = [], [], []
+        self.script, self.newest, self.alive, self.ended = list(script), None, set(ALL_LEFT), {}
         monkeypatch.setattr(supervisor.time, "monotonic", lambda: self.now)
 
     def poll(self, patience):
@@ -43,6 +57,8 @@ class Flight:
             _, said, codes = self.script.pop(0)
             self.newest = said or self.newest
             self.ended.update({role: code for role, code in codes.items() if role in self.alive})
+        for at in [at for at in self.signals if at <= self.now]:
+            self.note(getattr(signal, self.signals.pop(at)))
         return self.newest
 
     def running(self):
@@ -57,48 +73,27 @@ class Flight:
         return gone
 
     def pids(self):
-        return {role: 1 for role in ("simulator", "trajectory", "recorder") if role in self.alive}
+        return {role: 1 for role in ALL_LEFT if role in self.alive}
 
     def stop(self):
         self.stopped += 1
         self.alive.clear()
 
     def interrupt_owner(self):
-        self.asked_at.append(self.now)
+        self.asked.append(self.now)
 
     def report_failure(self, role, how):
         self.reported.append((role, how))
 
     def ask_to_end(self, why):
-        self.asked_for.append((why, len(self.asked_at)))
+        self.asked_for.append((why, len(self.asked)))
 
-    def supervise(self, interrupted=None, patience=PATIENCE):
-        return supervise(self, self, patience, interrupted or Interrupts(), lambda _: None)
-
-
-def test_only_a_later_signal_asks_harder(hang_ups_are_heeded, monkeypatch):
-    now = [100.0]
-    monkeypatch.setattr(supervisor.time, "monotonic", lambda: now[0])
-    with interrupts() as noted:
-        noted.flying = True
-        for name, wait in (("SIGHUP", 0.9), ("SIGTERM", 0.2), ("SIGHUP", 0.0), ("SIGINT", 0.0)):
-            os.kill(os.getpid(), getattr(signal, name))
-            now[0] += wait
-    assert noted.names == ["SIGHUP", "SIGINT"]
+    def supervise(self, patience=PATIENCE):
+        return supervise(self, self, patience, self, lambda _: None)
 
 
-ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
-
-
-LANDS = PATIENCE._replace(landing=8.0)
-SIMULATOR_DIES = [(1, state(FLYING, 1), {}), (2, None, {"simulator": -11})]
-TRAJECTORY_LEAVES = "trajectory ended with exit code 0 before the flight began"
-NO_NEWS = "flight/state: nothing from the simulator after step 42"
-ENDINGS = {
-    "it ends by itself": (
-        [(1, state(FLYING, 1), {}), (4, state(FLYING, 900), {}), (6, state(ENDED, 1000), ALL_LEFT)],
-        ("", 0, 6.1),
-    ),
+ENDINGS = {  # script, (cause, how often stopped, at which s)
+    "it ends by itself": ([*flies(1, 6), (6, state(ENDED, 1000), ALL_LEFT)], ("", 0, 6.1)),
     "it is over before anything of it is known": (
         [(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})],
         ("", 0, 1.4),
@@ -108,16 +103,12 @@ ENDINGS = {
         ("recorder ended with exit code 1", 1, 2.1),
     ),
     "it fails by itself, which its bag tells": (
-        [(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), dict.fromkeys(ALL_LEFT, 1))],
+        [*flies(1, 2), (2, state(FAILED, 70, "diverged"), ALL_FAILED)],
         ("", 0, 3.1),
     ),
     "a node is killed, and the others notice by themselves": (
-        [
-            (1, state(FLYING, 1), {}),
-            (2, None, {"trajectory": -9}),
-            (3.5, state(FAILED, 200, "trajectory does not answer"), {"simulator": 1, "recorder": 1}),
-        ],
-        ("trajectory was killed by SIGKILL", 0, 4.6),
+        [*flies(1, 2), (2, None, {"trajectory": -9}), (3.5, state(FAILED, 200, "no answer"), ALL_FAILED)],
+        (KILLED, 0, 4.6),
     ),
     "it does not start": (
         [(1, state(WAITING, 0, "waiting for recorder"), {})],
@@ -129,7 +120,7 @@ ENDINGS = {
     ),
     "it is silent": ([(1, state(FLYING, 42), {})], (NO_NEWS, 1, 1.0 + PATIENCE.silence)),
     "its nodes do not leave after it had failed": (
-        [(1, state(FLYING, 1), {}), (2, state(FAILED, 70, "diverged"), {"simulator": 1})],
+        [*flies(1, 2), (2, state(FAILED, 70, "diverged"), {"simulator": 1})],
         ("the nodes did not leave after the flight had failed: diverged", 1, 2.0 + supervisor._WIND_UP),
     ),
 }
@@ -145,248 +136,175 @@ def test_the_first_cause_of_an_end_is_named_and_what_does_not_leave_is_stopped(c
 
 def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
     for patience in (PATIENCE, LANDS):
-        flight = Flight(SIMULATOR_DIES, monkeypatch)
-        assert flight.supervise(patience=patience) == Outcome("simulator was killed by SIGSEGV")
-        assert (flight.stopped, flight.asked_at) == (1, []), "there is nothing left to land"
+        flight = Flight([*flies(1, 2), (2, None, {"simulator": -11})], monkeypatch)
+        assert flight.supervise(patience) == Outcome("simulator was killed by SIGSEGV")
+        assert (flight.stopped, flight.asked) == (1, []), "there is nothing left to land"
         assert flight.now < 4.0
 
 
 def test_nodes_that_do_not_leave_an_ended_flight_are_stopped(monkeypatch):
-    flight = Flight([(1, state(FLYING, 1), {}), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
+    flight = Flight([*flies(1, 2), (2, state(ENDED, 1000), {"simulator": 0})], monkeypatch)
     assert flight.supervise() == Outcome("", ("trajectory", "recorder")), "its bag tells how the flight was"
     assert flight.stopped == 1
 
 
 @pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for trajectory")])
-def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch, capsys):
+def test_a_node_that_leaves_before_the_flight_is_not_waited_for_like_one_that_starts(known, monkeypatch):
     flight = Flight([(1, None, {"trajectory": 0}), (3, known, {})], monkeypatch)
-    assert flight.supervise(patience=PATIENCE._replace(start=60.0)) == Outcome(TRAJECTORY_LEAVES)
+    outcome = flight.supervise(PATIENCE._replace(start=60.0))
+    assert outcome == Outcome("trajectory ended with exit code 0 before the flight began")
     assert flight.now < 15.0
-    assert capsys.readouterr().err == ""
 
 
-def test_nodes_that_leave_because_they_were_asked_to_are_not_waited_for(monkeypatch, capsys):
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    flight = Flight([(0.3, state(WAITING, 0, "waiting for recorder"), ALL_LEFT)], monkeypatch)
-    monkeypatch.setattr(flight, "stop", lambda: None)
-    assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
-    assert capsys.readouterr().err == ""
+WAITS = (0.3, state(WAITING, 0, "waiting for recorder"), {})
+INTERRUPTS = {  # script, patience, signals, (how often stopped, how often asked to land, at which s)
+    "on the ground all leave": ([WAITS, (0.4, None, ALL_LEFT)], PATIENCE, {0.4: "SIGINT"}, (1, 0, 0.4)),
+    "it stops at once what cannot land": (flies(1, 9), PATIENCE, {2.0: "SIGINT"}, (1, 0, 2.0)),
+    "a terminal's Ctrl-C has ended the nodes already": (
+        [*flies(1, 2), (2, None, {"trajectory": -2, "recorder": -2, "simulator": 0})],
+        PATIENCE,
+        {2.1: "SIGINT"},
+        (1, 0, 3.1),
+    ),
+    "what can land lands": (
+        [*flies(1, 7), (7, state(FAILED, 9, "stopped by SIGINT"), ALL_FAILED)],
+        LANDS,
+        {2.0: "SIGINT"},
+        (0, 1, 8.0),
+    ),
+    "a landing has a bound": (flies(1, 60), LANDS, {1.1: "SIGINT"}, (1, 1, 1.1 + LANDS.landing)),
+    "a second one stops a landing": (flies(1, 60), LANDS, {1.1: "SIGINT", 3.0: "SIGTERM"}, (1, 1, 3.0)),
+}
 
 
-def test_an_interrupt_stops_at_once(monkeypatch):
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
-    assert flight.supervise(asked) == Outcome("interrupted by SIGINT")
-    assert (flight.stopped, flight.now) == (1, pytest.approx(0.1))
+@pytest.mark.parametrize("case", INTERRUPTS)
+def test_a_signal_is_the_cause_and_lands_what_can_be_landed(case, monkeypatch):
+    script, patience, signals, (stopped, asked, at) = INTERRUPTS[case]
+    flight = Flight(script, monkeypatch, signals)
+    assert flight.supervise(patience) == Outcome("interrupted by SIGINT")
+    assert (flight.stopped, len(flight.asked), flight.asked_for) == (stopped, asked, [])
+    assert flight.now == pytest.approx(at, abs=0.3)
 
 
-def test_nodes_that_a_terminal_s_ctrl_c_ended_are_not_the_cause(monkeypatch):
-    interrupted = Interrupts()
-    flight = Flight([(0.3, None, {"trajectory": -2, "recorder": -2, "simulator": 0})], monkeypatch)
-    reap = flight.reap
-
-    def reap_interrupted():
-        gone = reap()
-        if gone:
-            interrupted.names.append("SIGINT")
-        return gone
-
-    flight.reap = reap_interrupted
-    assert flight.supervise(interrupted) == Outcome("interrupted by SIGINT")
-
-
-def test_an_interrupt_in_real_time_is_a_landing(monkeypatch):
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    script = [(0.05, state(FLYING, 3), {}), *((n, state(FLYING, 3 + n), {}) for n in range(1, 6))]
-    script.append((6.0, state(FAILED, 9, "simulator stopped by SIGINT"), dict.fromkeys(ALL_LEFT, 1)))
-    flight = Flight(script, monkeypatch)
-    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
-    assert (flight.stopped, flight.asked_at, flight.asked_for) == (0, [pytest.approx(0.1)], [])
-
-
-class Asking(Interrupts):
-    """An operator: the signals that a script gives, {s: name}, on the flight's clock."""
-
-    def __init__(self, flight, signals):
-        super().__init__()
-        self.flying = True
-        poll = flight.poll
-
-        def poll_and_signal(patience):
-            found = poll(patience)
-            for at in [at for at in signals if at <= flight.now]:
-                self.note(getattr(signal, signals.pop(at)))
-            return found
-
-        flight.poll = poll_and_signal
-
-
-@pytest.mark.parametrize("commanded", [False, True])
+@pytest.mark.parametrize("patience", [LANDS, COMMANDED])
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_one_signal_while_a_landing_is_under_way_changes_nothing(name, commanded, monkeypatch, capsys):
+def test_one_signal_while_a_landing_is_under_way_changes_nothing(name, patience, monkeypatch, capsys):
     """It stopped the motors in the air where fly had begun the landing because a node had died."""
-    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
-    script += [(n, state(FLYING, n), {}) for n in range(3, 9)]
-    script.append((9, state(FAILED, 9, "simulator stopped by SIGINT"), {"simulator": 1, "recorder": 1}))
-    flight = Flight(script, monkeypatch)
-    asked = Asking(flight, {7.0: name})
-    patience = LANDS._replace(commanded=commanded)
-    assert flight.supervise(asked, patience) == Outcome("trajectory was killed by SIGKILL")
-    assert (flight.stopped, len(flight.asked_at)) == (0, 1)
-    assert flight.asked_at[0] < 7.0
-    said = capsys.readouterr().err.splitlines()
-    assert said == [
-        "fly: trajectory was killed by SIGKILL: the vehicle lands",
-        f"fly: {name}: the vehicle is landing already; a second signal (Ctrl-C) stops the motors where it is",
+    script = [*flies(1, 2), *flies(2, 9, {"trajectory": -9}), (9, state(FAILED, 9, "stopped"), ALL_FAILED)]
+    flight = Flight(script, monkeypatch, {7.0: name})
+    assert flight.supervise(patience) == Outcome(KILLED)
+    assert (flight.stopped, len(flight.asked)) == (0, 1)
+    assert flight.asked[0] < 7.0
+    assert capsys.readouterr().err.splitlines() == [
+        f"fly: {KILLED}: the vehicle lands",
+        f"fly: {name}: the vehicle is landing already; {SECOND}",
     ]
 
 
-def landing_flight(monkeypatch):
-    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
-    return Flight([*script, *((n, state(FLYING, n), {}) for n in range(3, 30))], monkeypatch)
+def landing_flight(monkeypatch, signals):
+    return Flight([*flies(1, 2), *flies(2, 30, {"trajectory": -9})], monkeypatch, signals)
 
 
 def test_a_second_signal_stops_a_landing_that_fly_has_begun(monkeypatch, capsys):
-    flight = landing_flight(monkeypatch)
-    asked = Asking(flight, {7.0: "SIGTERM", 8.5: "SIGINT"})
-    assert flight.supervise(asked, LANDS._replace(landing=60.0)) == Outcome("trajectory was killed by SIGKILL")
+    flight = landing_flight(monkeypatch, {7.0: "SIGTERM", 8.5: "SIGINT"})
+    assert flight.supervise(LANDS._replace(landing=60.0)) == Outcome(KILLED)
     assert (flight.stopped, flight.now) == (1, pytest.approx(8.5, abs=0.2))
-    assert "a second signal (Ctrl-C) stops the motors where it is" in capsys.readouterr().err
+    assert SECOND in capsys.readouterr().err
 
 
 def test_a_terminal_that_goes_lands_however_often_it_hangs_up(monkeypatch, hang_ups_are_heeded):
-    flight = landing_flight(monkeypatch)
-    asked = Asking(flight, {float(n): "SIGHUP" for n in range(3, 25)})
-    flight.supervise(asked, LANDS._replace(landing=60.0))
+    flight = landing_flight(monkeypatch, {float(n): "SIGHUP" for n in range(3, 25)})
+    flight.supervise(LANDS._replace(landing=60.0))
     assert flight.now > 30.0
-
-
-def test_a_node_that_was_killed_just_before_a_signal_is_named_beside_it(monkeypatch, capsys):
-    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"recorder": -9})]
-    flight = Flight([*script, (5, state(ENDED, 9), {"simulator": 0, "trajectory": 0})], monkeypatch)
-    asked = Asking(flight, {2.0: "SIGINT"})
-    assert flight.supervise(asked, LANDS._replace(commanded=True)) == Outcome("interrupted by SIGINT")
-    assert "fly: recorder was killed by SIGKILL\n" in capsys.readouterr().err
 
 
 def test_a_second_signal_counts_only_after_the_terminal_has_said_what_it_does(monkeypatch):
     """Fly may be busy for a second or two before it says so."""
-    flight = Flight([(n, state(FLYING, n), {}) for n in range(1, 30)], monkeypatch)
+    flight = Flight(flies(1, 30), monkeypatch)
     poll = flight.poll
 
     def slow(patience):
         found = poll(5.0 if 3.0 < flight.now < 8.0 else patience)
-        if flight.now > 8.0 and not asked.names:
-            asked.names += ["SIGINT", "SIGINT", "SIGTERM"]
+        if flight.now > 8.0 and not flight.names:
+            flight.names += ["SIGINT", "SIGINT", "SIGTERM"]
         return found
 
-    flight.poll, asked = slow, Interrupts()
-    flight.supervise(asked, LANDS._replace(landing=15.0))
-    assert (len(flight.asked_at), flight.stopped) == (1, 1)
+    flight.poll = slow
+    flight.supervise(LANDS._replace(landing=15.0))
+    assert (len(flight.asked), flight.stopped) == (1, 1)
     assert flight.now > 20.0
 
 
 def test_a_recorder_that_dies_ends_no_flight_of_a_commander(monkeypatch, capsys):
-    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"recorder": -9})]
-    script += [(n, state(FLYING, n), {}) for n in range(3, 9)]
-    script.append((9, state(ENDED, 9), {"simulator": 0, "trajectory": 0}))
-    flight = Flight(script, monkeypatch)
-    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("")
-    assert (flight.stopped, flight.asked_at) == (0, [])
+    script = [*flies(1, 2), *flies(2, 9, {"recorder": -9})]
+    flight = Flight([*script, (9, state(ENDED, 9), {"simulator": 0, "trajectory": 0})], monkeypatch)
+    assert flight.supervise(COMMANDED) == Outcome("")
+    assert (flight.stopped, flight.asked) == (0, [])
     said = "fly: recorder was killed by SIGKILL: the flight goes on, and what is flown from now on is not recorded\n"
     assert capsys.readouterr().err == said
-    bare = Flight([*script[:-1], (9, state(FAILED, 9), dict.fromkeys(ALL_LEFT, 1))], monkeypatch)
-    assert bare.supervise(patience=LANDS) == Outcome("recorder was killed by SIGKILL")
-    assert len(bare.asked_at) == 1
+    assert flight.reported == [("recorder", "was killed by SIGKILL")]
+    bare = Flight([*script, (9, state(FAILED, 9), ALL_FAILED)], monkeypatch)
+    assert bare.supervise(LANDS) == Outcome("recorder was killed by SIGKILL")
+    assert len(bare.asked) == 1
+    with_a_signal = Flight([*script, (9, state(ENDED, 9), ALL_LEFT)], monkeypatch, {2.0: "SIGINT"})
+    assert with_a_signal.supervise(COMMANDED) == Outcome("interrupted by SIGINT")
+    assert "fly: recorder was killed by SIGKILL\n" in capsys.readouterr().err
 
 
 def test_a_landing_from_high_up_has_its_time_as_long_as_there_is_news_of_it(monkeypatch):
     """From 1 km it takes 20 minutes; after 5 of them the motors were stopped."""
     lands = patience_of("simulator,trajectory,commander,position_controller,attitude_controller,recorder", "realtime")
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    script = [(n, state(FLYING, n), {}) for n in range(1, 1300)]
-    high = Flight([*script, (1300, state(ENDED, 1300), ALL_LEFT)], monkeypatch)
-    high.poll(1.0)
-    assert high.supervise(asked, lands) == Outcome("interrupted by SIGINT")
-    assert (high.stopped, len(high.asked_at)) == (0, 1)
-    hung = Flight(script[:20], monkeypatch)
-    hung.poll(1.0)
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    hung.supervise(asked, lands)
-    assert hung.stopped == 1
-    assert hung.now == pytest.approx(20.0 + lands.silence, abs=0.5)
-
-
-def test_a_landing_has_a_bound(monkeypatch):
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    flight = Flight([(n, state(FLYING, n), {}) for n in range(1, 60)], monkeypatch)
-    flight.poll(1.0)
-    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
-    assert (flight.stopped, len(flight.asked_at)) == (1, 1)
-    assert flight.now == pytest.approx(1.1 + LANDS.landing, abs=0.5)
-
-
-def test_a_second_interrupt_stops_a_landing_at_once(monkeypatch):
-    asked = Interrupts()
-    asked.names.append("SIGINT")
-    flight = Flight([(0.05, state(FLYING, 3), {})], monkeypatch)
-    ask = flight.interrupt_owner
-    monkeypatch.setattr(flight, "interrupt_owner", lambda: (ask(), asked.names.append("SIGTERM")))
-    assert flight.supervise(asked, LANDS) == Outcome("interrupted by SIGINT")
-    assert (flight.stopped, flight.now) == (1, pytest.approx(0.2))
+    high = Flight([*flies(1, 1300), (1300, state(ENDED, 1300), ALL_LEFT)], monkeypatch, {1.1: "SIGINT"})
+    assert high.supervise(lands) == Outcome("interrupted by SIGINT")
+    assert (high.stopped, len(high.asked)) == (0, 1)
+    hung = Flight(flies(1, 21), monkeypatch, {1.1: "SIGINT"})
+    hung.supervise(lands)
+    assert (hung.stopped, hung.now) == (1, pytest.approx(20.0 + lands.silence, abs=0.5))
 
 
 def test_a_node_that_dies_in_real_time_makes_the_owner_land(monkeypatch):
-    script = [(1, state(FLYING, 1), {}), (2, state(FLYING, 2), {"trajectory": -9})]
-    script += [(n, state(FLYING, n), {}) for n in range(3, 7)]
-    script.append((7, state(FAILED, 9, "simulator stopped by SIGINT"), {"simulator": 1, "recorder": 1}))
+    script = [*flies(1, 2), *flies(2, 7, {"trajectory": -9}), (7, state(FAILED, 9, "stopped by SIGINT"), ALL_FAILED)]
     without = Flight(script, monkeypatch)
-    assert without.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
-    assert (without.asked_for, len(without.asked_at)) == ([], 1), "nobody is looked for who is not there"
+    assert without.supervise(LANDS) == Outcome(KILLED)
+    assert (without.asked_for, len(without.asked)) == ([], 1), "nobody is looked for who is not there"
     flight = Flight(script, monkeypatch)
-    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("trajectory was killed by SIGKILL")
-    assert flight.stopped == 0
-    assert flight.asked_at == [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)]
-    assert flight.asked_for == [("trajectory was killed by SIGKILL", 0)], "the commander hears why before the signal"
+    assert flight.supervise(COMMANDED) == Outcome(KILLED)
+    assert (flight.stopped, flight.asked) == (0, [pytest.approx(3.1 + PATIENCE.answer, abs=1.2)])
+    assert flight.asked_for == [(KILLED, 0)], "the commander hears why before the signal"
 
 
 @pytest.mark.parametrize("known", [None, state(WAITING, 0, "waiting for recorder")])
 def test_a_vehicle_of_which_no_news_has_come_is_landed_and_not_dropped(known, monkeypatch):
-    script = [(1, known, {}), (3, known, {"trajectory": -9}), (5, state(FLYING, 2000), {})]
-    script += [(n, state(FLYING, 1000 * n), {}) for n in range(6, 10)]
-    script.append((10, state(FAILED, 9500, "landed"), {"simulator": 1, "recorder": 1}))
+    script = [(1, known, {}), (3, known, {"trajectory": -9}), *flies(5, 10), (10, state(FAILED, 10), ALL_FAILED)]
     flight = Flight(script, monkeypatch)
-    assert flight.supervise(patience=LANDS) == Outcome("trajectory was killed by SIGKILL")
-    assert (flight.stopped, len(flight.asked_at)) == (0, 1)
+    assert flight.supervise(LANDS) == Outcome(KILLED)
+    assert (flight.stopped, len(flight.asked)) == (0, 1)
 
 
 def test_a_vehicle_that_waits_on_the_ground_has_little_time_to_leave(monkeypatch):
     flight = Flight([(1, state(WAITING, 0, "waiting for recorder"), {}), (2, None, {"trajectory": -9})], monkeypatch)
-    assert flight.supervise(patience=LANDS._replace(commanded=True)) == Outcome("trajectory was killed by SIGKILL")
-    assert (flight.stopped, len(flight.asked_at), flight.asked_for) == (1, 1, [])
+    assert flight.supervise(COMMANDED) == Outcome(KILLED)
+    assert (flight.stopped, len(flight.asked), flight.asked_for) == (1, 1, [])
     assert flight.now < 3.0 + 1.0 + PATIENCE.answer + 0.5
 
 
-def test_signals_raise_before_the_flight_are_noted_in_it_and_the_handlers_come_back():
-    before = signal.getsignal(signal.SIGTERM)
+def test_signals_raise_before_the_flight_are_noted_in_it_and_the_handlers_come_back(monkeypatch, hang_ups_are_heeded):
+    """In flight only a later signal asks harder, and never a terminal that hangs up again."""
+    before, now = signal.getsignal(signal.SIGTERM), [100.0]
+    monkeypatch.setattr(supervisor.time, "monotonic", lambda: now[0])
     with interrupts() as noted:
         with pytest.raises(Interrupted, match="SIGTERM"):
             os.kill(os.getpid(), signal.SIGTERM)
         noted.flying = True
-        os.kill(os.getpid(), signal.SIGTERM)
-        assert noted.name == "SIGTERM"
+        for name, wait in (("SIGHUP", 0.9), ("SIGTERM", 0.2), ("SIGHUP", 0.0), ("SIGINT", 0.0)):
+            os.kill(os.getpid(), getattr(signal, name))
+            now[0] += wait
+    assert (noted.name, noted.names) == ("SIGHUP", ["SIGHUP", "SIGINT"])
     assert signal.getsignal(signal.SIGTERM) is before
 
 
 def patience_of(roles, mode):
-    flight = {"flight.roles": roles, "flight.mode": mode}
-    return Patience.of(resolve("simulator", flight))
+    return Patience.of(resolve("simulator", {"flight.roles": roles, "flight.mode": mode}))
 
 
 def test_on_a_busy_machine_a_commander_in_lockstep_lands_before_it_is_asked_to():

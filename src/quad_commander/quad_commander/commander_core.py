@@ -14,7 +14,7 @@ from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest, RequestQueue
-from quad_core.geometry import norm, subtract
+from quad_core.geometry import ZERO, norm, subtract
 from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, Vec3, VehicleState
 
 MISSION_SENDER = "mission"
@@ -51,7 +51,7 @@ class CommanderCore:
         self._parameters = parameters
         self._memory, self._mission, self._item = modes.Memory(), mission, MissionMemory()
         self._requests = requests if requests is not None else RequestQueue()
-        self._sent = references.standing(state)
+        self._sent = references.from_state(state)._replace(v_w=ZERO)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._place: Place | None = None
         self._time = self._kept_waiting = self._unbegun = self._in_mode = 0.0
@@ -207,7 +207,7 @@ class CommanderCore:
         jumped = seen.by_autopilot and seen.estimator_reset
         current = references.continued(self._sent, seen.dt)
         if decision.changed and (mode in ON_GROUND or before in ON_GROUND):
-            current = references.standing(seen.state)
+            current = references.from_state(seen.state)._replace(v_w=ZERO)
         goes_along = mode >= Mode.DESCEND or seen.autopilot_flies or (seen.by_autopilot and self._went_along)
         self._went_along = mode not in ON_GROUND and seen.autopilot_flies
         if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped):

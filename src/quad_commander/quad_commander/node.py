@@ -27,7 +27,7 @@ from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
 from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
-from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest, NodeStatus
+from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links, topics
 from quad_node.codec import head_of, packer
@@ -76,7 +76,7 @@ class Commander(Responder):
         for topic in self._heard:
             self.subscribe(topic, partial(self._on_life, topic), raw=True)
         self.subscribe("flight/plan", self._on_plan)
-        self.subscribe("flight/nodes", self._on_node, depth=64)
+        self.subscribe("flight/nodes", self._preflight.on_node, depth=64)
         self._requests_in = self.subscribe("flight/request", self._on_requests, depth=_MOST_REQUESTS)
         self.subscribe("flight/autopilot", self._on_autopilot)
         self.subscribe("battery_state", self._on_battery)
@@ -122,7 +122,8 @@ class Commander(Responder):
             state=sample.state,
             mission=mission.value if mission else None,
             mission_lag=max(lag, 0.0),
-            setpoint_age=self._age("attitude_setpoint"),
+            # in lockstep the plant waits for it, so it is never old
+            setpoint_age=0.0 if self.lockstep else time.monotonic() - self._heard["attitude_setpoint"],
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
             guard=self._guard_said(arrivals[1]),
@@ -200,10 +201,6 @@ class Commander(Responder):
             self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
         if slept > _MISSED_TICKS:
             self.state_heard = min(self.state_heard + slept, now)
-
-    def _age(self, topic: str) -> float:
-        """Return the age in s of a topic; in lockstep the plant waits for it, so it is never old."""
-        return 0.0 if self.lockstep else time.monotonic() - self._heard[topic]
 
     def _on_life(self, topic: str, payload: bytes) -> None:
         """Note that ``topic`` is alive; a wrench names no run, and its value matters to others."""
@@ -285,9 +282,6 @@ class Commander(Responder):
             return
         flying = self._core is not None and self._core.mode > Mode.ARMING
         self._preflight.on_plan(message, flying)
-
-    def _on_node(self, message: NodeStatus) -> None:
-        self._preflight.on_node(message)
 
     def _on_requests(self, message: FlightRequest) -> None:
         """Take all that wait, not one per turn of the executor: a KILL must not wait behind a flood."""

@@ -133,14 +133,10 @@ class Preflight:
         if not angle < limits.tilt:
             degrees, largest = math.degrees(angle), math.degrees(limits.tilt)
             found.append(f"tilt: found {degrees:.1f} deg, expected less than {largest:.1f} deg")
+        drifts = "state: found an estimate that moves, while the vehicle stands, at"
         for name, value, unit, limit in (
             ("speed: found", norm(state.v_w), "m/s", limits.speed),
-            (
-                "state: found an estimate that moves, while the vehicle stands, at",
-                self._standing.motion,
-                "m/s",
-                limits.speed,
-            ),
+            (drifts, self._standing.motion, "m/s", limits.speed),
             ("body rate: found", norm(state.omega_b), "rad/s", limits.rate),
         ):
             if not value < limit:

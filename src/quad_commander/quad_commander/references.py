@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from quad_commander.mode_table import Mode
 from quad_commander.parameters import AxisLimits, ReferenceLimits
-from quad_core.geometry import ZERO, add, euler_from_quaternion, wrap_angle
+from quad_core.geometry import ZERO, euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 
 
@@ -105,16 +105,9 @@ def handed_over(plan: ReferencePlan, time: float, mission: TrajectoryPoint) -> T
     """Return the ``mission``'s point plus what is left of the difference ``time`` s after the hand-over."""
     if time >= plan.duration:
         return mission
-    rest = sample(plan, time)
-    return mission._replace(
-        p_w=add(mission.p_w, rest.p_w),
-        v_w=add(mission.v_w, rest.v_w),
-        a_w=add(mission.a_w, rest.a_w),
-        jerk_w=add(mission.jerk_w, rest.jerk_w),
-        yaw=mission.yaw + rest.yaw,
-        yaw_rate=mission.yaw_rate + rest.yaw_rate,
-        yaw_acceleration=mission.yaw_acceleration + rest.yaw_acceleration,
-    )
+    pairs = zip(motions(mission), motions(sample(plan, time)), strict=True)
+    axes = [Motion(*(there + rest for there, rest in zip(*pair, strict=True))) for pair in pairs]
+    return point(mission.trajectory_time, axes)._replace(snap_w=mission.snap_w)
 
 
 def continued(current: TrajectoryPoint, time: float) -> TrajectoryPoint:
@@ -123,11 +116,6 @@ def continued(current: TrajectoryPoint, time: float) -> TrajectoryPoint:
         return current
     carried = point(current.trajectory_time + time, [advanced(axis, axis.jerk, time) for axis in motions(current)])
     return carried._replace(snap_w=current.snap_w)
-
-
-def standing(state: VehicleState) -> TrajectoryPoint:
-    """Return the reference of a vehicle that stands where it is."""
-    return from_state(state)._replace(v_w=ZERO)
 
 
 def from_state(state: VehicleState) -> TrajectoryPoint:
