@@ -35,14 +35,6 @@ def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and
     assert [mode.step for mode in node.modes] == [0, 5]
 
 
-def test_disarmed_its_reference_stands_where_the_vehicle_is(make):
-    node = make()
-    node.mission(0)
-    node.state(0, z=0.25)
-    assert node.references[0].p_w.tolist() == [0.0, 0.0, 0.25]
-    assert not node.references[0].v_w.any()
-
-
 def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
     node = make()
     node.fly(0, 11)
@@ -145,16 +137,6 @@ def test_a_low_battery_lands_the_vehicle_and_one_that_is_unknown_does_not(make):
     node.ask(FlightRequest.HOLD)
     node.fly(540, 550)
     assert node.modes[-1].name == "LAND"
-
-
-def test_a_battery_that_is_not_full_enough_is_not_armed(make):
-    node = make()
-    node.plan()
-    node.battery(0.25)
-    node.ask(FlightRequest.TAKEOFF)
-    node.fly(0, 520)
-    assert node.modes[-1].name == "ARMING"
-    assert "battery: found 25 %, expected at least 30 %" in node.modes[-1].answer_text
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.5, 80.0, math.inf])
@@ -285,20 +267,6 @@ def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over
     assert node.modes[-1].guard_request == 2
 
 
-def test_in_lockstep_a_step_waits_for_the_guard_s_report_of_the_step_before(make):
-    node = make()
-    node.plan()
-    node.fly(0, 6)
-    node.setpoint(10)
-    node.mission(10)
-    node.state(10)
-    assert node.modes[-1].step == 5
-    node.guard(8)
-    assert node.modes[-1].step == 5
-    node.guard(9)
-    assert node.modes[-1].step == 10
-
-
 def test_setpoints_of_another_run_keep_no_setpoint_young_and_its_plans_are_none(make, monkeypatch):
     clock = SimpleNamespace(now=1000.0)
     monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
@@ -324,11 +292,3 @@ def test_a_request_for_another_run_is_ignored_and_named(make):
     node.fly(0, 6)
     assert node.modes[-1].name == "DISARMED"
     assert [kind for _, kind, _ in node.events] == ["foreign_run"]
-
-
-def test_a_number_that_is_not_finite_is_no_reference_of_a_mission(make):
-    node = make()
-    node.mission(0, math.nan)
-    node.state(0)
-    assert node.modes == []
-    assert node.counters["rejected"] == 1

@@ -89,12 +89,6 @@ def test_a_request_into_a_mode_that_would_not_last_is_refused_by_name():
     assert (decision.mode, decision.blocked_by) == (Mode.HOLD, Condition.REFERENCE_LATE)
 
 
-@pytest.mark.parametrize("mode", [Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND])
-def test_nothing_disarms_in_the_air(mode):
-    decision, _ = after(in_mode(mode), request=Request.DISARM, dt=DT)
-    assert (decision.mode, decision.answer) == (mode, modes.NOT_DONE)
-
-
 def test_a_pilot_may_disarm_on_the_ground_only():
     assert fly(in_mode(Mode.PILOT), 1.0, Request.DISARM)[0].mode == Mode.PILOT
     _, memory = fly(in_mode(Mode.PILOT), 0.6, landed=True)
@@ -104,11 +98,6 @@ def test_a_pilot_may_disarm_on_the_ground_only():
 def test_faults_win_over_a_request_of_the_same_step():
     decision, _ = after(in_mode(Mode.MISSION), Condition.GUARD_KILLED, request=Request.LAND, dt=DT)
     assert decision.mode == Mode.KILL
-
-
-def test_a_state_that_only_the_commander_lacks_stops_no_motors():
-    decision, _ = fly(in_mode(Mode.MISSION), 5.0, state_age=10.0)
-    assert decision.mode == Mode.DESCEND
 
 
 def test_going_down_is_never_refused():
