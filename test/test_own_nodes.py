@@ -111,13 +111,12 @@ def test_what_cannot_take_a_node_s_place_is_refused(tmp_path):
         assert named in done.stderr
 
 
-def test_a_command_that_leaves_before_the_flight_is_named_at_once_and_costs_little(tmp_path):
+def test_a_command_that_leaves_before_the_flight_is_named_and_costs_little(tmp_path):
     began = time.monotonic()
     done = fly("hover", "--own", "trajectory=/bin/echo no node", "--out", tmp_path / "bag")
     assert time.monotonic() - began < 45.0  # 60 s is what a start may take
     assert done.returncode == 1
     lines = done.stderr.splitlines()
-    assert "fly: trajectory ended with exit code 0 before the flight began: its node has 10 s to appear" in lines
     at = lines.index("fly: hover: trajectory ended with exit code 0 before the flight began")
     assert any(line.startswith("fly: trajectory: no node --ros-args") for line in lines[at:])
     assert "position_rmse" not in done.stdout + done.stderr
