@@ -133,14 +133,14 @@ class Preflight:
         if not angle < limits.tilt:
             degrees, largest = math.degrees(angle), math.degrees(limits.tilt)
             found.append(f"tilt: found {degrees:.1f} deg, expected less than {largest:.1f} deg")
-        drifts = "state: found an estimate that moves, while the vehicle stands, at"
         for name, value, unit, limit in (
             ("speed: found", norm(state.v_w), "m/s", limits.speed),
-            (drifts, self._standing.motion, "m/s", limits.speed),
             ("body rate: found", norm(state.omega_b), "rad/s", limits.rate),
         ):
             if not value < limit:
                 found.append(f"{name} {value:.2f} {unit}, expected less than {limit:.2f} {unit}")
+        if moves := self._standing.refusal(limits.speed, "state"):
+            found.append(moves)
         if battery is not None and not battery >= limits.battery:
             found.append(f"battery: found {100.0 * battery:.0f} %, expected at least {100.0 * limits.battery:.0f} %")
         disk = free_space(self._settings.recordings)
