@@ -41,6 +41,10 @@ class Wired(Commander):
             Wire(FlightMode),
         )
         self.modes, self.references = self._mode_out.sent, self._reference_out.sent
+        self.ros.count_publishers = lambda _: self.publishing
+        self.ros.get_publishers_info_by_topic = lambda _: [
+            SimpleNamespace(node_namespace="/", node_name=f"node_{number}") for number in range(self.publishing)
+        ]
 
     def subscribe(self, topic, callback, depth=10, raw=False):
         self.callbacks[topic] = callback
@@ -48,12 +52,6 @@ class Wired(Commander):
 
     def event(self, severity, kind, text, stamp_ns=0, always=False):
         self.events.append((severity, kind, text))
-
-    def count_publishers(self, topic):
-        return self.publishing
-
-    def get_publishers_info_by_topic(self, topic):
-        return [SimpleNamespace(node_namespace="/", node_name=f"node_{number}") for number in range(self.publishing)]
 
     def state(self, step, z=0.0):
         message = msg.VehicleState(step=step, run=RUN)
