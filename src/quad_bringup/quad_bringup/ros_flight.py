@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
@@ -188,7 +188,7 @@ def shown(flight: Planned) -> Shown:
             metrics = FlightMetrics()
         problems = list(judgement(bag, metrics, flight.limits).problems)
         note = truth_note(bag)
-        states = bag.array("flight/state") if bag.has("flight/state") else ()
+        states: Any = bag.array("flight/state") if bag.has("flight/state") else ()
     except FlightLogError as error:
         return Shown("", [f"no readable bag: {error}"])
     if not len(states) or not (stamp := states[-1]["stamp_ns"]):
