@@ -63,6 +63,8 @@ def _probe(domain: int, namespace: str = "") -> Iterator[Any]:
 
 def check_discovery(domain: int, chosen: str) -> None:
     """Raise ParameterError if two nodes of this shell do not find each other; ``chosen``: its settings of discovery."""
+    if os.environ.get(RANGE) == "OFF":
+        chosen += f", {RANGE}=OFF"
     with _probe(domain) as one, _probe(domain):
         deadline = time.monotonic() + MEETING
         while one.get_node_names().count(PROBE) < 2:
