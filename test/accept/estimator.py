@@ -4,7 +4,6 @@ Usage: python estimator.py KEY=VALUE ..., the keys of ``Faults``; it runs until 
 """
 
 import math
-import os
 import random
 import sys
 import time
@@ -18,7 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from scipy.spatial.transform import Rotation
 
-from quad_node.executor import spin
+from quad_node.executor import settle, spin
 
 WALL_CLOCK = 1_764_000_000_000_000_000  # ns
 STALE = 1000 * 10**9  # ns
@@ -154,8 +153,7 @@ def main():
     faults = Faults(**{name: kinds[name](value) for name, value in given.items()})
     rclpy.init()
     node = Spoiler(faults)
-    with suppress(PermissionError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    settle(PRIORITY)  # every thread: those of DDS starve beside other work otherwise, for 90 ms at load 10
     node.create_timer(1.0, lambda: None)  # so that a signal gets its turn
     with suppress(KeyboardInterrupt, ExternalShutdownException):
         spin([node], rclpy.task.Future())
