@@ -348,16 +348,16 @@ class LawNode(Responder):
 
     def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the output and the internals of one step."""
-        values, replaced = self._values_of(sample, arrivals)
+        law, (values, replaced) = self.law, self._values_of(sample, arrivals)
         if values is None:
             return
         if sample.state.on_ground:  # what was learnt in an earlier flight is of no use for the next one
-            self.memory = self.law.module.init(self.law.parameters, self.vehicle)
+            self.memory = law.module.init(law.parameters, self.vehicle)
         inputs = self.stage.inputs(sample.state, *values)
-        output, memory, internals = self.step(self.law.parameters, self.vehicle, self.memory, inputs, sample.dt)
+        output, memory, internals = self.step(law.parameters, self.vehicle, self.memory, inputs, sample.dt)
         if not (self._is_finite(output) and self._is_memory_finite(memory)):
-            self.event(FlightEvent.ERROR, "law_nonfinite", f"{self.law.name}: non-finite output", sample.stamp_ns)
-            self.finish(1, f"{self.law.name}: non-finite output at step {sample.step}")
+            self.event(FlightEvent.ERROR, "law_nonfinite", f"{law.name}: non-finite output", sample.stamp_ns)
+            self.finish(1, f"{law.name}: non-finite output at step {sample.step}")
             return
         self.memory = memory
         if self.on_internals is not None:

@@ -98,29 +98,30 @@ def test_a_standby_stays_aside_while_the_other_answers(make):
         assert topics_of(node, step) == ASIDE
 
 
+def late(node, run=0):
+    """Let the other controller be late in steps, and then by the clock, too."""
+    heard(node, 5, run)
+    node.standby._heard = math.inf  # just now, however slow this machine is
+    for step in (5, 10, 15, 20, 25):
+        assert topics_of(node, step) == ASIDE  # 40 ms in steps, but just heard: its own queue was long
+    node.standby._heard = time.monotonic() - 0.05
+
+
 def test_in_real_time_it_flies_when_the_other_is_late_in_steps_and_by_the_clock(make):
     node = make()
-    heard(node, 5)
-    node.standby._heard = math.inf  # just now, however slow this machine is
-    for step in (5, 10, 15, 20):
-        assert topics_of(node, step) == ASIDE
-    assert topics_of(node, 25) == ASIDE  # 40 ms in steps, but just heard: its own queue was long
-    node.standby._heard = time.monotonic() - 0.05
+    late(node)
     assert topics_of(node, 30) == BOTH
     heard(node, 35)
     assert topics_of(node, 40) == BOTH  # it does not give back
 
 
-def test_answers_of_another_run_do_not_keep_a_standby_aside(make):
+@pytest.mark.parametrize(("step", "run_id", "foreign"), [(30, b"theirs", 1), (2**40, b"ours", 0)])
+def test_an_answer_of_another_run_or_of_an_absurd_step_does_not_hide_silence(make, step, run_id, foreign):
     node = make("flight.run_id:=ours")
-    heard(node, 5, run=zlib.crc32(b"ours"))
-    node.standby._heard = math.inf
-    for step in (5, 10, 15, 20, 25):
-        assert topics_of(node, step) == ASIDE
-    node.standby._heard = time.monotonic() - 0.05
-    heard(node, 30, run=zlib.crc32(b"theirs"))
+    late(node, zlib.crc32(b"ours"))
+    heard(node, step, zlib.crc32(run_id))
     assert topics_of(node, 30) == BOTH
-    assert node.counters["foreign_run"] == 1
+    assert node.counters["foreign_run"] == foreign
 
 
 def test_in_real_time_it_flies_on_request_some_answers_later(make):
@@ -244,17 +245,6 @@ def test_without_a_standby_a_controller_that_comes_late_is_silent_and_a_shadow_c
     node = make(*words, shadow=False)
     assert [node.comes_late(100) for _ in range(2)] == [takes_part[1]] * 2
     assert node.counters["came_late"] == (not takes_part[1])
-
-
-def test_an_answer_of_an_absurd_step_does_not_hide_that_the_other_is_silent(make):
-    node = make()
-    heard(node, 5)
-    node.standby._heard = math.inf
-    for step in (5, 10, 15, 20, 25):
-        assert topics_of(node, step) == ASIDE
-    heard(node, 2**40)
-    node.standby._heard = time.monotonic() - 0.05
-    assert topics_of(node, 30) == BOTH
 
 
 def test_a_standby_in_lockstep_is_refused(make):

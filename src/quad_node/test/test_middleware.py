@@ -51,7 +51,8 @@ def test_a_choice_that_may_reach_other_hosts_stays_and_is_named(chosen):
     said = close_unless_asked(shell)
     assert said.startswith(OPEN)
     assert next(iter(chosen.values())) in said
-    assert {PROFILES: SETTINGS, **shell} == {PROFILES: SETTINGS, **chosen}
+    ours = {PROFILES: SETTINGS} if "RMW_IMPLEMENTATION" in chosen else {}
+    assert shell == {**ours, **chosen}
 
 
 def test_visible_overrides_every_choice():
