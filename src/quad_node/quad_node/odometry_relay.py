@@ -106,8 +106,7 @@ class OdometryRelay(FlightNode):
         sample, problem = self._sample_of(message, now)
         if sample is None:
             self._refusal = f"{self._topic}: {problem}"
-            self.counters["rejected"] += 1
-            self.event(FlightEvent.WARNING, "rejected_odometry", f"{self._refusal}; message ignored", 0)
+            self.reject(self._topic, problem, kind="rejected_odometry")
             return
         self._accepted, self._refusal = self._accepted + 1, ""
         if self.flying:
@@ -143,17 +142,17 @@ class OdometryRelay(FlightNode):
         return sample, ""
 
     def _relay(self, sample: Sample, now: float) -> None:
-        found = self.estimator.take(sample)
+        found, stamp = self.estimator.take(sample), max(sample.stamp_ns, 0)
         while self.estimator.news:
             news = self.estimator.news.popleft()
-            self.event(FlightEvent.WARNING, news.kind, news.text, sample.stamp_ns if sample.stamp_ns > 0 else 0)
+            self.event(FlightEvent.WARNING, news.kind, news.text, stamp)
         if found is None:
             return
         passed, self._accepted_at = now - self._accepted_at, now
         step, state = found
         if self._begun and passed > _LATE and not self.lockstep:
             text = f"{self._topic}: nothing for {1e3 * passed:.0f} ms"
-            self.event(FlightEvent.WARNING, "estimator_late", text, sample.stamp_ns if sample.stamp_ns > 0 else 0)
+            self.event(FlightEvent.WARNING, "estimator_late", text, stamp)
         if not is_flyable(state):
             return
         dt = seconds(max(step - self.current_step, 0), self.flight.plant_period)
