@@ -24,6 +24,7 @@ from quad_attitude_ctrl.command import (
     CommandSource,
     Desired,
     FilterStates,
+    Shaping,
     desired,
     filters_at_rest,
     next_filters,
@@ -94,13 +95,8 @@ class Memory(NamedTuple):
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
-    return Memory(
-        roll=initial_axis(parameters.roll),
-        pitch=initial_axis(parameters.pitch),
-        yaw=initial_axis(parameters.yaw),
-        filters=filters_at_rest(ZERO),
-        initialised=False,
-    )
+    roll, pitch, yaw = initial_axis(parameters.roll), initial_axis(parameters.pitch), initial_axis(parameters.yaw)
+    return Memory(roll, pitch, yaw, filters_at_rest(ZERO), False)
 
 
 def step(
@@ -126,14 +122,12 @@ def step(
     torque = limited_torque(torque_command, limits)
 
     rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
-    gains = parameters
+    shaping = Shaping(parameters.command, parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter)
     next_memory = Memory(
-        roll=next_axis_memory(gains.roll, memory.roll, roll, rest.x, dt),
-        pitch=next_axis_memory(gains.pitch, memory.pitch, pitch, rest.y, dt),
-        yaw=next_axis_memory(gains.yaw, memory.yaw, yaw, rest.z, dt),
-        filters=next_filters(
-            gains.command, filters, setpoint, gains.roll.filter, gains.pitch.filter, gains.yaw.filter, dt
-        ),
+        roll=next_axis_memory(parameters.roll, memory.roll, roll, rest.x, dt),
+        pitch=next_axis_memory(parameters.pitch, memory.pitch, pitch, rest.y, dt),
+        yaw=next_axis_memory(parameters.yaw, memory.yaw, yaw, rest.z, dt),
+        filters=next_filters(shaping, filters, setpoint, dt),
         initialised=True,
     )
     frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)

@@ -24,7 +24,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
-from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired
+from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping
 from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
@@ -108,14 +108,8 @@ class Goal(NamedTuple):
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
-    return Memory(
-        roll=initial_axis(parameters.roll),
-        pitch=initial_axis(parameters.pitch),
-        yaw=initial_axis(parameters.yaw),
-        filter=at_rest(IDENTITY),
-        side=1.0,
-        initialised=False,
-    )
+    roll, pitch, yaw = initial_axis(parameters.roll), initial_axis(parameters.pitch), initial_axis(parameters.yaw)
+    return Memory(roll, pitch, yaw, at_rest(IDENTITY), 1.0, False)
 
 
 def step(
@@ -229,18 +223,18 @@ def _axis_states(q_wb: Quat, omega_b: Vec3, error: Vec3, error_rate: Vec3) -> tu
 
 def _next_filter(parameters: Parameters, state: RotationState, setpoint: AttitudeThrust, dt: float) -> RotationState:
     """Return the command filter one step later."""
-    roll, pitch, yaw = parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter
+    shaping = Shaping(parameters.command, parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter)
     target = set_attitude(setpoint)
-    if parameters.command == CommandSource.LED:
+    if shaping.command == CommandSource.LED:
         goal = set_goal(setpoint)
-        v, a = goal.rates, goal.accelerations
+        v, a, roll, pitch, yaw = goal.rates, goal.accelerations, shaping.roll, shaping.pitch, shaping.yaw
         lead = Vec3(
             3.0 * (v.x + a.x / roll.bandwidth) / roll.bandwidth,
             3.0 * (v.y + a.y / pitch.bandwidth) / pitch.bandwidth,
             3.0 * (v.z + a.z / yaw.bandwidth) / yaw.bandwidth,
         )
         target = turned(target, lead)
-    return next_rotation(state, target, roll, pitch, yaw, parameters.widest, dt)
+    return next_rotation(state, target, shaping, parameters.widest, dt)
 
 
 _MINIMAL = {name: value for name, value in abfnitsm.PRESETS["minimal"].items() if name != "mapping"}

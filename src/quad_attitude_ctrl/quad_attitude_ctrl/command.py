@@ -142,16 +142,9 @@ def led(source: int, angle: float, rate: float, acceleration: float, bandwidth: 
     return angle + (3.0 * rate + 3.0 * acceleration / bandwidth) / bandwidth
 
 
-def next_filters(
-    source: int,
-    filters: FilterStates,
-    setpoint: AttitudeThrust,
-    roll: CommandFilter,
-    pitch: CommandFilter,
-    yaw: CommandFilter,
-    dt: float,
-) -> FilterStates:
-    """Return the filters one step of ``dt`` s later; ``source`` is a ``CommandSource``."""
+def next_filters(shaping: Shaping, filters: FilterStates, setpoint: AttitudeThrust, dt: float) -> FilterStates:
+    """Return the filters one step of ``dt`` s later."""
+    source, roll, pitch, yaw = shaping.command, shaping.roll, shaping.pitch, shaping.yaw
     angles, v, a = setpoint.angles, setpoint.rates, setpoint.accelerations
     raw = Vec3(
         led(source, angles.x, v.x, a.x, roll.bandwidth),

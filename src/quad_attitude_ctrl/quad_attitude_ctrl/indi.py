@@ -12,13 +12,12 @@ the very time that tau stands for; both must be equally old, so late rates need 
 those of ``geometric``.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
 from quad_attitude_ctrl.torque import TorqueLimits, limited_torque, plain_internals
-from quad_core.geometry import ZERO, euler_from_quaternion
+from quad_core.geometry import ZERO, euler_from_quaternion, low_passed, slope
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -74,9 +73,7 @@ def step(
     omega_b = state.omega_b
     filters, acceleration, given = memory.filters, memory.acceleration, memory.torque
     if memory.initialised:
-        before = memory.omega_b
-        change = Vec3((omega_b.x - before.x) / dt, (omega_b.y - before.y) / dt, (omega_b.z - before.z) / dt)
-        acceleration = filtered(acceleration, change, parameters.bandwidth, dt)
+        acceleration = filtered(acceleration, slope(memory.omega_b, omega_b, dt), parameters.bandwidth, dt)
         given = filtered(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
     else:
         filters = filters_at_rest(euler_from_quaternion(state.q_wb))
@@ -91,26 +88,14 @@ def step(
         known.z + zz * (feed_forward.z + feedback.z - measured.z),
     )
     torque = limited_torque(command, parameters.torque)
-    shaping = parameters.shaping
-    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
-    internals = plain_internals(
-        goal=goal,
-        angle_error=found.angle_error,
-        rate_error=found.rate_error,
-        feed_forward=feed_forward,
-        feedback=feedback,
-        torque=torque,
-        frozen=AxisFlags(False, False, False),
-    )
+    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
+    rest = AxisFlags(False, False, False)
+    internals = plain_internals(goal, found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
     next_memory = Memory(next_states, omega_b, acceleration, given, True)
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 
 def filtered(state: Filtered, value: Vec3, bandwidth: float, dt: float) -> Filtered:
     """Return H(s) after a step of ``dt`` s with the input ``value``: two first-order lags of ``bandwidth`` rad/s."""
-    gain = 1.0 - math.exp(-bandwidth * dt)
-    a, b = state.first, state.second
-    first = Vec3(a.x + gain * (value.x - a.x), a.y + gain * (value.y - a.y), a.z + gain * (value.z - a.z))
-    return Filtered(
-        first, Vec3(b.x + gain * (first.x - b.x), b.y + gain * (first.y - b.y), b.z + gain * (first.z - b.z))
-    )
+    first = low_passed(state.first, value, bandwidth, dt)
+    return Filtered(first, low_passed(state.second, first, bandwidth, dt))

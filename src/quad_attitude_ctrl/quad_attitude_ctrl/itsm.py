@@ -17,19 +17,19 @@ Zong, Zhao and Zhang (Higher order sliding mode control with self-tuning law bas
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.command import Desired, FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.sliding_control import saturation
 from quad_attitude_ctrl.torque import (
-    LimitedTorque,
     TorqueLimits,
     body_acceleration,
     integrals_frozen,
     inverse_dynamics,
     limited_torque,
+    plain_internals,
 )
 from quad_core.geometry import ZERO, clamp, euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import Choice, Flag, Real
-from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
+from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
 
 Internals = AttitudeInternals
@@ -127,10 +127,20 @@ def step(
         _integrated(parameters.pitch, old.y, pitch.integrand, rest.y, dt),
         _integrated(parameters.yaw, old.z, yaw.integrand, rest.z, dt),
     )
-    shaping = parameters.shaping
-    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
+    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     next_memory = Memory(filters=next_states, integral=integral, initialised=True)
-    internals = _internals(parameters, goal, old, roll, pitch, yaw, torque, rest)
+    internals = plain_internals(
+        goal,
+        Vec3(roll.error, pitch.error, yaw.error),
+        Vec3(roll.error_rate, pitch.error_rate, yaw.error_rate),
+        Vec3(roll.equivalent, pitch.equivalent, yaw.equivalent),
+        Vec3(roll.reaching, pitch.reaching, yaw.reaching),
+        torque,
+        rest,
+        Vec3(roll.sliding, pitch.sliding, yaw.sliding),
+        old,
+        Vec3(parameters.roll.exponent, parameters.pitch.exponent, parameters.yaw.exponent),
+    )
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 
@@ -170,34 +180,3 @@ def _integrated(gains: Gains, integral: float, integrand: float, frozen: bool, d
     if frozen:
         return integral
     return clamp(integral + dt * integrand, -gains.max_integral, gains.max_integral)
-
-
-def _internals(
-    parameters: Parameters,
-    goal: Desired,
-    integral: Vec3,
-    roll: AxisControl,
-    pitch: AxisControl,
-    yaw: AxisControl,
-    torque: LimitedTorque,
-    frozen: AxisFlags,
-) -> Internals:
-    return Internals(
-        desired_angles=goal.angles,
-        desired_rates=goal.rates,
-        desired_accelerations=goal.accelerations,
-        angle_error=Vec3(roll.error, pitch.error, yaw.error),
-        rate_error=Vec3(roll.error_rate, pitch.error_rate, yaw.error_rate),
-        sliding_variable=Vec3(roll.sliding, pitch.sliding, yaw.sliding),
-        surface_integral=integral,
-        surface_exponent=Vec3(parameters.roll.exponent, parameters.pitch.exponent, parameters.yaw.exponent),
-        adaptive_constant=ZERO,
-        adaptive_angle=ZERO,
-        adaptive_rate=ZERO,
-        equivalent_control=Vec3(roll.equivalent, pitch.equivalent, yaw.equivalent),
-        reaching_control=Vec3(roll.reaching, pitch.reaching, yaw.reaching),
-        lyapunov=ZERO,
-        lyapunov_rate=ZERO,
-        torque_limited=torque.limited,
-        adaptation_frozen=frozen,
-    )

@@ -11,12 +11,21 @@ part acts on the measured angular acceleration, the desired acceleration is fed 
 angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flown there.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, integrals_frozen, limited_torque, plain_internals
-from quad_core.geometry import ZERO, body_rates, clamp, euler_from_quaternion, scale, subtract, wrap_angle
+from quad_core.geometry import (
+    ZERO,
+    body_rates,
+    clamp,
+    euler_from_quaternion,
+    low_passed,
+    scale,
+    slope,
+    subtract,
+    wrap_angle,
+)
 from quad_core.parameters import Flag, Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -88,7 +97,9 @@ def step(
         goal.rates.x - roll.angle * error.x, goal.rates.y - pitch.angle * error.y, goal.rates.z - yaw.angle * error.z
     )
     rate_error = subtract(omega_b, body_rates(angles, euler_rates_d))
-    measured = _acceleration(parameters.derivative_bandwidth, memory, omega_b, dt)
+    measured = memory.acceleration
+    if memory.initialised:
+        measured = low_passed(measured, slope(memory.omega_b, omega_b, dt), parameters.derivative_bandwidth, dt)
 
     desired_acceleration = body_acceleration(angles, goal.rates, goal.accelerations)
     feed_forward = scale(parameters.acceleration_feed_forward, desired_acceleration)
@@ -110,34 +121,10 @@ def step(
         _integrated(pitch, old.y, rate_error.y, frozen.y, dt),
         _integrated(yaw, old.z, rate_error.z, frozen.z, dt),
     )
-    shaping = parameters.shaping
-    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
-    next_memory = Memory(
-        filters=next_states, integral=integral, acceleration=measured, omega_b=omega_b, initialised=True
-    )
-    internals = plain_internals(
-        goal=goal,
-        angle_error=error,
-        rate_error=rate_error,
-        feed_forward=feed_forward,
-        feedback=feedback,
-        torque=torque,
-        frozen=frozen,
-    )
+    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
+    next_memory = Memory(next_states, integral, measured, omega_b, True)
+    internals = plain_internals(goal, error, rate_error, feed_forward, feedback, torque, frozen)
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
-
-
-def _acceleration(bandwidth: float, memory: Memory, omega_b: Vec3, dt: float) -> Vec3:
-    """Return the low-passed angular acceleration in rad/s^2 from the change of body rates over the last step."""
-    if not memory.initialised:
-        return memory.acceleration
-    gain = 1.0 - math.exp(-bandwidth * dt)
-    before, last = memory.acceleration, memory.omega_b
-    return Vec3(
-        before.x + gain * ((omega_b.x - last.x) / dt - before.x),
-        before.y + gain * ((omega_b.y - last.y) / dt - before.y),
-        before.z + gain * ((omega_b.z - last.z) / dt - before.z),
-    )
 
 
 def _integrated(gains: Gains, part: float, rate_error: float, frozen: bool, dt: float) -> float:

@@ -13,7 +13,7 @@ within a bandwidth b, then, no more than about 0.3 widest b^2 rad/s^2 is asked f
 import math
 from typing import NamedTuple
 
-from quad_attitude_ctrl.command import CommandFilter, FilterState, next_filter_state
+from quad_attitude_ctrl.command import FilterState, Shaping, next_filter_state
 from quad_core.geometry import ZERO, clamp, relative_attitude, turned
 from quad_core.types import Quat, Vec3
 
@@ -34,16 +34,9 @@ def at_rest(attitude: Quat) -> RotationState:
     return RotationState(attitude, ZERO, ZERO, attitude)
 
 
-def next_rotation(
-    state: RotationState,
-    target: Quat,
-    roll: CommandFilter,
-    pitch: CommandFilter,
-    yaw: CommandFilter,
-    widest: float,
-    dt: float,
-) -> RotationState:
+def next_rotation(state: RotationState, target: Quat, shaping: Shaping, widest: float, dt: float) -> RotationState:
     """Return the filter one step of ``dt`` s later; ``target`` is the set attitude, ``widest`` in rad."""
+    roll, pitch, yaw = shaping.roll, shaping.pitch, shaping.yaw
     way = way_to(relative_attitude(state.target, target))
     step = Vec3(
         clamp(way.x, -roll.max_rate * dt, roll.max_rate * dt),

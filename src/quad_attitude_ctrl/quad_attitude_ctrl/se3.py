@@ -74,15 +74,7 @@ def step(
         vehicle.inertia_zz * (feedback.z + remainder.z),
     )
     torque = limited_torque(torque_command, parameters.torque)
-    shaping = parameters.shaping
-    next_states = next_filters(shaping.command, filters, inputs.setpoint, shaping.roll, shaping.pitch, shaping.yaw, dt)
-    internals = plain_internals(
-        goal=goal,
-        angle_error=found.angle_error,
-        rate_error=found.rate_error,
-        feed_forward=remainder,
-        feedback=feedback,
-        torque=torque,
-        frozen=AxisFlags(False, False, False),
-    )
+    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
+    rest = AxisFlags(False, False, False)
+    internals = plain_internals(goal, found.angle_error, found.rate_error, remainder, feedback, torque, rest)
     return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filters=next_states, initialised=True), internals

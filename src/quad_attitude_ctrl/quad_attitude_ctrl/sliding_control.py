@@ -279,14 +279,7 @@ def axis_control(gains: AxisGains, memory: AxisMemory, state: AxisState, exponen
         dead=abs(sliding) <= gains.dead_zone,
         lyapunov=lyapunov(error, sliding),
         lyapunov_rate=lyapunov_rate(
-            error=error,
-            integral=memory.surface_integral,
-            sliding=sliding,
-            linear_gain=gains.linear_gain,
-            power_gain=gains.power_gain,
-            power=gains.power,
-            bound=bound,
-            width=width,
+            error, memory.surface_integral, sliding, gains.linear_gain, gains.power_gain, gains.power, bound, width
         ),
     )
 

@@ -138,11 +138,14 @@ def plain_internals(
     feedback: Vec3,
     torque: LimitedTorque,
     frozen: AxisFlags,
+    sliding: Vec3 = ZERO,
+    integral: Vec3 = ZERO,
+    exponent: Vec3 = ZERO,
 ) -> AttitudeInternals:
-    """Return the internals of a law without sliding surface and adaptation, 0 for what it has not.
+    """Return the internals of a law without adaptation, 0 for what it has not.
 
     ``angle_error`` rad, ``rate_error`` rad/s, ``feed_forward`` and ``feedback`` in rad/s^2; ``frozen``: its integrals
-    rested.
+    rested. Of a sliding surface: ``sliding`` s and ``integral`` in rad/s, its ``exponent``.
     """
     return AttitudeInternals(
         desired_angles=goal.angles,
@@ -150,9 +153,9 @@ def plain_internals(
         desired_accelerations=goal.accelerations,
         angle_error=angle_error,
         rate_error=rate_error,
-        sliding_variable=ZERO,
-        surface_integral=ZERO,
-        surface_exponent=ZERO,
+        sliding_variable=sliding,
+        surface_integral=integral,
+        surface_exponent=exponent,
         adaptive_constant=ZERO,
         adaptive_angle=ZERO,
         adaptive_rate=ZERO,

@@ -10,6 +10,7 @@ from quad_attitude_ctrl.command import (
     CommandFilter,
     CommandSource,
     FilterState,
+    Shaping,
     filters_at_rest,
     next_filter_state,
     next_filters,
@@ -52,17 +53,17 @@ def test_held_random_input_against_scipy():
 
 def test_every_axis_is_filtered_with_its_own_bandwidth_and_rate():
     dt, steps, bandwidths = 0.01, 12, (6.0, 9.0, 14.0)
-    axes = [CommandFilter(bandwidth=bandwidth, max_rate=1e6) for bandwidth in bandwidths]
+    shaping = Shaping(CommandSource.FILTER, *(CommandFilter(bandwidth, 1e6) for bandwidth in bandwidths))
     filters = filters_at_rest(Vec3())
     for _ in range(steps):
-        filters = next_filters(CommandSource.FILTER, filters, AttitudeThrust(Vec3(0.1, 0.2, 0.3)), *axes, dt)
+        filters = next_filters(shaping, filters, AttitudeThrust(Vec3(0.1, 0.2, 0.3)), dt)
     for command, bandwidth, goal in zip(filters, bandwidths, (0.1, 0.2, 0.3), strict=True):
         at = bandwidth * steps * dt
         assert command.angle == pytest.approx(goal * (1.0 - math.exp(-at) * (1.0 + at + at * at / 2.0)), abs=1e-13)
     rates = (0.5, 1.0, 2.0)
-    axes = [CommandFilter(bandwidth=9.0, max_rate=rate) for rate in rates]
+    shaping = Shaping(CommandSource.FILTER, *(CommandFilter(9.0, rate) for rate in rates))
     far = AttitudeThrust(Vec3(1.0, 1.0, 1.0))
-    limited = next_filters(CommandSource.FILTER, filters_at_rest(Vec3()), far, *axes, dt)
+    limited = next_filters(shaping, filters_at_rest(Vec3()), far, dt)
     assert [axis.target for axis in limited] == pytest.approx([rate * dt for rate in rates])
 
 
@@ -117,7 +118,7 @@ def test_a_led_filter_follows_the_angle_whose_derivatives_it_is_given():
             setpoint = AttitudeThrust(
                 Vec3(angle, 0.0, 0.0), Vec3(rate, 0.0, 0.0), Vec3(acceleration, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0)
             )
-            filters = next_filters(source, filters, setpoint, axis, axis, axis, step)
+            filters = next_filters(Shaping(source, axis, axis, axis), filters, setpoint, step)
         errors[source] = worst
     # 3/b of the rate is what three equal poles are behind
     assert errors[CommandSource.FILTER] == pytest.approx(0.4 * speed * 3.0 / bandwidth, rel=0.05)

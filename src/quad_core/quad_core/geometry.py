@@ -190,3 +190,18 @@ def body_rates(angles: Vec3, rates: Vec3) -> Vec3:
         cphi * rates.y + sphi * ctheta * rates.z,
         cphi * ctheta * rates.z - sphi * rates.y,
     )
+
+
+def low_passed(before: Vec3, value: Vec3, bandwidth: float, dt: float) -> Vec3:
+    """Return a first-order lag of ``bandwidth`` rad/s after a step of ``dt`` s with the input ``value``."""
+    gain = 1.0 - math.exp(-bandwidth * dt)
+    return Vec3(
+        before.x + gain * (value.x - before.x),
+        before.y + gain * (value.y - before.y),
+        before.z + gain * (value.z - before.z),
+    )
+
+
+def slope(before: Vec3, now: Vec3, dt: float) -> Vec3:
+    """Return the change per s over a step of ``dt`` s."""
+    return Vec3((now.x - before.x) / dt, (now.y - before.y) / dt, (now.z - before.z) / dt)

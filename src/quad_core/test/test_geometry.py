@@ -150,3 +150,12 @@ def test_normalized_has_length_one(q):
     unit = np.array(geometry.normalized(q))
     np.testing.assert_allclose(np.linalg.norm(unit), 1.0, atol=1e-15)
     np.testing.assert_allclose(unit * np.linalg.norm(q), q, atol=1e-14)
+
+
+def test_a_lag_answers_a_step_by_its_exponential_on_each_axis():
+    state = Vec3(0.0, 1.0, -2.0)
+    for _ in range(5):
+        state = geometry.low_passed(state, Vec3(1.0, 3.0, 2.0), 4.0, 0.1)
+    left = math.exp(-2.0)
+    assert state == pytest.approx((1.0 - left, 3.0 - 2.0 * left, 2.0 - 4.0 * left))
+    assert geometry.slope(Vec3(1.0, 2.0, 3.0), Vec3(1.5, 1.0, 3.2), 0.1) == pytest.approx((5.0, -10.0, 2.0))

@@ -45,9 +45,10 @@ from quad_position_ctrl.setpoint import (
     attitude_setpoint,
     desired_angles,
     integrals_frozen,
+    internals_of,
     thrust_command,
 )
-from quad_position_ctrl.speed_limit import BoundedCorrection, SpeedLimits, bounded_correction, is_speed_limited
+from quad_position_ctrl.speed_limit import BoundedCorrection, SpeedLimits, bounded_correction
 
 Internals = PositionInternals
 
@@ -96,14 +97,8 @@ class Memory(NamedTuple):
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: Gamma = 0, xi_hat = xi_hat(0)."""
-    return Memory(
-        error_integral=ZERO,
-        adaptive_gain=Vec3(parameters.x.initial_gain, parameters.y.initial_gain, parameters.z.initial_gain),
-        disturbance_estimate=ZERO,
-        velocity=ZERO,
-        thrust_axis=ZERO,
-        initialised=False,
-    )
+    gain = Vec3(parameters.x.initial_gain, parameters.y.initial_gain, parameters.z.initial_gain)
+    return Memory(ZERO, gain, ZERO, ZERO, ZERO, False)
 
 
 def step(
@@ -113,7 +108,10 @@ def step(
     state, reference = inputs.state, inputs.reference
     thrust_axis = body_z(state.q_wb)
     drag = drag_model(vehicle.drag_coefficient, vehicle.mass, parameters.drag_sign)
-    disturbance = _disturbance_estimate(parameters, vehicle, memory, inputs, thrust_axis, drag, dt)
+    disturbance = memory.disturbance_estimate
+    if memory.initialised:  # in the first step there is nothing to compare with
+        observed = ObservedStep(memory.velocity, state.v_w, memory.thrust_axis, thrust_axis, inputs.actuation.thrust)
+        disturbance = estimate(parameters.observer, vehicle, disturbance, observed, drag, dt)
     axes = axis_states(state, reference)
     correction = _correction(parameters, axes, memory.error_integral)
     x, y, z = _axis_commands(parameters, memory, axes, correction, drag, disturbance)
@@ -130,33 +128,9 @@ def step(
     next_integrals, next_gains = memory.error_integral, memory.adaptive_gain
     if not frozen:
         next_integrals, next_gains = _adapted(parameters, memory, x, y, z, dt)
-    next_memory = Memory(
-        error_integral=next_integrals,
-        adaptive_gain=next_gains,
-        disturbance_estimate=disturbance,
-        velocity=state.v_w,
-        thrust_axis=thrust_axis,
-        initialised=True,
-    )
+    next_memory = Memory(next_integrals, next_gains, disturbance, state.v_w, thrust_axis, True)
     internals = _internals(parameters, memory, x, y, z, disturbance, correction, thrust, frozen)
     return setpoint, next_memory, internals
-
-
-def _disturbance_estimate(
-    parameters: Parameters,
-    vehicle: Vehicle,
-    memory: Memory,
-    inputs: PositionInputs,
-    thrust_axis: Vec3,
-    drag: float,
-    dt: float,
-) -> Vec3:
-    """Return the estimate of d in m/s^2, world frame; in the first step there is nothing to compare with."""
-    if not memory.initialised:
-        return memory.disturbance_estimate
-    thrust = inputs.actuation.thrust
-    observed = ObservedStep(memory.velocity, inputs.state.v_w, memory.thrust_axis, thrust_axis, thrust)
-    return estimate(parameters.observer, vehicle, memory.disturbance_estimate, observed, drag, dt)
 
 
 def _correction(parameters: Parameters, axes: Axes, integral: Vec3) -> BoundedCorrection:
@@ -227,26 +201,23 @@ def _internals(
 ) -> Internals:
     """Return what the step shows; ``memory`` is that before the step."""
     integral, gain = memory.error_integral, memory.adaptive_gain
-    return Internals(
-        position_error=Vec3(x.error, y.error, z.error),
-        velocity_error=Vec3(x.velocity_error, y.velocity_error, z.velocity_error),
-        error_integral=integral,
-        adaptive_gain=gain,
-        virtual_velocity=Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
-        acceleration_command=Vec3(x.acceleration, y.acceleration, z.acceleration),
-        disturbance_estimate=disturbance,
-        lyapunov=lyapunov(parameters.x.integral_gain, x.error, x.velocity_error, integral.x)
+    return internals_of(
+        Vec3(x.error, y.error, z.error),
+        Vec3(x.velocity_error, y.velocity_error, z.velocity_error),
+        Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
+        Vec3(x.acceleration, y.acceleration, z.acceleration),
+        disturbance,
+        correction,
+        thrust,
+        frozen,
+        integral,
+        gain,
+        lyapunov(parameters.x.integral_gain, x.error, x.velocity_error, integral.x)
         + lyapunov(parameters.y.integral_gain, y.error, y.velocity_error, integral.y)
         + lyapunov(parameters.z.integral_gain, z.error, z.velocity_error, integral.z),
-        lyapunov_rate=lyapunov_rate(parameters.x.position_gain, gain.x, x.error, x.velocity_error)
+        lyapunov_rate(parameters.x.position_gain, gain.x, x.error, x.velocity_error)
         + lyapunov_rate(parameters.y.position_gain, gain.y, y.error, y.velocity_error)
         + lyapunov_rate(parameters.z.position_gain, gain.z, z.error, z.velocity_error),
-        velocity_limited=is_speed_limited(correction),
-        acceleration_limited=thrust.lift.acceleration_limited,
-        tilt_limited=thrust.lift.tilt_limited,
-        thrust_limited=thrust.thrust_limited,
-        descent_limited=thrust.lift.descent_limited,
-        adaptation_frozen=frozen,
     )
 
 

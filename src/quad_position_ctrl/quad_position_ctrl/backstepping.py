@@ -207,14 +207,9 @@ def axis_command(
     virtual = virtual_velocity(correction.velocity, state.reference_velocity)
     velocity_error = tracking_error(state.velocity, virtual)
     if correction.limited:
+        bounded_error, virtual_acceleration = correction.scale * error, state.reference_acceleration + correction.rate
         acceleration = bounded_acceleration_command(
-            adaptive_gain=adaptive_gain,
-            drag=drag,
-            bounded_error=correction.scale * error,
-            velocity_error=velocity_error,
-            velocity=state.velocity,
-            virtual_acceleration=state.reference_acceleration + correction.rate,
-            disturbance=disturbance,
+            adaptive_gain, drag, bounded_error, velocity_error, state.velocity, virtual_acceleration, disturbance
         )
         return AxisCommand(error, virtual, velocity_error, acceleration)
     acceleration = acceleration_command(
@@ -237,11 +232,5 @@ def updated_gain(gains: AxisGains, adaptive_gain: float, velocity_error: float, 
 
     ``velocity_error`` e_8 in m/s.
     """
-    return next_adaptive_gain(
-        gain=adaptive_gain,
-        rate=adaptive_rate(gains.adaptation_rate, adapting_error(velocity_error, gains.adaptation_dead_zone)),
-        leak=gains.adaptation_leak,
-        initial_gain=gains.initial_gain,
-        max_gain=gains.max_gain,
-        dt=dt,
-    )
+    rate = adaptive_rate(gains.adaptation_rate, adapting_error(velocity_error, gains.adaptation_dead_zone))
+    return next_adaptive_gain(adaptive_gain, rate, gains.adaptation_leak, gains.initial_gain, gains.max_gain, dt)

@@ -11,10 +11,9 @@ acts on the measured acceleration, the reference's acceleration is fed forward, 
 acceleration (Eq. 38). Limits and set-up are those of AIBS (``speed_limit``, ``setpoint``).
 """
 
-import math
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, negate, subtract
+from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, low_passed, negate, slope, subtract
 from quad_core.parameters import Flag, Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
@@ -24,7 +23,7 @@ from quad_position_ctrl.setpoint import (
     attitude_setpoint,
     desired_angles,
     integrals_frozen,
-    plain_internals,
+    internals_of,
     thrust_command,
 )
 from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
@@ -85,7 +84,11 @@ def step(
     correction = proportional_correction(position_error, xy.position, z.position, parameters.speed)
     desired_velocity = add(reference.v_w, correction_vector(correction))
     velocity_error = subtract(state.v_w, desired_velocity)
-    acceleration = _acceleration(parameters.derivative_bandwidth, memory, state.v_w, dt)
+    acceleration = memory.acceleration
+    if memory.initialised:
+        acceleration = low_passed(
+            acceleration, slope(memory.velocity, state.v_w, dt), parameters.derivative_bandwidth, dt
+        )
     a_d, part = reference.a_w, memory.integral
     command = Vec3(
         a_d.x - xy.velocity * velocity_error.x + part.x - xy.derivative * acceleration.x,
@@ -105,31 +108,10 @@ def step(
             _integrated(xy, part.y, velocity_error.y, dt),
             _integrated(z, part.z, velocity_error.z, dt),
         )
-    next_memory = Memory(integral=integral, acceleration=acceleration, velocity=state.v_w, initialised=True)
-    internals = plain_internals(
-        position_error=position_error,
-        velocity_error=velocity_error,
-        virtual_velocity=desired_velocity,
-        acceleration_command=command,
-        disturbance_estimate=negate(part),
-        correction=correction,
-        thrust=thrust,
-        frozen=frozen,
+    internals = internals_of(
+        position_error, velocity_error, desired_velocity, command, negate(part), correction, thrust, frozen
     )
-    return setpoint, next_memory, internals
-
-
-def _acceleration(bandwidth: float, memory: Memory, velocity: Vec3, dt: float) -> Vec3:
-    """Return the low-passed acceleration in m/s^2 from the change of velocity over the last step."""
-    if not memory.initialised:
-        return memory.acceleration
-    gain = 1.0 - math.exp(-bandwidth * dt)
-    before, last = memory.acceleration, memory.velocity
-    return Vec3(
-        before.x + gain * ((velocity.x - last.x) / dt - before.x),
-        before.y + gain * ((velocity.y - last.y) / dt - before.y),
-        before.z + gain * ((velocity.z - last.z) / dt - before.z),
-    )
+    return setpoint, Memory(integral, acceleration, state.v_w, True), internals
 
 
 def _integrated(gains: Gains, part: float, velocity_error: float, dt: float) -> float:

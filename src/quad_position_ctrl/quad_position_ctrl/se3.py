@@ -22,7 +22,7 @@ from quad_position_ctrl.setpoint import (
     ThrustForm,
     attitude_setpoint,
     desired_angles,
-    plain_internals,
+    internals_of,
     thrust_command,
 )
 from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
@@ -89,16 +89,8 @@ def step(
     else:
         angles = desired_attitude(lift, reference.yaw)
     setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, angles.z, parameters.feed_forward)
-    internals = plain_internals(
-        position_error=position_error,
-        velocity_error=velocity_error,
-        virtual_velocity=add(reference.v_w, correcting),
-        acceleration_command=command,
-        disturbance_estimate=ZERO,
-        correction=correction,
-        thrust=thrust,
-        frozen=False,
-    )
+    virtual = add(reference.v_w, correcting)
+    internals = internals_of(position_error, velocity_error, virtual, command, ZERO, correction, thrust, False)
     return setpoint, Memory(memory.steps + 1.0), internals
 
 

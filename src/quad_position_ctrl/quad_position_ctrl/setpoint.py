@@ -232,7 +232,7 @@ def integrals_frozen(
     )
 
 
-def plain_internals(
+def internals_of(
     position_error: Vec3,
     velocity_error: Vec3,
     virtual_velocity: Vec3,
@@ -241,22 +241,26 @@ def plain_internals(
     correction: BoundedCorrection,
     thrust: ThrustCommand,
     frozen: bool,
+    error_integral: Vec3 = ZERO,
+    adaptive_gain: Vec3 = ZERO,
+    lyapunov: float = 0.0,
+    lyapunov_rate: float = 0.0,
 ) -> PositionInternals:
-    """Return the internals of a law without integral backstepping, 0 for what it has not.
+    """Return what a law shows; what a law without integral backstepping has not is 0.
 
     World frame: ``position_error`` m, ``velocity_error`` and ``virtual_velocity`` m/s, ``acceleration_command`` and
-    ``disturbance_estimate`` m/s^2; ``frozen``: its integrals rested.
+    ``disturbance_estimate`` m/s^2; ``frozen``: its integrals rested. ``error_integral`` m s, ``adaptive_gain`` 1/s.
     """
     return PositionInternals(
         position_error=position_error,
         velocity_error=velocity_error,
-        error_integral=ZERO,
-        adaptive_gain=ZERO,
+        error_integral=error_integral,
+        adaptive_gain=adaptive_gain,
         virtual_velocity=virtual_velocity,
         acceleration_command=acceleration_command,
         disturbance_estimate=disturbance_estimate,
-        lyapunov=0.0,
-        lyapunov_rate=0.0,
+        lyapunov=lyapunov,
+        lyapunov_rate=lyapunov_rate,
         velocity_limited=is_speed_limited(correction),
         acceleration_limited=thrust.lift.acceleration_limited,
         tilt_limited=thrust.lift.tilt_limited,

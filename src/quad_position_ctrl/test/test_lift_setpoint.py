@@ -17,9 +17,9 @@ from quad_position_ctrl.setpoint import (
     attitude_setpoint,
     desired_angles,
     integrals_frozen,
+    internals_of,
     limited_lift,
     limited_thrust,
-    plain_internals,
     thrust_norm,
     thrust_projected,
 )
@@ -130,7 +130,7 @@ def test_internals_of_a_law_say_which_limit_was_met(flag):
     if flag != "thrust_limited":
         at_the_limit = ThrustCommand(FREE._replace(**{flag: True}), 5.0, thrust_limited=False)
     nothing = (Vec3(), Vec3(), Vec3(), Vec3(), Vec3())
-    found = plain_internals(*nothing, SLOW, at_the_limit, frozen=False)
+    found = internals_of(*nothing, SLOW, at_the_limit, frozen=False)
     assert [name for name in found._fields if name.endswith("_limited") and getattr(found, name)] == [flag]
 
 

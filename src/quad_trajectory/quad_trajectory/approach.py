@@ -84,7 +84,7 @@ def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, fir
 
     Raises ValueError if no approach keeps the limits.
     """
-    lift = no_segment()
+    lift = no_segment(ZERO)
     if start.on_ground:
         p = start.p_w
         above = Vec3(p.x, p.y, p.z + LIFT)
@@ -130,7 +130,8 @@ def quickest_way(allowed: Allowed, p: Vec3, v: Vec3, gate: Vec3, quanta: int, re
 
 def no_approach() -> Approach:
     """Return the approach of a ``printed`` start: none, the reference steps to the curve at once."""
-    return Approach(0.0, no_segment(), no_segment(), no_segment(), no_segment(), 0.0, 0.0)
+    none = no_segment(ZERO)
+    return Approach(0.0, none, none, none, none, 0.0, 0.0)
 
 
 def sample_approach(approach: Approach, time: float) -> TrajectoryPoint:

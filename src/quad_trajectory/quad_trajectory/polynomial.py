@@ -109,10 +109,24 @@ class Segment(NamedTuple):
     z: Septic
 
 
-def no_segment() -> Segment:
-    """Return a segment of duration 0."""
-    nothing = Septic(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Segment(0.0, nothing, nothing, nothing)
+def no_segment(p: Vec3) -> Segment:
+    """Return a segment of duration 0 at ``p``."""
+    return Segment(0.0, resting(p.x), resting(p.y), resting(p.z))
+
+
+def resting(p: float) -> Septic:
+    """Return the polynomial that stays at ``p``."""
+    return Septic(p, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def coordinates(point: TrajectoryPoint) -> tuple[AxisPoint, AxisPoint, AxisPoint]:
+    """Return x, y and z of a reference without their snap."""
+    p, v, a, jerk = point.p_w, point.v_w, point.a_w, point.jerk_w
+    return (
+        AxisPoint(p.x, v.x, a.x, jerk.x, 0.0),
+        AxisPoint(p.y, v.y, a.y, jerk.y, 0.0),
+        AxisPoint(p.z, v.z, a.z, jerk.z, 0.0),
+    )
 
 
 def axes_at(segment: Segment, time: float) -> tuple[AxisPoint, AxisPoint, AxisPoint]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from quad_core.geometry import ZERO, norm
 from quad_core.types import TrajectoryPoint, Vec3
 from quad_trajectory.limits import Allowed, horizontal, is_within, larger
-from quad_trajectory.polynomial import AxisPoint, Segment, Septic, no_segment, run_up_length, septic, settling
+from quad_trajectory.polynomial import Segment, coordinates, no_segment, run_up_length, septic, settling
 
 GROWTH = 1.02
 TRIES = 300
@@ -50,14 +50,14 @@ def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
     """Return how ``first`` is reached from rest; raises ValueError if nothing within ``allowed`` does."""
     speed, steady = norm(first.v_w), norm(first.a_w) < NO_MOTION and norm(first.jerk_w) < NO_MOTION
     if speed < NO_MOTION and steady:
-        return RunUp(_standing(first.p_w), no_segment())
+        return RunUp(no_segment(first.p_w), no_segment(ZERO))
     if speed >= NO_MOTION:
         horizontal_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
         by_tilt = horizontal(first.v_w.x, first.v_w.y) / horizontal_acceleration
         one = _gain_within(allowed, first, larger(speed / allowed.acceleration, by_tilt))
         if one.found:
-            return RunUp(one.segment, no_segment())
-    settle = Search(True, no_segment()) if steady else _settle_within(allowed, first)
+            return RunUp(one.segment, no_segment(ZERO))
+    settle = Search(True, no_segment(ZERO)) if steady else _settle_within(allowed, first)
     gate = first if steady else _steady_before(first, settle.segment)
     gain = _gain_within(allowed, gate, _steady_gain_time(allowed, norm(gate.v_w)))
     if not (settle.found and gain.found):
@@ -68,40 +68,29 @@ def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
     return RunUp(gain.segment, settle.segment)
 
 
-def _standing(p_w: Vec3) -> Segment:
-    return Segment(
-        0.0,
-        Septic(p_w.x, 0.0, 0.0, 0.0, 0.0, 0.0),
-        Septic(p_w.y, 0.0, 0.0, 0.0, 0.0, 0.0),
-        Septic(p_w.z, 0.0, 0.0, 0.0, 0.0, 0.0),
-    )
-
-
 def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Search:
     """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more."""
     duration = shortest
-    gain = _gain(end.p_w, end.v_w, end.a_w, end.jerk_w, duration)
     for _ in range(TRIES + 1):
+        gain = _gain(end, duration)
         if is_within(allowed, gain):
             return Search(True, gain)
         duration = GROWTH * duration
-        gain = _gain(end.p_w, end.v_w, end.a_w, end.jerk_w, duration)
-    return Search(False, gain)
+    return Search(False, no_segment(ZERO))
 
 
 def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Search:
     """Return how ``first`` is settled onto from a steady velocity; as smoothly as SETTLE_FIRST allows."""
     duration = SETTLE_FIRST
-    settle = _settle(first, duration)
     for tries in range(2 * SETTLE_TRIES):
+        settle = _settle(first, duration)
         if is_within(allowed, settle):
             return Search(True, settle)
         if tries < SETTLE_TRIES:
             duration = SETTLE_SHRINK * duration
         else:
             duration = SETTLE_GROWTH * (duration if tries > SETTLE_TRIES else SETTLE_FIRST)
-        settle = _settle(first, duration)
-    return Search(False, settle)
+    return Search(False, _settle(first, duration))
 
 
 def _steady_before(first: TrajectoryPoint, settle: Segment) -> TrajectoryPoint:
@@ -118,11 +107,9 @@ def _steady_gain_time(allowed: Allowed, speed: float) -> float:
     return larger(SHORTEST_GAIN, larger(by_acceleration, math.sqrt(STEP_PEAK_JERK * speed / allowed.jerk)))
 
 
-def _gain(p_w: Vec3, v_w: Vec3, a_w: Vec3, jerk_w: Vec3, duration: float) -> Segment:
-    """Return the polynomial from rest to p, v, a and jerk, begun where it has the least degree."""
-    x = AxisPoint(p_w.x, v_w.x, a_w.x, jerk_w.x, 0.0)
-    y = AxisPoint(p_w.y, v_w.y, a_w.y, jerk_w.y, 0.0)
-    z = AxisPoint(p_w.z, v_w.z, a_w.z, jerk_w.z, 0.0)
+def _gain(end: TrajectoryPoint, duration: float) -> Segment:
+    """Return the polynomial from rest to p, v, a and jerk of ``end``, begun where it has the least degree."""
+    x, y, z = coordinates(end)
     return Segment(
         duration,
         septic(x.p - run_up_length(x, duration), 0.0, x, duration),
@@ -132,10 +119,5 @@ def _gain(p_w: Vec3, v_w: Vec3, a_w: Vec3, jerk_w: Vec3, duration: float) -> Seg
 
 
 def _settle(first: TrajectoryPoint, duration: float) -> Segment:
-    p, v, a, jerk = first.p_w, first.v_w, first.a_w, first.jerk_w
-    return Segment(
-        duration,
-        settling(AxisPoint(p.x, v.x, a.x, jerk.x, 0.0), duration),
-        settling(AxisPoint(p.y, v.y, a.y, jerk.y, 0.0), duration),
-        settling(AxisPoint(p.z, v.z, a.z, jerk.z, 0.0), duration),
-    )
+    x, y, z = coordinates(first)
+    return Segment(duration, settling(x, duration), settling(y, duration), settling(z, duration))

@@ -7,7 +7,6 @@ digits is an integer over a power of ten, both exact, so it has the bits of floa
 
 import math
 import re
-from enum import IntEnum
 
 from numpy import zeros
 
@@ -26,13 +25,6 @@ _DEGREE = math.pi / 180.0
 _TURN = 2.0 * math.pi
 
 DOT, ZERO, NINE = ord("."), ord("0"), ord("9")
-
-
-class Turn(IntEnum):
-    """Which way the heading turns from one waypoint to the next."""
-
-    SHORT = 0
-    AS_WRITTEN = 1
 
 
 def check_points(text: str) -> None:
@@ -64,10 +56,10 @@ def check_points(text: str) -> None:
         raise ParameterError(f"points: found {len(points)} waypoints, expected 2 to {MOST_POINTS}")
 
 
-def read_points(text: str, turn: int) -> Table:
+def read_points(text: str) -> Table:
     """Return the waypoints of a checked ``text`` as rows (x, y, z in m, yaw in rad); a yaw holds until the next.
 
-    ``turn``: a Turn. SHORT adds whole turns to a yaw so that it is within half a turn of the one before.
+    Whole turns are added to a yaw so that it is within half a turn of the one before.
     """
     table = zeros((MOST_POINTS, 4))
     count = 0
@@ -79,22 +71,22 @@ def read_points(text: str, turn: int) -> Table:
             for column in range(len(words)):
                 table[count, column] = number(words[column])
             count += 1
-    if turn == Turn.SHORT:
-        for row in range(1, count):
-            table[row, 3] -= _TURN * math.floor((table[row, 3] - table[row - 1, 3]) / _TURN + 0.5)
+    for row in range(1, count):
+        table[row, 3] -= _TURN * math.floor((table[row, 3] - table[row - 1, 3]) / _TURN + 0.5)
     return table[:count]
 
 
 def long_turns(text: str) -> list[str]:
     """Return a sentence for each waypoint of a checked ``text`` whose yaw, as written, is over half a turn away."""
-    written, flown = read_points(text, int(Turn.AS_WRITTEN))[:, 3], read_points(text, int(Turn.SHORT))[:, 3]
-    found = []
-    for row in range(1, len(written)):
-        long, short = written[row] - written[row - 1], flown[row] - flown[row - 1]
-        if abs(long - short) > 1e-9:
+    flown, found, before = read_points(text)[:, 3], [], 0.0
+    lines = [words for line in re.split(r"[\n;]", text) if (words := line.partition("#")[0].split())]
+    for row, words in enumerate(lines):
+        written = number(words[3]) if len(words) == 4 else before
+        long, short, before = written - before, flown[row] - flown[row - 1], written
+        if row and abs(long - short) > 1e-9:
             found.append(
                 f"waypoint {row + 1}: the heading turns {math.degrees(short):.0f} deg, not {math.degrees(long):.0f} deg"
-                " (waypoints.turn: as_written for the long way)"
+                " (for the long way write a waypoint between)"
             )
     return found
 

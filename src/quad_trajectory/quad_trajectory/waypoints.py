@@ -9,7 +9,7 @@ waypoint is reached by an approach, at the last one the vehicle stays.
 import math
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Choice, Real, Text
+from quad_core.parameters import Real, Text
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
@@ -17,7 +17,7 @@ from quad_trajectory.limits import MotionLimits
 from quad_trajectory.minimum_snap import Table, axis_at
 from quad_trajectory.polynomial import at_rest, point, smooth_step
 from quad_trajectory.time_allocation import PathLimits, allocated_path
-from quad_trajectory.waypoint_text import Turn, check_points, long_turns, read_points
+from quad_trajectory.waypoint_text import check_points, long_turns, read_points
 
 MIN_THRUST = 0.2
 """Least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust."""
@@ -37,9 +37,6 @@ class Parameters(NamedTuple):
     body_rate: Annotated[
         float, Real("rad/s", "largest turn rate of the thrust direction along the path", 0.05, 30.0)
     ] = 2.0
-    turn: Annotated[
-        int, Choice(Turn, "short: the heading turns the short way; as_written: by the difference of the given yaws")
-    ] = Turn.SHORT.value
     stay: Annotated[float, Real("s", "flight time at the last waypoint", 0.01, 1e5)] = 2.0
     limits: MotionLimits = MotionLimits()
 
@@ -59,7 +56,7 @@ def check(parameters: Parameters) -> None:
 
 def remarks(parameters: Parameters) -> list[str]:
     """Return a sentence for each turn that is flown the short way although the long way was written."""
-    return long_turns(parameters.points) if parameters.turn == Turn.SHORT else []
+    return long_turns(parameters.points)
 
 
 def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
@@ -71,7 +68,7 @@ def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
     specific_thrust = parameters.thrust * max_thrust(vehicle) / vehicle.mass
     if specific_thrust <= 1.01 * gravity:
         raise ValueError("waypoints.thrust: the thrust limit of the path does not carry the vehicle's weight")
-    points = read_points(parameters.points, parameters.turn)
+    points = read_points(parameters.points)
     path_limits = PathLimits(
         parameters.speed,
         specific_thrust,

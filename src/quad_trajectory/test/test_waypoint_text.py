@@ -5,21 +5,21 @@ import math
 import pytest
 
 from quad_core.parameters import ParameterError
-from quad_trajectory.waypoint_text import Turn, check_points, long_turns, read_points
+from quad_trajectory.waypoint_text import check_points, long_turns, read_points
 
 
 @pytest.mark.parametrize(
     "number", ["0", "-0", "+1.5", "-12.25", ".5", "0.1", "123456789.012345", "9999.9999999999", "3.00000000000001"]
 )
 def test_numbers_are_read_to_the_bit(number):
-    text = f"# a comment; 1 2 3 \n {number} 2 3 -{number.strip('+-')} # end\n\n"
-    row = read_points(text, Turn.AS_WRITTEN)[-1]
+    text = f"# a comment; 1 2 3 \n {number} -{number.strip('+-')} 3 # end\n\n"
+    row = read_points(text)[-1]
     assert row[0].hex() == float(number).hex()
-    assert row[3].hex() == float("-" + number.strip("+-")).hex()
+    assert row[1].hex() == float("-" + number.strip("+-")).hex()
 
 
 def test_points_are_read_as_written():
-    table = read_points("1 2 3; 4 5 6 0.5 # turn\n\n  7 8\t9;", Turn.SHORT)
+    table = read_points("1 2 3; 4 5 6 0.5 # turn\n\n  7 8\t9;")
     assert table.tolist() == [[1.0, 2.0, 3.0, 0.0], [4.0, 5.0, 6.0, 0.5], [7.0, 8.0, 9.0, 0.5]]
 
 
@@ -53,7 +53,7 @@ def test_what_is_no_waypoint_is_refused_by_line(text, said):
 
 def test_degrees_are_read_as_radians():
     check_points("0 0 2 -90deg; 4 0 2 .5deg; 5 0 2 360deg")
-    found = read_points("0 0 2 -90deg; 4 0 2 .5deg; 5 0 2 180deg # half a turn", Turn.AS_WRITTEN)[:, 3]
+    found = read_points("0 0 2 -90deg; 4 0 2 .5deg; 5 0 2 180deg # half a turn")[:, 3]
     assert found == pytest.approx([-math.pi / 2, math.pi / 360, math.pi], rel=1e-15)
 
 
@@ -68,15 +68,13 @@ def test_degrees_are_read_as_radians():
         (["0.5", "-0.5"], [0.5, -0.5]),
     ],
 )
-def test_the_heading_turns_the_short_way_unless_the_long_one_is_asked_for(yaws, short):
+def test_the_heading_turns_the_short_way(yaws, short):
     text = "; ".join(f"{index} 0 2 {yaw}" for index, yaw in enumerate(yaws))
-    written = [math.radians(float(yaw[:-3])) if yaw.endswith("deg") else float(yaw) for yaw in yaws]
-    assert read_points(text, Turn.SHORT)[:, 3] == pytest.approx(short, abs=1e-12)
-    assert read_points(text, Turn.AS_WRITTEN)[:, 3] == pytest.approx(written, abs=1e-12)
+    assert read_points(text)[:, 3] == pytest.approx(short, abs=1e-12)
 
 
 def test_a_turn_flown_the_short_way_is_said_with_both_angles():
     assert long_turns("0 0 2 3.1; 4 0 2 -3.1; 5 0 2 -3") == [
-        "waypoint 2: the heading turns 5 deg, not -355 deg (waypoints.turn: as_written for the long way)"
+        "waypoint 2: the heading turns 5 deg, not -355 deg (for the long way write a waypoint between)"
     ]
     assert long_turns("0 0 2 0; 4 0 2 1; 5 0 2 -1") == []
