@@ -7,7 +7,7 @@ many faults.
 import copy
 import math
 
-from guard_faults import ATTITUDE, POSITION
+from guard_flights import ATTITUDE, POSITION
 
 from quad_attitude_ctrl import abfnitsm
 from quad_commander.commander_core import CommanderCore, Inputs

@@ -3,6 +3,7 @@
 import fcntl
 import math
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -35,6 +36,7 @@ PATIENT = ("--set", "simulator.guard.command.lost_age=10.0", "--set", "flight.se
 """In real time: a busy machine may starve a controller for longer than the guard's 50 ms, and 300 ms of the owner's."""
 LOW = ("--set", "trajectory.hover.position.z=0.8")
 """A hover from which a landing takes little time."""
+STANDBY = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm", "--set", "flight.standby=true")
 _FLYING_BYTES = 200_000
 
 ROLES = {role: kind.package for role, kind in cascade.ROLES.items()}
@@ -144,14 +146,38 @@ def busy_loops(count: int, longest: float = LONGEST) -> Iterator[None]:
             loop.wait()
 
 
+def words_of(pid: int) -> list[str]:
+    """Return the command line of a process."""
+    return [word.decode() for word in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]]
+
+
+def environment_of(pid: int) -> dict[str, str]:
+    """Return the environment of a process."""
+    pairs = (pair.partition(b"=") for pair in Path(f"/proc/{pid}/environ").read_bytes().split(b"\0") if pair)
+    return {name.decode(): value.decode() for name, _, value in pairs}
+
+
 def node_pids(fly_pid: int) -> dict[str, int]:
-    """Return {role: pid} of the nodes that a `fly` has started."""
+    """Return {name: pid} of the nodes that a `fly` has started; a shadow controller has a name of its own."""
     found = {}
     for pid in children(fly_pid):
         with suppress(FileNotFoundError, ProcessLookupError):
-            words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-            found.update({role: pid for role in ROLES if executable(role).encode() in words})
+            words = words_of(pid)
+            names = [word.removeprefix("__node:=") for word in words if word.startswith("__node:=")]
+            names += [Path(word).name for word in words if Path(word).parent.parent.name == "lib"]
+            found.update(dict.fromkeys(names[:1], pid))
     return found
+
+
+def domain_of(fly_pid: int) -> int:
+    """Return the domain of a flight under way."""
+    return int(environment_of(node_pids(fly_pid)["simulator"])["ROS_DOMAIN_ID"])
+
+
+def run_id_of(fly_pid: int) -> str:
+    """Return the run id that `fly` has given to its nodes."""
+    files = [word for word in words_of(node_pids(fly_pid)["simulator"]) if word.endswith(".yaml")]
+    return re.search(r"flight\.run_id: *\W?([\w-]+)", "".join(Path(name).read_text() for name in files))[1]
 
 
 def bag_file(directory: Path) -> Path:
@@ -161,13 +187,13 @@ def bag_file(directory: Path) -> Path:
     return files[0]
 
 
-def wait_until_flying(process: subprocess.Popen[str], directory: Path) -> dict[str, int]:
-    """Return {role: pid} once the bag in ``directory`` fills."""
+def wait_until_flying(process: subprocess.Popen[str], directory: Path, size: int = _FLYING_BYTES) -> dict[str, int]:
+    """Return {name: pid} of the nodes once the bag in ``directory`` has more than ``size`` bytes."""
 
     def fills() -> bool:
         assert process.poll() is None, process.communicate()
         sizes = [path.stat().st_size for path in directory.glob("*.mcap*")]
-        return bool(sizes) and sizes[0] > _FLYING_BYTES
+        return bool(sizes) and sizes[0] > size
 
     try:
         wait_until(fills, LONGEST, f"a bag that grows in {directory}")

@@ -1,44 +1,102 @@
-"""Flights of the guard without ROS, over the plant ``rigid_body``; one text for CPython and Numba."""
+"""Flights of the guard over ``rigid_body``, without ROS: a hover of the paper's laws with three faults, and descents.
+
+One source for CPython and Numba.
+"""
 
 import math
 from pathlib import Path
 from typing import NamedTuple
 
+from quad_attitude_ctrl import abfnitsm
 from quad_core.geometry import norm, quaternion_from_euler
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import build
-from quad_core.types import Conditions, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.types import (
+    CALM,
+    Actuation,
+    AttitudeInputs,
+    AttitudeThrust,
+    Conditions,
+    PositionInputs,
+    Quat,
+    Rotors,
+    TrajectoryPoint,
+    Vec3,
+    VehicleState,
+    Wrench,
+)
 from quad_core.vehicle import Vehicle
-from quad_dynamics.parameters import Ground, PlantParameters
-from quad_dynamics.rigid_body import State, observe, step
+from quad_dynamics import rigid_body
+from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.rotors import rotor_speed
 from quad_guard import guard
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import Inputs
+from quad_position_ctrl import aibs
 
 PERIOD = 2_000_000
+POSITION_STEPS = 5
 FOOT = 0.1
 VEHICLES = Path(__file__).parents[1] / "src" / "quad_flight" / "quad_flight" / "config" / "vehicles"
 
+WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_FOREIGN, WRENCH_OLD = range(5)
+STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN, STATE_STAMP = range(5, 10)
+DESCENT_ASKED, RELEASE_ASKED = 10, 11
+KINDS = 12
+CONDITIONS = 10  # of quad_guard.guard
+
+POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
+ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])
+
 guard_init, guard_step = guard.init, guard.step
+position_init, position_step = aibs.init, aibs.step
+attitude_init, attitude_step = abfnitsm.init, abfnitsm.step
+plant_step, observe = rigid_body.step, rigid_body.observe
 
 
-class Ending(NamedTuple):
-    """How a descent ended: steps flown, contact made, speed m/s and tilt rad then, mode, finite, off, height m.
+class Fault(NamedTuple):
+    """What goes wrong from step ``begin`` until before ``end``."""
 
-    ``climb``: largest height above the start in m.
+    kind: int = WRENCH_LOST
+    begin: int = 0
+    end: int = 0
+
+
+NO_FAULT = Fault()
+
+
+class Setup(NamedTuple):
+    """What does not change over a flight. ``silent``: no controller ever answers."""
+
+    vehicle: Vehicle
+    guard: GuardParameters = GuardParameters()
+    plant: PlantParameters = PlantParameters()
+    conditions: Conditions = CALM
+    silent: bool = False
+    position: aibs.Parameters = POSITION
+    attitude: abfnitsm.Parameters = ATTITUDE
+
+
+class Outcome(NamedTuple):
+    """How a flight ended: mode and reason of the guard, finite, contact, speed m/s and tilt rad then, largest tilt.
+
+    ``stopped``: the guard has landed and stopped the motors; ``climb``: largest height above the start in m;
+    ``visited``: bit mode * CONDITIONS + condition for each pair met.
     """
 
     steps: int
+    mode: int
+    reason: int
+    finite: bool
     touched: bool
     speed: float
     tilt: float
-    mode: int
-    finite: bool
-    stopped: bool
+    largest_tilt: float
     height: float
     climb: float
+    visited: int
+    stopped: bool
 
 
 def vehicle_named(name):
@@ -60,51 +118,126 @@ def draw_start(rng, vehicle, heights, tilt=60.0, speed=5.0, rate=2.0):
     omega = Vec3(*(rng.uniform(-rate, rate) for _ in range(3)))
     turning = rotor_speed(vehicle, 0.25 * vehicle.mass * vehicle.gravity)
     motion = VehicleState(Vec3(0.0, 0.0, rng.uniform(*heights)), v, q, omega)
-    return State(motion, Rotors(turning, turning, turning, turning))
+    return rigid_body.State(motion, Rotors(turning, turning, turning, turning))
 
 
-def descent(
-    guard_parameters: GuardParameters,
-    plant: PlantParameters,
-    vehicle: Vehicle,
-    start: State,
-    longest: int,
-    gap_begin: int,
-    gap_end: int,
-    conditions: Conditions,
-) -> Ending:
-    """Return how a flight ends whose controller is silent from the first step on; contact at the height of the feet.
+def acts(fault: Fault, kind: int, k: int) -> bool:
+    """Return whether ``fault`` is of this kind and acts at step ``k``."""
+    return fault.kind == kind and fault.begin <= k < fault.end
 
-    No state arrives from step ``gap_begin`` until before ``gap_end``. ``conditions`` act at every step.
+
+def any_acts(a: Fault, b: Fault, c: Fault, kind: int, k: int) -> bool:
+    """Return whether one of three faults is of this kind and acts at step ``k``."""
+    return acts(a, kind, k) or acts(b, kind, k) or acts(c, kind, k)
+
+
+def is_true(sample: StateSample, state: VehicleState, k: int) -> bool:
+    """Return whether the state of step ``k`` arrived as it is."""
+    return sample.arrived and sample.state == state and sample.stamp == k * PERIOD
+
+
+def spoiled(command: WrenchCommand, a: Fault, b: Fault, c: Fault, k: int) -> WrenchCommand:
+    """Return what arrives of ``command`` under three faults."""
+    wrench, step, arrived, accepted = command.wrench, command.step, command.arrived, command.accepted
+    if any_acts(a, b, c, WRENCH_LOST, k):
+        arrived = False
+    if any_acts(a, b, c, WRENCH_NAN, k):
+        wrench = Wrench(math.nan, wrench.torque_b)
+    if any_acts(a, b, c, WRENCH_ABSURD, k):
+        wrench = Wrench(1e6, wrench.torque_b)
+    if any_acts(a, b, c, WRENCH_FOREIGN, k):
+        accepted = False
+    if any_acts(a, b, c, WRENCH_OLD, k):
+        step = step - 60
+    return WrenchCommand(wrench, step, step * PERIOD, arrived, accepted)
+
+
+def asked(a: Fault, b: Fault, c: Fault, k: int) -> int:
+    """Return what is asked of the guard at step ``k``: a descent, to give back, or nothing."""
+    if any_acts(a, b, c, DESCENT_ASKED, k):
+        return 2
+    return 1 if any_acts(a, b, c, RELEASE_ASKED, k) else 0
+
+
+def seen_state(state: VehicleState, frozen: VehicleState, a: Fault, b: Fault, c: Fault, k: int) -> StateSample:
+    """Return what the estimator says of ``state`` under three faults."""
+    p, q, stamp = state.p_w, state.q_wb, k * PERIOD
+    if any_acts(a, b, c, STATE_JUMP, k):
+        p = Vec3(p.x + 4.0, p.y, p.z)
+    if any_acts(a, b, c, STATE_NAN, k):
+        q = Quat(math.nan, q.y, q.z, q.w)
+    if any_acts(a, b, c, STATE_STAMP, k):
+        stamp = 0
+    reading = VehicleState(p, state.v_w, q, state.omega_b)
+    if any_acts(a, b, c, STATE_FROZEN, k):
+        reading = frozen
+    return StateSample(reading, k, stamp, not any_acts(a, b, c, STATE_LOST, k), True)
+
+
+def faulty_flight(
+    setup: Setup, start: rigid_body.State, a: Fault, b: Fault, c: Fault, steps: int, longest: int
+) -> Outcome:
+    """Return how a hover of ``steps`` steps ends under three faults; a descent is followed to the ground.
+
+    Where the state is faulty no controller's answer arrives; while the guard flies the answers are not flown.
     """
-    zero = Vec3(0.0, 0.0, 0.0)
-    none = WrenchCommand(Wrench(0.0, zero), 0, 0, False, False)
-    memory = guard_init(guard_parameters, vehicle)
-    state = start
-    k = 0
+    vehicle, plant = setup.vehicle, start
     dt = PERIOD / 1e9
-    report_mode, stopped, touched, finite, climb = 0, False, False, True, 0.0
-    while k < longest and not touched and finite and not stopped:
-        seen = observe(plant, vehicle, state)
-        request = 2 if k == 0 else 0
-        inputs = Inputs(k, PERIOD, none, StateSample(seen, k, k * PERIOD, not gap_begin <= k < gap_end, True), request)
-        wrench, memory, report = guard_step(guard_parameters, vehicle, memory, inputs, dt)
-        report_mode, stopped = report.mode, report.stopped
-        finite = math.isfinite(wrench.thrust + wrench.torque_b.x + wrench.torque_b.y + wrench.torque_b.z)
-        if finite:
-            state, _ = step(plant, vehicle, state, wrench, conditions, dt)
-            p, q, omega = state.motion.p_w, state.motion.q_wb, state.motion.omega_b
-            finite = math.isfinite(p.x + p.y + p.z + q.x + q.y + q.z + omega.x)
-            climb = max(climb, p.z - start.motion.p_w.z)
-        touched = not plant.ground.enabled and observe(plant, vehicle, state).p_w.z <= FOOT
+    zero = Vec3(0.0, 0.0, 0.0)
+    none = Rotors(0.0, 0.0, 0.0, 0.0)
+    actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
+    setpoint = AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0)
+    memory = guard_init(setup.guard, vehicle)
+    position, attitude = position_init(setup.position, vehicle), attitude_init(setup.attitude, vehicle)
+    first = observe(setup.plant, vehicle, plant)
+    reference = TrajectoryPoint(0.0, first.p_w, zero, zero, zero, zero, 0.0, 0.0, 0.0)
+    frozen = first
+    mode, reason, k, max_tilt, climb, visited = 0, 0, 0, 0.0, 0.0, 0
+    finite, touched, stopped = True, False, False
+    while finite and not touched and not stopped and k < longest and (k < steps or mode == 1):
+        state = observe(setup.plant, vehicle, plant)
+        sample = seen_state(state, frozen, a, b, c, k)
+        frozen = sample.state
+        command = WrenchCommand(Wrench(0.0, zero), 0, 0, False, False)
+        if not setup.silent:
+            if k % POSITION_STEPS == 0:
+                seen = PositionInputs(state, reference, actuation)
+                setpoint, position, _ = position_step(setup.position, vehicle, position, seen, POSITION_STEPS * dt)
+            wrench, attitude, _ = attitude_step(
+                setup.attitude, vehicle, attitude, AttitudeInputs(state, setpoint, actuation), dt
+            )
+            command = WrenchCommand(wrench, k, k * PERIOD, is_true(sample, state, k), True)
+        inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, asked(a, b, c, k))
+        flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
+        mode, reason, stopped = report.mode, report.reason, report.stopped
+        visited |= 1 << (mode * CONDITIONS + report.condition)
+        finite = math.isfinite(flown.thrust + flown.torque_b.x + flown.torque_b.y + flown.torque_b.z)
+        plant, actuation = plant_step(setup.plant, vehicle, plant, flown, setup.conditions, dt)
+        after = observe(setup.plant, vehicle, plant)
+        finite = finite and math.isfinite(norm(after.p_w) + norm(after.v_w) + norm(after.omega_b))
+        lean = tilt_of(after)
+        max_tilt = lean if lean > max_tilt else max_tilt
+        climb = max(climb, after.p_w.z - first.p_w.z)
+        touched = not setup.plant.ground.enabled and after.p_w.z <= FOOT
         k += 1
-    end = observe(plant, vehicle, state)
-    cosine = 1.0 - 2.0 * (end.q_wb.x * end.q_wb.x + end.q_wb.y * end.q_wb.y)
-    speed = norm(end.v_w)
-    tilt = math.acos(cosine) if -1.0 < cosine < 1.0 else (0.0 if cosine > 0.0 else math.pi)
-    return Ending(k, touched, speed, tilt, report_mode, finite, stopped, end.p_w.z, climb)
+    end = observe(setup.plant, vehicle, plant)
+    return Outcome(
+        k, mode, reason, finite, touched, norm(end.v_w), tilt_of(end), max_tilt, end.p_w.z, climb, visited, stopped
+    )
 
 
-def on_ground(parameters: PlantParameters) -> PlantParameters:
-    """Return the plant with a ground at height 0."""
-    return parameters._replace(ground=Ground(True, 0.0, FOOT, 0.8))
+def tilt_of(state: VehicleState) -> float:
+    """Return the angle in rad between body z and the vertical."""
+    cosine = 1.0 - 2.0 * (state.q_wb.x * state.q_wb.x + state.q_wb.y * state.q_wb.y)
+    if cosine >= 1.0:
+        return 0.0
+    return math.acos(cosine) if cosine > -1.0 else math.pi
+
+
+def descent(setup: Setup, start: rigid_body.State, longest: int, gap: Fault = NO_FAULT, fly=faulty_flight) -> Outcome:
+    """Return how a flight ends whose controller is silent from the first step on, and ``gap``; ``fly`` may be compiled.
+
+    It ends at contact at the height of the feet, or with a ground when the guard has stopped the motors.
+    """
+    asked_at_once = Fault(DESCENT_ASKED, 0, 1)
+    return fly(setup._replace(silent=True), start, asked_at_once, gap, NO_FAULT, longest, longest)

@@ -11,7 +11,6 @@ import rclpy
 from flying import ROOT
 from own_node import loaded
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_bringup.domains import reserved_domain
 from quad_dynamics.check_plant import node as check
@@ -78,14 +77,6 @@ class Sends(Vehicle):
         return found
 
 
-def changing(kind, **values):
-    def change(_self, message):
-        for name, value in values.items() if isinstance(message, kind) else ():
-            setattr(message, name, value)
-
-    return type("Changing", (Sends,), {"change": change})
-
-
 def losing(lost):
     return type("Losing", (Sends,), {"change": lambda self, message: not lost(self, message)})
 
@@ -102,19 +93,6 @@ def takes_anything(self, message):
         self.go_on()
 
 
-def falls(self):
-    self.wrench[0] = 0.0
-    Vehicle.integrate(self)
-
-
-def babbles(self):
-    Vehicle.on_tick(self)
-    if self.phase == FlightState.FLYING:
-        self.wrench = [5.5, 0.0, 0.0, 0.0] if self.wrench is None else self.wrench
-        self.integrate()
-        self.publish_state()
-
-
 def repeats(self):
     Vehicle.on_tick(self)
     if self.phase == FlightState.FLYING and self.quiet == 2:
@@ -123,13 +101,6 @@ def repeats(self):
 
 def never_ends(self, phase, reason=""):
     pass
-
-
-class BestEffort(Vehicle):
-    def create_publisher(self, kind, topic, qos, **options):
-        if topic == "state":
-            qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-        return super().create_publisher(kind, topic, qos, **options)
 
 
 class Twice(Vehicle):
@@ -142,22 +113,12 @@ class Twice(Vehicle):
 
 BROKEN = {
     "two vehicles": (Twice, "the vehicle sends state 0 once all are READY"),
-    "silent": (None, "the vehicle sends and takes what it must, and says READY"),
-    "never ready": (changing(NodeStatus, state=NodeStatus.STARTING), "the vehicle says READY on flight/nodes"),
     "no state": (losing(lambda _, m: isinstance(m, VehicleState)), "the vehicle sends state 0 once all are READY"),
-    "best effort": (BestEffort, "the vehicle sends state 0 once all are READY"),
     "repeats": (altered(on_tick=repeats), "the state of a step comes once"),
-    "babbles": (altered(on_tick=babbles), "the plant waits for the answer to its state"),
     "takes any step": (altered(on_wrench=takes_any_step), "a command for another step is ignored"),
     "takes what is not finite": (altered(on_wrench=takes_anything), "a command that is not finite is ignored"),
-    "no actuation": (losing(lambda _, m: isinstance(m, Actuation)), "actuation of every step"),
-    "stops": (
-        losing(lambda self, m: isinstance(m, VehicleState) and self.step > 20),
-        "the vehicle goes on once its state is answered",
-    ),
     "dies": (losing(lambda self, _: self.step > 20), "flight/state comes once a second"),
     "flies on": (altered(end=never_ends), "a silent controller ends the flight as FAILED, named"),
-    "falls": (altered(integrate=falls), "climb"),
 }
 
 

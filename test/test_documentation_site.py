@@ -3,8 +3,11 @@
 import re
 
 import documentation_site
+import mode_pages
 import pytest
 import table_pages
+
+from quad_commander.mode_table import FAULTS, Mode
 
 pytestmark = pytest.mark.unit
 
@@ -57,3 +60,18 @@ def test_every_kind_of_event_has_a_meaning_and_every_meaning_a_kind():
     assert [kind for kind, _, _, meaning in rows if not meaning] == []
     sources = "".join(path.read_text("utf-8") for path in documentation_site.ROOT.glob("src/*/quad_*/**/*.py"))
     assert [kind for kind in table_pages.EVENTS if f'"{kind}"' not in sources] == []
+
+
+def test_limits_are_shown_as_people_read_them():
+    table = mode_pages.fault_table()
+    assert "position error above 1.5 m" in table
+    assert "battery below 20 %" in table
+    assert "mission reference older than 0.2 s" in table
+    assert "{" not in mode_pages.page()
+
+
+def test_each_fault_has_its_line_and_each_cell_is_a_mode():
+    lines = mode_pages.fault_table().splitlines()
+    assert len(lines) == 2 + len(FAULTS)
+    cells = {cell.strip() for line in lines[2:] for cell in line.split("|")[2:-1]}
+    assert cells <= {"", *(mode.name for mode in Mode)}

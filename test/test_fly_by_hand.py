@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pytest
-from flying import ROLES, ROOT, alive, assert_landed, finish, in_domain, terminal, wait_until, wait_until_flying
+from flying import ROOT, alive, assert_landed, finish, in_domain, wait_until_flying
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.bag.reader import open_flight
@@ -60,21 +60,6 @@ def test_a_good_flight_ends_with_0_and_its_figures(by_hand, tmp_path):
     assert (bag.metadata["outcome"], bag.metadata["seed"]) == ("ended", "9")
 
 
-def test_a_diverging_flight_ends_with_1_and_its_cause(by_hand, tmp_path):
-    printed = ("position_controller:preset:=printed", "attitude_controller:preset:=printed")
-    settings = (
-        *printed,
-        "trajectory:case1.start:=printed",
-        "vehicle.thrust_to_weight:=20.0",
-        "simulator:guard.enabled:=false",
-    )
-    choices = [word for setting in settings for word in ("-p", setting)]
-    done = finish(by_hand("case1", tmp_path / "bag", *choices))
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "diverged" in done.stderr
-    assert open_flight(tmp_path / "bag").metadata["outcome"] == "failed"
-
-
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [(["orbit", "bag"], "orbit.yaml"), (["hover", "bag", "-p", "vehicle.mass:=-1.0"], "vehicle.mass")],
@@ -83,20 +68,6 @@ def test_bad_usage_ends_with_2(by_hand, arguments, word):
     done = finish(by_hand(*arguments))
     assert done.returncode == 2, done.stdout + done.stderr
     assert word in done.stderr
-
-
-@pytest.mark.parametrize("role", ["attitude_controller", "simulator", "recorder"])
-def test_a_killed_node_ends_the_flight_with_1(by_hand, tmp_path, role):
-    quick = ("-p", "trajectory:hover.duration:=60.0", "-p", "flight.silence_timeout:=3.0")
-    flight = by_hand("hover", tmp_path / "bag", *quick)
-    pids = wait_until_flying(flight, tmp_path / "bag")
-    assert set(pids) == set(ROLES)
-    os.kill(pids[role], signal.SIGKILL)
-    done = finish(flight)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert role in done.stderr, done.stderr
-    assert not [pid for pid in pids.values() if alive(pid)]
-    assert open_flight(tmp_path / "bag").truncated == (role == "recorder")
 
 
 def test_sigterm_ends_all_nodes(by_hand, tmp_path):
@@ -121,31 +92,3 @@ def test_ctrl_c_in_real_time_is_a_landing(by_hand, tmp_path):
     bag = open_flight(tmp_path / "bag")
     assert not bag.truncated
     assert_landed(bag)
-
-
-@pytest.mark.wall_clock
-def test_a_terminal_that_goes_is_a_landing(by_hand, tmp_path):
-    """The nodes go on with what they say, which nobody takes any more."""
-    with terminal() as (master, options):
-        flight = by_hand("hover", tmp_path / "bag", *REALTIME, **options)
-        pids = wait_until_flying(flight, tmp_path / "bag")
-        time.sleep(2.0)
-        os.close(master)
-    for pid in pids.values():
-        os.kill(pid, signal.SIGHUP)
-    assert flight.wait(60) == 1
-    bag = open_flight(tmp_path / "bag")
-    assert not bag.truncated
-    assert_landed(bag)
-
-
-@pytest.mark.wall_clock
-def test_a_recorder_that_is_asked_to_end_waits_for_no_vehicle_that_is_gone(by_hand, tmp_path):
-    flight = by_hand("hover", tmp_path / "bag", *REALTIME, "-p", "flight.silence_timeout:=6.0")
-    pids = wait_until_flying(flight, tmp_path / "bag")
-    os.kill(pids["simulator"], signal.SIGKILL)
-    os.kill(pids["recorder"], signal.SIGTERM)
-    wait_until(lambda: not alive(pids["recorder"]), 4.0, "the recorder has left")
-    done = finish(flight)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert not open_flight(tmp_path / "bag").truncated

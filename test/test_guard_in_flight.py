@@ -5,7 +5,6 @@ import signal
 import subprocess
 import time
 
-import numpy as np
 import pytest
 from flying import FLY, LOW, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
 
@@ -14,40 +13,69 @@ from quad_flight_log.bag.reader import open_flight
 pytestmark = pytest.mark.flight
 
 
-# in real time the guard's own 50 ms are measured: only a machine without other work can show them
-@pytest.mark.parametrize("clock", ["lockstep", pytest.param("realtime", marks=pytest.mark.long)])
-def test_a_vehicle_whose_controller_was_killed_is_landed(tmp_path, clock):
-    out = tmp_path / "bag"
-    words = ["--realtime"] if clock == "realtime" else []
-    flight = start("hover", *LOW, "--duration", "60", "--out", out, *words)
+REALTIME = ("--realtime", *PATIENT)
+SMALL = ("--set", "trajectory.case2.position_scale=0.3")
+ATTITUDE, POSITION = "attitude_controller", "position_controller"
+NO_WRENCH = "attitude_controller does not answer"
+NO_SETPOINT = "position_controller does not answer: attitude_setpoint older than 0.3 s"
+NO_REFERENCE = "trajectory does not answer: reference older than 2 s"
+STOPPED = "simulator stopped by SIGINT; guard in descend"
+
+
+def ended(words, out, victim, name):
+    """Return how a flight ended in which ``victim`` got the signal ``name`` in the air, and its bag."""
+    flight = start(*words, "--out", out)
     pids = wait_until_flying(flight, out)
     time.sleep(2.0)
-    os.kill(pids["attitude_controller"], signal.SIGKILL)
+    os.kill(pids.get(victim, flight.pid), getattr(signal, name))
     done = finish(flight)
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "attitude_controller was killed by SIGKILL" in done.stderr
     assert not [pid for pid in pids.values() if alive(pid)]
     bag = open_flight(out)
     assert not bag.truncated
-    assert "attitude_controller does not answer" in bag.metadata["reason"]
+    return done, bag
+
+
+@pytest.mark.parametrize(
+    ("words", "victim", "name", "said", "reason"),
+    [
+        pytest.param(
+            ("hover", *LOW), ATTITUDE, "SIGKILL", f"{ATTITUDE} was killed by SIGKILL", NO_WRENCH, id="lockstep"
+        ),
+        # the guard's own 50 ms are measured: only a machine without other work can show them
+        pytest.param(
+            ("hover", *LOW, "--realtime"), ATTITUDE, "SIGKILL", f"{ATTITUDE} was killed by SIGKILL", NO_WRENCH,
+            id="realtime", marks=pytest.mark.long,
+        ),
+        pytest.param(
+            ("hover", *LOW, *REALTIME), "fly", "SIGINT", "interrupted by SIGINT", STOPPED,
+            id="interrupt", marks=[pytest.mark.wall_clock, pytest.mark.long],
+        ),
+        # the attitude controller alone would fly on, level
+        pytest.param(
+            ("hover", *LOW, "--realtime"), POSITION, "SIGKILL", f"{POSITION} was killed by SIGKILL", NO_SETPOINT,
+            id="position", marks=pytest.mark.wall_clock,
+        ),
+        pytest.param(
+            ("case2", *SMALL, *REALTIME), "trajectory", "SIGKILL", "case2: trajectory ", NO_REFERENCE,
+            id="case2", marks=pytest.mark.wall_clock,
+        ),
+        pytest.param(
+            ("case2", *REALTIME), "trajectory", "SIGSTOP", "case2: trajectory ", NO_REFERENCE,
+            id="case2, stopped", marks=[pytest.mark.wall_clock, pytest.mark.long],
+        ),
+    ],
+)  # fmt: skip
+def test_a_flight_whose_node_dies_is_landed_and_the_node_named(tmp_path, words, victim, name, said, reason):
+    done, bag = ended(words, tmp_path / "bag", victim, name)
+    assert said in done.stderr
+    assert bag.metadata["reason"].startswith(reason)
     assert "guard in descend" in bag.metadata["reason"]
     assert_landed(bag)
-
-
-@pytest.mark.wall_clock
-def test_an_interrupt_in_real_time_is_a_landing(tmp_path):
-    out = tmp_path / "bag"
-    flight = start("hover", "--realtime", *LOW, "--duration", "60", "--out", out, *PATIENT)
-    wait_until_flying(flight, out)
-    time.sleep(2.0)
-    flight.send_signal(signal.SIGINT)
-    done = finish(flight)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "interrupted by SIGINT" in done.stderr
-    bag = open_flight(out)
-    assert not bag.truncated
-    assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")
-    assert_landed(bag)
+    if victim == POSITION:
+        guard = bag.array("flight/guard")
+        began = int(guard["step"][guard["mode"] == 1][0])
+        assert (began - int(bag.array("attitude_setpoint")["step"].max())) * 0.002 < 0.5
 
 
 @pytest.mark.wall_clock
@@ -66,44 +94,5 @@ def test_a_terminal_that_goes_is_a_landing(tmp_path):
     assert flight.wait(60) == 1
     bag = open_flight(out)
     assert not bag.truncated
-    assert bag.metadata["reason"].startswith("simulator stopped by SIGINT; guard in descend")
+    assert bag.metadata["reason"].startswith(STOPPED)
     assert_landed(bag)
-
-
-@pytest.mark.wall_clock
-@pytest.mark.parametrize("name", ["SIGKILL", pytest.param("SIGSTOP", marks=pytest.mark.long)])
-def test_case_2_without_a_commander_lands_when_its_trajectory_is_silent(tmp_path, name):
-    """It flew on to the last reference; stopped, nothing on the terminal named the trajectory."""
-    out = tmp_path / "bag"
-    flight = start("case2", "--realtime", *PATIENT, "--out", out)
-    pids = wait_until_flying(flight, out)
-    time.sleep(5.0)
-    os.kill(pids["trajectory"], getattr(signal, name))
-    done = finish(flight)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "case2: trajectory " in done.stderr
-    bag = open_flight(out)
-    assert bag.metadata["reason"].startswith("trajectory does not answer: reference older than 2 s")
-    truth = bag.array("truth")[-1]
-    assert float(truth["p_w"][2]) < 0.3
-    assert float(np.linalg.norm(truth["v_w"])) < 1.5
-
-
-@pytest.mark.wall_clock
-def test_a_silent_position_controller_without_a_commander_is_a_landing_at_once(tmp_path):
-    """Its attitude controller flies on, level: 11 to 18 m of drift, and "simulator stopped by SIGINT" in the bag."""
-    out = tmp_path / "bag"
-    flight = start("hover", "--realtime", *LOW, "--duration", "60", "--out", out)
-    pids = wait_until_flying(flight, out)
-    time.sleep(2.0)
-    os.kill(pids["position_controller"], signal.SIGKILL)
-    done = finish(flight)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert "position_controller was killed by SIGKILL" in done.stderr
-    bag = open_flight(out)
-    assert bag.metadata["reason"].startswith("position_controller does not answer: attitude_setpoint older than 0.3 s")
-    assert_landed(bag)
-    guard = bag.array("flight/guard")
-    began = int(guard["step"][guard["mode"] == 1][0])
-    last = int(bag.array("attitude_setpoint")["step"].max())
-    assert (began - last) * 0.002 < 0.5

@@ -5,8 +5,7 @@ import signal
 import time
 
 import pytest
-from flying import alive, finish, node_pids, start, wait_until
-from takeovers import environment_of, run_id_of
+from flying import alive, domain_of, finish, node_pids, run_id_of, start, wait_until
 
 from quad_flight_log.bag.reader import open_flight
 from quad_node.watch import FlightWatch
@@ -20,8 +19,7 @@ def test_a_recorder_does_not_leave_before_the_simulator_has_read_that_the_bag_is
     flight = start("hover", "--duration", "1", "--limits", "position_rmse=9", "--out", out)
     wait_until(lambda: list(out.glob("*.part")), 60.0, "a recorder")
     pids = node_pids(flight.pid)
-    domain = int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"])
-    watch = FlightWatch(run_id_of(flight), domain)
+    watch = FlightWatch(run_id_of(flight.pid), domain_of(flight.pid))
     wait_until(lambda: (seen := watch.poll(0.01)) is not None and seen.over, 60.0, "the end of the flight")
     watch.close()
     os.kill(pids["simulator"], signal.SIGSTOP)

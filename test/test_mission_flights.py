@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
 from flying import (
+    STANDBY,
     alive,
-    bag_file,
     children,
     finish,
     flown,
     fly,
     hash_of,
     in_domain,
+    node_pids,
     start,
     stranger,
     wait_until,
@@ -28,7 +29,6 @@ from flying import (
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState
-from takeovers import STANDBY, active_pid, environment_of
 
 from quad_commander.mode_table import Mode
 from quad_flight_log.bag.reader import open_flight
@@ -99,9 +99,7 @@ def test_a_mission_in_lockstep_repeats_to_the_bit(tmp_path):
 
 def wait_until_high(process, directory):
     """Return {role: pid} of the nodes once the bag is long enough for the take-off to be over."""
-    pids = wait_until_flying(process, directory)
-    wait_until(lambda: bag_file(directory).stat().st_size > _AT_HEIGHT_BYTES, 120.0, "the end of the take-off")
-    return pids
+    return wait_until_flying(process, directory, _AT_HEIGHT_BYTES)
 
 
 def domain_of(process):
@@ -212,7 +210,7 @@ def test_command_finds_a_flight_in_which_a_stranger_took_the_place_of_a_dead_nod
     flight = start("--mission", "takeoff:1,hold:600,land", "--realtime", *STANDBY, "--out", out)
     domain = domain_of(flight)
     wait_until_high(flight, out)
-    os.kill(active_pid(flight.pid, "attitude_controller"), signal.SIGKILL)
+    os.kill(node_pids(flight.pid)["attitude_controller"], signal.SIGKILL)
     others = "import rclpy; rclpy.init(); node = rclpy.create_node('a'); rclpy.shutdown()"
     subprocess.run([sys.executable, "-c", others], env=in_domain(domain), check=True)
     landing = command(domain, "land")
@@ -225,8 +223,9 @@ def test_an_empty_battery_lands_the_vehicle(tmp_path):
     """A driver of somebody else says so, with the QoS of sensors."""
     out = tmp_path / "bag"
     flight = start("--mission", "takeoff:1,hold:600,land", "--out", out)
-    pids = wait_until_high(flight, out)
-    with stranger(int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"]), "battery_driver") as node:
+    domain = domain_of(flight)
+    wait_until_high(flight, out)
+    with stranger(domain, "battery_driver") as node:
         publisher = node.create_publisher(BatteryState, "battery_state", qos_profile_sensor_data)
         wait_until(lambda: publisher.get_subscription_count() == 2, 20.0, "commander and recorder listen")
         while flight.poll() is None:

@@ -6,9 +6,8 @@ import socket
 from pathlib import Path
 
 import pytest
-from flying import finish, start, wait_until, wait_until_flying
+from flying import STANDBY, domain_of, finish, run_id_of, start, wait_until, wait_until_flying
 from sockets import GROUP, LOOPBACK, udp_addresses
-from takeovers import STANDBY, environment_of, run_id_of
 
 from quad_flight_log.bag.reader import open_flight
 from quad_node.watch import FlightWatch
@@ -30,7 +29,7 @@ def test_no_node_has_shared_memory_and_datagrams_on_every_port_change_nothing(tm
         assert {where for where, _ in udp_addresses(pid)} == {LOOPBACK, GROUP}, name
     ports = sorted({port for pid in pids.values() for where, port in udp_addresses(pid) if where == LOOPBACK})
     assert len(ports) >= 2 * len(pids)
-    watch = FlightWatch(run_id_of(process), int(environment_of(pids["simulator"])["ROS_DOMAIN_ID"]))
+    watch = FlightWatch(run_id_of(process.pid), domain_of(process.pid))
     begun = wait_for_step(watch, 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for _ in range(200):

@@ -6,10 +6,10 @@ import time
 
 import flying
 import pytest
-from recorder_kills import pid_of
-from test_same_bits import alone, assert_same
+from test_same_bits import assert_same
 
 from quad_core.parameters import ParameterError
+from quad_flight.flight import fly, from_names
 from quad_flight.set_up import Request, resolve_flight, shadow_laws
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
@@ -22,7 +22,7 @@ from quad_flight_log.bag.reader import open_flight
 def test_the_flight_has_the_same_bits_and_the_shadow_those_of_its_law(tmp_path):
     shadows = ("--shadow", "position=pid", "--shadow", "attitude=pid")
     bag = flying.flown("hover", "--duration", "1", "--seed", "21", *shadows, "--out", tmp_path / "bag")
-    assert_same(bag, alone("hover", 1.0, 21, "rigid_body", "tuned"))
+    assert_same(bag, fly(from_names("hover", duration=1.0, seed=21)))
     assert not any(topic.startswith("shadow") for topic in topic_hashes(bag))
     assert len(payload_hash(bag)) == 64
     steps = bag.topics["/state"].messages
@@ -38,34 +38,21 @@ def test_the_flight_has_the_same_bits_and_the_shadow_those_of_its_law(tmp_path):
 
 
 @pytest.mark.flight
-def test_a_shadow_that_stood_still_for_a_second_has_all_its_steps(tmp_path):
-    process = flying.start("hover", "--duration", "2", "--shadow", "itsm", "--out", tmp_path / "bag")
-    part = tmp_path / "bag" / "bag_0.mcap.part"
-    flying.wait_until(lambda: part.exists() and part.stat().st_size > 60_000, 90.0, "the recording began")
-    shadow = pid_of(process.pid, "attitude_controller", "shadow_attitude_controller")
-    os.kill(shadow, signal.SIGSTOP)
+def test_a_shadow_that_stood_still_has_all_its_steps_and_a_flight_survives_one_that_is_killed(tmp_path):
+    words = ("--shadow", "itsm", "--shadow", "position=pid")
+    process = flying.start("hover", "--duration", "2", *words, "--out", tmp_path / "bag")
+    pids = flying.wait_until_flying(process, tmp_path / "bag", 60_000)
+    os.kill(pids["shadow_position_controller"], signal.SIGKILL)
+    os.kill(pids["shadow_attitude_controller"], signal.SIGSTOP)
     time.sleep(1.0)
-    os.kill(shadow, signal.SIGCONT)
+    os.kill(pids["shadow_attitude_controller"], signal.SIGCONT)
     done = flying.finish(process)
     assert done.returncode == 0, done.stderr
+    assert "shadow_position_controller was killed by SIGKILL; the flight does not depend on it" in done.stderr
     bag = open_flight(tmp_path / "bag")
-    steps = bag.topics["/state"].messages
-    assert steps == 2500
-    shadows = [topic for topic in bag.topics if topic.startswith("/shadow/")]
-    assert len(shadows) == 2
-    for topic in shadows:
-        assert len(by_stamp(bag.array(topic))) == steps
-
-
-@pytest.mark.flight
-def test_a_flight_survives_its_shadow(tmp_path):
-    process = flying.start("hover", "--duration", "1", "--shadow", "itsm", "--out", tmp_path / "bag")
-    part = tmp_path / "bag" / "bag_0.mcap.part"
-    flying.wait_until(lambda: part.exists() and part.stat().st_size > 60_000, 90.0, "the recording began")
-    os.kill(pid_of(process.pid, "attitude_controller", "shadow_attitude_controller"), signal.SIGKILL)
-    done = flying.finish(process)
-    assert done.returncode == 0, done.stderr
-    assert "shadow_attitude_controller was killed by SIGKILL; the flight does not depend on it" in done.stderr
+    assert bag.topics["/state"].messages == 2500
+    for topic in ("shadow/wrench_setpoint", "shadow/attitude_controller/internals"):
+        assert len(by_stamp(bag.array(topic))) == 2500
 
 
 @pytest.mark.unit

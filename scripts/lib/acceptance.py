@@ -6,7 +6,7 @@ failed, 2 bad usage or set-up.
 Examples:
   scripts/accept --list
   scripts/accept                 all of them (hours on two cores)
-  scripts/accept laws kills      only these
+  scripts/accept laws stops      only these
   scripts/accept fuzz --seconds 600
 """
 
@@ -65,7 +65,7 @@ def main() -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="which runs (default: all)")
     parser.add_argument("--list", action="store_true", help="name the runs and end")
     parser.add_argument("--seconds", type=float, metavar="S", help="duration of the runs that have one: fuzz, soak")
-    parser.add_argument("--each", type=int, metavar="N", help="flights of each kind: stops, exchange")
+    parser.add_argument("--each", type=int, metavar="N", help="flights of each kind: stops, onlookers, landing_signals")
     parser.add_argument("--only", metavar="PATTERN", help="only kinds whose name holds this regular expression: stops")
     options = parser.parse_args()
     if options.each is not None:

@@ -191,7 +191,8 @@ for name in ("rclpy", "numpy", "rcl_interfaces"):
 typed("C21 unknown key", "scripts/fly hover --set commander.nonsense=2", 2, "commander.nonsense", "good, exit 0")
 typed("C21 node of another flight", "scripts/fly hover --set px4_bridge.mode=xx", 2, "no part in this flight", "good")
 typed("C21 misspelt", "scripts/fly hover --set vehicle.mas=1", 2, "did you mean vehicle.mass", "44 names")
-proven("C23 10 ms of delay, nothing set", "prediction by the state's age", "53.9 mm", "test/test_predicted_flight.py")
+proven("C23 10 ms of delay, nothing set", "prediction by the state's age", "53.9 mm",
+       "test/test_same_bits.py::test_ros_flight_has_the_bits_of_the_flight_without_ros_and_replays")  # fmt: skip
 typed("C23 case2, 10 ms", "scripts/fly case2 --duration 20 --set simulator.sensor.delay=0.01 --limits "
       "position_rmse=0.012", 0, "case2: good", "53.9 mm")  # fmt: skip
 typed("C21 a trajectory that is not flown", "scripts/fly hover --set trajectory.case1.radius=2", 2, "case1.radius", "")

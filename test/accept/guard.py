@@ -9,11 +9,11 @@ import math
 import random
 
 from figures import Figures
-from guard_flights import descent, draw_start, vehicle_named
+from guard_flights import STATE_LOST, Fault, Setup, descent, draw_start, faulty_flight, vehicle_named
 
 from quad_core.compilation import compiled
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import CALM, Conditions, Vec3
+from quad_core.types import Conditions, Vec3
 from quad_dynamics.parameters import PlantParameters
 from quad_guard import guard
 
@@ -26,7 +26,7 @@ KNOWN = 50  # steps with a state before it is lost
 
 
 def main():
-    figures, fly = Figures(), compiled(descent)
+    figures, fly = Figures(), compiled(faulty_flight)
     for seed, name in enumerate(("paper", "x500", "crazyflie21")):
         vehicle, rng = vehicle_named(name), random.Random(seed)
         fastest, steepest, others = 0.0, 0.0, 0
@@ -34,8 +34,8 @@ def main():
             plant = PlantParameters(mass_error=rng.uniform(-0.1, 0.1) * vehicle.mass)
             start = draw_start(rng, vehicle, (5.0, 10.0))
             begin = rng.randrange(3000)
-            end = begin + rng.randrange(LONGEST_GAP)
-            ending = fly(GuardParameters(), plant, vehicle, start, LONGEST, begin, end, CALM)
+            gap = Fault(STATE_LOST, begin, begin + rng.randrange(LONGEST_GAP))
+            ending = descent(Setup(vehicle, plant=plant), start, LONGEST, gap, fly)
             fastest, steepest = max(fastest, ending.speed), max(steepest, ending.tilt)
             others += not ending.touched or not ending.finite or ending.mode != guard.DESCEND
         figures.check(others == 0, f"{name}: {FLIGHTS} flights, {others} that did not land under the backup law")
@@ -58,7 +58,8 @@ def without_state(figures, name, fly):
             x, y = bias * vehicle.inertia_xx * math.cos(towards), bias * vehicle.inertia_yy * math.sin(towards)
             acts = Conditions(torque_b=Vec3(x, y, 0.0))
             for parameters, found in zip((limits, off), speeds, strict=True):
-                found.append(fly(parameters, plant, vehicle, start, LONGEST, KNOWN, LONGEST, acts).speed)
+                setup = Setup(vehicle, parameters, plant, acts)
+                found.append(descent(setup, start, LONGEST, Fault(STATE_LOST, KNOWN, LONGEST), fly).speed)
         flown, fallen = map(sorted, speeds)
         figures.check(
             flown[BLIND // 2] < fallen[BLIND // 2],

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from figures import Figures, seconds
-from flying import bag_file, finish, start, wait_until, wait_until_flying
-from stops import VICTIMS, landing, pids_of
+from flying import finish, start, wait_until_flying
+from stops import VICTIMS, landing
 
 from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.flight_checks import Flown, stopped_motors
@@ -43,9 +43,7 @@ class Case(NamedTuple):
 def flown(case, out):
     """Return how the flight of a case ended."""
     process = start("--mission", "takeoff:2,hold:60,land", *CLOCKS[case.clock], "--out", out)
-    wait_until_flying(process, out)
-    wait_until(lambda: bag_file(out).stat().st_size > IN_THE_AIR, 120.0, "the vehicle is in the air")
-    os.kill(pids_of(process)[case.victim], signal.SIGKILL)
+    os.kill(wait_until_flying(process, out, IN_THE_AIR)[case.victim], signal.SIGKILL)
     time.sleep(case.delay)
     process.send_signal(getattr(signal, case.signal))
     return finish(process, 240.0)

@@ -1,4 +1,4 @@
-"""Tracking of both cases over 20 seeds, arrival from the printed start and from 50 m off, without ROS."""
+"""Tracking of both cases over 20 seeds and on each plant, arrival from the printed start and from 50 m off; no ROS."""
 
 from figures import Figures
 
@@ -15,6 +15,7 @@ from quad_flight.many import sweep
 
 SEEDS = range(1, 21)
 RMSE_LIMITS = {"tuned": 0.02, "minimal": 0.08}
+PLANTS = ("paper", "mujoco")  # besides rigid_body
 FROZEN = {"position": POSITION_ADAPTATION_OFF, "attitude": ATTITUDE_ADAPTATION_OFF}
 STRONG = {"disturbance": {"acceleration_sd": 1.5}}
 THRUSTS = (2.0, 3.0, 4.0)
@@ -29,6 +30,10 @@ def main():
     for preset, limit in RMSE_LIMITS.items():
         for case in CASES:
             tracking(figures, PaperCase(case, preset), limit)
+    for case in CASES:
+        for plant in PLANTS:
+            (result,) = sweep(paper_flight(PaperCase(case, plant=plant)), [1], compiled=plant != "mujoco")
+            figures.at_most(f"{case} on {plant}, seed 1: 3-D RMSE", result.rmse, RMSE_LIMITS["tuned"], "m")
     for preset in RMSE_LIMITS:
         for case in CASES:
             for thrust in THRUSTS:

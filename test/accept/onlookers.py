@@ -6,7 +6,6 @@ ends the flight by a landing.
 
 import os
 import random
-import re
 import signal
 import subprocess
 import sys
@@ -16,9 +15,8 @@ import time
 from pathlib import Path
 
 from figures import Figures
-from flying import LOW, finish, start, stranger, wait_until_flying
+from flying import LOW, domain_of, finish, start, stranger, wait_until_flying
 from rclpy.executors import SingleThreadedExecutor
-from takeovers import active_pid
 
 from quad_node.codec import step_of
 from quad_node.topics import TOPICS
@@ -87,12 +85,12 @@ def onlooker(domain):
 def flown(out, draw):
     """Fly and kill two onlookers, a shadow and the recorder; return exit code, s of the longest step, states."""
     flight = start("hover", "--duration", "300", "--limits", "position_rmse=9", *LOW, *SHADOWS, "--out", out)
-    domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
     pids = wait_until_flying(flight, out)
+    domain = domain_of(flight.pid)
     arrivals = Arrivals(domain)
     arrivals.start()
     visitors = [onlooker(domain) for _ in range(2)]
-    victims = [*(visitor.pid for visitor in visitors), active_pid(flight.pid, ROLE, shadow=True)]
+    victims = [*(visitor.pid for visitor in visitors), pids[f"shadow_{ROLE}"]]
     draw.shuffle(victims)
     for pid in (*victims, pids["recorder"]):
         time.sleep(draw.uniform(*BEFORE))

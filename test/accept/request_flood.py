@@ -14,7 +14,7 @@ from pathlib import Path
 
 import rclpy
 from figures import Figures
-from flying import bag_file, finish, start, stranger, wait_until, wait_until_flying
+from flying import finish, start, stranger, wait_until, wait_until_flying
 from rclpy.executors import SingleThreadedExecutor
 
 from quad_msgs.msg import FlightMode, FlightRequest
@@ -102,8 +102,7 @@ def flown(figures, clock, folder, is_flooded):
     name = f"{clock}, {'with' if is_flooded else 'without'} a flood"
     out = Path(folder, name.replace(", ", "-").replace(" ", "-"))
     flight = start("--mission", "takeoff:6,hold:600,land", *CLOCKS[clock], "--domain", str(DOMAIN), "--out", out)
-    wait_until_flying(flight, out)
-    wait_until(lambda: bag_file(out).stat().st_size > IN_THE_AIR, 120.0, "the vehicle is in the air")
+    wait_until_flying(flight, out, IN_THE_AIR)
     with stranger(DOMAIN, "operator") as node:
         executor = SingleThreadedExecutor(context=node.context)
         executor.add_node(node)

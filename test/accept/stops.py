@@ -2,8 +2,7 @@
 
 Hover and Case 2 as missions. ``scripts/accept stops --each N``: random moments of each of the 40 kinds, by default 5
 (200 flights, 3 hours); then the vehicle's owner stopped for 1 s, N times in each mission. ``--only PATTERN``: the kinds
-whose name holds this regular expression, say 'Case 2, .* killed'. A flight that goes wrong while the machine itself
-stands still is flown again, three times at most, and the stall is shown.
+whose name holds this regular expression, say 'Case 2, .* killed'.
 """
 
 import math
@@ -17,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from figures import Figures
-from flying import FLY, bag_file, children, finish, start, wait_until, wait_until_flying
-from stalled_machine import RERUNS, StallMeter
+from flying import finish, node_pids, start, wait_until_flying
 
 from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.flight_checks import Flown, equal_stamps, run_ids, stopped_motors
@@ -36,27 +34,12 @@ AT_HEIGHT = 2_000_000  # bytes of a bag whose take-off is over
 REACTION = 0.06  # s from the last good wrench to the backup law
 
 
-def pids_of(process):
-    """Return {role: pid} of all nodes, the commander too."""
-    found = {}
-    for pid in children(process.pid):
-        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-        roles = [role for role in (*VICTIMS, OWNER) if any(word.endswith(f"/{role}".encode()) for word in words)]
-        found.update(dict.fromkeys(roles, pid))
-    return found
-
-
 def flight(mission, victim, stop, moment, out):
     """Return how a flight ended in which ``victim`` was stopped for ``stop`` s, or killed (None), at ``moment`` s."""
     process = start("--mission", mission, *PLAN, "--out", out)
-    wait_until_flying(process, out)
-
-    def is_at_height():
-        return process.poll() is not None or bag_file(out).stat().st_size > AT_HEIGHT
-
-    wait_until(is_at_height, 120.0, "the end of the take-off")
+    wait_until_flying(process, out, AT_HEIGHT)
     time.sleep(moment)
-    pid = pids_of(process).get(victim)
+    pid = node_pids(process.pid).get(victim)
     if pid is None:
         done = finish(process, 300.0)
         raise AssertionError(f"over before {victim} was stopped: {done.stdout[-300:]} {done.stderr[-300:]}")
@@ -152,53 +135,22 @@ def kind_name(case, victim, stop):
     return f"{case}, {victim} {'killed' if stop is None else f'stopped {stop:g} s'}"
 
 
-class Findings(Figures):
-    """The figures of one flight, not printed yet."""
-
-    def __init__(self):
-        super().__init__()
-        self.all = []
-
-    def check(self, kept, line):
-        """Keep a finding."""
-        self.failed += not kept
-        self.all.append((kept, line))
-
-
-def flown(name, case, victim, stop, moment, out):
-    """Return the findings of one flight."""
-    found = Findings()
+def fly_one(figures, name, case, victim, stop, moment, out):
+    """Fly and judge one."""
     try:
-        done = flight(MISSIONS[case], victim, stop, moment, out)
-        judge(found, name, done, out, victim, stop)
+        judge(figures, name, flight(MISSIONS[case], victim, stop, moment, out), out, victim, stop)
     except AssertionError as error:
-        found.check(False, f"{name}: {error}")
-    return found
-
-
-def fly_one(figures, meter, folder, case, victim, stop, moment, number):
-    """Fly and judge one, again if it went wrong while the machine stood still."""
-    name = f"{kind_name(case, victim, stop)} at {moment:.1f} s, {number + 1}"
-    for attempt in range(RERUNS):
-        out = Path(folder, f"{name} {attempt}".replace(" ", "-").replace(",", ""))
-        meter.begin()
-        found = flown(name, case, victim, stop, moment, out)
-        stall = meter.longest()
-        if not found.failed or not stall:
-            break
-        missed = [line for kept, line in found.all if not kept]
-        print(f"     {name}: flown again, the machine stood still for {stall:.2f} s: {missed}", flush=True)
-    for kept, line in found.all:
-        figures.check(kept, line)
+        figures.check(False, f"{name}: {error}")
 
 
 def main():
-    figures, meter, draw = Figures(), StallMeter(), random.Random(1)
-    assert FLY.exists()
+    figures, draw = Figures(), random.Random(1)
     with tempfile.TemporaryDirectory(prefix="stops-") as folder:
         for case, victim, stop in cases():
             moments = [draw.uniform(0.5, 8.0) for _ in range(EACH)]
             if re.search(ONLY, kind_name(case, victim, stop)):
-                for number, moment in enumerate(moments):
-                    fly_one(figures, meter, folder, case, victim, stop, moment, number)
+                for number, moment in enumerate(moments, 1):
+                    name = f"{kind_name(case, victim, stop)} at {moment:.1f} s, {number}"
+                    out = Path(folder, name.replace(" ", "-").replace(",", ""))
+                    fly_one(figures, name, case, victim, stop, moment, out)
     return figures.code()

@@ -10,6 +10,7 @@ import shutil
 import signal
 import sys
 import time
+from functools import lru_cache
 from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
@@ -84,19 +85,7 @@ def mutated(source: str, mutation: Mutation) -> str:
 
     Raises MutationError if the function is not there, the snippet is not there exactly once, or nothing changes.
     """
-    *classes, name = split(mutation.function)[1]
-    body = ast.parse(source).body
-    for class_name in classes:
-        body = [
-            part for node in body if isinstance(node, ast.ClassDef) and node.name == class_name for part in node.body
-        ]
-    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == name]
-    if len(found) != 1:
-        raise MutationError(f"{mutation}: found {len(found)} functions {name!r}, expected 1")
-    function = found[0]
-    if ast.get_docstring(function) is not None:
-        function.body = function.body[1:]
-    text = ast.unparse(function)
+    first, last, column, text = function_in(source, mutation.function)
     if text.count(mutation.old) != 1:
         raise MutationError(f"{mutation}: found it {text.count(mutation.old)} times, expected once, in\n{text}")
     try:
@@ -106,8 +95,26 @@ def mutated(source: str, mutation: Mutation) -> str:
     if changed == text:
         raise MutationError(f"{mutation}: changes nothing")
     lines = source.splitlines()
-    first = min(node.lineno for node in (function, *function.decorator_list)) - 1
-    return "\n".join([*lines[:first], indent(changed, " " * function.col_offset), *lines[function.end_lineno :], ""])
+    return "\n".join([*lines[:first], indent(changed, " " * column), *lines[last:], ""])
+
+
+@lru_cache(maxsize=256)
+def function_in(source: str, function: str) -> tuple[int, int, int, str]:
+    """Return first and last line and column of a function in ``source``, and its code without docstring."""
+    *classes, name = split(function)[1]
+    body = ast.parse(source).body
+    for class_name in classes:
+        body = [
+            part for node in body if isinstance(node, ast.ClassDef) and node.name == class_name for part in node.body
+        ]
+    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == name]
+    if len(found) != 1:
+        raise MutationError(f"{function}: found {len(found)} functions {name!r}, expected 1")
+    node = found[0]
+    if ast.get_docstring(node) is not None:
+        node.body = node.body[1:]
+    first = min(part.lineno for part in (node, *node.decorator_list)) - 1
+    return first, node.end_lineno or first, node.col_offset, ast.unparse(node)
 
 
 def copy_tree(root: Path, tree: Path) -> None:

@@ -38,12 +38,15 @@ def test_without_a_fault_no_bit_changes(case, plant, preset):
         assert guarded.topics[topic].tobytes() == rows.tobytes(), topic
 
 
-def test_a_lost_link_is_a_landing(tmp_path):
-    result = flown("hover", duration=20.0, scenario=events(tmp_path, "link start=4 drop=1"))
-    # the last wrench is that of step 1999; 50 ms are 25 steps
-    assert (result.outcome, result.guard) == ("taken over", "guard in descend since step 2025: no good wrench")
+@pytest.mark.parametrize(("case", "lost"), [("hover", 4.0), ("case2", 7.1), ("case2", 13.0), ("case2", 22.3)])
+def test_a_lost_link_is_a_landing(tmp_path, case, lost):
+    scenario = events(tmp_path, f"link start={lost} drop=1")
+    result = flown(case, duration=40.0, scenario=scenario)
+    # the last wrench is that of the step before; 50 ms are 25 steps
+    begins = round(lost * 500) + 25
+    assert (result.outcome, result.guard) == ("taken over", f"guard in descend since step {begins}: no good wrench")
     truth = result.topics["truth"]
-    assert truth["p_w"][2025, 2] > 0.3
+    assert truth["p_w"][begins, 2] > 0.3
     last = truth[-1]
     assert -0.01 < last["p_w"][2] < 0.01
     assert np.linalg.norm(last["v_w"]) < 1.5
