@@ -12,12 +12,16 @@ def asked(given, realtime=True, own=()):
     return vehicle_owner.commands(argparse.Namespace(vehicle_owner=given, realtime=realtime, own=list(own)))
 
 
-@pytest.mark.parametrize("name", ["px4", "mavlink", "crazyflie"])
-def test_the_bridge_takes_the_simulators_place_with_its_file(tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "program"),
+    [(name, f"quad_{name}/{name}_bridge") for name in ("px4", "mavlink", "crazyflie")]
+    + [("joined", "quad_mavlink/joined_plant")],
+)
+def test_the_bridge_takes_the_simulators_place_with_its_file(tmp_path, name, program):
     file = tmp_path / "airframe.yaml"
     file.write_text("", "utf-8")
     command = asked(f"{name}={file}")["simulator"]
-    assert command[0].endswith(f"quad_{name}/{name}_bridge")
+    assert command[0].endswith(program)
     assert command[1:] == ["--ros-args", "--params-file", str(file)]
     assert asked("") == asked(None) == {}
 
@@ -30,24 +34,24 @@ SPACED = [
 ]
 
 
-def test_periods_fit_the_spacing_of_each_autopilots_states():
-    for name, period in (("px4", 4_000_000), ("mavlink", 4_000_000), ("crazyflie", 5_000_000)):
-        found = vehicle_owner.settings(argparse.Namespace(vehicle_owner=f"{name}=file", mission=None))
-        assert found == [f"flight.plant_period={period}", *SPACED[1:]]
-    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
+PATIENT = ["position_controller.input_timeout=60", "attitude_controller.input_timeout=60"]
+AGES = [f"commander.modes.{age}=60" for age in ("reference_late", "reference_lost", "setpoint_lost", "state_lost")]
 
 
-def test_joined_is_the_plant_under_px4_and_controllers_do_not_age_while_it_waits(tmp_path):
-    file = tmp_path / "joined.yaml"
-    file.write_text("", "utf-8")
-    assert asked(f"joined={file}")["simulator"][0].endswith("quad_mavlink/joined_plant")
-    given = argparse.Namespace(vehicle_owner=f"joined={file}", mission=None)
-    assert vehicle_owner.settings(given) == [
-        *SPACED,
-        "position_controller.input_timeout=60",
-        "attitude_controller.input_timeout=60",
-    ]
-    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=None)) == []
+@pytest.mark.parametrize(
+    ("given", "mission", "found"),
+    [
+        (None, "takeoff,land", []),
+        ("px4=file", None, SPACED),
+        ("mavlink=file", None, SPACED),
+        ("crazyflie=file", None, ["flight.plant_period=5000000", *SPACED[1:]]),
+        ("joined=file", None, [*SPACED, *PATIENT]),
+        ("px4=file", "takeoff,land", [*SPACED, "commander.period_steps=2"]),
+        ("joined=file", "takeoff,land", [*SPACED, *PATIENT, "commander.period_steps=2", *AGES]),
+    ],
+)
+def test_periods_fit_the_spacing_of_states_and_nothing_ages_while_a_joined_plant_waits(given, mission, found):
+    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=given, mission=mission)) == found
 
 
 def test_what_is_missing_is_named(tmp_path):
@@ -63,12 +67,3 @@ def test_what_is_missing_is_named(tmp_path):
     ):
         with pytest.raises(ParameterError, match=words):
             asked(**given)
-
-
-def test_a_mission_gives_the_commander_the_pace_of_states_and_joined_its_patience():
-    plain = vehicle_owner.settings(argparse.Namespace(vehicle_owner="px4=file", mission="takeoff,land"))
-    assert plain == [*SPACED, "commander.period_steps=2"]
-    joined = vehicle_owner.settings(argparse.Namespace(vehicle_owner="joined=file", mission="takeoff,land"))
-    assert {"commander.period_steps=2", "commander.modes.state_lost=60", "commander.modes.setpoint_lost=60"} < set(
-        joined
-    )

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from quad_commander import references as refs
 from quad_commander.mode_table import Mode
 from quad_commander.references import AxisLimits, ReferenceLimits
-from quad_core.geometry import quaternion_from_euler
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import TrajectoryPoint, Vec3
 
 LIMITS = ReferenceLimits()
 GROUND, HEIGHT = 0.0, 1.5
@@ -111,15 +110,6 @@ def test_the_way_to_a_place_is_within_the_limits_and_ends_there(start, place):
         assert abs(last.yaw - stop) <= math.pi + 1e-9, "the short way"
 
 
-def test_take_off_and_landing_from_rest_go_straight_up_and_down():
-    start = TrajectoryPoint(0.0, Vec3(3.0, -2.0, 0.0), ZERO, ZERO, ZERO, ZERO, 0.7, 0.0, 0.0)
-    up = refs.plan_mode(LIMITS, Mode.TAKEOFF, start, GROUND, HEIGHT)
-    top = refs.sample(up, up.duration)
-    assert (top.p_w, top.yaw) == (Vec3(3.0, -2.0, 1.5), 0.7)
-    down = refs.plan_mode(LIMITS, Mode.LAND, top, GROUND, HEIGHT)
-    assert refs.sample(down, down.duration).p_w == Vec3(3.0, -2.0, -0.5)
-
-
 @settings(max_examples=150)
 @given(points, points)
 def test_the_way_into_a_mission_has_no_step_either(current, mission):
@@ -140,13 +130,6 @@ def test_the_heading_turns_the_short_way_into_a_mission():
     current, mission = (TrajectoryPoint(yaw=yaw) for yaw in (3.0, -3.0))
     plan = refs.plan_hand_over(LIMITS, current, mission)
     assert refs.handed_over(plan, 0.0, mission).yaw == pytest.approx(3.0 - 2.0 * math.pi)
-
-
-def test_a_vehicle_that_followed_nothing_starts_from_its_own_motion():
-    q = quaternion_from_euler(Vec3(0.2, 0.1, 1.0))
-    point = refs.from_state(VehicleState(Vec3(1.0, 2.0, 3.0), Vec3(0.5, 0.0, -0.8), q, Vec3(0.0, 0.0, 1.0)))
-    assert (point.p_w, point.v_w, point.a_w) == (Vec3(1.0, 2.0, 3.0), Vec3(0.5, 0.0, -0.8), ZERO)
-    assert point.yaw == pytest.approx(1.0)
 
 
 def ruckig_duration(p, v, a, target, bound):
