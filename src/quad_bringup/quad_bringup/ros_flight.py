@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
-from quad_bringup.supervisor import Interrupts, Outcome, Patience, supervise
+from quad_bringup.supervisor import Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
@@ -74,7 +74,8 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
         _start(processes, flight, logs / "parameters.yaml")
         # after the nodes, which take longer to start than it does
         watch = _watch(flight, domain)
-        outcome = supervise(processes, watch, patience, interrupted, partial(_show, progress, watch), _spared(flight))
+        supervisor = Supervisor(processes, watch, patience, interrupted, _spared(flight))
+        outcome = supervisor.run(partial(_show, progress, watch))
     finally:
         progress.close()
         if watch is not None:

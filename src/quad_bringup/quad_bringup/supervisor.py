@@ -109,31 +109,14 @@ def interrupts() -> Iterator[Interrupts]:
             signal.signal(number, earlier)
 
 
-def supervise(
-    processes: Processes,
-    watch: FlightWatch,
-    patience: Patience,
-    interrupted: Interrupts,
-    show: Callable[[Sighting | None], None],
-    spared: Collection[str] = SHADOWS,
-) -> Outcome:
-    """Return when all processes have left, stopping those that do not.
+class Supervisor:
+    """What is known of a flight, why it shall end, and until when it may go on.
 
     Where a vehicle can be brought down its interface is first asked to, even if no message says that it flies: news may
     be late. The first signal of an operator is never more than that request; a second one stops the motors at once. A
     commander first receives the cause, so that the record names the node that failed. A process that hangs while it
-    leaves a flight that has ended is not a cause: what it had to do is in the bag. ``spared``: roles without which the
-    flight goes on.
+    leaves a flight that has ended is not a cause: what it had to do is in the bag.
     """
-    supervision = _Supervision(processes, watch, patience, interrupted, spared)
-    while processes.running():
-        supervision.look()
-        show(supervision.state)
-    return Outcome(supervision.cause, supervision.late)
-
-
-class _Supervision:
-    """What is known of a flight, why it shall end, and until when it may go on."""
 
     def __init__(
         self,
@@ -141,8 +124,9 @@ class _Supervision:
         watch: FlightWatch,
         patience: Patience,
         interrupted: Interrupts,
-        spared: Collection[str],
+        spared: Collection[str] = SHADOWS,
     ) -> None:
+        """Begin with what was started; ``spared``: roles without which the flight goes on."""
         self._processes, self._watch, self._patience = processes, watch, patience
         self._interrupted, self._spared = interrupted, spared
         self.state: Sighting | None = None
@@ -151,6 +135,13 @@ class _Supervision:
         self._deadline = time.monotonic() + patience.start
         self._heeded, self._landed_by = 0, 0.0
         self._lands = False
+
+    def run(self, show: Callable[[Sighting | None], None]) -> Outcome:
+        """Return when all processes have left, stopping those that do not; ``show`` gets the news."""
+        while self._processes.running():
+            self.look()
+            show(self.state)
+        return Outcome(self.cause, self.late)
 
     def look(self) -> None:
         """Take in news, signals and exits for a moment, and act on them."""

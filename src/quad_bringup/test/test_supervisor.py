@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from quad_bringup import supervisor
-from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, interrupts, supervise
+from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, Supervisor, interrupts
 from quad_core.resolution import resolve
 from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
 
@@ -89,7 +89,7 @@ class Flight(Interrupts):
         self.asked_for.append((why, len(self.asked)))
 
     def supervise(self, patience=PATIENCE):
-        return supervise(self, self, patience, self, lambda _: None)
+        return Supervisor(self, self, patience, self).run(lambda _: None)
 
 
 ENDINGS = {  # script, (cause, how often stopped, at which s)
@@ -319,8 +319,8 @@ def test_a_recorder_killed_after_a_shadow_is_reported_at_once(monkeypatch):
     """In lockstep the plant stands still until then."""
     killed = [(1, state(FLYING, 1), {}), (2, None, {"shadow": -9}), (2.15, None, {"recorder": -9})]
     over = (3, state(FAILED, 70, "recorder failed"), {"simulator": 1, "trajectory": 1})
-    flight = Flight([*killed, over], monkeypatch, ("simulator", "trajectory", "recorder", "shadow"))
-    when = []
+    flight, when = Flight([*killed, over], monkeypatch), []
+    flight.alive.add("shadow")
     monkeypatch.setattr(flight, "report_failure", lambda role, _: when.append((role, flight.now)))
-    supervise(flight, flight, PATIENCE, Interrupts(), lambda _: None, ("shadow",))
+    Supervisor(flight, flight, PATIENCE, flight, ("shadow",)).run(lambda _: None)
     assert when == [("recorder", pytest.approx(2.2))]
