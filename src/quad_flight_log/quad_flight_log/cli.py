@@ -117,6 +117,8 @@ def _hash(options: argparse.Namespace) -> int:
 def _export(options: argparse.Namespace) -> int:
     """Write topics as CSV files; 1 if a topic cannot be read: it is named, the others written.
 
+    Without --out they are written into NAME-csv in this directory.
+
     log export flights/case1-1-1 --topic truth --topic reference --out tables
     """
     (flight,) = _opened(options)
@@ -174,7 +176,8 @@ def _print_replay(item: Replay) -> None:
 def _report(options: argparse.Namespace) -> int:
     """Write a flight as a self-contained, interactive HTML page: verdict, path, figures, metrics, events.
 
-    Several flights come into one page, all in the same figures. Every figure has a button that saves it as SVG.
+    Several flights come into one page, comparison.html in this directory or in --out, all in the same figures. Every
+    figure has a button that saves it as SVG.
 
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
     log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
@@ -201,6 +204,8 @@ def _report(options: argparse.Namespace) -> int:
 def _view(options: argparse.Namespace) -> int:
     """Write a layout for Foxglove and a configuration for RViz, and print how they show a bag or a live flight.
 
+    Without --out flight.json and flight.rviz are written into this directory.
+
     log view flights/case1-1-1
     log view --namespace second --out layouts    for a live flight
     """
@@ -210,67 +215,41 @@ def _view(options: argparse.Namespace) -> int:
     foxglove, rviz = write_layouts(options.out or Path(), flights[0].namespace if flights else options.namespace)
     print(f"{foxglove}\n{rviz}")
     for flight in flights:
-        if truth_note(flight):
-            print(truth_note(flight))
         print(f"Foxglove: open {flight.path} with the layout {foxglove}")
         print(f"RViz: rviz2 -d {rviz} and, in another shell, ros2 bag play {flight.path.parent}")
     return 0
 
 
-_BAG: dict[str, Any] = {"nargs": 1, "metavar": "BAG", "type": Path, "help": "bag directory or one of its files"}
-_BAGS = {**_BAG, "nargs": "+"}
 _REPEATED: dict[str, Any] = {"action": "append", "default": []}
-_YES: dict[str, Any] = {"action": "store_true"}
-_LIMITS = {
-    **_REPEATED,
-    "metavar": "FILE|METRIC=VALUE",
-    "help": "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win "
-    "(default: the limits that the flight was held to when flown)",
+FLAGS: dict[str, dict[str, Any]] = {
+    "--json": {"action": "store_true", "help": "print JSON"},
+    "--topics": {"action": "store_true", "help": "print the hash of every step topic too"},
+    "--limits": {
+        **_REPEATED,
+        "metavar": "FILE|METRIC=VALUE",
+        "help": "YAML file of metric: largest value, or one METRIC=VALUE; may be repeated, later ones win "
+        "(default: the limits that the flight was held to when flown)",
+    },
+    "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
+    "--position": {"metavar": "LAW", "help": "another position law"},
+    "--attitude": {"metavar": "LAW", "help": "another attitude law"},
+    "--only": {"choices": sorted(STAGE), "help": "replay only this controller"},
+    "--set": {**_REPEATED, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
+    "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
+    "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
+    "--namespace": {"default": "", "help": "namespace of the vehicle"},
 }
-
-
-def _out(what: str) -> dict[str, Any]:
-    return {"type": Path, "metavar": "DIR", "help": f"directory of {what}"}
-
-
-COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], dict[str, dict[str, Any]]]] = {
-    "info": (_info, {"bags": _BAGS}),
-    "metrics": (_metrics, {"bags": _BAGS, "--json": {**_YES, "help": "print JSON"}}),
-    "check": (_check, {"bags": _BAGS, "--limits": _LIMITS}),
-    "hash": (_hash, {"bags": _BAGS, "--topics": {**_YES, "help": "print the hash of every step topic too"}}),
-    "export": (
-        _export,
-        {
-            "bags": _BAG,
-            "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
-            "--out": _out("the files (default: NAME-csv)"),
-        },
-    ),
-    "replay": (
-        _replay,
-        {
-            "bags": _BAG,
-            "--position": {"metavar": "LAW", "help": "another position law"},
-            "--attitude": {"metavar": "LAW", "help": "another attitude law"},
-            "--only": {"choices": sorted(STAGE), "help": "replay only this controller"},
-            "--set": {**_REPEATED, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
-        },
-    ),
-    "report": (
-        _report,
-        {
-            "bags": _BAGS,
-            "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
-            "--limits": _LIMITS,
-            "--out": _out("the page (default: the bag's own; of several flights this one)"),
-        },
-    ),
-    "view": (
-        _view,
-        {"bags": {**_BAGS, "nargs": "*"}, "--out": _out("flight.json (Foxglove) and flight.rviz (default: this one)")},
-    ),
+COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
+    "info": (_info, "+", ()),
+    "metrics": (_metrics, "+", ("--json",)),
+    "check": (_check, "+", ("--limits",)),
+    "hash": (_hash, "+", ("--topics",)),
+    "export": (_export, 1, ("--topic", "--out")),
+    "replay": (_replay, 1, ("--position", "--attitude", "--only", "--set")),
+    "report": (_report, "+", ("--names", "--limits", "--out")),
+    "view": (_view, "*", ("--out",)),
 }
-"""{command: (function, {argument: its settings})}. A function's docstring is its help, the last paragraph examples.
+"""{command: (function, how many bags, flags)}. A function's docstring is its help, the last paragraph examples.
 
 It returns the exit code, and raises FlightLogError for what makes exit code 2.
 """
@@ -285,7 +264,7 @@ def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = _Parser(prog="log", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, (run, arguments) in COMMANDS.items():
+    for name, (run, bags, flags) in COMMANDS.items():
         about, _, examples = inspect.cleandoc(run.__doc__ or "").rpartition("\n\n")
         own = commands.add_parser(
             name,
@@ -294,9 +273,9 @@ def _parser() -> argparse.ArgumentParser:
             epilog="examples:\n" + textwrap.indent(examples, "  "),
             formatter_class=formatter,
         )
-        for flag, settings in arguments.items():
-            own.add_argument(flag, **settings)
-        own.add_argument("--namespace", default="", help="namespace of the vehicle")
+        own.add_argument("bags", nargs=bags, metavar="BAG", type=Path, help="bag directory or one of its files")
+        for flag in (*flags, "--namespace"):
+            own.add_argument(flag, **FLAGS[flag])
     return parser
 
 

@@ -100,17 +100,8 @@ def rmse(errors: Floats) -> float:
     return float(np.sqrt(np.sum(errors * errors) / len(errors)))
 
 
-def iae(times: Floats, errors: Floats) -> float:
-    """Return the integral of the absolute error over time (trapezoidal), unit of the error times s."""
-    return _integral(times, np.abs(errors))
-
-
-def itae(times: Floats, errors: Floats) -> float:
-    """Return the integral of time times the absolute error (trapezoidal); ``times`` in s from the start that counts."""
-    return _integral(times, times * np.abs(errors))
-
-
 def _integral(times: Floats, values: Floats) -> float:
+    """Return the integral of values over time (trapezoidal)."""
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(times)))
 
 
@@ -222,8 +213,8 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
         "position_rmse": rmse(error),
         "position_max": float(error.max()),
         "position_final": float(error[-1]),
-        "position_iae": iae(times, error),
-        "position_itae": itae(times, error),
+        "position_iae": _integral(times, error),
+        "position_itae": _integral(times, times * error),
         "settling_time": settling_time(times, error),
     }
 

@@ -213,17 +213,13 @@ def _declare(known: dict[int, Any], number: int, item: Any, name: str) -> None:
         raise _DamageError(f"{name} is declared twice, differently")
 
 
-class Files(NamedTuple):
-    """The files of a bag in order, and the names that ``metadata.yaml`` lists and that are not there."""
+def files_of(path: Path) -> tuple[list[BagFile], list[str]]:
+    """Return the files of a bag in order, and the names that ``metadata.yaml`` lists and that are not there.
 
-    files: list[BagFile]
-    missing: list[str]
-
-
-def files_of(path: Path) -> Files:
-    """Return the files of a bag; raises NotAFlightError where no file is there or readable."""
+    Raises NotAFlightError where no file is there or readable.
+    """
     if path.is_file():
-        return Files([_file(path)], [])
+        return ([_file(path)], [])
     if not path.is_dir():
         raise NotAFlightError(f"{path}: no such file or directory")
     found = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes) and each.is_file()]
@@ -239,8 +235,8 @@ def files_of(path: Path) -> Files:
     missing = [name for name in listed if name not in here] if known else []
     first = here[names[0]]
     if ".db3" in first.suffixes:
-        return Files([BagFile(first, path if listed else first)], missing)
-    return Files([_file(here[name]) for name in names], missing)
+        return ([BagFile(first, path if listed else first)], missing)
+    return ([_file(here[name]) for name in names], missing)
 
 
 def _file(path: Path) -> BagFile:

@@ -59,7 +59,8 @@ class Flight:
         damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
         self.damage, self.truncated = "; ".join(damage), bool(damage)
         self.metadata = self._notes()
-        self.parameters_text = self._attached(PARAMETERS)
+        attached = (file.attachments[PARAMETERS] for file in self._files if PARAMETERS in file.attachments)
+        self.parameters_text = next(attached, b"").decode("utf-8", errors="replace")
         only = self.vehicles[0] if len(self.vehicles) == 1 else ""
         vehicle = (namespace or self.metadata.get("namespace", "") or only).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
@@ -158,13 +159,6 @@ class Flight:
                 except ValueError as error:
                     raise CorruptError(f"{self.path}: metadata record {name!r}: {error}") from error
         return merged
-
-    def _attached(self, name: str) -> str:
-        data = next((file.attachments[name] for file in self._files if name in file.attachments), b"")
-        try:
-            return data.decode("utf-8")
-        except UnicodeDecodeError as error:
-            raise CorruptError(f"{self.path}: attachment {name} is not UTF-8") from error
 
     def _find_types(self) -> None:
         for channel in self._channels():
