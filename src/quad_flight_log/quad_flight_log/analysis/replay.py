@@ -20,7 +20,7 @@ from quad_core.safe import safe_input
 from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.analysis.recorded_parameters import Change, recorded_parameters, retold
+from quad_flight_log.analysis.recorded_parameters import recorded_parameters, retold
 from quad_flight_log.analysis.takeovers import fliers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
@@ -108,7 +108,11 @@ def replay(
     results: dict[str, tuple[Any, Sequence[str], list[Any]]] = {stage.gives: (stage.output, (), outputs)}
     if record.values.get("law") == start.plugins["law"].name:
         results[stage.internals_topic] = module.Internals, record.internals_names, internals
-    notes += _notes(incomplete, record.changes)
+    if incomplete:
+        notes.append(f"at {incomplete} steps an input that the law had was not recorded")
+    if record.changes:
+        changes = ", ".join(str(change.step) for change in record.changes)
+        notes.append(f"parameters were changed in flight; the replay changes them at step {changes}, too")
     stamps = np.array(steps, dtype=np.int64) * period
     common, missing, old, new = stamps, 0, {}, {}
     for topic in results:
@@ -123,17 +127,13 @@ def replay(
     return Replay(role, start.plugins["law"].name, changed, common // period, old, new, missing, notes)
 
 
-class _Step(NamedTuple):
-    """The inputs of one step and its time step in s. ``complete``: all of them were recorded."""
+def _seen(
+    then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str
+) -> Iterator[tuple[int, float, Any, bool]]:
+    """Yield what a controller with the parameters ``then`` had at each step of its internals.
 
-    step: int
-    dt: float
-    inputs: Any
-    complete: bool
-
-
-def _seen(then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str) -> Iterator[_Step]:
-    """Yield what a controller with the parameters ``then`` had at each step of its internals."""
+    That is the step, its time step in s, its inputs, and whether all of them were recorded.
+    """
     shown = tables[stage.internals_topic]
     kinds = {name: shown.dtype[name].base.kind for name in shown.dtype.names or ()}
     if [kinds.get(name) for name in StepRecord._fields] not in (["f", "i", "u"], ["f", "i", "i"]) or not shown[
@@ -161,7 +161,7 @@ def _seen(then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str)
             if record.replaced_inputs >> place & 1:
                 value = safe_input(taken.topic, value, then.vehicle, state)
             values.append(value)
-        yield _Step(step, record.dt, stage.inputs(state, *values), complete)
+        yield step, record.dt, stage.inputs(state, *values), complete
 
 
 def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] = ()) -> list[Any]:
@@ -188,16 +188,6 @@ def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] =
 def _columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
     """Return {leaf name: values, shape (n,)} of NamedTuples."""
     return dict(zip((leaf.name for leaf in leaves(kind)), to_rows(kind, items).T, strict=True))
-
-
-def _notes(incomplete: int, changes: tuple[Change, ...]) -> list[str]:
-    notes = []
-    if incomplete:
-        notes.append(f"at {incomplete} steps an input that the law had was not recorded")
-    if changes:
-        steps = ", ".join(str(change.step) for change in changes)
-        notes.append(f"parameters were changed in flight; the replay changes them at step {steps}, too")
-    return notes
 
 
 def _difference(
