@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import SIGNALS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
+from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
@@ -247,19 +248,14 @@ def _in_lockstep(flight: Flight) -> bool:
 
 
 def _guard_of(flight: Flight) -> GuardParameters:
-    """Return those of the guard's parameters that the rules need, as recorded; the defaults where the bag says none."""
-    known, values = GuardParameters(), _owners_parameters(flight)
-
-    def number(name: str, default: float) -> float:
-        value = values.get(f"guard.{name}", default)
-        return float(value) if isinstance(value, int | float) and np.isfinite(value) else default
-
-    tilt = known.tilt._replace(
-        large=number("tilt.large", known.tilt.large), large_time=number("tilt.large_time", known.tilt.large_time)
-    )
-    contact = known.contact._replace(stop_height=number("contact.stop_height", known.contact.stop_height))
-    ground, enabled = number("ground_height", known.ground_height), values.get("guard.enabled", True) is not False
-    return known._replace(enabled=enabled, tilt=tilt, contact=contact, ground_height=ground)
+    """Return the guard's parameters as recorded; defaults for what the bag lacks, or has as no finite number."""
+    recorded, defaults = _owners_parameters(flight), flattener(GuardParameters)(GuardParameters())
+    numbers = []
+    for leaf, default in zip(leaves(GuardParameters), defaults, strict=True):
+        value = recorded.get(f"guard.{leaf.name}", default)
+        numbers.append(value if isinstance(value, int | float) and np.isfinite(value) else default)
+    found: GuardParameters = builder(GuardParameters)(numbers)
+    return found
 
 
 def _owners_parameters(flight: Flight) -> Mapping[str, Any]:
