@@ -1,6 +1,5 @@
 """What a report opens with: whether the flight counts, and the limits that it was held to."""
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -8,6 +7,7 @@ from quad_flight_log.analysis.flight_checks import failed_checks
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.recorder.provenance import LIMIT
+from quad_flight_log.report.text import read_limits
 
 
 class Judgement(NamedTuple):
@@ -34,16 +34,10 @@ class Judgement(NamedTuple):
 
 
 def recorded_limits(flight: Flight) -> dict[str, float]:
-    """Return the limits that ``fly`` held the flight to, as the recorder noted them; empty where it did not."""
-    found = {}
-    for name in METRICS:
-        try:
-            value = float(flight.metadata.get(LIMIT + name, "nan"))
-        except ValueError:
-            continue
-        if math.isfinite(value):
-            found[name] = value
-    return found
+    """Return the limits that ``fly`` held the flight to, as the recorder noted them; raises LimitsError."""
+    return read_limits(
+        [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
+    )
 
 
 def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float] | None = None) -> Judgement:
