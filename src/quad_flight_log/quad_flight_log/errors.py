@@ -35,9 +35,5 @@ class TopicError(FlightLogError):
     """A topic or field is missing, ambiguous, or of another type than needed."""
 
 
-class AmbiguousTopicError(TopicError):
-    """Several vehicles have a topic of that name, and no namespace says which is meant."""
-
-
 class BagWriteError(FlightLogError):
     """A bag cannot be created or finished."""

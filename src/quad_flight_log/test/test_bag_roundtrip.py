@@ -9,7 +9,7 @@ import yaml
 
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.errors import BagWriteError, CorruptError, TopicError
+from quad_flight_log.errors import BagWriteError, CorruptError, FlightLogError, TopicError
 
 STEPS = 60
 
@@ -111,7 +111,7 @@ def test_topics_resolve_in_a_namespace(tmp_path):
     rng = np.random.default_rng(3)
     flown = [("/a/state", flight_samples.state(0, rng)), ("/b/state", flight_samples.state(0, rng))]
     path = flight_samples.write_bag(tmp_path / "two", flown)
-    with pytest.raises(TopicError, match="name a namespace: a, b"):
+    with pytest.raises(FlightLogError, match="name a namespace: a, b"):
         open_flight(path).array("state")
     table = open_flight(path, namespace="b").array("state")
     np.testing.assert_array_equal(table["p_w"][0], flown[1][1].p_w)

@@ -13,12 +13,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from quad_flight_log.bag.files import Channel, files_of
 from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
 from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opened_notes
-from quad_flight_log.errors import (
-    AmbiguousTopicError,
-    CorruptError,
-    SchemaError,
-    TopicError,
-)
+from quad_flight_log.errors import CorruptError, FlightLogError, SchemaError, TopicError
 
 MEMORY_LIMIT = 4 << 30  # bytes of payload that a bag may hold: all of it is kept in memory
 
@@ -81,18 +76,16 @@ class Flight:
         return sorted(found)
 
     def has(self, topic: str) -> bool:
-        """Return whether the bag has at least one message of a topic; raises AmbiguousTopicError as ``resolve``."""
+        """Return whether the bag has at least one message of a topic; raises FlightLogError as ``resolve``."""
         try:
             return self.topics[self.resolve(topic)].messages > 0
-        except AmbiguousTopicError:
-            raise
         except TopicError:
             return False
 
     def resolve(self, topic: str) -> str:
         """Return the full name of a topic given in full or relative to the namespace of the flight.
 
-        Raises TopicError if it is missing, AmbiguousTopicError if there are several and no namespace was given.
+        Raises TopicError if it is missing, FlightLogError if there are several vehicles and no namespace was given.
         """
         relative = topic.lstrip("/")
         for name in (topic, f"{self.namespace}/{relative}"):
@@ -100,7 +93,7 @@ class Flight:
                 return name
         if len(self.vehicles) > 1 and not self.namespace and not topic.startswith("/"):
             names = ", ".join(name.strip("/") or "/" for name in self.vehicles)
-            raise AmbiguousTopicError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
+            raise FlightLogError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
         have = ", ".join(self.topics) or "no topics"
         raise TopicError(f"{self.path}: no topic {topic!r}; the bag has {have}")
 
