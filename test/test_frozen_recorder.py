@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from flying import PATIENT, finish, last_word, start, wait_until_flying
 
-from quad_flight_log.analysis.arrays import missing_messages
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
@@ -31,7 +30,5 @@ def test_a_second_without_the_recorder_costs_no_message(tmp_path):
     steps = {topic: np.unique(bag.array(topic)["stamp_ns"]) for topic in PLANT}
     missing = {topic: len(range(0, stamps[-1] + 1, PERIOD)) - len(stamps) for topic, stamps in steps.items()}
     assert max(missing.values()) <= last_word(bag, "simulator", "overruns"), missing
-    noted = {topic: int(bag.metadata.get(f"missing.{topic}", "0")) for topic in PLANT}
-    counted = missing_messages({topic: bag.array(topic) for topic in PLANT})
-    assert all(abs(noted[topic] - counted[topic]) <= 60 for topic in PLANT), (noted, counted)
+    assert [name for name in bag.metadata if name.startswith("missing.")] == []
     assert int(bag.metadata["steps"]) == steps["truth"][-1] // PERIOD

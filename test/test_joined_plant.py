@@ -74,6 +74,8 @@ def test_it_arms_hovers_and_lands_and_nothing_flies_on_without_a_wrench(hovers, 
     off = state["p_w"][at] - truth["p_w"][of]
     assert np.abs(off - [0.0, 0.0, -0.1]).max() < 0.05  # home is where it stands, coordinates are coarse
     assert len(bag.array("actuation")) > 0.9 * len(truth)
+    assert bag.metadata["outcome"] == "ended"
+    assert {name: value for name, value in bag.metadata.items() if name.startswith("missing.")} == {}
 
 
 def test_a_controller_that_takes_50_ms_flies_as_a_fast_one(hovers):

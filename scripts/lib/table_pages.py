@@ -72,7 +72,6 @@ FORMULAS = {
     "chattering_index": ("torque_high_frequency / torque_effort, mean removed", "after the approach"),
     "saturation_time": ("time with a flag of `actuation` set", "after the approach"),
     "disturbance_estimate_rmse": ("sqrt(mean of abs(d_hat - D_P)^2)", "after the approach"),
-    "missing_steps": ("steps expected - messages found, worst topic", "whole"),
 }
 METRICS_HEAD = """# Metrics
 

@@ -209,7 +209,7 @@ proven("F3 F5 F6 F7", "dependencies, rosdep keys, COLCON_IGNORE, colcon test", "
 proven("F4 ros2 launch", "exit codes 0, 1, 2", "success of anything", f"{BRINGUP}/test_launch_file.py")
 proven("F8 F11 pages in a browser", "drawn whole, labels apart", "half of it blank; labels on each other",
        f"{LOG}/test_report_browser.py")  # fmt: skip
-proven("F9 missing_steps", "losses only", "a pause counted", f"{LOG}/test_arrays.py", f"{LOG}/test_flight_metrics.py")
+proven("F9 missing steps", "losses only", "a pause counted", f"{LOG}/test_arrays.py", f"{LOG}/test_steps.py")
 typed(
     "F10 a campaign says what it does", "scripts/campaign campaign_case2 --flights 20 --out c", 0, "", "0 % for 152 s"
 )

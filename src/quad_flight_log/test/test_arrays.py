@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from quad_flight_log.analysis import arrays
 from quad_flight_log.analysis.arrays import missing_messages
-from quad_flight_log.analysis.metrics import flight_metrics
 
 PERIOD = 2_000_000
 
@@ -61,14 +60,3 @@ def test_a_slow_topic_that_follows_a_late_plant_lacks_nothing():
         "reference": 0,
         "state": 0,
     }
-
-
-def test_the_metric_is_that_of_the_topic_that_lacks_most():
-    kind = [("stamp_ns", np.int64), ("trajectory_time", float), ("p_w", float, (3,)), ("yaw", float)]
-    reference = np.zeros(100, kind)
-    reference["stamp_ns"] = np.arange(0, 500, 5) * PERIOD
-    wrench = at([step for step in range(500) if step % 7])
-    actuation = at(range(496))
-    assert flight_metrics({"reference": reference}).missing_steps == 0.0
-    found = missing_messages({"reference": reference, "wrench_setpoint": wrench, "actuation": actuation})
-    assert found == {"reference": 0, "wrench_setpoint": 71, "actuation": 3}

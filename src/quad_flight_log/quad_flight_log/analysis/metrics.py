@@ -21,7 +21,6 @@ from quad_flight_log.analysis.arrays import (
     aligned,
     by_stamp,
     euler_angles,
-    missing_messages,
     norms,
     wrapped,
 )
@@ -82,11 +81,6 @@ class FlightMetrics(NamedTuple):
     ] = None
     disturbance_estimate_rmse: Annotated[
         Number, "m/s^2", "RMSE of the position law's disturbance estimate against D_P"
-    ] = None
-    missing_steps: Annotated[
-        Number,
-        "",
-        "missing messages of the topic with the most of them; in real time late steps are left out and count",
     ] = None
 
 
@@ -165,7 +159,6 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     start_ns = int(flown["stamp_ns"][0])
     end_ns = max(int(table["stamp_ns"][-1]) for table in known.values())
     values: dict[str, float | None] = {"duration": (end_ns - start_ns) * 1e-9}
-    values["missing_steps"] = float(max(missing_messages(known).values()))
     if "truth" in known:
         values.update(_position(known["truth"], flown))
         values.update(_overshoot(known["truth"], flown))

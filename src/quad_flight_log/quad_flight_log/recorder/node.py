@@ -1,5 +1,6 @@
 """The recorder node: every message of a flight into one bag, and flow control for the lockstep."""
 
+import inspect
 import struct
 import sys
 import time
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
@@ -50,6 +52,7 @@ class Recorder(FlightNode):
         self.bag = self._create_bag()
         self._stamps, self._counter = FlightClock(time.monotonic()), StepCounter({})
         self._periods: dict[str, int] = {}
+        self._number: int | None = None  # of the message of a step that is being taken in, in real time
         self._ready = False
         self._acked = -1
         self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
@@ -99,13 +102,20 @@ class Recorder(FlightNode):
         handle = self._declare(topic.name, topic.type, topic.latched)
         depth = _LATCHED_DEPTH if topic.latched else _STEP_DEPTH
         keep: Keep = partial(self._write, handle)
-        if topic.step or _of_shadow(topic.name):
+        is_stepped = topic.step or _of_shadow(topic.name)
+        if is_stepped:
             keep = self._stepped(topic.name, handle)
             if topic.name in FOLLOWED:
                 keep = self._poses.following(keep, topic.name, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
-        self.subscribe(topic.name, self._checked(topic.name, topic.type, handle, keep), depth=depth, raw=True)
+        take: Callable[..., None] = self._checked(topic.name, topic.type, handle, keep)
+        if is_stepped and not self.lockstep:
+            take = numbered(take, self._take_number)
+        self.subscribe(topic.name, take, depth=depth, raw=True)
+
+    def _take_number(self, number: int | None) -> None:
+        self._number = number
 
     def _checked(self, name: str, kind: type, handle: int, keep: Keep) -> Keep:
         """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""
@@ -137,7 +147,7 @@ class Recorder(FlightNode):
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
                 self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
                 return
-            self._counter.add(name, stamp, self._arrived)
+            self._counter.add(name, stamp, self._arrived, self._number)
             write(handle, payload, clock.newest, wall())
             if clock.newest >= self._due_ns:
                 self._acknowledge()
@@ -181,8 +191,7 @@ class Recorder(FlightNode):
             if (topic.step or _of_shadow(name)) and topic.publishers[0] in self.roles and topic.exists(self.roles)
         }
         optional = [name for name in steps if not (self.lockstep and topics.TOPICS[name].required)]
-        spare, shadows = 0 if self.lockstep else 1, filter(_of_shadow, steps)
-        self._counter = StepCounter(steps, optional, spare, shadows, time.monotonic())
+        self._counter = StepCounter(steps, optional, filter(_of_shadow, steps), time.monotonic())
         self._ready = True
 
     def on_flight_ended(self, message: FlightState) -> None:
@@ -223,7 +232,7 @@ class Recorder(FlightNode):
         ended = last.state == FlightState.ENDED
         missing = self._counter.missing_through(last.step * self.flight.plant_period)
         listed = "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items())
-        fault = bool(missing) and self.lockstep  # in real time a late plant skips steps: counted, no fault
+        fault = bool(missing) and self.lockstep  # in real time a flight does not wait for its recorder
         if missing:
             severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
             self.event(severity, "incomplete", listed, self._flight_ns)
@@ -246,6 +255,23 @@ class Recorder(FlightNode):
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""
         return {"backlog_bytes": self.bag.backlog, "dropped": sum(self.bag.dropped.values())}
+
+
+def numbered(keep: Keep, take_number: Callable[[int | None], None]) -> Callable[..., None]:
+    """Return the callback that calls ``take_number`` with how many messages the publisher had sent, then ``keep``.
+
+    The number counts from 1, and is None where the middleware has none.
+    """
+
+    def on_message(*found: Any) -> None:
+        payload, facts = found if len(found) == 2 else found[0]  # rclpy's EventsExecutor gives both as one tuple
+        take_number(facts["publication_sequence_number"])
+        keep(payload)
+
+    kind = inspect.Parameter.POSITIONAL_ONLY
+    parameters = [inspect.Parameter(name, kind) for name in ("payload", "facts")]
+    vars(on_message)["__signature__"] = inspect.Signature(parameters)  # rclpy gives the facts to two parameters
+    return on_message
 
 
 def _of_shadow(topic: str) -> bool:

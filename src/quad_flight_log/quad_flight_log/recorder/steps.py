@@ -30,8 +30,8 @@ class StepCounter:
     """Counts the messages of step topics by their stamps, which rise in each topic.
 
     ``periods``: {topic: ns between two messages}, the first at stamp 0. Topics of ``optional`` count from their first
-    message on: what they lack before it is missing, but holds up nothing. ``spare``: how many messages each topic may
-    lack at the end of the flight. ``shadows``: topics that are waited for while they answer, and whose gaps are no loss
+    message on: what they lack before it is missing, but holds up nothing. In real time a publisher may leave out
+    steps: a message with its publisher's ``number`` shows how many were published and did not come. ``shadows``: topics that are waited for while they answer, and whose gaps are no loss
     of the flight: the plant waits for no shadow, and one far behind would lose steps. ``now``: s on the steady clock.
     """
 
@@ -39,26 +39,28 @@ class StepCounter:
         self,
         periods: Mapping[str, int],
         optional: Iterable[str] = (),
-        spare: int = 0,
         shadows: Iterable[str] = (),
         now: float = 0.0,
     ) -> None:
         """Start with nothing seen; raises ValueError for a period that is not positive."""
         if any(period <= 0 for period in periods.values()):
             raise ValueError(f"periods must be positive, found {dict(periods)} ns")
-        self._periods, self._optional, self._spare = dict(periods), frozenset(optional), spare
+        self._periods, self._optional = dict(periods), frozenset(optional)
         self._newest = {topic: -period for topic, period in periods.items()}
         self._came = dict.fromkeys(shadows, now)
+        self._numbers: dict[str, int] = {}
         self._lost: Counter[str] = Counter()
 
-    def add(self, topic: str, stamp_ns: int, now: float) -> None:
-        """Take in a message; one of a topic that is not expected, or not newer than the newest, changes nothing."""
-        newest = self._newest.get(topic)
+    def add(self, topic: str, stamp_ns: int, now: float, number: int | None = None) -> None:
+        """Take in a message; one of a topic that is not expected, or not newer than the newest, is not counted."""
+        newest, passed_over = self._newest.get(topic), sys.maxsize
+        if number is not None:
+            passed_over = max(0, number - self._numbers.get(topic, 0) - 1)  # 0: a second publisher counts from 1
+            self._numbers[topic] = number
         if newest is None or stamp_ns <= newest:
             return
-        period = self._periods[topic]
-        # rounded down at one and a half periods: a slow topic that follows a late plant lacks nothing
-        self._lost[topic] += max(0, (2 * (stamp_ns - newest) + period - 1) // (2 * period) - 1)
+        left_out = (stamp_ns - newest - 1) // self._periods[topic]
+        self._lost[topic] += min(left_out, passed_over)
         self._newest[topic] = stamp_ns
         if topic in self._came:
             self._came[topic] = now
@@ -72,7 +74,7 @@ class StepCounter:
     def missing_through(self, stamp_ns: int) -> dict[str, int]:
         """Return {topic: messages that never came} of a flight that ended at ``stamp_ns``, where there are any."""
         ends = {topic: (stamp_ns - self._newest[topic]) // self._periods[topic] for topic in self._counted()}
-        found = {topic: self._lost[topic] + max(0, end - self._spare) for topic, end in ends.items()}
+        found = {topic: self._lost[topic] + (topic not in self._numbers) * max(0, end) for topic, end in ends.items()}
         return {topic: count for topic, count in found.items() if count > 0}
 
     def _counted(self) -> list[str]:
