@@ -8,15 +8,16 @@
 With a commander (``Inputs.wish``) the sequence stands in STANDBY until it is to arm, an own take-off of the autopilot
 is CLIMB -> RETURN -> FLY, and after a landing of ours FLY -> DISARM -> LANDED.
 
-``step`` is called every 20 ms and is pure. An autopilot leaves the offboard mode by itself a while after the last
-heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last setpoint until then. As long as heartbeats come
-it follows stale setpoints: so the heartbeat stops with the controller, and the autopilot is asked to land at once. An
-autopilot that stabilises nothing itself must notice a lost stream within ``Profile.loss_limit``: PROBE stops the stream
-on the ground and measures that time. After the mode was taken away nothing more goes out, even while the autopilot has
-not yet said which mode it is in.
+``step`` is called every 20 ms and is pure; ``_rules`` is the table of all that ends a phase. An autopilot leaves the
+offboard mode by itself a while after the last heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last
+setpoint until then. As long as heartbeats come it follows stale setpoints: so the heartbeat stops with the controller,
+and the autopilot is asked to land at once. An autopilot that stabilises nothing itself must notice a lost stream within
+``Profile.loss_limit``: PROBE stops the stream on the ground and measures that time. After the mode was taken away
+nothing more goes out, even while the autopilot has not yet said which mode it is in.
 """
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -31,7 +32,6 @@ from quad_autopilot.autopilot import (
     Profile,
     Request,
     because,
-    taken,
 )
 from quad_autopilot.parameters import ArmingParameters
 
@@ -65,6 +65,9 @@ class Phase(IntEnum):
     DISARM = 12
 
 
+STREAM, MODE, ARM, SPOOL_UP, FLY, LAND, LANDED, RELEASED, PROBE, STANDBY, CLIMB, RETURN, DISARM = Phase
+
+
 class Wish(IntEnum):
     """What the flight wants of the autopilot now; a flight without commander wants FLY throughout."""
 
@@ -80,7 +83,13 @@ class Wish(IntEnum):
     KILL = 5
 
 
-_AT_IDLE = (Wish.GROUND, Wish.IDLE, Wish.CLIMB)
+_WAITS, _LANDS = (Control.WAITING, Control.UNSAID), (Control.OURS, Control.LANDING, Control.UNSAID)
+_UNAWARE = (
+    "arming refused: {p.name} noticed {noticed} that the stream of setpoints had stopped, expected within "
+    "{p.loss_limit:g} s: {p.loss_advice}"
+)
+_UNHEARD = "nothing heard from {p.name} for {i.silence:.0f} s: it lands by its own failsafe, unseen"
+_NOT_LANDED = "not landed after {l.land_timeout:g} s:{answer}; {p.name} is in {mode} and still armed"
 
 
 class Setpoint(IntEnum):
@@ -148,296 +157,199 @@ class Output(NamedTuple):
     failed: bool
 
 
+class Case:
+    """What the conditions of ``RULES`` look at, and the words of their texts."""
+
+    def __init__(self, profile: Profile, limits: ArmingParameters, memory: Memory, inputs: Inputs) -> None:
+        """Derive them from what is known."""
+        said = inputs.autopilot or Autopilot("no mode yet", Control.OTHER, False)
+        self.profile, self.limits, self.memory, self.inputs, self.said = profile, limits, memory, inputs, said
+        self.wish, self.armed, self.control = inputs.wish, said.armed, said.control
+        self.elapsed = inputs.now - memory.since
+        self.late, self.overdue = self.elapsed > limits.step_timeout, self.elapsed > limits.land_timeout
+        self.blind = inputs.state_age > limits.state_timeout
+        self.left = math.isfinite(memory.left_at)
+        self.unnamed = said.control == Control.UNSAID and inputs.now - memory.left_at < NAMED_WITHIN
+        self.spooled = inputs.autopilot_time - memory.spooled_from >= limits.spool_up
+        # the first command may take longer, for the vehicle stands on the ground
+        starting = math.isinf(inputs.command_age) and self.elapsed <= limits.first_command
+        self.uncommanded = inputs.command_age > limits.command_timeout and not starting
+        self.undisarmed = self.elapsed > DISARMED_WITHIN and inputs.wish != Wish.KILL
+        self.unaware = bool(profile.loss_limit) and not memory.noticed <= profile.loss_limit
+        self.patient = self.elapsed <= PROBE_PATIENCE
+        if said.stream_lost and said.lost_at > memory.spooled_from:
+            self.loss = said.lost_at - memory.spooled_from
+        else:  # one that says nothing of the stream: the event at the start names its parameters
+            self.loss = math.inf if self.patient or said.stream_lost is not None else 0.0
+
+    def told(self, text: str) -> str:
+        """Return ``text`` with its words."""
+        memory, said, request = self.memory, self.said, _asked_in(self.profile, self.memory.phase)
+        why = because(said, memory.usual)
+        by = f"{self.profile.name}'s failsafe" if said.failsafe else f"a pilot or {self.profile.name}"
+        return text.format(
+            p=self.profile,
+            i=self.inputs,
+            l=self.limits,
+            mode=said.mode,
+            why=why,
+            taken=f"{by} took the vehicle",
+            now=f"mode {said.mode}{why}",
+            silent=1e3 * min(self.inputs.command_age, self.elapsed),
+            noticed="not" if math.isinf(memory.noticed) else f"after {memory.noticed:.2f} s",
+            answer=f"{COMMANDS.get(request.command, '') if request else ''} "
+            f"{memory.answer or 'never acknowledged (is target_system right?)'}",
+        )
+
+
+_Row = tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, str]
+
+
+def _rules() -> tuple[_Row, ...]:
+    """Return the table: while in these phases, what holds leads to that phase (None: stay); the first row counts.
+
+    A text makes the flight a failed one; its words are those of ``Case.told``.
+    """
+    ground, arming, take_off = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)
+    within = "within {l.step_timeout:g} s:{answer}{why}"
+    return (
+        ((*arming, FLY, *take_off, LAND), lambda c: c.wish == Wish.KILL, DISARM, ""),
+        # what the autopilot, or a pilot, does by itself
+        ((DISARM, LAND), lambda c: not c.armed, LANDED, ""),
+        ((FLY,), lambda c: not c.armed, RELEASED, "{p.name} disarmed in flight{why}"),
+        (take_off, lambda c: not c.armed, RELEASED, "{p.name} disarmed during its take-off{why}"),
+        ((ARM, SPOOL_UP, FLY), lambda c: c.left and c.unnamed, None, ""),
+        ((ARM, SPOOL_UP), lambda c: c.left, RELEASED, "{taken} before the flight: {now}"),
+        ((FLY,), lambda c: c.left, RELEASED, "{taken} in flight: {now}"),
+        ((*arming, FLY, *take_off), lambda c: c.inputs.stop and c.armed, LAND, "{i.stop}"),
+        ((*ground, *arming), lambda c: c.inputs.stop, RELEASED, "{i.stop}"),
+        # on the ground, up to the first request
+        ((STREAM,), lambda c: c.inputs.autopilot is None and not c.late, None, ""),
+        ((STREAM,), lambda c: c.inputs.autopilot is None, RELEASED, "no {p.status} from {p.name}: {p.hint}"),
+        ((STREAM,), lambda c: c.armed, RELEASED, "{p.name} is armed already, in {mode}: disarm it first"),
+        (ground, lambda c: c.armed, RELEASED, "{p.name} was armed in {mode} before the flight"),
+        ((STREAM,), lambda c: c.blind and c.late, RELEASED, "no {p.state} from {p.name} that can be accepted"),
+        ((STREAM,), lambda c: c.blind or c.memory.beats < c.limits.beats, None, ""),
+        ((STREAM,), lambda c: c.unaware and c.memory.probes < PROBES, PROBE, ""),
+        ((STREAM,), lambda c: c.unaware, RELEASED, _UNAWARE),
+        ((STREAM,), lambda c: c.inputs.refusal and c.late, RELEASED, "arming refused: {i.refusal}"),
+        ((STREAM,), lambda c: c.inputs.refusal, None, ""),
+        ((STREAM,), lambda c: c.wish == Wish.GROUND, STANDBY, ""),
+        ((STREAM,), lambda c: c.wish != Wish.GROUND, MODE, ""),
+        ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
+        ((STANDBY,), lambda c: Wish.IDLE <= c.wish <= Wish.CLIMB, MODE, ""),
+        # to the flight
+        (arming, lambda c: c.wish == Wish.GROUND and c.armed, DISARM, ""),
+        (arming, lambda c: c.wish == Wish.GROUND, STANDBY, ""),
+        ((MODE,), lambda c: c.control == Control.OURS, ARM, ""),
+        ((ARM,), lambda c: c.armed, SPOOL_UP, ""),
+        ((MODE,), lambda c: c.late and c.profile.mode, RELEASED, "{p.name} did not change to {p.offboard} " + within),
+        ((ARM,), lambda c: c.late, RELEASED, "{p.name} did not arm " + within),
+        ((SPOOL_UP,), lambda c: not c.armed, RELEASED, "{p.name} disarmed while the rotors spooled up{why}"),
+        ((SPOOL_UP, FLY), lambda c: c.blind, LAND, "{p.state}: nothing for {i.state_age:.2f} s"),
+        ((SPOOL_UP,), lambda c: c.spooled, FLY, ""),
+        # in flight
+        ((FLY,), lambda c: c.uncommanded, LAND, "controllers: no command for {silent:.0f} ms"),
+        ((FLY,), lambda c: c.wish == Wish.GROUND, DISARM, ""),
+        ((FLY,), lambda c: c.wish == Wish.CLIMB, CLIMB, ""),
+        ((FLY,), lambda c: c.inputs.ended or c.wish == Wish.LAND, LAND, ""),
+        # a take-off of the autopilot's own, and back to our mode
+        (take_off, lambda c: c.wish in (Wish.GROUND, Wish.LAND), LAND, "landing asked for during the take-off"),
+        ((CLIMB,), lambda c: c.control == Control.OTHER, RELEASED, "{taken} during its take-off: {now}"),
+        ((CLIMB,), lambda c: c.control == Control.WAITING and not c.said.landed, RETURN, ""),
+        ((CLIMB,), lambda c: c.overdue, LAND, "{p.name}: no end of its take-off,{answer}"),
+        ((RETURN,), lambda c: c.control == Control.OURS, FLY, ""),
+        ((RETURN,), lambda c: c.control not in _WAITS, RELEASED, "{taken} after its take-off: {now}"),
+        ((RETURN,), lambda c: c.late, LAND, "{p.name} did not change to {p.offboard} after its take-off:{answer}"),
+        # to the ground; an autopilot that does not see the ground lands by itself
+        ((DISARM,), lambda c: c.undisarmed, LAND, "{p.name} does not disarm:{answer}"),
+        ((LAND,), lambda c: c.control not in _LANDS, RELEASED, "{taken} while landing: {now}"),
+        ((LAND,), lambda c: c.inputs.silence > SILENT_FOR, RELEASED, _UNHEARD),
+        ((LAND,), lambda c: c.overdue, RELEASED, _NOT_LANDED),
+    )
+
+
+RULES = _rules()
+
+
 def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[Output, Memory]:
     """Return what to send, and the next memory; ``profile`` says how this autopilot is asked."""
+    memory = _noted(profile, memory, inputs)
+    case = Case(profile, parameters, memory, inputs)
+    if inputs.autopilot is not None or memory.phase == STREAM:
+        found = (row for row in RULES if memory.phase in row[0] and row[1](case))
+        _, _, phase, text = next(found, ((), None, None, ""))
+        memory = memory if phase is None else _entered(case, phase, text)
+        case = Case(profile, parameters, memory, inputs)
+    request = _request(case)
+    heartbeat, setpoint = _stream(case)
+    output = Output(memory.phase, heartbeat, setpoint, request, memory.reason, memory.failed)
+    memory = memory._replace(beats=memory.beats + int(heartbeat))
+    return output, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1) if request else memory
+
+
+def _noted(profile: Profile, memory: Memory, inputs: Inputs) -> Memory:
+    """Return the memory with the answer to our request, and with when the mode was taken away."""
+    said, request, ack = inputs.autopilot, _asked_in(profile, memory.phase), inputs.ack
     if memory.since < 0.0:
         memory = memory._replace(since=inputs.now)
-    memory = _answered(profile, memory, inputs)
-    following = _next(profile, parameters, memory, inputs)
-    if following.phase != memory.phase:
-        following = following._replace(
-            since=inputs.now, asked_at=-math.inf, attempts=0, answer="", spooled_from=inputs.autopilot_time
-        )
-    request, following = _request(profile, parameters, following, inputs)
-    heartbeat, setpoint = _stream(parameters, following, inputs)
-    following = following._replace(beats=following.beats + int(heartbeat))
-    return Output(following.phase, heartbeat, setpoint, request, following.reason, following.failed), following
+    if request and ack and ack.command == request.command and ack.result != IN_PROGRESS:
+        known = 0 <= ack.result < len(RESULTS)
+        memory = memory._replace(answer=RESULTS[ack.result] if known else f"result {ack.result}")
+    if memory.phase in (ARM, SPOOL_UP, FLY) and said and said.control != Control.OURS and inputs.wish != Wish.KILL:
+        memory = memory._replace(left_at=min(memory.left_at, inputs.now))
+    return memory
+
+
+def _entered(case: Case, phase: Phase, text: str) -> Memory:
+    """Return the memory at the beginning of ``phase``; ``text``: why the flight has failed, empty if it has not."""
+    before, now = case.memory, case.inputs.now
+    memory = before._replace(
+        phase=phase, since=now, asked_at=-math.inf, attempts=0, answer="", spooled_from=case.inputs.autopilot_time
+    )
+    if text:
+        lands = f"; {case.profile.name} lands" if phase == LAND else ""
+        reason = "; ".join(filter(None, (before.reason, case.told(text) + lands)))
+        memory = memory._replace(reason=reason, failed=True)
+    if phase == PROBE:
+        return memory._replace(probes=before.probes + 1)
+    if before.phase == PROBE and phase == STREAM:
+        return memory._replace(beats=0, noticed=min(case.loss, before.noticed))  # NaN, before the first, is not less
+    return memory._replace(usual=case.said.reasons) if before.phase == SPOOL_UP and phase == FLY else memory
 
 
 def _asked_in(profile: Profile, phase: Phase) -> Request | None:
-    return {
-        Phase.MODE: profile.mode,
-        Phase.ARM: profile.arm,
-        Phase.LAND: profile.land,
-        Phase.CLIMB: profile.takeoff,
-        Phase.RETURN: profile.mode,
-        Phase.DISARM: profile.disarm,
-    }.get(phase)
+    asked = {MODE: profile.mode, ARM: profile.arm, CLIMB: profile.takeoff, RETURN: profile.mode}
+    return {**asked, LAND: profile.land, DISARM: profile.disarm}.get(phase)
 
 
-def _asked_for(profile: Profile, phase: Phase) -> str:
-    request = _asked_in(profile, phase)
-    return COMMANDS.get(request.command, str(request.command)) if request else ""
-
-
-def _answered(profile: Profile, memory: Memory, inputs: Inputs) -> Memory:
-    request = _asked_in(profile, memory.phase)
-    if inputs.ack is None or request is None or inputs.ack.command != request.command:
-        return memory
-    if inputs.ack.result == IN_PROGRESS:
-        return memory
-    known = 0 <= inputs.ack.result < len(RESULTS)
-    return memory._replace(answer=RESULTS[inputs.ack.result] if known else f"result {inputs.ack.result}")
-
-
-def _next(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> Memory:
-    """Return the memory with the phase that follows now."""
-    phase = memory.phase
-    if phase in (Phase.LANDED, Phase.RELEASED):
-        return memory
-    if phase == Phase.STREAM:
-        return _streaming(profile, parameters, memory, inputs)
-    if inputs.autopilot is None:  # known since STREAM
-        return memory
-    if phase == Phase.PROBE:
-        return _probing(profile, memory, inputs, inputs.autopilot)
-    if inputs.wish == Wish.KILL and phase not in (Phase.STANDBY, Phase.DISARM):
-        return memory._replace(phase=Phase.DISARM)
-    if phase == Phase.STANDBY:
-        return _standing_by(profile, memory, inputs, inputs.autopilot)
-    if phase in (Phase.MODE, Phase.ARM, Phase.SPOOL_UP):
-        return _preparing(profile, parameters, memory, inputs, inputs.autopilot)
-    if phase in (Phase.CLIMB, Phase.RETURN):
-        return _climbing(profile, parameters, memory, inputs, inputs.autopilot)
-    if phase == Phase.DISARM:
-        return _disarming(profile, memory, inputs, inputs.autopilot)
-    if phase == Phase.FLY:
-        return _flying(profile, parameters, memory, inputs, inputs.autopilot)
-    return _landing(profile, parameters, memory, inputs, inputs.autopilot)
-
-
-def _streaming(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> Memory:
-    late = inputs.now - memory.since > parameters.step_timeout
-    if inputs.stop:
-        return _release(memory, inputs.stop)
-    if inputs.autopilot is None:
-        return _release(memory, f"no {profile.status} from {profile.name}: {profile.hint}") if late else memory
-    if inputs.autopilot.armed:
-        return _release(memory, f"{profile.name} is armed already, in {inputs.autopilot.mode}: disarm it first")
-    if inputs.state_age > parameters.state_timeout:
-        return _release(memory, f"no {profile.state} from {profile.name} that can be accepted") if late else memory
-    if memory.beats < parameters.beats:
-        return memory
-    if profile.loss_limit and memory.probes < PROBES and not memory.noticed <= profile.loss_limit:
-        return memory._replace(phase=Phase.PROBE, probes=memory.probes + 1)
-    refusal = inputs.refusal
-    if profile.loss_limit and memory.noticed > profile.loss_limit:
-        after = "not" if math.isinf(memory.noticed) else f"after {memory.noticed:.2f} s"
-        refusal = (
-            f"{profile.name} noticed {after} that the stream of setpoints had stopped, expected within "
-            f"{profile.loss_limit:g} s: {profile.loss_advice}"
-        )
-        late = True
-    if refusal:
-        return _release(memory, f"arming refused: {refusal}") if late else memory
-    return memory._replace(phase=Phase.STANDBY if inputs.wish == Wish.GROUND else Phase.MODE)
-
-
-def _standing_by(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
-    """Return the next memory on the ground, until the commander arms."""
-    if inputs.stop:
-        return _release(memory, inputs.stop)
-    if autopilot.armed:
-        return _release(memory, f"{profile.name} was armed in {autopilot.mode} before the flight")
-    return memory._replace(phase=Phase.MODE) if Wish.IDLE <= inputs.wish <= Wish.CLIMB else memory
-
-
-def _probing(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
-    """Return the next memory while no stream goes out: back to STREAM with the time that the autopilot took."""
-    if inputs.stop:
-        return _release(memory, inputs.stop)
-    if autopilot.armed:
-        return _release(memory, f"{profile.name} was armed in {autopilot.mode} before the flight")
-    noticed = math.inf
-    if autopilot.stream_lost and autopilot.lost_at > memory.spooled_from:
-        noticed = autopilot.lost_at - memory.spooled_from
-    elif inputs.now - memory.since <= PROBE_PATIENCE:
-        return memory
-    elif autopilot.stream_lost is None:
-        noticed = 0.0  # it says nothing of the stream: the event at the start names the parameters
-    quickest = noticed if math.isnan(memory.noticed) else min(noticed, memory.noticed)
-    return memory._replace(phase=Phase.STREAM, beats=0, noticed=quickest)
-
-
-def _preparing(
-    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
-) -> Memory:
-    """Return the next memory between the first request and the flight."""
-    phase, armed = memory.phase, autopilot.armed
-    if phase != Phase.MODE and _is_left(memory, autopilot):
-        return _leave(profile, memory, inputs, autopilot, "before the flight")
-    if inputs.stop:
-        return _land(profile, memory, inputs.stop) if armed else _release(memory, inputs.stop)
-    if inputs.wish == Wish.GROUND:
-        return memory._replace(phase=Phase.DISARM if armed else Phase.STANDBY)
-    if phase == Phase.MODE and autopilot.control == Control.OURS:
-        return memory._replace(phase=Phase.ARM)
-    if phase == Phase.ARM and armed:
-        return memory._replace(phase=Phase.SPOOL_UP)
-    if phase == Phase.SPOOL_UP:
-        if not armed:
-            return _release(memory, f"{profile.name} disarmed while the rotors spooled up{because(autopilot)}")
-        if inputs.state_age > parameters.state_timeout:
-            return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
-        spooled = inputs.autopilot_time - memory.spooled_from >= parameters.spool_up
-        return memory._replace(phase=Phase.FLY, usual=autopilot.reasons) if spooled else memory
-    if inputs.now - memory.since > parameters.step_timeout and not (phase == Phase.MODE and profile.mode is None):
-        what = f"change to {profile.offboard}" if phase == Phase.MODE else "arm"
-        answer = memory.answer or "never acknowledged (is target_system right?)"
-        text = (
-            f"{profile.name} did not {what} within {parameters.step_timeout:g} s: {_asked_for(profile, phase)} {answer}"
-        )
-        return _release(memory, text + because(autopilot))
-    return memory
-
-
-def _flying(
-    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
-) -> Memory:
-    """Return the next memory in flight: the autopilot comes first, then what is lost, then the planned end."""
-    if not autopilot.armed:
-        return _release(memory, f"{profile.name} disarmed in flight{because(autopilot, memory.usual)}")
-    if _is_left(memory, autopilot):
-        return _leave(profile, memory, inputs, autopilot, "in flight")
-    if inputs.stop:
-        return _land(profile, memory, inputs.stop)
-    if inputs.state_age > parameters.state_timeout:
-        return _land(profile, memory, f"{profile.state}: nothing for {inputs.state_age:.2f} s")
-    if inputs.command_age > _patience(parameters, memory, inputs):
-        silent = min(inputs.command_age, inputs.now - memory.since)
-        return _land(profile, memory, f"controllers: no command for {1e3 * silent:.0f} ms")
-    if inputs.wish == Wish.GROUND:
-        return memory._replace(phase=Phase.DISARM)
-    if inputs.wish == Wish.CLIMB:
-        return memory._replace(phase=Phase.CLIMB)
-    lands = inputs.ended or inputs.wish == Wish.LAND
-    return memory._replace(phase=Phase.LAND, reason="", failed=False) if lands else memory
-
-
-def _climbing(
-    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
-) -> Memory:
-    """Return the next memory while the autopilot takes off by itself, and while it is asked to follow us again."""
-    if not autopilot.armed:
-        return _release(memory, f"{profile.name} disarmed during its take-off{because(autopilot, memory.usual)}")
-    if inputs.stop or inputs.wish in (Wish.GROUND, Wish.LAND):
-        return _land(profile, memory, inputs.stop or "landing asked for during the take-off")
-    late = inputs.now - memory.since > parameters.land_timeout
-    if memory.phase == Phase.CLIMB:
-        if autopilot.control == Control.OTHER:
-            return _release(memory, taken(profile, autopilot, "during its take-off", memory.usual))
-        if autopilot.control == Control.WAITING and not autopilot.landed:
-            return memory._replace(phase=Phase.RETURN)
-        return _land(profile, memory, f"{profile.name}: no end of its take-off, {memory.answer}") if late else memory
-    if autopilot.control == Control.OURS:
-        return memory._replace(phase=Phase.FLY)
-    if autopilot.control not in (Control.WAITING, Control.UNSAID):
-        return _release(memory, taken(profile, autopilot, "after its take-off", memory.usual))
-    late = inputs.now - memory.since > parameters.step_timeout
-    text = f"{profile.name} did not change to {profile.offboard} after its take-off: {memory.answer}"
-    return _land(profile, memory, text) if late else memory
-
-
-def _disarming(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot) -> Memory:
-    """Return the next memory on the ground; an autopilot that does not see the ground lands by itself."""
-    if not autopilot.armed:
-        return memory._replace(phase=Phase.LANDED)
-    late = inputs.now - memory.since > DISARMED_WITHIN and inputs.wish != Wish.KILL
-    text = f"{profile.name} does not disarm: {memory.answer or 'never acknowledged'}"
-    return memory._replace(phase=Phase.LAND, reason=text) if late else memory
-
-
-def _landing(
-    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs, autopilot: Autopilot
-) -> Memory:
-    if not autopilot.armed:
-        return memory._replace(phase=Phase.LANDED)
-    if autopilot.control not in (Control.OURS, Control.LANDING, Control.UNSAID):
-        return _release(memory, _both(memory.reason, taken(profile, autopilot, "while landing", memory.usual)))
-    if inputs.silence > SILENT_FOR:
-        text = f"nothing heard from {profile.name} for {inputs.silence:.0f} s"
-        return _release(memory, _both(memory.reason, f"{text}: it lands by its own failsafe, unseen"))
-    if inputs.now - memory.since > parameters.land_timeout:
-        text = f"not landed after {parameters.land_timeout:g} s: NAV_LAND {memory.answer or 'never acknowledged'}"
-        return _release(memory, _both(memory.reason, f"{text}; {profile.name} is in {autopilot.mode} and still armed"))
-    return memory
-
-
-def _is_left(memory: Memory, autopilot: Autopilot) -> bool:
-    return autopilot.control != Control.OURS or not math.isinf(memory.left_at)
-
-
-def _leave(profile: Profile, memory: Memory, inputs: Inputs, autopilot: Autopilot, when: str) -> Memory:
-    """Return the memory of a mode that was taken away: silent from now on, released once it is known who has it."""
-    memory = memory._replace(left_at=min(memory.left_at, inputs.now))
-    if autopilot.control == Control.UNSAID and inputs.now - memory.left_at < NAMED_WITHIN:
-        return memory
-    return _release(memory, taken(profile, autopilot, when, memory.usual))
-
-
-def _patience(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> float:
-    """Return the largest age of a command; the first may take longer, for the vehicle stands on the ground."""
-    starting = math.isinf(inputs.command_age) and inputs.now - memory.since <= parameters.first_command
-    return math.inf if starting else parameters.command_timeout
-
-
-def _request(
-    profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs
-) -> tuple[Request | None, Memory]:
+def _request(case: Case) -> Request | None:
     """Return the request that is due; one without an effect is repeated."""
-    request = _asked_in(profile, memory.phase)
-    control = inputs.autopilot.control if inputs.autopilot is not None else Control.OTHER
-    done = {Phase.LAND: (Control.LANDING, Control.UNSAID), Phase.CLIMB: (Control.CLIMBING, Control.WAITING)}
-    if request is None or not math.isinf(memory.left_at) or control in done.get(memory.phase, ()):
-        return None, memory
-    if inputs.now - memory.asked_at < parameters.answer_timeout:
-        return None, memory
-    asked = request._replace(attempt=memory.attempts)
-    if memory.phase == Phase.DISARM and inputs.wish == Wish.KILL:
-        asked = asked._replace(param2=FORCE)
-    return asked, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1)
+    memory = case.memory
+    request = _asked_in(case.profile, memory.phase)
+    done = {LAND: (Control.LANDING, Control.UNSAID), CLIMB: (Control.CLIMBING, Control.WAITING)}
+    if request is None or case.left or case.control in done.get(memory.phase, ()):
+        return None
+    if case.inputs.now - memory.asked_at < case.limits.answer_timeout:
+        return None
+    forced = memory.phase == DISARM and case.wish == Wish.KILL
+    return request._replace(attempt=memory.attempts, param2=FORCE if forced else request.param2)
 
 
-def _stream(parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[bool, Setpoint]:
+def _stream(case: Case) -> tuple[bool, Setpoint]:
     """Return whether a heartbeat goes out, and what setpoint."""
-    if not math.isinf(memory.left_at):
+    phase, age = case.memory.phase, case.inputs.command_age
+    fresh = age <= case.limits.command_timeout
+    if case.left:
         return False, Setpoint.NONE
-    if memory.phase <= Phase.SPOOL_UP or memory.phase == Phase.STANDBY:
-        return True, Setpoint.IDLE
-    if memory.phase == Phase.DISARM:
-        return inputs.wish != Wish.KILL, Setpoint.IDLE
-    if memory.phase == Phase.CLIMB:
-        return True, Setpoint.IDLE
-    if memory.phase == Phase.RETURN:
-        return inputs.command_age <= parameters.command_timeout, Setpoint.COMMAND
-    offboard = inputs.autopilot is not None and inputs.autopilot.control == Control.OURS
-    if memory.phase not in (Phase.FLY, Phase.LAND) or not offboard:
+    if phase in (STREAM, MODE, ARM, SPOOL_UP, STANDBY, CLIMB, DISARM):
+        return not (phase == DISARM and case.wish == Wish.KILL), Setpoint.IDLE
+    if phase == RETURN:
+        return fresh, Setpoint.COMMAND
+    if phase not in (FLY, LAND) or case.control != Control.OURS:
         return False, Setpoint.NONE
-    if math.isinf(inputs.command_age) or (memory.phase == Phase.FLY and inputs.wish in _AT_IDLE):
-        return memory.phase == Phase.FLY, Setpoint.IDLE
-    fresh = inputs.command_age <= parameters.command_timeout
-    if memory.failed or not fresh:
+    if math.isinf(age) or (phase == FLY and case.wish in (Wish.GROUND, Wish.IDLE, Wish.CLIMB)):
+        return phase == FLY, Setpoint.IDLE
+    if case.memory.failed or not fresh:
         return False, Setpoint.LEVEL
     return True, Setpoint.COMMAND
-
-
-def _land(profile: Profile, memory: Memory, reason: str) -> Memory:
-    return memory._replace(phase=Phase.LAND, reason=f"{reason}; {profile.name} lands", failed=True)
-
-
-def _release(memory: Memory, reason: str) -> Memory:
-    return memory._replace(phase=Phase.RELEASED, reason=reason, failed=True)
-
-
-def _both(first: str, second: str) -> str:
-    return f"{first}; {second}" if first else second

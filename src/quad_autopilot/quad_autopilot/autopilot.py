@@ -99,12 +99,6 @@ class Profile(NamedTuple):
     loss_advice: str = ""
 
 
-def taken(profile: Profile, autopilot: Autopilot, when: str, usual: tuple[str, ...] = ()) -> str:
-    """Return what took the mode away ``when``, with what the autopilot says now and did not say before (``usual``)."""
-    source = f"{profile.name}'s failsafe" if autopilot.failsafe else f"a pilot or {profile.name}"
-    return f"{source} took the vehicle {when}: mode {autopilot.mode}{because(autopilot, usual)}"
-
-
 def because(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:
     """Return what speaks against a flight, in brackets, without the ``usual`` reasons; empty if nothing does."""
     new = [reason for reason in autopilot.reasons if reason not in usual]

@@ -31,8 +31,9 @@ class StepCounter:
 
     ``periods``: {topic: ns between two messages}, the first at stamp 0. Topics of ``optional`` count from their first
     message on: what they lack before it is missing, but holds up nothing. In real time a publisher may leave out
-    steps: a message with its publisher's ``number`` shows how many were published and did not come. ``shadows``: topics that are waited for while they answer, and whose gaps are no loss
-    of the flight: the plant waits for no shadow, and one far behind would lose steps. ``now``: s on the steady clock.
+    steps: a message with its publisher's ``number`` shows how many were published and did not come.
+    ``shadows``: topics that are waited for while they answer, and whose gaps are no loss of the flight: the plant waits
+    for no shadow, and one far behind would lose steps. ``now``: s on the steady clock.
     """
 
     def __init__(
