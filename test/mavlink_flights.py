@@ -19,8 +19,8 @@ from quad_autopilot import arming, odometry  # noqa: E402
 from quad_autopilot.arming import Inputs, Phase, Setpoint  # noqa: E402
 from quad_autopilot.autopilot import Stamps  # noqa: E402
 from quad_core.types import AttitudeThrust, Quat  # noqa: E402
-from quad_mavlink import link, setpoints, vehicle  # noqa: E402
-from quad_mavlink.parameters import MavlinkBridgeParameters, MavlinkMode  # noqa: E402
+from quad_mavlink import link, vehicle  # noqa: E402
+from quad_mavlink.parameters import MavlinkBridgeParameters  # noqa: E402
 
 MASS, WEIGHT = 2.064, 2.064 * 9.81
 BEAT = 5  # steps of the fake's 4 ms
@@ -38,16 +38,23 @@ def hover(state, height):
 
 
 class Flight:
-    """``spoil`` changes each target before it is sent; ``height`` m is flown; without ``commands`` nobody answers."""
+    """``spoil`` changes each SET_ATTITUDE_TARGET; ``height`` m is flown; without ``commands`` no controller answers."""
 
-    def __init__(self, options=None, spoil=lambda target: target, height=1.0, commands=True, **settings):
+    def __init__(self, options=None, spoil=None, height=1.0, commands=True, **settings):
         port = free_port()
         settings = {"max_rotor_thrust": 8.549, "listen": f"127.0.0.1:{port}", **settings}
         self.settings = MavlinkBridgeParameters(**settings)
         self.fake = FakeAutopilot(port, options or {})
         self.link = link.Link(link.load(), self.settings.listen, "", 255, self.settings.target_system)
-        self.vehicle = vehicle.MavlinkVehicle(self.link, self.settings)
-        self.spoil, self.height, self.commands = spoil, height, commands
+        self.vehicle, send = vehicle.MavlinkVehicle(self.link, self.settings), self.link.send
+
+        def spoiled(message):
+            if spoil and message.get_type() == "SET_ATTITUDE_TARGET":
+                spoil(message)
+            send(message)
+
+        self.link.send = spoiled
+        self.height, self.commands = height, commands
         self.memory, self.output, self.sample, self.state = arming.Memory(), None, None, None
         self.steps, self.heard, self.commanded, self.stop, self.ended = 0, -9.0, -9.0, "", False
         self.rejected, self.resets, self.is_level_sent, self.unanswered = [], 0, False, np.inf
@@ -60,9 +67,8 @@ class Flight:
     def refusals(self):
         return {why for _, why in self.fake.report["refusals"]}
 
-    def send(self, setpoint, mode):
-        target = setpoints.target(self.settings._replace(mode=mode), setpoint, self.state, self.vehicle.boosts)
-        self.vehicle.fly(self.spoil(target), Stamps(self.sample.timestamp, self.sample.timestamp_sample))
+    def send(self, setpoint):
+        self.vehicle.fly(setpoint, Stamps(self.sample.timestamp, self.sample.timestamp_sample))
 
     def receive(self):
         now = self.fake.now
@@ -79,7 +85,7 @@ class Flight:
             self.unanswered = min(self.unanswered, now)
             if self.memory.phase == Phase.FLY and self.commands:
                 self.commanded, self.unanswered = now, np.inf
-                self.send(hover(self.state, self.height), self.settings.mode)
+                self.send(hover(self.state, self.height))
 
     def beat(self):
         now = self.fake.now
@@ -97,7 +103,7 @@ class Flight:
         if self.state is not None and (self.output.setpoint == Setpoint.IDLE or (level and not self.is_level_sent)):
             thrust = WEIGHT if level else 0.0
             self.is_level_sent = level
-            self.send(AttitudeThrust(q_wb=self.state.q_wb, thrust=thrust), MavlinkMode.ATTITUDE.value)
+            self.send(AttitudeThrust(q_wb=self.state.q_wb, thrust=thrust))
 
     def run(self, until, longest=30.0):
         """Fly until phase ``until``; return the last output."""

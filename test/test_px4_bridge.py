@@ -153,7 +153,7 @@ def test_position_and_attitude_controller_hover_unchanged_and_px4_lands(given, t
 
 @pytest.mark.long
 def test_the_other_modes_hover_through_drops_reorder_nan_and_a_small_reset(given, tmp_path):
-    kinds = {"motors": ({}, BOTH), "attitude": (ROUGH, NODES), "rates": (ROUGH, NODES)}
+    kinds = {"motors": ({}, BOTH), "attitude": (ROUGH, NODES)}
     with ThreadPoolExecutor(2) as pool:
         runs = {
             mode: pool.submit(flown, tmp_path / mode, given, kind[0], mode, kind[1]) for mode, kind in kinds.items()

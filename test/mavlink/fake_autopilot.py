@@ -33,7 +33,6 @@ class FakeAutopilot:
         self.now, self.mode, self.armed, self.failsafe = 7.0, "loiter", False, False
         self.beats, self.last_beat, self.last_gcs = 0, -9.0, -9.0
         self.target, self.thrust = np.eye(3), 0.0
-        self.rates = None
         self.armed_at = self.landed_for = self.flown_for = self.spooled = 0.0
         self.charge = 80  # percent
         self.acks, self.intervals, self.due, self.samples = [], {}, {}, 0
@@ -106,15 +105,10 @@ class FakeAutopilot:
         self.beats = self.beats + 1 if self.now - self.last_beat <= FRESH else 1
         self.last_beat = self.now
         self.thrust = message.thrust
-        rates = [message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate]
-        self.rates = np.array(rates) if message.type_mask == 128 else None
-        if self.rates is None:
-            self.target = self.body.matrix(message.q)
+        self.target = self.body.matrix(message.q)
         spooling = self.armed and self.now - self.armed_at < 1.0
         self.report["idle_broken"] += int(spooling and self.is_px4 and self.thrust > 0.01)
-        self.report["targets"].append(
-            [round(self.now, 4), message.type_mask, message.time_boot_ms, message.thrust, *message.q, *rates]
-        )
+        self.report["targets"].append([round(self.now, 4), message.type_mask, message.time_boot_ms])
 
     def on_command(self, message):
         if (message.target_system, message.target_component) != (1, 1):
@@ -170,10 +164,7 @@ class FakeAutopilot:
         if not self.is_px4:
             if late or not self.options["guid_options"] & 8:
                 return self.body.land()
-            tilt = self.body.r[2, 2] if self.rates is not None else self.target[2, 2]
-            thrust = thrust / min(max(tilt, 0.1), 1.0) if self.options["angle_boost"] else thrust
-        if self.rates is not None:
-            return self.body.hold_rates(self.rates, thrust)
+            thrust = thrust / min(max(self.target[2, 2], 0.1), 1.0) if self.options["angle_boost"] else thrust
         return self.body.hold_attitude(self.target, thrust)
 
     def step(self):

@@ -31,8 +31,8 @@ def fault(m, now):
     checks = (
         ("target", (m.target_system, m.target_component) != (1, 1)),
         ("not finite", not all(map(math.isfinite, numbers))),
-        ("type_mask", m.type_mask not in (7, 128)),
-        ("quaternion", m.type_mask == 7 and abs(math.hypot(*m.q) - 1.0) > 1e-3),
+        ("type_mask", m.type_mask != 7),
+        ("quaternion", abs(math.hypot(*m.q) - 1.0) > 1e-3),
         ("thrust", not 0.0 <= m.thrust <= 1.0),
         ("stale", not -0.05 <= age <= FRESH),
     )

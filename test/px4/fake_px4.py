@@ -63,7 +63,6 @@ class FakePx4:
         self.beats, self.last_beat, self.level = 0, -1.0, ""
         self.torque, self.thrust, self.motors = np.zeros(3), np.zeros(3), np.zeros(4)
         self.attitude, self.attitude_thrust = np.eye(3), 0.0
-        self.rates, self.rates_thrust = np.zeros(3), 0.0
         self.armed_at, self.landed_for, self.flown_for = 0.0, 0.0, 0.0
         self.acks, self.held_back, self.resets, self.shift = [], None, 0, np.zeros(3)
         self.samples, self.next_sample = 0, 0.0
@@ -97,7 +96,6 @@ class FakePx4:
             (msg.VehicleTorqueSetpoint, "vehicle_torque_setpoint", self.on_torque),
             (msg.ActuatorMotors, "actuator_motors", self.on_motors),
             (msg.VehicleAttitudeSetpoint, "vehicle_attitude_setpoint_v1", self.on_attitude),
-            (msg.VehicleRatesSetpoint, "vehicle_rates_setpoint", self.on_rates),
             (msg.VehicleCommand, "vehicle_command", self.on_command),
             (msg.RegisterExtComponentRequest, "register_ext_component_request", self.on_register),
             (msg.VehicleControlMode, "config_control_setpoints", self.on_config),
@@ -183,17 +181,10 @@ class FakePx4:
         self.attitude, self.attitude_thrust = self.body.matrix(message.q_d), -float(message.thrust_body[2])
         self.setpoint_came(0)
 
-    def on_rates(self, message):
-        self.rates, self.rates_thrust = (
-            np.array([message.roll, message.pitch, message.yaw]),
-            -float(message.thrust_body[2]),
-        )
-        self.setpoint_came(0)
-
     def setpoint_came(self, sampled):
         self.report["setpoints"].append([round(self.now, 4), sampled])
         spooling = self.arming_state == ARMED and self.now - self.armed_at < self.options["spool_up"]
-        if spooling and max(-self.thrust[2], *self.motors, self.attitude_thrust, self.rates_thrust) > 0.01:
+        if spooling and max(-self.thrust[2], *self.motors, self.attitude_thrust) > 0.01:
             self.report["idle_broken"] += 1
 
     def on_command(self, message):
@@ -248,13 +239,11 @@ class FakePx4:
             return self.body.land()
         level = self.level
         if self.nav_state == EXTERNAL:
-            by_rates = "body_rate" if self.config.flag_control_rates_enabled else "thrust_and_torque"
-            level = "attitude" if self.config.flag_control_attitude_enabled else by_rates
+            level = "attitude" if self.config.flag_control_attitude_enabled else "thrust_and_torque"
         return {
             "thrust_and_torque": lambda: self.body.allocate(self.torque, self.thrust),
             "direct_actuator": lambda: np.clip(self.motors, 0.0, 1.0),
             "attitude": lambda: self.body.hold_attitude(self.attitude, self.attitude_thrust),
-            "body_rate": lambda: self.body.hold_rates(self.rates, self.rates_thrust),
         }.get(level, lambda: np.zeros(4))()
 
     def step(self):

@@ -8,10 +8,6 @@ from quad_core.parameters import Choice, Real, Whole
 ThrustCurve = Annotated[
     float, Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0)
 ]
-RateGain = Annotated[
-    float, Real("1/s", "mode rates: body rate per rad of error; larger: stiffer", 0.1, 50.0, "MC_ROLL_P")
-]
-RateLimit = Annotated[float, Real("rad/s", "mode rates: largest body rate that is sent", 0.1, 50.0, "MC_ROLLRATE_MAX")]
 ResetLimit = Annotated[
     float,
     Real("m", "largest jump at a reset of the estimate that is tolerated, with an event; beyond: land", 0.0, 100.0),

@@ -1,4 +1,4 @@
-"""From newtons to an autopilot's thrust 0..1, whatever curve it takes the motors to have; rates towards an attitude.
+"""From newtons to an autopilot's thrust 0..1, whatever curve it takes the motors to have.
 
 A curve says u -> thrust / T_m = k u^2 + (1 - k) u for a motor signal u, 0..1: PX4's THR_MDL_FAC, ArduPilot's
 MOT_THST_EXPO. The autopilot inverts the curve that it assumes; the motors follow the true one.
@@ -6,9 +6,9 @@ MOT_THST_EXPO. The autopilot inverts the curve that it assumes; the motors follo
 
 import math
 
-from quad_core.geometry import clamp, relative_attitude, scale
+from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
-from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3
+from quad_core.types import Actuation, Rotors
 from quad_core.vehicle import Vehicle
 
 AT_REST, AIRBORNE = 0.3, 0.3
@@ -34,16 +34,6 @@ def compensated(assumed: float, true: float, fraction: float) -> float:
         return fraction
     u = signal(clamp(fraction, 0.0, 1.0), true)
     return assumed * u * u + (1.0 - assumed) * u
-
-
-def rates(setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> Vec3:
-    """Return the FLU body rates (rad/s) that turn attitude ``q`` (FLU in ENU) towards the setpoint's.
-
-    omega = 2 gain vec(q^-1 q_d), the shorter way round; ``gain`` in 1/s; each axis within ``limit`` rad/s.
-    """
-    error = relative_attitude(q, setpoint.q_wb)
-    turn = scale(math.copysign(2.0 * gain, error.w), Vec3(error.x, error.y, error.z))
-    return Vec3(clamp(turn.x, -limit, limit), clamp(turn.y, -limit, limit), clamp(turn.z, -limit, limit))
 
 
 def required(max_rotor_thrust: float) -> float:

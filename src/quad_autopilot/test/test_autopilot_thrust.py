@@ -1,4 +1,4 @@
-"""From newtons to an autopilot's 0..1, rates towards an attitude, and what a hover says of the scale."""
+"""From newtons to an autopilot's 0..1, and what a hover says of the scale."""
 
 import math
 
@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from quad_autopilot import thrust
-from quad_core.types import AttitudeThrust, Quat
 from quad_core.vehicle import Vehicle
 
 shares = st.floats(0.05, 0.95)
@@ -26,17 +24,6 @@ def test_what_the_autopilot_undoes_is_the_curve_it_believes_in(share, believed, 
 def test_a_curve_that_both_have_changes_nothing_and_another_does():
     assert thrust.compensated(0.3, 0.3, 0.5) == 0.5
     assert thrust.compensated(0.0, 0.6, 0.5) == pytest.approx((math.sqrt(0.16 + 1.2) - 0.4) / 1.2)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_rates_go_the_shorter_way_and_stay_within_their_limit(sign):
-    desired = Rotation.from_rotvec([0.1, -0.2, 0.3])
-    setpoint = AttitudeThrust(q_wb=Quat(*(sign * desired.as_quat()).tolist()), thrust=9.8)
-    here = Quat(0.0, 0.0, 0.0, 1.0)
-    found = thrust.rates(setpoint, here, gain=2.0, limit=50.0)
-    assert np.array(found) == pytest.approx(4.0 * desired.as_quat()[:3])
-    bounded = thrust.rates(setpoint, here, gain=100.0, limit=0.5)
-    assert bounded == pytest.approx((0.5, -0.5, 0.5))
 
 
 def test_a_hover_with_too_much_of_our_thrust_says_that_a_rotor_gives_less():

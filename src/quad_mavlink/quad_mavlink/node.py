@@ -13,16 +13,15 @@ from quad_autopilot.autopilot import Request
 from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
 from quad_core.safe import level_hover
 from quad_core.types import AttitudeThrust, VehicleState
-from quad_mavlink import link, modes, setpoints
+from quad_mavlink import link, modes
 from quad_mavlink.interface import MAVLINK
-from quad_mavlink.parameters import MavlinkMode
 from quad_mavlink.vehicle import MavlinkVehicle
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 
 
 class MavlinkInterface(AutopilotInterface):
-    """PX4 or ArduPilot over MAVLink: armed, flown by attitude or body rates, landed."""
+    """PX4 or ArduPilot over MAVLink: armed, flown by attitude, landed."""
 
     profile = modes.UNKNOWN
 
@@ -69,21 +68,17 @@ class MavlinkInterface(AutopilotInterface):
         """Send a COMMAND_LONG."""
         self.mavlink.request(request)
 
-    def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
-        """Send an attitude, or rates towards it, and a thrust in N."""
+    def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
+        """Send an attitude and a thrust in N."""
         self.predicted = thrust.predicted(setpoint.thrust, self.max_rotor_thrust)
-        target = setpoints.target(self.settings, setpoint, state, self.mavlink.boosts)
-        self.mavlink.fly(target, self.node.stamps())
+        self.mavlink.fly(setpoint, self.node.stamps())
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude: as a stream before the flight, once when it is given up, for a stream keeps the mode."""
         if output == Setpoint.LEVEL and self._is_level_sent:
             return
         self._is_level_sent = output == Setpoint.LEVEL
-        level = level_hover(self.node.vehicle, state)._replace(thrust=newtons)
-        # a rate sent once would be turned on with
-        settings = self.settings._replace(mode=MavlinkMode.ATTITUDE.value)
-        self.mavlink.fly(setpoints.target(settings, level, state, self.mavlink.boosts), self.node.stamps())
+        self.mavlink.fly(level_hover(self.node.vehicle, state)._replace(thrust=newtons), self.node.stamps())
 
     def measurements(self) -> dict[str, float]:
         """Return what the link dropped, and the battery in V."""

@@ -1,26 +1,15 @@
 """The parameters of the bridge over MAVLink: where the autopilot is, what it is sent, when it is given up."""
 
-from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
-from quad_core.parameters import Choice, Real, Text, Whole
-
-
-class MavlinkMode(IntEnum):
-    """What is sent with SET_ATTITUDE_TARGET."""
-
-    ATTITUDE = 0
-    RATES = 1
+from quad_core.parameters import Real, Text, Whole
 
 
 class MavlinkBridgeParameters(NamedTuple):
     """The bridge over MAVLink: where the autopilot is, what it is sent, and when it is given up."""
 
-    mode: Annotated[
-        int, Choice(MavlinkMode, "what SET_ATTITUDE_TARGET carries in addition to thrust: attitude, or body rates")
-    ] = MavlinkMode.ATTITUDE.value
     listen: Annotated[str, Text("host:port on which the bridge takes UDP; 0.0.0.0 takes it from other machines")] = (
         "127.0.0.1:14540"
     )
@@ -40,8 +29,6 @@ class MavlinkBridgeParameters(NamedTuple):
         Real("", "the thrust curve set in the autopilot; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"),
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
-    rate_gain: RateGain = 6.5
-    rate_limit: RateLimit = 3.8
     reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

@@ -7,14 +7,14 @@ decide what a thrust means. Nothing here decides to arm or to fly: ``quad_autopi
 import math
 from typing import Any
 
-from quad_autopilot import odometry
+from quad_autopilot import frames, odometry
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
 from quad_autopilot.parameters import Flier
-from quad_mavlink import estimate, modes, reasons
+from quad_core.types import AttitudeThrust
+from quad_mavlink import estimate, modes, reasons, setpoints
 from quad_mavlink.link import AUTOPILOT, Link
 from quad_mavlink.parameters import MavlinkBridgeParameters
-from quad_mavlink.setpoints import AttitudeTarget
 
 SET_MESSAGE_INTERVAL = 511
 GUID_OPTIONS, ANGLE_BOOST = "GUID_OPTIONS", "ATC_ANGLE_BOOST"
@@ -24,6 +24,7 @@ _PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 _ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
 _HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
 _STATES = {modes.PX4: (_ODOMETRY,), modes.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
+_ATTITUDE_ONLY = 7  # type_mask: body rates are ignored
 _SHARE = 0.1  # how fast the clock's offset is corrected
 
 
@@ -193,16 +194,17 @@ class MavlinkVehicle:
             )
         )
 
-    def fly(self, target: AttitudeTarget, stamps: Stamps) -> None:
-        """Send a SET_ATTITUDE_TARGET, stamped with the state that it answers."""
+    def fly(self, setpoint: AttitudeThrust, stamps: Stamps) -> None:
+        """Send an attitude (FRD in NED) and a thrust as SET_ATTITUDE_TARGET, stamped with the state that it answers."""
+        x, y, z, w = frames.attitude(setpoint.q_wb)
         self.link.send(
             self._mavlink.MAVLink_set_attitude_target_message(
                 stamps.sampled // 1000 & 0xFFFFFFFF,
                 self.settings.target_system,
                 AUTOPILOT,
-                target.type_mask,
-                list(target.q),
-                *target.rates,
-                target.thrust,
+                _ATTITUDE_ONLY,
+                [w, x, y, z],
+                *(0.0, 0.0, 0.0),
+                setpoints.fraction(self.settings, setpoint, self.boosts),
             )
         )

@@ -7,9 +7,8 @@ import pytest
 
 from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.odometry import Sample
-from quad_core.types import Vec3
+from quad_core.types import AttitudeThrust
 from quad_mavlink.parameters import MavlinkBridgeParameters
-from quad_mavlink.setpoints import AttitudeTarget
 from quad_mavlink.vehicle import MavlinkVehicle
 
 PX4, ARDUPILOT = 12, 3
@@ -44,10 +43,10 @@ def beat(vehicle, kind):
 
 
 def test_a_target_carries_the_ms_of_the_state_that_it_answers(vehicle):
-    target = AttitudeTarget(7, (1.0, 0.0, 0.0, 0.0), Vec3(0.1, 0.2, 0.3), 0.4)
-    vehicle.fly(target, Stamps(now=5_009_000, sampled=5_001_999))
-    assert vehicle.sent == [("set_attitude_target", 5001, SYSTEM, 1, 7, [1.0, 0.0, 0.0, 0.0], 0.1, 0.2, 0.3, 0.4)]
-    vehicle.fly(target, Stamps(sampled=1000 * (2**32 + 5)))
+    vehicle.fly(AttitudeThrust(thrust=8.0), Stamps(now=5_009_000, sampled=5_001_999))
+    assert vehicle.sent[-1][:5] == ("set_attitude_target", 5001, SYSTEM, 1, 7)
+    assert vehicle.sent[-1][6:] == (0.0, 0.0, 0.0, 0.4)
+    vehicle.fly(AttitudeThrust(thrust=8.0), Stamps(sampled=1000 * (2**32 + 5)))
     assert vehicle.sent[-1][1] == 5  # the field has 32 bits
 
 

@@ -38,7 +38,6 @@ CONTROLLERS = {
     Mode.WRENCH: ("allocation",),
     Mode.MOTORS: (),
     Mode.ATTITUDE: ("attitude", "rates", "allocation"),
-    Mode.RATES: ("rates", "allocation"),
 }
 """{mode: PX4's own controllers that run in it}."""
 REQUIRED = ("angular_velocity", "attitude", "local_alt", "local_position")
@@ -58,11 +57,12 @@ class ExternalMode:
         self, node: Node, px4: ModuleType, namespace: str, name: str, mode: Mode, refusal: Callable[[], str]
     ) -> None:
         """Ask PX4 for a mode ``name`` that sends the setpoints of ``mode``; ``refusal``: why it cannot be armed now."""
-        self.nav_state, self.failure, self._check = -1, missing(px4), -1
+        self.nav_state, self.failure, self._check = -1, "", -1
         self._node, self._px4, self._space, self._name, self._mode = node, px4, namespace, name, mode
         self._refusal, self._number = refusal, secrets.randbits(63)
         self._asks, self._ask_at = 0, time.monotonic()
-        if self.failure:
+        if lacking := messages.missing(px4, NEEDED):
+            self.failure = f"px4_msgs has no {lacking}; external modes need that of 1.15 to 1.17"
             return
         self._request_out = self._out("RegisterExtComponentRequest")
         self._answer_out, self._leave_out = self._out("ArmingCheckReply"), self._out("UnregisterExtComponent")
@@ -131,15 +131,6 @@ class ExternalMode:
             message = self._px4.UnregisterExtComponent(name=_letters(self._name), mode_executor_id=-1)
             message.mode_id, message.arming_check_id = self.nav_state, self._check
             self._leave_out.publish(message)
-
-
-def missing(px4: ModuleType) -> str:
-    """Return what of the protocol a px4_msgs lacks; empty if nothing."""
-    for name, fields in NEEDED.items():
-        known = getattr(px4, name).get_fields_and_field_types() if hasattr(px4, name) else {}
-        if lacking := [field for field in fields if field not in known]:
-            return f"px4_msgs has no {name}.{lacking[0]}; external modes need that of 1.15 to 1.17"
-    return ""
 
 
 def _letters(name: str) -> list[int]:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from quad_autopilot import frames, thrust
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
-from quad_core.types import Actuation, AttitudeThrust, Quat, Rotors, Vec3, Wrench
+from quad_core.types import Actuation, Rotors, Vec3, Wrench
 from quad_px4.parameters import AirframeParameters
 
 MOTORS = 12
@@ -37,13 +37,8 @@ FLAG_TOLERANCE = 1e-6
 Row = tuple[float, float, float, float]
 
 
-class Matrix(NamedTuple):
-    """A 4 x 4 matrix, row by row: quicker than NumPy for one product."""
-
-    r0: Row
-    r1: Row
-    r2: Row
-    r3: Row
+Matrix = tuple[Row, Row, Row, Row]
+"""A 4 x 4 matrix, row by row: quicker than NumPy for one product."""
 
 
 class Mapping(NamedTuple):
@@ -66,20 +61,6 @@ class ThrustTorque(NamedTuple):
 
     thrust: Vec3
     torque: Vec3
-
-
-class AttitudeCommand(NamedTuple):
-    """VehicleAttitudeSetpoint: attitude of FRD in NED, thrust normalised, FRD."""
-
-    q: Quat
-    thrust: Vec3
-
-
-class RatesCommand(NamedTuple):
-    """VehicleRatesSetpoint: rad/s and normalised thrust, FRD."""
-
-    rates: Vec3
-    thrust: Vec3
 
 
 def build(airframe: AirframeParameters) -> Mapping:
@@ -118,8 +99,8 @@ def _scales(mix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _matrix(values: NDArray[np.float64]) -> Matrix:
-    rows: list[Row] = [(float(a), float(b), float(c), float(d)) for a, b, c, d in values]
-    return Matrix(*rows)
+    first, second, third, fourth = ((float(a), float(b), float(c), float(d)) for a, b, c, d in values)
+    return first, second, third, fourth
 
 
 def product(matrix: Matrix, v: Row) -> Row:
@@ -204,16 +185,6 @@ def collective(mapping: Mapping, newtons: float) -> Vec3:
     """Return the normalised thrust vector (FRD) for a collective thrust in N."""
     fraction = clamp(newtons / (4.0 * mapping.airframe.max_rotor_thrust), 0.0, 1.0)
     return Vec3(0.0, 0.0, -compensated(mapping.airframe, fraction))
-
-
-def attitude(mapping: Mapping, setpoint: AttitudeThrust) -> AttitudeCommand:
-    """Return attitude and thrust for PX4's own attitude controller."""
-    return AttitudeCommand(frames.attitude(setpoint.q_wb), collective(mapping, setpoint.thrust))
-
-
-def rates(mapping: Mapping, setpoint: AttitudeThrust, q: Quat, gain: float, limit: float) -> RatesCommand:
-    """Return body rates that turn attitude ``q`` (FLU in ENU) towards the setpoint's, for PX4's own rate controller."""
-    return RatesCommand(frames.body(thrust.rates(setpoint, q, gain, limit)), collective(mapping, setpoint.thrust))
 
 
 def predict(mapping: Mapping, wrench: Wrench) -> Actuation:

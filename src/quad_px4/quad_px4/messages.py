@@ -6,44 +6,35 @@ The messages that the bridge uses are alike in releases 1.15 to 1.18 but for the
 
 import importlib
 import math
+from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
+from quad_core.types import Quat, Vec3
 from quad_px4.autopilot import ControlMode, Flags, Status
-from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
+from quad_px4.mapping import ThrustTorque
 from quad_px4.parameters import Mode
 
-NEEDED = {
-    "OffboardControlMode": ("timestamp", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"),
-    "VehicleThrustSetpoint": ("timestamp", "timestamp_sample", "xyz"),
-    "VehicleTorqueSetpoint": ("timestamp", "timestamp_sample", "xyz"),
-    "ActuatorMotors": ("timestamp", "timestamp_sample", "control"),
-    "VehicleAttitudeSetpoint": ("timestamp", "yaw_sp_move_rate", "q_d", "thrust_body"),
-    "VehicleRatesSetpoint": ("timestamp", "roll", "pitch", "yaw", "thrust_body"),
-    "VehicleOdometry": (*Sample._fields,),
-    "VehicleCommand": (
-        "timestamp",
-        "param1",
-        "param2",
-        "command",
-        "target_system",
-        "target_component",
-        "confirmation",
-        "param4",
-        "param5",
-        "param6",
-        "param7",
-    ),
-    "VehicleCommandAck": ("command", "result"),
-    "VehicleStatus": ("timestamp", "arming_state", "nav_state", "failsafe", "pre_flight_checks_pass"),
-    "VehicleControlMode": ("timestamp", "flag_armed", "flag_control_offboard_enabled"),
-    "VehicleLandDetected": ("landed",),
-    "BatteryStatus": ("connected", "remaining"),
-    "FailsafeFlags": ("timestamp", "offboard_control_signal_lost"),
+_COMMAND = "timestamp param1 param2 param4 param5 param6 param7 command target_system target_component confirmation"
+_FIELDS = {
+    "OffboardControlMode": "timestamp attitude thrust_and_torque direct_actuator",
+    "VehicleThrustSetpoint": "timestamp timestamp_sample xyz",
+    "VehicleTorqueSetpoint": "timestamp timestamp_sample xyz",
+    "ActuatorMotors": "timestamp timestamp_sample control",
+    "VehicleAttitudeSetpoint": "timestamp yaw_sp_move_rate q_d thrust_body",
+    "VehicleOdometry": " ".join(Sample._fields),
+    "VehicleCommand": _COMMAND,
+    "VehicleCommandAck": "command result",
+    "VehicleStatus": "timestamp arming_state nav_state failsafe pre_flight_checks_pass",
+    "VehicleControlMode": "timestamp flag_armed flag_control_offboard_enabled",
+    "VehicleLandDetected": "landed",
+    "BatteryStatus": "connected remaining",
+    "FailsafeFlags": "timestamp offboard_control_signal_lost",
 }
+NEEDED = {name: tuple(fields.split()) for name, fields in _FIELDS.items()}
 """{message: the fields that the bridge uses}."""
 
 RELEASES = {(0, 0, 0): "1.15", (1, 0, 0): "1.16", (1, 1, 0): "1.17", (4, 1, 1): "1.18"}
@@ -53,14 +44,8 @@ SETPOINTS = {
     Mode.WRENCH: ("VehicleThrustSetpoint", "VehicleTorqueSetpoint"),
     Mode.MOTORS: ("ActuatorMotors",),
     Mode.ATTITUDE: ("VehicleAttitudeSetpoint",),
-    Mode.RATES: ("VehicleRatesSetpoint",),
 }
-LEVELS = {
-    Mode.WRENCH: "thrust_and_torque",
-    Mode.MOTORS: "direct_actuator",
-    Mode.ATTITUDE: "attitude",
-    Mode.RATES: "body_rate",
-}
+LEVELS = {Mode.WRENCH: "thrust_and_torque", Mode.MOTORS: "direct_actuator", Mode.ATTITUDE: "attitude"}
 """{mode: the field of OffboardControlMode that asks for it}."""
 
 
@@ -73,12 +58,18 @@ def load() -> ModuleType:
             f"px4_msgs: not found ({error}); put the branch of PX4's px4_msgs that fits your firmware (release/1.15 "
             "to release/1.18) into a ROS 2 workspace, build it and source it before the bridge"
         ) from error
-    for name, fields in NEEDED.items():
-        known = getattr(module, name).get_fields_and_field_types() if hasattr(module, name) else {}
-        missing = [field for field in fields if field not in known]
-        if missing:
-            raise ParameterError(f"px4_msgs: {name}.{missing[0]} not found; expected a release of 1.15 to 1.18")
+    if lacking := missing(module, NEEDED):
+        raise ParameterError(f"px4_msgs: {lacking} not found; expected a release of 1.15 to 1.18")
     return module
+
+
+def missing(module: ModuleType, needed: Mapping[str, Sequence[str]]) -> str:
+    """Return the first of the fields {message: fields} that a px4_msgs lacks; empty if it has all."""
+    for name, fields in needed.items():
+        known = getattr(module, name).get_fields_and_field_types() if hasattr(module, name) else {}
+        if lacking := [field for field in fields if field not in known]:
+            return f"{name}.{lacking[0]}"
+    return ""
 
 
 def version(message_type: Any) -> int:
@@ -105,17 +96,8 @@ def topic(namespace: str, direction: str, message_type: Any) -> str:
 
 def sample(message: Any) -> Sample:
     """Return a VehicleOdometry as plain numbers."""
-    return Sample(
-        int(message.timestamp),
-        int(message.timestamp_sample),
-        int(message.pose_frame),
-        int(message.velocity_frame),
-        tuple(message.position.tolist()),
-        tuple(message.q.tolist()),
-        tuple(message.velocity.tolist()),
-        tuple(message.angular_velocity.tolist()),
-        int(message.reset_counter),
-    )
+    found = (getattr(message, name) for name in Sample._fields)
+    return Sample(*(tuple(value.tolist()) if hasattr(value, "tolist") else int(value) for value in found))
 
 
 def status(message: Any) -> Status:
@@ -183,17 +165,8 @@ def motors(module: ModuleType, controls: list[float], timestamp: int, sampled: i
     return module.ActuatorMotors(timestamp=timestamp, timestamp_sample=sampled, control=controls)
 
 
-def attitude(module: ModuleType, value: AttitudeCommand, timestamp: int) -> Any:
-    """Return the setpoint of mode attitude."""
+def attitude(module: ModuleType, q: Quat, thrust: Vec3, timestamp: int) -> Any:
+    """Return the setpoint of mode attitude: FRD in NED, and a normalised thrust in FRD."""
     message = module.VehicleAttitudeSetpoint(timestamp=timestamp, yaw_sp_move_rate=math.nan)
-    message.q_d = [value.q.w, value.q.x, value.q.y, value.q.z]
-    message.thrust_body = list(value.thrust)
-    return message
-
-
-def rates(module: ModuleType, value: RatesCommand, timestamp: int) -> Any:
-    """Return the setpoint of mode rates."""
-    message = module.VehicleRatesSetpoint(timestamp=timestamp)
-    message.roll, message.pitch, message.yaw = value.rates
-    message.thrust_body = list(value.thrust)
+    message.q_d, message.thrust_body = [q.w, q.x, q.y, q.z], list(thrust)
     return message

@@ -1,6 +1,6 @@
 """`ros2 run quad_px4 px4_bridge`: takes the simulator's place with a vehicle that PX4 flies, over uXRCE-DDS.
 
-PX4's odometry becomes ``state``; ``wrench_setpoint`` (mode attitude and rates: ``attitude_setpoint``) becomes PX4's
+PX4's odometry becomes ``state``; ``wrench_setpoint`` (mode attitude: ``attitude_setpoint``) becomes PX4's
 setpoint. ``actuation`` is a prediction of the bridge's own mixer model: PX4 reports none over DDS.
 """
 
@@ -229,9 +229,9 @@ class Px4Interface(AutopilotInterface):
         message = messages.command(self.px4, request, self.settings.target_system, self.node.stamps().now)
         self._command_out.publish(message)
 
-    def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
-        """Send an attitude, or rates towards it, and a thrust in N."""
-        self._send(self.setpoints.of_attitude(setpoint, state.q_wb, self.node.stamps()))
+    def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
+        """Send an attitude and a thrust in N."""
+        self._send(self.setpoints.of_attitude(setpoint, self.node.stamps()))
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude, or no torque; what the guard flies where it has taken over."""

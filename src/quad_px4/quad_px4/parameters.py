@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, RateGain, RateLimit, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 
@@ -26,7 +26,6 @@ class Mode(IntEnum):
     WRENCH = 0
     MOTORS = 1
     ATTITUDE = 2
-    RATES = 3
 
 
 class ChosenBy(IntEnum):
@@ -69,7 +68,8 @@ class Px4BridgeParameters(NamedTuple):
     """The bridge to PX4: what it commands, whom, and when it lets go."""
 
     mode: Annotated[
-        int, Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, attitude, or body rates")
+        int,
+        Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, or attitude"),
     ] = Mode.WRENCH.value
     namespace: Annotated[str, Text("prefix of /fmu, equal to UXRCE_DDS_NS; empty: none", "UXRCE_DDS_NS")] = ""
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
@@ -79,8 +79,6 @@ class Px4BridgeParameters(NamedTuple):
     chosen_by: Annotated[
         int, Choice(ChosenBy, "what selects external_mode: the bridge, or a pilot (the bridge waits)")
     ] = ChosenBy.BRIDGE.value
-    rate_gain: RateGain = 6.5
-    rate_limit: RateLimit = 3.8
     reset_limit: ResetLimit = 0.3
     loss_limit: LossLimit = 0.25
     airframe: AirframeParameters = AirframeParameters()

@@ -3,10 +3,10 @@
 from types import ModuleType
 from typing import Any
 
-from quad_autopilot import thrust
+from quad_autopilot import frames, thrust
 from quad_autopilot.autopilot import Stamps
 from quad_core.safe import level_hover
-from quad_core.types import Actuation, AttitudeThrust, Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, AttitudeThrust, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_px4 import mapping, messages
 from quad_px4.parameters import AirframeParameters, Mode, Px4BridgeParameters
@@ -18,10 +18,10 @@ class Setpoints:
     def __init__(
         self, px4: ModuleType, settings: Px4BridgeParameters, airframe: AirframeParameters, vehicle: Vehicle
     ) -> None:
-        """Raise ParameterError for an airframe that cannot be; ``settings``: mode, ``rate_gain``, ``rate_limit``."""
-        self._px4, self._settings, self._vehicle = px4, settings, vehicle
+        """Raise ParameterError for an airframe that cannot be, with parameter ``mode`` of ``settings``."""
+        self._px4, self._vehicle = px4, vehicle
         self.mode = Mode(settings.mode)
-        self.by_attitude = self.mode in (Mode.ATTITUDE, Mode.RATES)
+        self.by_attitude = self.mode == Mode.ATTITUDE
         self._mapping = mapping.build(airframe)
         self.predicted: Actuation = mapping.predict(self._mapping, Wrench())
 
@@ -32,18 +32,16 @@ class Setpoints:
             return (messages.motors(self._px4, mapping.motors(self._mapping, wrench), *stamps),)
         return messages.thrust_torque(self._px4, mapping.thrust_torque(self._mapping, wrench), *stamps)
 
-    def of_attitude(self, setpoint: AttitudeThrust, q: Quat, stamps: Stamps) -> tuple[Any, ...]:
-        """Return the messages for an attitude and a thrust in N at attitude ``q``: mode attitude or rates."""
+    def of_attitude(self, setpoint: AttitudeThrust, stamps: Stamps) -> tuple[Any, ...]:
+        """Return the message for an attitude and a thrust in N: mode attitude."""
         self.predicted = mapping.predict(self._mapping, Wrench(setpoint.thrust, Vec3()))
-        if self.mode == Mode.ATTITUDE:
-            return (messages.attitude(self._px4, mapping.attitude(self._mapping, setpoint), stamps.now),)
-        gain, limit = self._settings.rate_gain, self._settings.rate_limit
-        return (messages.rates(self._px4, mapping.rates(self._mapping, setpoint, q, gain, limit), stamps.now),)
+        thrust_body = mapping.collective(self._mapping, setpoint.thrust)
+        return (messages.attitude(self._px4, frames.attitude(setpoint.q_wb), thrust_body, stamps.now),)
 
     def safe(self, newtons: float, state: VehicleState, stamps: Stamps) -> tuple[Any, ...]:
         """Return the messages for level attitude, or for no torque, with a thrust in N."""
         if self.by_attitude:
-            return self.of_attitude(level_hover(self._vehicle, state)._replace(thrust=newtons), state.q_wb, stamps)
+            return self.of_attitude(level_hover(self._vehicle, state)._replace(thrust=newtons), stamps)
         return self.of_wrench(Wrench(newtons, Vec3()), stamps)
 
     @property

@@ -1,9 +1,9 @@
 """PX4's allocation and the frames as matrices: written from PX4's documentation, importing nothing of the bridge."""
 
 import numpy as np
-from frames_oracle import BODY, WORLD, ned_frd
+from frames_oracle import BODY
 
-__all__ = ["BODY", "WORLD", "allocated", "made", "ned_frd"]
+__all__ = ["BODY", "allocated", "made"]
 CT = 6.5  # PX4's default thrust coefficient: it must not matter
 
 

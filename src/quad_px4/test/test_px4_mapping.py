@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
-from px4_oracle import BODY, allocated, made, ned_frd
-from scipy.spatial.transform import Rotation
+from px4_oracle import BODY, allocated, made
 
 from quad_core.parameters import ParameterError
-from quad_core.types import AttitudeThrust, Quat, Vec3, Wrench
+from quad_core.types import Vec3, Wrench
 from quad_px4 import mapping
 from quad_px4.parameters import AirframeParameters, RotorPlace
 
@@ -176,35 +175,6 @@ def test_about_a_hover_the_torque_is_right_to_first_order_whatever_the_curve():
     torque, thrust = made(rotors_of(frame), 0.6 * commands**2 + 0.4 * commands, TM)
     assert thrust == pytest.approx(small.thrust, rel=1e-3)
     assert torque == pytest.approx(np.array(small.torque_b), rel=1e-2)
-
-
-attitudes = st.builds(
-    lambda x, y, z: Rotation.from_rotvec([x, y, z]), st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3)
-)
-
-
-@given(attitudes)
-def test_the_attitude_goes_out_in_px4s_frames_and_a_wrong_order_is_seen(rotation):
-    q = Quat(*rotation.as_quat().tolist())
-    found = mapping.attitude(mapping.build(airframe()), AttitudeThrust(q_wb=q, thrust=9.8))
-    expected = ned_frd(q)
-    assert (Rotation.from_quat(found.q).inv() * expected).magnitude() == pytest.approx(0.0, abs=1e-7)
-    assert found.thrust == pytest.approx((0.0, 0.0, -9.8 / (4 * TM)))
-    shifted = Rotation.from_quat([found.q.y, found.q.z, found.q.w, found.q.x])  # w taken for x, and so on
-    assert (shifted.inv() * expected).magnitude() > 0.05 or np.allclose(np.abs(shifted.as_quat()), 0.5, atol=0.1)
-
-
-@given(attitudes, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
-def test_rates_turn_towards_the_setpoint_the_shorter_way(rotation, x, y, z):
-    target = rotation * Rotation.from_rotvec([x, y, z])
-    q, d = Quat(*rotation.as_quat().tolist()), Quat(*(-target.as_quat()).tolist())
-    setpoint = AttitudeThrust(q_wb=d, thrust=9.8)
-    found = mapping.rates(mapping.build(airframe()), setpoint, q, gain=2.0, limit=50.0).rates
-    angle = np.linalg.norm([x, y, z])
-    expected = BODY @ np.array([x, y, z]) * (4.0 * math.sin(angle / 2) / angle if angle else 0.0)
-    assert np.array(found) == pytest.approx(expected, abs=1e-9)
-    bounded = mapping.rates(mapping.build(airframe()), setpoint, q, gain=50.0, limit=0.3).rates
-    assert max(abs(rate) for rate in bounded) <= 0.3
 
 
 def test_the_prediction_is_the_wrench_where_the_rotors_can_and_says_where_they_cannot():

@@ -9,7 +9,7 @@ import pytest
 from quad_autopilot.autopilot import Request
 from quad_core.types import Quat, Vec3
 from quad_px4 import messages
-from quad_px4.mapping import AttitudeCommand, RatesCommand, ThrustTorque
+from quad_px4.mapping import ThrustTorque
 from quad_px4.parameters import Mode
 
 NOW, SAMPLED = 5_000_700, 5_000_000
@@ -30,7 +30,6 @@ PX4 = SimpleNamespace(**{name: type(name, (Message,), {}) for name in messages.N
         (Mode.WRENCH, "thrust_and_torque"),
         (Mode.MOTORS, "direct_actuator"),
         (Mode.ATTITUDE, "attitude"),
-        (Mode.RATES, "body_rate"),
     ],
 )
 def test_the_heartbeat_names_one_level_and_px4s_time(mode, level):
@@ -53,14 +52,9 @@ def test_thrust_and_torque_stand_in_their_own_messages_with_both_stamps():
 
 
 def test_an_attitude_goes_out_as_wxyz_without_a_yaw_rate():
-    found = messages.attitude(PX4, AttitudeCommand(Quat(0.1, 0.2, 0.3, 0.9), THRUST), NOW)
+    found = messages.attitude(PX4, Quat(0.1, 0.2, 0.3, 0.9), THRUST, NOW)
     assert (found.q_d, found.thrust_body, found.timestamp) == ([0.9, 0.1, 0.2, 0.3], [0.0, 0.0, -0.5], NOW)
     assert math.isnan(found.yaw_sp_move_rate)
-
-
-def test_rates_go_out_by_their_names():
-    found = vars(messages.rates(PX4, RatesCommand(Vec3(0.1, 0.2, 0.3), THRUST), NOW))
-    assert found == {"timestamp": NOW, "roll": 0.1, "pitch": 0.2, "yaw": 0.3, "thrust_body": [0.0, 0.0, -0.5]}
 
 
 def test_odometry_keeps_both_stamps_and_frames_apart():

@@ -21,9 +21,9 @@ from quad_dynamics.plant_model import PlantModel
 from quad_dynamics.plant_output import announce
 from quad_mavlink import link
 from quad_mavlink.hil import motors
-from quad_mavlink.hil.exchange import Exchange, RefusedError
 from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
-from quad_mavlink.hil.suite import Suite
+from quad_mavlink.hil.motors import Exchange, RefusedError
+from quad_mavlink.hil.sensors import Sensors, Suite
 from quad_mavlink.interface import JOINED
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import head_of
@@ -63,7 +63,8 @@ class JoinedInterface(Px4Interface):
         mavlink, period = link.load(), node.flight.plant_period
         self.model, self._mapping = PlantModel(node.resolved), mapping.build(airframe)
         self._server = link.Server(mavlink, self.settings.listen)
-        suite = Suite(self.settings, node.flight.seed, period, node.vehicle.gravity)
+        sensors = Sensors(truth_steps=self.settings.truth_period_steps)
+        suite = Suite(sensors, node.flight.seed, period, node.vehicle.gravity)
         self.exchange, self.gate = Exchange(mavlink, self._server, suite), Gate(self.settings.gate)
         node.setpoint_watch.rest()  # the gate waits for them
         self._period_us, self._dt = period // 1000, seconds(1, period)

@@ -1,16 +1,23 @@
-"""From an autopilot's motor outputs to the wrench of our rotors: PX4's quad-x order, FRD places, one thrust curve.
+"""One step of lockstep: sensors out, motors back, and the wrench of our rotors that these make.
+
+The clock is ours, and it goes on only with an answer. While an autopilot boots it answers nothing, but needs a clock
+that runs: until its first answer the sensors are sent at the pace of the steady clock, and the vehicle rests.
 
 PX4's mixer is `quad_px4.mapping`; here its airframe is the simulated vehicle itself, so that each output drives the
 rotor in its place: 0 front right, 1 rear left, 2 front left, 3 rear right are the stack's 2, 4, 3, 1 of layout ``x``.
 """
 
 import math
-from typing import NamedTuple
+import time
+from types import ModuleType
+from typing import Any, NamedTuple
 
 from quad_autopilot import frames
 from quad_core.parameters import ParameterError
-from quad_core.types import Vec3, Wrench
+from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
+from quad_mavlink.hil.sensors import Suite
+from quad_mavlink.link import Server
 from quad_px4.mapping import Mapping, product
 from quad_px4.parameters import AirframeParameters, RotorPlace
 
@@ -18,6 +25,7 @@ ARMED, LOCKSTEP = 128, 1
 """MAV_MODE_FLAG_SAFETY_ARMED; HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP."""
 MOTORS = 4
 _SLACK = 1e-6
+_CONTROLS = "HIL_ACTUATOR_CONTROLS"
 
 
 class Answer(NamedTuple):
@@ -79,3 +87,63 @@ def wrench(mapping: Mapping, answer: Answer) -> Wrench:
     first, second, third, fourth = (largest * (curve * u * u + (1.0 - curve) * u) for u in answer.controls)
     x, y, z, thrust = product(mapping.wrench_of_rotors, (first, second, third, fourth))
     return Wrench(thrust, frames.body(Vec3(x, y, z)))
+
+
+class RefusedError(ValueError):
+    """An answer that cannot be flown; the text names field, found and expected."""
+
+
+class Exchange:
+    """Sends what the sensors read, and takes the answer to it; ``stale`` answers were for earlier readings."""
+
+    def __init__(self, mavlink: ModuleType, server: Server, suite: Suite) -> None:
+        """Speak through ``server``."""
+        self._mavlink, self.server, self.suite = mavlink, server, suite
+        self.stale = 0
+        self._due = 0.0
+
+    def send(self, truth: VehicleState, wind_w: Vec3) -> None:
+        """Read the sensors and send them."""
+        reading = self.suite.read(truth, wind_w)
+        out: list[Any] = []
+        if reading.truth is not None:
+            out.append(self._mavlink.MAVLink_hil_state_quaternion_message(*reading.truth))
+        if reading.gps is not None:
+            out.append(self._mavlink.MAVLink_hil_gps_message(*reading.gps))
+        # last: it moves the autopilot's clock
+        out.append(self._mavlink.MAVLink_hil_sensor_message(*reading.sensor))
+        self.server.send(out)
+
+    def answer(self, patience: float, newest: bool = False) -> Answer | None:
+        """Return the answer to the last reading, None if none comes within ``patience`` s; raises RefusedError.
+
+        ``newest``: whatever outputs come count, those for an earlier reading too.
+        """
+        while True:
+            message = self.server.next(_CONTROLS, patience)
+            if message is None:
+                return None
+            first, second, third, fourth = message.controls[:MOTORS]
+            found = Answer(message.time_usec, (first, second, third, fourth), message.mode, message.flags)
+            if refused := refusal(found, self.suite.time_usec):
+                raise RefusedError(refused)
+            if newest or found.time_usec == self.suite.time_usec:
+                return found
+            self.stale += 1
+
+    def newest(self, patience: float) -> Answer | None:
+        """Return the newest outputs, whatever they answer; None if none come in ``patience`` s; raises RefusedError."""
+        found = self.answer(patience, newest=True)
+        while found is not None and (later := self.answer(0.0, newest=True)) is not None:
+            found = later
+        return found
+
+    def boot(self, truth: VehicleState, wind_w: Vec3, period: float, until: float) -> Answer | None:
+        """Send readings every ``period`` s until the steady time ``until`` s; return the first answer if it comes."""
+        while not self.server.is_closed and (now := time.monotonic()) < until:
+            self._due = max(self._due + period, now)
+            self.send(truth, wind_w)
+            found = self.answer(max(self._due - time.monotonic(), 0.0))
+            if found is not None:
+                return found
+        return None
