@@ -7,12 +7,13 @@ import rclpy
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from std_msgs.msg import UInt32
 
 from quad_bringup.domains import reserved_domain
 from quad_flight_log.recorder.node import numbered
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
-from quad_node.executor import make_executor
 
 pytestmark = pytest.mark.unit
 
@@ -108,7 +109,7 @@ def test_a_second_publisher_of_a_topic_is_no_loss():
     assert found.missing_through(5 * PERIOD) == {}
 
 
-@pytest.mark.parametrize("kind", ["events", "single-threaded"])
+@pytest.mark.parametrize("kind", [EventsExecutor, SingleThreadedExecutor])
 def test_what_a_reader_that_stands_still_loses_is_counted(kind):
     found, came, numbers = counted([], optional=("state", "reference")), [], []
 
@@ -120,7 +121,7 @@ def test_what_a_reader_that_stands_still_loses_is_counted(kind):
         rclpy.init(domain_id=domain)
         sender, reader = rclpy.create_node("sender"), rclpy.create_node("reader")
         reader.create_subscription(UInt32, "state", numbered(keep, numbers.append), 10, raw=True)
-        publisher, executor, deadline = sender.create_publisher(UInt32, "state", 10), make_executor(kind), 200
+        publisher, executor, deadline = sender.create_publisher(UInt32, "state", 10), kind(), 200
         while publisher.get_subscription_count() == 0 and (deadline := deadline - 1):
             time.sleep(0.05)
         for step in range(50):
