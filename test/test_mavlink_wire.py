@@ -104,11 +104,6 @@ def flying(options=None, **settings):
     return flight
 
 
-def test_a_lost_answer_costs_nothing():
-    with flying({"lost_acks": [176, 400, 21]}) as flight:
-        assert flight.output.phase == Phase.FLY
-
-
 @pytest.mark.parametrize("kind", ["px4", "ardupilot"])
 def test_a_pilot_has_the_vehicle_within_one_heartbeat_and_nothing_is_asked_again(kind):
     with flying({"kind": kind, "pilot_after": 3.0}) as flight:
@@ -120,26 +115,6 @@ def test_a_pilot_has_the_vehicle_within_one_heartbeat_and_nothing_is_asked_again
         flight.fly(0.5)
         assert len(flight.fake.report["targets"]) <= sent + 1
         assert "command 21" not in flight.events
-
-
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [({"silent_after": 3.0}, "nothing for"), ({"kind": "ardupilot", "silent_after": 3.0}, "nothing for")],
-)
-def test_states_that_stop_end_in_a_landing(options, word):
-    with flying(options) as flight:
-        output = flight.run(Phase.LANDED)
-        assert word in output.reason
-        assert output.failed
-        assert "command 21" in flight.events
-        assert flight.events[-1] == "disarmed"
-
-
-@pytest.mark.parametrize("kind", ["px4", "ardupilot"])
-def test_a_reset_is_counted_whether_the_autopilot_counts_or_not(kind):
-    with flying({"kind": kind, "reset_after": 2.5, "reset_by": 0.5}) as flight:
-        flight.fly(2.0)
-        assert flight.resets == 1
 
 
 def test_dead_controllers_stop_the_stream_and_the_autopilot_lands():

@@ -129,6 +129,8 @@ def test_a_fault_in_the_middle_ends_on_the_ground_or_with_a_pilot_and_is_named(m
     if name == "pilot":
         taken = next(at for at, what in ended.report["events"] if what == "pilot")
         assert not [what for at, what in ended.report["events"] if at > taken and "command" in what]
+        sent = [*ended.report.get("heartbeats", []), *(row[0] for row in ended.report.get("setpoints", []))]
+        assert vehicle != "px4" or max(sent) < taken + 0.1
     elif (vehicle, name) == ("crazyflie", "lost link"):  # it lands by itself, and nothing can disarm it then
         assert happened(ended)[-1].startswith("land to 0"), said
     else:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
-from body import Body
+from body import Body, Fake
 from over_udp import serve
 
 OPTIONS = {
@@ -51,7 +51,7 @@ def packed(q):
     return bits
 
 
-class FakeCrazyflie:
+class FakeCrazyflie(Fake):
     """Commander, supervisor and log around a ``Body``."""
 
     def __init__(self, port, options):
@@ -66,9 +66,6 @@ class FakeCrazyflie:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", port))
         self.socket.setblocking(False)
-
-    def note(self, what):
-        self.report["events"].append([round(self.now, 3), what])
 
     def refuse(self, why):
         self.report["refusals"].append(why)
@@ -199,14 +196,13 @@ class FakeCrazyflie:
     def step(self):
         """Go on by 4 ms."""
         self.flown_for += 0.004 * bool(self.thrust)
-        if 0.0 < self.options["tumbles_after"] < self.flown_for and not self.tumbled:
+        if self.happens("tumbles_after"):
             self.tumbled = True
-            self.note("tumbled")
-        if self.is_due("battery_after"):
+        if self.happens("battery_after"):
             self.millivolts = 3000
-        if self.is_due("reset_after"):
+        if self.happens("reset_after"):
             self.shift = np.array([self.options["reset_by"], 0.0, 0.0])
-        if self.is_due("pilot_after"):
+        if self.happens("pilot_after"):
             self.landing, self.taken = (self.now, 5.0), True  # another commander takes the vehicle, and lands it
         self.body.step(self.motors())
         self.now += 0.004
@@ -214,14 +210,6 @@ class FakeCrazyflie:
         if self.period and self.now >= self.next_block and not silent:
             self.next_block += self.period
             self.publish()
-
-    def is_due(self, option):
-        """Return whether what an option names happens now, once."""
-        due = 0.0 < self.options[option] < self.flown_for
-        if due:
-            self.options[option] = 0.0
-            self.note(option.removesuffix("_after"))
-        return due
 
     def publish(self):
         body = self.body

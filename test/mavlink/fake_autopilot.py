@@ -14,7 +14,7 @@ import numpy as np
 from pymavlink.dialects.v20 import common as mavlink
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
-from body import Body
+from body import Body, Fake
 from over_udp import serve
 from wire_rules import FRESH, OPTIONS, fault
 
@@ -23,7 +23,7 @@ BEATS, OFFBOARD_LOSS, GUIDED_LOSS, GCS_LOSS = 20, 1.0, 3.0, 5.0
 SPOOL = 0.5
 
 
-class FakeAutopilot:
+class FakeAutopilot(Fake):
     """State machine, controllers and messages around a ``Body``."""
 
     def __init__(self, port, options):
@@ -46,9 +46,6 @@ class FakeAutopilot:
         self.other = mavlink.MAVLink(None, srcSystem=9, srcComponent=1)
         self.into = mavlink.MAVLink(None)
         self.into.robust_parsing = True
-
-    def note(self, what):
-        self.report["events"].append([round(self.now, 3), what])
 
     def refuse(self, why):
         self.report["refusals"].append([round(self.now, 3), why])
@@ -177,16 +174,12 @@ class FakeAutopilot:
         if flying and not self.is_px4 and self.now - self.last_gcs > GCS_LOSS:
             self.mode, self.failsafe = "land", True
             self.note("GCS lost")
-        if flying and 0.0 < options["pilot_after"] < self.flown_for:
-            self.mode, options["pilot_after"] = "pilot", 0.0
-            self.note("pilot")
-        if flying and 0.0 < options["battery_after"] < self.flown_for:
-            self.charge, options["battery_after"] = 5, 0.0
-            self.note("battery low")
-        if flying and 0.0 < options["reset_after"] < self.flown_for:
-            self.resets, options["reset_after"] = self.resets + 1, 0.0
-            self.shift = np.array([options["reset_by"], 0.0, 0.0])
-            self.note("reset")
+        if flying and self.happens("pilot_after"):
+            self.mode = "pilot"
+        if flying and self.happens("battery_after"):
+            self.charge = 5
+        if flying and self.happens("reset_after"):
+            self.resets, self.shift = self.resets + 1, np.array([options["reset_by"], 0.0, 0.0])
         self.body.step(self.motors())
         down = self.armed and self.mode != "ours" and self.body.on_ground
         self.landed_for = self.landed_for + 0.004 if down else 0.0

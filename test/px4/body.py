@@ -12,6 +12,22 @@ PLACES = np.array(
 TURNS = np.array([1.0, 1.0, -1.0, -1.0])  # +1 counter-clockwise seen from above
 
 
+class Fake:
+    """What all fakes share: a report, and what their options make happen so many s after the begin of flight."""
+
+    def note(self, what):
+        """Report an event."""
+        self.report["events"].append([round(self.now, 3), what])
+
+    def happens(self, option):
+        """Return whether what an option names happens now, once."""
+        due = 0.0 < self.options[option] < self.flown_for
+        if due:
+            self.options[option] = 0.0
+            self.note(option.removesuffix("_after"))
+        return due
+
+
 class Body:
     """A quadrotor on flat ground; ``step`` moves it by 4 ms."""
 

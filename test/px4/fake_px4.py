@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
-from body import Body
+from body import Body, Fake
 from px4_msgs import msg
 from rclpy.clock import Clock, ClockType
 from rclpy.experimental import EventsExecutor
@@ -52,7 +52,7 @@ BEATS = 20
 LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
 
 
-class FakePx4:
+class FakePx4(Fake):
     """State machine, controllers and messages around a ``Body``."""
 
     def __init__(self, options):
@@ -108,9 +108,6 @@ class FakePx4:
     def stream_lost(self):
         """Return whether the last heartbeat is too old."""
         return self.now - self.last_beat > self.options["loss"]
-
-    def note(self, what):
-        self.report["events"].append([round(self.now, 3), what])
 
     def on_register(self, message):
         self.report.setdefault("names", []).append(bytes(message.name).rstrip(bytes(1)).decode())
@@ -256,16 +253,12 @@ class FakePx4:
             self.nav_state, self.failsafe = AUTO_LAND, True
             self.note("offboard lost")
         # right after a status: the next one is as far away as it can be
-        if flying and 0.0 < options["pilot_after"] < self.flown_for and self.now - self.said["status"][0] < 0.01:
-            self.nav_state, options["pilot_after"] = POSCTL, 0.0
-            self.note("pilot")
-        if flying and 0.0 < options["reset_after"] < self.flown_for:
-            self.resets, options["reset_after"] = self.resets + 1, 0.0
-            self.shift = np.array([options["reset_by"], 0.0, 0.0])
-            self.note("reset")
-        if flying and 0.0 < options["battery_after"] < self.flown_for:
-            options["battery"], options["battery_after"] = 0.05, 0.0
-            self.note("battery low")
+        if flying and self.now - self.said["status"][0] < 0.01 and self.happens("pilot_after"):
+            self.nav_state = POSCTL
+        if flying and self.happens("reset_after"):
+            self.resets, self.shift = self.resets + 1, np.array([options["reset_by"], 0.0, 0.0])
+        if flying and self.happens("battery_after"):
+            options["battery"] = 0.05
         if self.nav_state == AUTO_TAKEOFF and -self.body.p[2] > TAKEOFF_HEIGHT - 0.2:
             self.nav_state = AUTO_LOITER
             self.note("took off")

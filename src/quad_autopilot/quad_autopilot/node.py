@@ -150,7 +150,7 @@ class AutopilotNode(VehicleNode):
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count, self.large_resets = 0.0, 0, 0
-        self._told: tuple[bool | int | float | str, ...] = ()
+        self._told: dict[str, Any] = {}
         self._tell_at = -math.inf
         self._reported: tuple[str, ...] = ()
         self._had_failsafe = False
@@ -345,24 +345,22 @@ class AutopilotNode(VehicleNode):
             return
         # on the ground what speaks against arming, in flight what is new since it began
         usual = self.sequence.usual if phase in _ALOFT else said.reasons if said.checks_pass else ()
-        found = (
-            phase in _ALOFT and phase != Phase.SPOOL_UP,
-            phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
-            math.isfinite(self.sequence.left_at) or (phase == Phase.RELEASED and said.control == Control.OTHER),
-            said.landed or phase == Phase.LANDED,  # disarmed by itself after its landing
-            said.position_lost,
-            self.large_resets,
-            -1.0 if math.isnan(said.battery) else round(said.battery, 2),
-            said.mode,
-            because(said, usual).strip(" ()"),
-        )
+        found = {
+            "armed": phase in _ALOFT and phase != Phase.SPOOL_UP,
+            "flies": phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
+            "pilot": math.isfinite(self.sequence.left_at)
+            or (phase == Phase.RELEASED and said.control == Control.OTHER),
+            "landed": said.landed or phase == Phase.LANDED,  # disarmed by itself after its landing
+            "position_lost": said.position_lost,
+            "resets": self.large_resets,
+            "battery": math.nan if math.isnan(said.battery) else round(said.battery, 2),
+            "mode": said.mode,
+            "reasons": because(said, usual).strip(" ()"),
+        }
         if found == self._told and now < self._tell_at:
             return
         self._told, self._tell_at = found, now + _TELL_EVERY
-        armed, flies, pilot, landed, lost, resets, battery, mode, reasons = found
-        message = AutopilotStatus(armed=armed, flies=flies, pilot=pilot, landed=landed, position_lost=lost)
-        message.resets, message.mode, message.reasons = resets, mode, reasons
-        message.battery, message.run_id = battery if battery >= 0.0 else math.nan, self.flight.run_id
+        message = AutopilotStatus(run_id=self.flight.run_id, **found)
         set_stamp(message.stamp, max(self.elapsed_ns, 0))
         self._autopilot_out.publish(message)
 

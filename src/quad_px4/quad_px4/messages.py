@@ -133,6 +133,12 @@ def ack(message: Any) -> Ack:
     return Ack(int(message.command), int(message.result))
 
 
+def share(message: Any) -> float:
+    """Return the share of full of a BatteryStatus, NaN if it is unknown."""
+    known = message.connected and 0.0 <= message.remaining <= 1.0
+    return float(message.remaining) if known else math.nan
+
+
 def heartbeat(module: ModuleType, mode: Mode, timestamp: int) -> Any:
     """Return the OffboardControlMode of a mode; ``timestamp`` in microseconds of PX4, here and below."""
     message = module.OffboardControlMode(timestamp=timestamp)

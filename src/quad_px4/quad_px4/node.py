@@ -4,8 +4,9 @@ PX4's odometry becomes ``state``; ``wrench_setpoint`` (mode attitude: ``attitude
 setpoint. ``actuation`` is a prediction of the bridge's own mixer model: PX4 reports none over DDS.
 """
 
-import math
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -121,51 +122,28 @@ class Px4Interface(AutopilotInterface):
 
         self._heartbeat_out, self._command_out = out("OffboardControlMode"), out("VehicleCommand")
         self._setpoints_out = [out(name) for name in messages.SETPOINTS[self.setpoints.mode]]
-        for name, callback in (
-            ("VehicleOdometry", self._on_odometry),
-            ("VehicleStatus", self._on_status),
-            ("VehicleControlMode", self._on_control_mode),
-            ("VehicleCommandAck", self._on_ack),
-            ("FailsafeFlags", self._on_flags),
-            ("VehicleLandDetected", self._on_landed),
-            ("BatteryStatus", self._on_battery),
+        for name, attribute, read in (
+            ("VehicleStatus", "_status", messages.status),
+            ("VehicleControlMode", "_control_mode", lambda message: messages.control_mode(message, self._ours)),
+            ("FailsafeFlags", "_flags", lambda message: messages.flags(message, self._flags)),
+            ("VehicleLandDetected", "_vehicle", lambda message: self._vehicle._replace(landed=bool(message.landed))),
+            ("BatteryStatus", "_vehicle", lambda message: self._vehicle._replace(battery=messages.share(message))),
+            ("VehicleCommandAck", "ack", messages.ack),
+            ("VehicleOdometry", "", messages.sample),
         ):
-            kind = getattr(self.px4, name)
-            self.node.ros.create_subscription(kind, messages.topic(space, "out", kind), callback, quality)
+            kind, take = getattr(self.px4, name), partial(self._take, attribute, read)
+            self.node.ros.create_subscription(kind, messages.topic(space, "out", kind), take, quality)
 
-    def _on_status(self, message: Any) -> None:
-        self.spoke_at, self._status = self.clock(), messages.status(message)
-        self._update()
-
-    def _on_control_mode(self, message: Any) -> None:
-        self.spoke_at, self._control_mode = self.clock(), messages.control_mode(message, self._ours)
-        self._update()
-
-    def _update(self) -> None:
+    def _take(self, attribute: str, read: Callable[[Any], Any], message: Any) -> None:
+        """Keep what PX4 says as ``attribute``; an estimate goes on at once."""
+        self.spoke_at, found = self.clock(), read(message)
+        if not attribute:
+            self.node.on_sample(found)
+            return
+        setattr(self, attribute, found)
         if self._status is not None:
             ours = self._ours if self._ours >= 0 else OFFBOARD
             self.autopilot = autopilot(self._status, self._control_mode, self._flags, self._vehicle, ours)
-
-    def _on_flags(self, message: Any) -> None:
-        self.spoke_at, self._flags = self.clock(), messages.flags(message, self._flags)
-        self._update()
-
-    def _on_landed(self, message: Any) -> None:
-        self._vehicle = self._vehicle._replace(landed=bool(message.landed))
-        self._update()
-
-    def _on_battery(self, message: Any) -> None:
-        share = float(message.remaining)
-        known = message.connected and 0.0 <= share <= 1.0
-        self._vehicle = self._vehicle._replace(battery=share if known else math.nan)
-        self._update()
-
-    def _on_ack(self, message: Any) -> None:
-        self.spoke_at, self.ack = self.clock(), messages.ack(message)
-
-    def _on_odometry(self, message: Any) -> None:
-        self.spoke_at = self.clock()
-        self.node.on_sample(messages.sample(message))
 
     def on_published(self) -> None:
         """Have the guard take the state as new."""
