@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
 from flying import LONGEST
-from px4_flights import BRIDGE, PERIODS, VEHICLE, Flight, environment
+from px4_flights import BRIDGE, PERIODS, VEHICLE, CrazyflieFlight, Flight, MavlinkFlight, environment
+from vehicle_packages import vehicle_packages
 
 from quad_flight_log.analysis.takeovers import takeovers
 from quad_flight_log.bag.reader import open_flight
@@ -243,24 +244,31 @@ def test_climb_and_doublets_have_the_right_sign_axis_and_size_and_a_turned_yaw_i
     assert "ok    torque +x" in output
 
 
-def run(given, *words):
-    return subprocess.run([BRIDGE, *words], env=given, capture_output=True, text=True, timeout=60, check=False)
-
-
 def test_what_cannot_fly_ends_with_one_line_and_2(given):
-    known = ["--ros-args", *PERIODS, "-p", "airframe.max_rotor_thrust:=5.0"]
-    without = {name: value for name, value in given.items() if name != "PYTHONPATH"}
-    without["PYTHONPATH"] = ":".join(path for path in given["PYTHONPATH"].split(":") if "px4_msgs" not in path)
-    for environment_, words, named in (
-        (without, known, "px4_msgs: not found"),
-        (given, [*known, "-p", "flight.mode:=lockstep"], "flight.mode: found lockstep"),
-        (given, ["--ros-args", *PERIODS], "airframe.max_rotor_thrust: found 0.0"),
-        (given, [*known, *OURS], "external_mode: found 'Case flight'"),
+    mavlink, crazyflie = MavlinkFlight.owner, CrazyflieFlight.owner
+    own = [path for path in given["PYTHONPATH"].split(":") if "px4_msgs" not in path]
+    without = {**given, "PYTHONPATH": ":".join(own)}
+    whole = {**without, "PYTHONPATH": ":".join([*own, str(vehicle_packages())])}
+    known, thrust = (
+        [*PERIODS, "-p", "airframe.max_rotor_thrust:=5.0"],
+        [*ALONE, *PERIODS, "-p", "max_rotor_thrust:=5.0"],
+    )
+    for bridge, found, words, named in (
+        (BRIDGE, without, known, "px4_msgs: not found"),
+        (BRIDGE, given, [*known, "-p", "flight.mode:=lockstep"], "flight.mode: found lockstep"),
+        (BRIDGE, given, PERIODS, "airframe.max_rotor_thrust: found 0.0"),
+        (BRIDGE, given, [*known, *OURS], "external_mode: found 'Case flight'"),
+        (mavlink, without, thrust, "pymavlink: not found"),
+        (mavlink, whole, [*ALONE, *PERIODS], "max_rotor_thrust: found 0.0"),
+        (mavlink, whole, [*thrust, "-p", "listen:=here"], "listen: found 'here', expected host:port"),
+        (crazyflie, without, thrust, "cflib: not found"),
     ):
-        done = run(environment_, *words)
+        done = subprocess.run(
+            [bridge, "--ros-args", *words], env=found, capture_output=True, text=True, timeout=60, check=False
+        )
         assert done.returncode == 2, done.stderr
         assert len(done.stderr.splitlines()) == 1, done.stderr
         assert named in done.stderr
-    shown = run(given, "--help")
+    shown = subprocess.run([BRIDGE, "--help"], env=given, capture_output=True, text=True, timeout=60, check=False)
     assert shown.returncode == 0
     assert "max_rotor_thrust" in shown.stdout

@@ -13,7 +13,8 @@ from quad_autopilot.autopilot import COMMANDS, Ack
 def test_from_the_ground_to_the_ground():
     flight = Flight()
     began = flight.now
-    flight.run(Phase.FLY)
+    while flight.tick().phase != Phase.FLY:
+        assert (flight.output.heartbeat, flight.output.setpoint) == (True, Setpoint.IDLE)
     assert flight.phases == [Phase.STREAM, Phase.MODE, Phase.ARM, Phase.SPOOL_UP, Phase.FLY]
     first = flight.requests[0][0] - began
     assert first >= 20 * TICK - 1e-9  # PX4 wants a stream before it takes the mode
@@ -33,12 +34,6 @@ def test_from_the_ground_to_the_ground():
     output = flight.run(Phase.LANDED)
     assert (output.failed, output.reason) == (False, "")
     assert asked(flight) == [MODE, ARM, LAND]
-
-
-def test_until_the_flight_the_rotors_are_told_to_idle():
-    flight = Flight()
-    while flight.tick().phase != Phase.FLY:
-        assert (flight.output.heartbeat, flight.output.setpoint) == (True, Setpoint.IDLE)
 
 
 @pytest.mark.parametrize("command", [MODE, ARM])
@@ -85,28 +80,21 @@ def test_an_answer_in_progress_or_to_another_command_is_none():
         assert arming.step(PROFILE, PARAMETERS, flight.memory, given)[1].answer == ""
 
 
-def test_without_status_or_odometry_nothing_is_asked():
-    for px4, inputs, word in (
-        ({"silent": True}, {}, "vehicle_status"),
-        ({}, {"state_age": math.inf}, "vehicle_odometry"),
-    ):
-        flight = Flight(**px4)
-        output = flight.run(Phase.RELEASED, **inputs)
-        assert word in output.reason
-        assert flight.requests == []
+GROUNDED = {
+    "no status": ({"silent": True}, {}, "vehicle_status"),
+    "no states": ({}, {"state_age": math.inf}, "vehicle_odometry"),
+    "misfit": ({}, {"refusal": "states 8 ms to 12 ms apart"}, "arming refused: states 8 ms to 12 ms apart"),
+    "armed": ({"arming_state": 2, "nav_state": 2}, {}, "armed already, in POSCTL"),
+}
 
 
-def test_what_does_not_fit_refuses_arming_with_the_numbers():
-    flight = Flight()
-    output = flight.run(Phase.RELEASED, refusal="states 8 ms to 12 ms apart")
-    assert output.reason == "arming refused: states 8 ms to 12 ms apart"
-    assert flight.requests == []
-
-
-def test_a_vehicle_that_is_armed_already_is_left_alone():
-    flight = Flight(arming_state=2, nav_state=2)
-    output = flight.run(Phase.RELEASED)
-    assert "armed already, in POSCTL" in output.reason
+@pytest.mark.parametrize("name", GROUNDED)
+def test_what_speaks_against_a_flight_is_named_and_nothing_is_asked(name):
+    px4, inputs, words = GROUNDED[name]
+    flight = Flight(**px4)
+    output = flight.run(Phase.RELEASED, **inputs)
+    assert output.failed
+    assert words in output.reason
     assert flight.requests == []
 
 
