@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from quad_autopilot import arming, odometry, spacing, thrust
+from quad_autopilot import arming, odometry, thrust
 from quad_autopilot.arming import Phase, Setpoint, Wish
 from quad_autopilot.autopilot import (
     COMMANDS,
@@ -278,7 +278,7 @@ class AutopilotNode(VehicleNode):
         if self.interface.is_predicting:
             text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
             self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
-        self.event(FlightEvent.INFO, "state_age", spacing.age_report(self._ages, self.profile.state), always=True)
+        self.event(FlightEvent.INFO, "state_age", odometry.age_report(self._ages, self.profile.state), always=True)
         self.interface.on_begin()
 
     def prepare(self) -> list[str]:
@@ -470,7 +470,7 @@ class AutopilotNode(VehicleNode):
     def _refusal(self) -> str:
         """Return why the flight must not begin."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
-        misfit = spacing.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
+        misfit = odometry.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
         moving = self._standing.refusal(self.settings.arming.speed, self.profile.state)
         return self.interface.refusal() or misfit or moving
 

@@ -13,7 +13,7 @@ from quad_autopilot.autopilot import Request
 from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
 from quad_core.safe import level_hover
 from quad_core.types import AttitudeThrust, VehicleState
-from quad_mavlink import link, modes
+from quad_mavlink import link, words
 from quad_mavlink.interface import MAVLINK
 from quad_mavlink.vehicle import MavlinkVehicle
 from quad_msgs.msg import FlightEvent
@@ -23,7 +23,7 @@ from quad_node.main import run
 class MavlinkInterface(AutopilotInterface):
     """PX4 or ArduPilot over MAVLink: armed, flown by attitude, landed."""
 
-    profile = modes.UNKNOWN
+    profile = words.UNKNOWN
 
     def __init__(self, node: AutopilotNode) -> None:
         """Look for pymavlink and open the port; raises ParameterError for what cannot fly."""

@@ -7,12 +7,13 @@ decide what a thrust means. Nothing here decides to arm or to fly: ``quad_autopi
 import math
 from typing import Any
 
-from quad_autopilot import frames, odometry
+from quad_autopilot import frames, odometry, thrust
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
 from quad_autopilot.parameters import Flier
+from quad_core.geometry import body_z, clamp
 from quad_core.types import AttitudeThrust
-from quad_mavlink import estimate, modes, reasons, setpoints
+from quad_mavlink import words
 from quad_mavlink.link import AUTOPILOT, Link
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
@@ -23,9 +24,19 @@ THRUST_AS_THRUST = 8
 _PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 _ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
 _HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
-_STATES = {modes.PX4: (_ODOMETRY,), modes.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
+_STATES = {words.PX4: (_ODOMETRY,), words.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
 _ATTITUDE_ONLY = 7  # type_mask: body rates are ignored
 _SHARE = 0.1  # how fast the clock's offset is corrected
+
+
+_LEAST_COSINE = 0.1  # ArduPilot multiplies the thrust by 1 / cos(tilt) (ATC_ANGLE_BOOST), and boosts no further
+
+
+def fraction(settings: MavlinkBridgeParameters, setpoint: AttitudeThrust, boosts: bool) -> float:
+    """Return what the autopilot needs for the thrust of ``setpoint``: 0..1; ``boosts``: it divides by cos(tilt)."""
+    newtons = setpoint.thrust * (clamp(body_z(setpoint.q_wb).z, _LEAST_COSINE, 1.0) if boosts else 1.0)
+    share = clamp(newtons / (4.0 * settings.max_rotor_thrust), 0.0, 1.0)
+    return clamp(thrust.compensated(settings.autopilot_curve, settings.thrust_curve, share), 0.0, 1.0)
 
 
 class MavlinkVehicle:
@@ -34,7 +45,7 @@ class MavlinkVehicle:
     def __init__(self, link: Link, settings: MavlinkBridgeParameters) -> None:
         """Nothing is known before the first HEARTBEAT."""
         self.link, self.settings, self._mavlink = link, settings, link.mavlink
-        self.profile: Profile = modes.UNKNOWN
+        self.profile: Profile = words.UNKNOWN
         self.autopilot: Autopilot | None = None
         self.ack: Ack | None = None
         self.kind = 0
@@ -42,9 +53,9 @@ class MavlinkVehicle:
         self.battery = self._charge = math.nan
         self.refused: list[str] = []
         self._checks_pass = True
-        self._texts: tuple[reasons.Text, ...] = ()
-        self._heartbeat: modes.Heartbeat | None = None
-        self._position: estimate.Position | None = None
+        self._texts: tuple[words.Text, ...] = ()
+        self._heartbeat: words.Heartbeat | None = None
+        self._position: words.Position | None = None
         self._counter = odometry.ResetCounter(settings.reset_limit)
         self._offset = math.nan  # autopilot's ns minus ours
         self._asked = False
@@ -57,7 +68,7 @@ class MavlinkVehicle:
         elif kind == "COMMAND_ACK":
             self._on_ack(message)
         elif kind == "STATUSTEXT":
-            self._texts = reasons.heard(self._texts, now, message.severity, message.text, message.id)
+            self._texts = words.heard(self._texts, now, message.severity, message.text, message.id)
         elif kind == "SYS_STATUS":
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
@@ -73,21 +84,21 @@ class MavlinkVehicle:
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
-        self._heartbeat = modes.Heartbeat(
+        self._heartbeat = words.Heartbeat(
             message.autopilot, message.base_mode, message.custom_mode, message.system_status
         )
-        if message.autopilot in modes.PROFILES:
-            self.kind, self.profile = message.autopilot, modes.PROFILES[message.autopilot]
+        if message.autopilot in words.PROFILES:
+            self.kind, self.profile = message.autopilot, words.PROFILES[message.autopilot]
         elif not self.kind:
-            self.profile = modes.UNKNOWN._replace(
+            self.profile = words.UNKNOWN._replace(
                 hint=f"system {self.settings.target_system} is MAV_AUTOPILOT {message.autopilot}, "
-                f"expected {modes.PX4} (PX4) or {modes.ARDUPILOT} (ArduPilot)"
+                f"expected {words.PX4} (PX4) or {words.ARDUPILOT} (ArduPilot)"
             )
 
     def _renew(self, now: float) -> None:
         if self.kind and self._heartbeat is not None:
-            texts = reasons.newest(self._texts, now)
-            self.autopilot = modes.said(self._heartbeat, self._checks_pass, texts, self._charge)
+            texts = words.newest(self._texts, now)
+            self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge)
 
     def _on_ack(self, message: Any) -> None:
         if message.target_system not in (0, self.settings.source_system):
@@ -109,16 +120,16 @@ class MavlinkVehicle:
 
     def _on_state(self, kind: str, message: Any) -> Sample | None:
         is_odometry = kind == "ODOMETRY"
-        if is_odometry != (self.kind == modes.PX4):
+        if is_odometry != (self.kind == words.PX4):
             return None
         if kind == "LOCAL_POSITION_NED":
-            self._position = estimate.Position(
+            self._position = words.Position(
                 message.time_boot_ms, (message.x, message.y, message.z), (message.vx, message.vy, message.vz)
             )
             return None
         rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
         if is_odometry:
-            return estimate.of_odometry(
+            return words.of_odometry(
                 message.time_usec,
                 (message.frame_id, message.child_frame_id),
                 (message.x, message.y, message.z),
@@ -128,7 +139,7 @@ class MavlinkVehicle:
                 message.reset_counter,
             )
         q = (message.q1, message.q2, message.q3, message.q4)
-        found = estimate.of_pair(message.time_boot_ms, q, rates, self._position)
+        found = words.of_pair(message.time_boot_ms, q, rates, self._position)
         return self._counter.counted(found) if found is not None else None
 
     def stamped(self, sample: Sample, now: float) -> Sample:
@@ -162,16 +173,16 @@ class MavlinkVehicle:
 
     def missing(self) -> list[str]:
         """Return the parameters that must be known before a flight."""
-        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == modes.ARDUPILOT else ()
+        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == words.ARDUPILOT else ()
         return [name for name in needed if name not in self.parameters]
 
     def refusal(self) -> str:
         """Return what in the autopilot's parameters speaks against a flight; empty if nothing."""
-        if self.kind == modes.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+        if self.kind == words.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
             return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
         if missing := self.missing():
             return f"{', '.join(missing)}: asked for, not answered"
-        if self.kind == modes.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
+        if self.kind == words.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
             found = int(self.parameters[GUID_OPTIONS])
             return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
         return ""
@@ -179,7 +190,7 @@ class MavlinkVehicle:
     @property
     def boosts(self) -> bool:
         """Whether the autopilot divides the thrust by the cosine of the tilt."""
-        return self.kind == modes.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
+        return self.kind == words.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
 
     def request(self, request: Request) -> None:
         """Send a COMMAND_LONG."""
@@ -205,6 +216,6 @@ class MavlinkVehicle:
                 _ATTITUDE_ONLY,
                 [w, x, y, z],
                 *(0.0, 0.0, 0.0),
-                setpoints.fraction(self.settings, setpoint, self.boosts),
+                fraction(self.settings, setpoint, self.boosts),
             )
         )

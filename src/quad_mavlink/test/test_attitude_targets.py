@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from quad_autopilot.autopilot import Stamps
 from quad_core.types import AttitudeThrust, Quat
-from quad_mavlink import setpoints
 from quad_mavlink.parameters import MavlinkBridgeParameters
-from quad_mavlink.vehicle import MavlinkVehicle
+from quad_mavlink.vehicle import MavlinkVehicle, fraction
 
 TM = 5.0
 SETTINGS = MavlinkBridgeParameters(max_rotor_thrust=TM)
@@ -72,13 +71,13 @@ def test_each_planted_mistake_is_seen(mistake):
 @given(attitudes)
 def test_where_the_autopilot_divides_by_the_tilt_the_thrust_is_right_all_the_same(rotation):
     upright = rotation.as_matrix()[2, 2]
-    boosted = setpoints.fraction(SETTINGS, asked(rotation, 7.0), True) / min(max(upright, 0.1), 1.0)
+    boosted = fraction(SETTINGS, asked(rotation, 7.0), True) / min(max(upright, 0.1), 1.0)
     assert 4.0 * TM * boosted == pytest.approx(7.0 if upright > 0.1 else 4.0 * TM * boosted)
 
 
 @given(st.floats(0.05, 0.95), st.floats(0.05, 1.0), st.floats(0.05, 1.0))
 def test_the_motors_give_the_thrust_whatever_curve_the_autopilot_believes_in(share, believed, true):
     settings = SETTINGS._replace(autopilot_curve=believed, thrust_curve=true)
-    command = setpoints.fraction(settings, asked(Rotation.identity(), share * 4.0 * TM), False)
+    command = fraction(settings, asked(Rotation.identity(), share * 4.0 * TM), False)
     u = float(max(np.roots([believed, 1.0 - believed, -command]).real))
     assert true * u * u + (1.0 - true) * u == pytest.approx(share, abs=1e-9)

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from quad_autopilot import odometry
 from quad_autopilot.autopilot import Control
 from quad_core.parameters import ParameterError
-from quad_mavlink import estimate, link, modes, reasons
-from quad_mavlink.modes import Heartbeat
+from quad_mavlink import link, words
+from quad_mavlink.words import Heartbeat
 
 PX4, ARDUPILOT = 12, 3
 
@@ -34,27 +34,27 @@ PX4, ARDUPILOT = 12, 3
     ],
 )
 def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, name, control):
-    found = modes.said(Heartbeat(autopilot, 1, custom_mode, 4), True, "")
+    found = words.said(Heartbeat(autopilot, 1, custom_mode, 4), True, "")
     assert (found.mode, found.control, found.armed, found.failsafe) == (name, control, False, False)
-    assert modes.said(Heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
+    assert words.said(Heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
 
 
 def test_the_mode_is_asked_for_by_each_autopilot_s_number():
-    assert modes.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
-    assert modes.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
-    assert modes.PROFILES[PX4].land.command == modes.PROFILES[ARDUPILOT].land.command == 21
+    assert words.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
+    assert words.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
+    assert words.PROFILES[PX4].land.command == words.PROFILES[ARDUPILOT].land.command == 21
 
 
 def test_texts_are_put_together_shown_once_and_forgotten():
     first = "Preflight Fail: Compass Sensor 0 missing and nothi"
-    texts = reasons.heard((), 1.0, 3, first, 5)
-    texts = reasons.heard(texts, 1.0, 3, "ng else", 5)
-    texts = reasons.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
+    texts = words.heard((), 1.0, 3, first, 5)
+    texts = words.heard(texts, 1.0, 3, "ng else", 5)
+    texts = words.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
     for _ in range(3):
-        texts = reasons.heard(texts, 3.0, 2, "battery low", 0)
-    assert reasons.newest(texts, 4.0) == (first + "ng else", "battery low")
-    assert reasons.newest(texts, 12.0) == ("battery low",)
-    assert reasons.heard(texts, 30.0, 7, "quiet", 0) == ()
+        texts = words.heard(texts, 3.0, 2, "battery low", 0)
+    assert words.newest(texts, 4.0) == (first + "ng else", "battery low")
+    assert words.newest(texts, 12.0) == ("battery low",)
+    assert words.heard(texts, 30.0, 7, "quiet", 0) == ()
 
 
 Q = Rotation.from_euler("ZYX", [0.7, 0.2, -0.3])
@@ -65,7 +65,7 @@ WXYZ = tuple(np.roll(Q.as_quat(), 1).tolist())
 def test_the_velocity_of_odometry_is_in_the_frame_that_it_names(child):
     ned = np.array([1.0, -2.0, 0.5])
     sent = ned if child == 1 else Q.as_matrix().T @ ned
-    sample = estimate.of_odometry(5_000_000, (1, child), (1.0, 2.0, -3.0), WXYZ, tuple(sent), (0.1, 0.2, 0.3), 4)
+    sample = words.of_odometry(5_000_000, (1, child), (1.0, 2.0, -3.0), WXYZ, tuple(sent), (0.1, 0.2, 0.3), 4)
     assert odometry.refusal(sample, -1) == ""
     state = odometry.state(sample)
     assert state.p_w == pytest.approx(WORLD @ [1.0, 2.0, -3.0])
@@ -76,23 +76,23 @@ def test_the_velocity_of_odometry_is_in_the_frame_that_it_names(child):
 
 @pytest.mark.parametrize("frames", [(20, 1), (1, 20), (0, 0)])
 def test_odometry_in_another_frame_is_refused(frames):
-    sample = estimate.of_odometry(5_000_000, frames, (1.0, 2.0, -3.0), WXYZ, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
+    sample = words.of_odometry(5_000_000, frames, (1.0, 2.0, -3.0), WXYZ, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
     assert "NED" in odometry.refusal(sample, -1)
 
 
 def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
-    position = estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
-    sample = estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position)
+    position = words.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
+    sample = words.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position)
     assert sample.timestamp_sample == 1_010_000
     assert sample.position == pytest.approx((1.1, 2.0, -3.01))
-    assert estimate.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position) is None
-    assert estimate.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None) is None
+    assert words.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position) is None
+    assert words.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None) is None
 
 
 def test_a_jump_without_a_counter_is_counted_and_a_flight_is_none():
     still = (0.0, 0.0, 0.0)
-    last = estimate.of_pair(1000, WXYZ, still, estimate.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
-    flown = estimate.of_pair(1010, WXYZ, still, estimate.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
+    last = words.of_pair(1000, WXYZ, still, words.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
+    flown = words.of_pair(1010, WXYZ, still, words.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
     far = flown._replace(position=(1.1, 2.5, -3.0))
     for sample, resets in ((flown, 0), (far, 1), (far._replace(position=(math.nan, 0.0, 0.0)), 0)):
         counter = odometry.ResetCounter(0.3)

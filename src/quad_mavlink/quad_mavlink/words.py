@@ -1,0 +1,156 @@
+"""What PX4 and ArduPilot say over MAVLink: their modes (HEARTBEAT), reasons (STATUSTEXT) and estimates.
+
+Velocities of ODOMETRY are in the frame of ``child_frame_id``: PX4 sends NED (1), others body FRD (12). Without it an
+ATTITUDE_QUATERNION and a LOCAL_POSITION_NED make a pair.
+"""
+
+import math
+from typing import NamedTuple
+
+from quad_autopilot.autopilot import DO_SET_MODE, Autopilot, Control, Profile, Request
+from quad_autopilot.odometry import NED, Sample
+from quad_core.geometry import rotate
+from quad_core.types import Quat, Vec3
+
+ARDUPILOT, PX4 = 3, 12
+"""MAV_AUTOPILOT."""
+_ARMED, _CUSTOM_MODE = 128, 1.0
+_CRITICAL = 5
+_AUTO, _OFFBOARD = 4, 6
+_PX4_MODES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED"}
+_PX4_AUTO = {2: "TAKEOFF", 3: "LOITER", 4: "MISSION", 5: "RTL", 6: "LAND", 8: "FOLLOW", 9: "PRECLAND"}
+_PX4_CONTROL = {2: Control.CLIMBING, 3: Control.WAITING, 6: Control.LANDING, 9: Control.LANDING}
+_GUIDED, _LAND = 4, 9
+_COPTER_MODES = {
+    0: "STABILIZE", 1: "ACRO", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 7: "CIRCLE", 9: "LAND",
+    11: "DRIFT", 13: "SPORT", 14: "FLIP", 15: "AUTOTUNE", 16: "POSHOLD", 17: "BRAKE", 18: "THROW", 19: "AVOID_ADSB",
+    20: "GUIDED_NOGPS", 21: "SMART_RTL", 22: "FLOWHOLD", 23: "FOLLOW", 24: "ZIGZAG", 25: "SYSTEMID",
+}  # fmt: skip
+
+UNKNOWN = Profile("the autopilot", "offboard", "HEARTBEAT", "estimate", "does its MAVLink reach `listen`?", Request(0))
+"""Before the first HEARTBEAT."""
+PROFILES = {
+    PX4: Profile(
+        "PX4",
+        "OFFBOARD",
+        "HEARTBEAT",
+        "ODOMETRY",
+        "does the link send it?",
+        Request(DO_SET_MODE, _CUSTOM_MODE, float(_OFFBOARD)),
+    ),
+    ARDUPILOT: Profile(
+        "ArduPilot",
+        "GUIDED",
+        "HEARTBEAT",
+        "ATTITUDE_QUATERNION, LOCAL_POSITION_NED",
+        "does the link send it?",
+        Request(DO_SET_MODE, _CUSTOM_MODE, float(_GUIDED)),
+    ),
+}
+
+
+class Heartbeat(NamedTuple):
+    """The fields of HEARTBEAT that are used, as MAVLink has them."""
+
+    autopilot: int
+    base_mode: int
+    custom_mode: int
+    system_status: int
+
+
+def said(heartbeat: Heartbeat, checks_pass: bool, reasons: tuple[str, ...], battery: float = math.nan) -> Autopilot:
+    """Return what a HEARTBEAT of PX4 or ArduPilot says."""
+    name, control = (_px4 if heartbeat.autopilot == PX4 else _copter)(heartbeat.custom_mode)
+    armed, critical = bool(heartbeat.base_mode & _ARMED), heartbeat.system_status >= _CRITICAL
+    return Autopilot(name, control, armed, critical, checks_pass, reasons, battery=battery)
+
+
+def _px4(custom_mode: int) -> tuple[str, Control]:
+    main, sub = custom_mode >> 16 & 255, custom_mode >> 24 & 255
+    if main == _AUTO:
+        return f"AUTO_{_PX4_AUTO.get(sub, sub)}", _PX4_CONTROL.get(sub, Control.OTHER)
+    return _PX4_MODES.get(main, f"mode {main}"), Control.OURS if main == _OFFBOARD else Control.OTHER
+
+
+def _copter(custom_mode: int) -> tuple[str, Control]:
+    control = {_GUIDED: Control.OURS, _LAND: Control.LANDING}.get(custom_mode, Control.OTHER)
+    return _COPTER_MODES.get(custom_mode, f"mode {custom_mode}"), control
+
+
+WORST = 4
+"""MAV_SEVERITY_WARNING: what is less severe is no reason."""
+_FOR, _SHOWN, _PIECE = 10.0, 3, 50
+
+
+class Text(NamedTuple):
+    """One text: when it came (s), its number (0: whole) and what it says."""
+
+    at: float
+    number: int
+    text: str
+
+
+def heard(texts: tuple[Text, ...], now: float, severity: int, text: str, number: int) -> tuple[Text, ...]:
+    """Return the texts with a piece that has come; a piece of a known number is appended to it."""
+    recent = tuple(known for known in texts if now - known.at <= _FOR)
+    if severity > WORST or not text:
+        return recent
+    for place, known in enumerate(recent):
+        if number and known.number == number and len(known.text) % _PIECE == 0:
+            return (*recent[:place], known._replace(text=known.text + text), *recent[place + 1 :])
+    if any(known.text == text for known in recent):
+        return recent
+    return (*recent, Text(now, number, text))
+
+
+def newest(texts: tuple[Text, ...], now: float) -> tuple[str, ...]:
+    """Return the newest texts."""
+    return tuple(known.text for known in texts if now - known.at <= _FOR)[-_SHOWN:]
+
+
+LOCAL_NED, BODY_FRD = 1, 12
+"""MAV_FRAME."""
+LATEST = 30
+"""Milliseconds between the two messages of a pair."""
+_OTHER = 0
+
+Triple = tuple[float, float, float]
+Quadruple = tuple[float, float, float, float]
+
+
+class Position(NamedTuple):
+    """LOCAL_POSITION_NED: ms since boot, m, m/s."""
+
+    time_boot_ms: int
+    position: Triple
+    velocity: Triple
+
+
+def of_odometry(
+    time_usec: int,
+    frames: tuple[int, int],
+    position: Triple,
+    q: Quadruple,
+    velocity: Triple,
+    rates: Triple,
+    resets: int,
+) -> Sample:
+    """Return an ODOMETRY as a sample; ``frames``: frame_id, child_frame_id; one that is not NED is marked so."""
+    frame, child = frames
+    if child == BODY_FRD:
+        w, x, y, z = q
+        turned = rotate(Quat(x, y, z, w), Vec3(*velocity))
+        velocity = (turned.x, turned.y, turned.z)
+        child = LOCAL_NED
+    known = [NED if each == LOCAL_NED else _OTHER for each in (frame, child)]
+    return Sample(time_usec, time_usec, known[0], known[1], position, q, velocity, rates, resets)
+
+
+def of_pair(time_boot_ms: int, q: Quadruple, rates: Triple, position: Position | None) -> Sample | None:
+    """Return an ATTITUDE_QUATERNION with the newest position carried on to its time; None without a near one."""
+    if position is None or abs(time_boot_ms - position.time_boot_ms) > LATEST:
+        return None
+    elapsed = 1e-3 * (time_boot_ms - position.time_boot_ms)
+    moved = [p + elapsed * v for p, v in zip(position.position, position.velocity, strict=True)]
+    stamp = 1000 * time_boot_ms
+    return Sample(stamp, stamp, NED, NED, (moved[0], moved[1], moved[2]), q, position.velocity, rates, 0)
