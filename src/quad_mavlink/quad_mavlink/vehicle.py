@@ -54,8 +54,8 @@ class MavlinkVehicle:
         self.refused: list[str] = []
         self._checks_pass = True
         self._texts: tuple[words.Text, ...] = ()
-        self._heartbeat: words.Heartbeat | None = None
-        self._position: words.Position | None = None
+        self._heartbeat: Any = None
+        self._position: Any = None
         self._counter = odometry.ResetCounter(settings.reset_limit)
         self._offset = math.nan  # autopilot's ns minus ours
         self._asked = False
@@ -84,9 +84,7 @@ class MavlinkVehicle:
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
-        self._heartbeat = words.Heartbeat(
-            message.autopilot, message.base_mode, message.custom_mode, message.system_status
-        )
+        self._heartbeat = message
         if message.autopilot in words.PROFILES:
             self.kind, self.profile = message.autopilot, words.PROFILES[message.autopilot]
         elif not self.kind:
@@ -119,27 +117,14 @@ class MavlinkVehicle:
             self._offset = self._offset + _SHARE * (offset - self._offset) if known else offset
 
     def _on_state(self, kind: str, message: Any) -> Sample | None:
-        is_odometry = kind == "ODOMETRY"
-        if is_odometry != (self.kind == words.PX4):
+        if (kind == "ODOMETRY") != (self.kind == words.PX4):
             return None
+        if kind == "ODOMETRY":
+            return words.of_odometry(message)
         if kind == "LOCAL_POSITION_NED":
-            self._position = words.Position(
-                message.time_boot_ms, (message.x, message.y, message.z), (message.vx, message.vy, message.vz)
-            )
+            self._position = message
             return None
-        rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-        if is_odometry:
-            return words.of_odometry(
-                message.time_usec,
-                (message.frame_id, message.child_frame_id),
-                (message.x, message.y, message.z),
-                tuple(message.q),
-                (message.vx, message.vy, message.vz),
-                rates,
-                message.reset_counter,
-            )
-        q = (message.q1, message.q2, message.q3, message.q4)
-        found = words.of_pair(message.time_boot_ms, q, rates, self._position)
+        found = words.of_pair(message, self._position)
         return self._counter.counted(found) if found is not None else None
 
     def stamped(self, sample: Sample, now: float) -> Sample:

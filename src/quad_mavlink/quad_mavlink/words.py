@@ -5,7 +5,7 @@ ATTITUDE_QUATERNION and a LOCAL_POSITION_NED make a pair.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from quad_autopilot.autopilot import DO_SET_MODE, Autopilot, Control, Profile, Request
 from quad_autopilot.odometry import NED, Sample
@@ -49,16 +49,7 @@ PROFILES = {
 }
 
 
-class Heartbeat(NamedTuple):
-    """The fields of HEARTBEAT that are used, as MAVLink has them."""
-
-    autopilot: int
-    base_mode: int
-    custom_mode: int
-    system_status: int
-
-
-def said(heartbeat: Heartbeat, checks_pass: bool, reasons: tuple[str, ...], battery: float = math.nan) -> Autopilot:
+def said(heartbeat: Any, checks_pass: bool, reasons: tuple[str, ...], battery: float = math.nan) -> Autopilot:
     """Return what a HEARTBEAT of PX4 or ArduPilot says."""
     name, control = (_px4 if heartbeat.autopilot == PX4 else _copter)(heartbeat.custom_mode)
     armed, critical = bool(heartbeat.base_mode & _ARMED), heartbeat.system_status >= _CRITICAL
@@ -110,47 +101,33 @@ def newest(texts: tuple[Text, ...], now: float) -> tuple[str, ...]:
 
 LOCAL_NED, BODY_FRD = 1, 12
 """MAV_FRAME."""
-LATEST = 30
-"""Milliseconds between the two messages of a pair."""
+LATEST = 0.03
+"""Seconds between the two messages of a pair."""
 _OTHER = 0
 
-Triple = tuple[float, float, float]
-Quadruple = tuple[float, float, float, float]
 
-
-class Position(NamedTuple):
-    """LOCAL_POSITION_NED: ms since boot, m, m/s."""
-
-    time_boot_ms: int
-    position: Triple
-    velocity: Triple
-
-
-def of_odometry(
-    time_usec: int,
-    frames: tuple[int, int],
-    position: Triple,
-    q: Quadruple,
-    velocity: Triple,
-    rates: Triple,
-    resets: int,
-) -> Sample:
-    """Return an ODOMETRY as a sample; ``frames``: frame_id, child_frame_id; one that is not NED is marked so."""
-    frame, child = frames
+def of_odometry(message: Any) -> Sample:
+    """Return an ODOMETRY as a sample; one that is not NED is marked so."""
+    velocity, child = (message.vx, message.vy, message.vz), message.child_frame_id
     if child == BODY_FRD:
-        w, x, y, z = q
+        w, x, y, z = message.q
         turned = rotate(Quat(x, y, z, w), Vec3(*velocity))
-        velocity = (turned.x, turned.y, turned.z)
-        child = LOCAL_NED
-    known = [NED if each == LOCAL_NED else _OTHER for each in (frame, child)]
-    return Sample(time_usec, time_usec, known[0], known[1], position, q, velocity, rates, resets)
+        velocity, child = (turned.x, turned.y, turned.z), LOCAL_NED
+    pose, motion = (NED if each == LOCAL_NED else _OTHER for each in (message.frame_id, child))
+    stamp, position, q = message.time_usec, (message.x, message.y, message.z), tuple(message.q)
+    return Sample(stamp, stamp, pose, motion, position, q, velocity, _rates(message), message.reset_counter)
 
 
-def of_pair(time_boot_ms: int, q: Quadruple, rates: Triple, position: Position | None) -> Sample | None:
-    """Return an ATTITUDE_QUATERNION with the newest position carried on to its time; None without a near one."""
-    if position is None or abs(time_boot_ms - position.time_boot_ms) > LATEST:
+def of_pair(message: Any, position: Any | None) -> Sample | None:
+    """Return an ATTITUDE_QUATERNION with the newest LOCAL_POSITION_NED carried on to its time; None if none is near."""
+    elapsed = 1e-3 * (message.time_boot_ms - position.time_boot_ms) if position is not None else math.inf
+    if position is None or abs(elapsed) > LATEST:
         return None
-    elapsed = 1e-3 * (time_boot_ms - position.time_boot_ms)
-    moved = [p + elapsed * v for p, v in zip(position.position, position.velocity, strict=True)]
-    stamp = 1000 * time_boot_ms
-    return Sample(stamp, stamp, NED, NED, (moved[0], moved[1], moved[2]), q, position.velocity, rates, 0)
+    velocity = position.vx, position.vy, position.vz
+    x, y, z = (p + elapsed * v for p, v in zip((position.x, position.y, position.z), velocity, strict=True))
+    stamp, q = 1000 * message.time_boot_ms, (message.q1, message.q2, message.q3, message.q4)
+    return Sample(stamp, stamp, NED, NED, (x, y, z), q, velocity, _rates(message), 0)
+
+
+def _rates(message: Any) -> tuple[float, float, float]:
+    return message.rollspeed, message.pitchspeed, message.yawspeed

@@ -1,6 +1,7 @@
 """Modes, reasons and estimates as PX4 and ArduPilot send them, written from MAVLink's definitions."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,12 @@ from quad_autopilot import odometry
 from quad_autopilot.autopilot import Control
 from quad_core.parameters import ParameterError
 from quad_mavlink import link, words
-from quad_mavlink.words import Heartbeat
 
 PX4, ARDUPILOT = 12, 3
+
+
+def heartbeat(*values):
+    return SimpleNamespace(**dict(zip(("autopilot", "base_mode", "custom_mode", "system_status"), values, strict=True)))
 
 
 @pytest.mark.parametrize(
@@ -34,9 +38,9 @@ PX4, ARDUPILOT = 12, 3
     ],
 )
 def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, name, control):
-    found = words.said(Heartbeat(autopilot, 1, custom_mode, 4), True, "")
+    found = words.said(heartbeat(autopilot, 1, custom_mode, 4), True, "")
     assert (found.mode, found.control, found.armed, found.failsafe) == (name, control, False, False)
-    assert words.said(Heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
+    assert words.said(heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
 
 
 def test_the_mode_is_asked_for_by_each_autopilot_s_number():
@@ -61,11 +65,36 @@ Q = Rotation.from_euler("ZYX", [0.7, 0.2, -0.3])
 WXYZ = tuple(np.roll(Q.as_quat(), 1).tolist())
 
 
+def numbered(names, values):
+    return dict(zip(names, map(float, values), strict=True))
+
+
+def odometry_of(frames, velocity, rates=(0.0, 0.0, 0.0), resets=0):
+    motion = numbered(("vx", "vy", "vz"), velocity) | numbered(("rollspeed", "pitchspeed", "yawspeed"), rates)
+    frame, child = frames
+    return words.of_odometry(
+        SimpleNamespace(
+            time_usec=5_000_000, frame_id=frame, child_frame_id=child, x=1.0, y=2.0, z=-3.0, q=list(WXYZ),
+            reset_counter=resets, **motion,
+        )
+    )  # fmt: skip
+
+
+def pair_of(time_boot_ms, position):
+    attitude = numbered(("q1", "q2", "q3", "q4"), WXYZ) | numbered(("rollspeed", "pitchspeed", "yawspeed"), (0, 0, 0))
+    return words.of_pair(SimpleNamespace(time_boot_ms=time_boot_ms, **attitude), position)
+
+
+def position_of(time_boot_ms, p, v):
+    motion = numbered(("x", "y", "z"), p) | numbered(("vx", "vy", "vz"), v)
+    return SimpleNamespace(time_boot_ms=time_boot_ms, **motion)
+
+
 @pytest.mark.parametrize("child", [1, 12])
 def test_the_velocity_of_odometry_is_in_the_frame_that_it_names(child):
     ned = np.array([1.0, -2.0, 0.5])
     sent = ned if child == 1 else Q.as_matrix().T @ ned
-    sample = words.of_odometry(5_000_000, (1, child), (1.0, 2.0, -3.0), WXYZ, tuple(sent), (0.1, 0.2, 0.3), 4)
+    sample = odometry_of((1, child), sent, (0.1, 0.2, 0.3), 4)
     assert odometry.refusal(sample, -1) == ""
     state = odometry.state(sample)
     assert state.p_w == pytest.approx(WORLD @ [1.0, 2.0, -3.0])
@@ -76,23 +105,22 @@ def test_the_velocity_of_odometry_is_in_the_frame_that_it_names(child):
 
 @pytest.mark.parametrize("frames", [(20, 1), (1, 20), (0, 0)])
 def test_odometry_in_another_frame_is_refused(frames):
-    sample = words.of_odometry(5_000_000, frames, (1.0, 2.0, -3.0), WXYZ, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
+    sample = odometry_of(frames, (0.0, 0.0, 0.0))
     assert "NED" in odometry.refusal(sample, -1)
 
 
 def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
-    position = words.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
-    sample = words.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), position)
+    position = position_of(1000, (1.0, 2.0, -3.0), (10.0, 0.0, -1.0))
+    sample = pair_of(1010, position)
     assert sample.timestamp_sample == 1_010_000
     assert sample.position == pytest.approx((1.1, 2.0, -3.01))
-    assert words.of_pair(1031, WXYZ, (0.0, 0.0, 0.0), position) is None
-    assert words.of_pair(1010, WXYZ, (0.0, 0.0, 0.0), None) is None
+    assert pair_of(1031, position) is None
+    assert pair_of(1010, None) is None
 
 
 def test_a_jump_without_a_counter_is_counted_and_a_flight_is_none():
-    still = (0.0, 0.0, 0.0)
-    last = words.of_pair(1000, WXYZ, still, words.Position(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
-    flown = words.of_pair(1010, WXYZ, still, words.Position(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
+    last = pair_of(1000, position_of(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
+    flown = pair_of(1010, position_of(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
     far = flown._replace(position=(1.1, 2.5, -3.0))
     for sample, resets in ((flown, 0), (far, 1), (far._replace(position=(math.nan, 0.0, 0.0)), 0)):
         counter = odometry.ResetCounter(0.3)
