@@ -1,7 +1,7 @@
 """PX4's own words over DDS: its modes and how it is asked."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from quad_autopilot.autopilot import DO_SET_MODE, Autopilot, Control, Profile, Request
 
@@ -34,16 +34,6 @@ def mode_name(nav_state: int) -> str:
     return NAV_STATES.get(nav_state, f"EXTERNAL{external}" if 1 <= external <= 8 else f"mode {nav_state}")
 
 
-class Status(NamedTuple):
-    """What the bridge reads of a VehicleStatus, which PX4 sends at most 5 times a second; ``timestamp`` in us."""
-
-    timestamp: int
-    nav_state: int
-    arming_state: int
-    failsafe: bool
-    checks_pass: bool
-
-
 class Flags(NamedTuple):
     """What the bridge reads of a FailsafeFlags: the flags that are set, and since when PX4 misses our stream.
 
@@ -55,38 +45,20 @@ class Flags(NamedTuple):
     lost_at: int = 0
 
 
-class Vehicle(NamedTuple):
-    """What PX4 says of the vehicle: whether it stands on the ground, and its battery, share of full, NaN unknown."""
-
-    landed: bool = False
-    battery: float = math.nan
-
-
-class ControlMode(NamedTuple):
-    """What the bridge reads of a VehicleControlMode, at most 50 times a second; ``timestamp`` in us.
-
-    ``ours``: the mode in which PX4 follows our setpoints is active.
-    """
-
-    timestamp: int
-    armed: bool
-    ours: bool
-
-
-_UNKNOWN = Vehicle()
-
-
 def autopilot(
-    status: Status, mode: ControlMode | None, flags: Flags, vehicle: Vehicle = _UNKNOWN, ours: int = OFFBOARD
+    status: Any, mode: Any, flags: Flags, landed: bool = False, battery: float = math.nan, external: int = -1
 ) -> Autopilot:
-    """Return what PX4 says of itself: its controlling party by the newer of the two messages, why by the status.
+    """Return what PX4 says of itself: whose it is by the newer of two messages, why by the status.
 
-    ``ours``: nav_state of the mode in which PX4 follows our setpoints.
+    ``status``: VehicleStatus, at most 5 times a second; ``mode``: VehicleControlMode, at most 50 times, or None.
+    ``external``: nav_state of our external mode, -1: offboard is ours. PX4 shows an external mode's own configuration
+    while that mode is active, its number included. ``battery``: share of full, NaN unknown.
     """
+    ours = external if external >= 0 else OFFBOARD
     name, whose, armed = mode_name(status.nav_state), control(status.nav_state, ours), status.arming_state == ARMED
     if mode is not None and mode.timestamp > status.timestamp:
-        armed = mode.armed
-        if mode.ours:
+        armed = bool(mode.flag_armed)
+        if mode.source_id == external if external >= 0 else mode.flag_control_offboard_enabled:
             name, whose = mode_name(ours), Control.OURS
         elif whose == Control.OURS:
             name, whose = "not said yet", Control.UNSAID
@@ -94,14 +66,14 @@ def autopilot(
         name,
         whose,
         armed,
-        status.failsafe,
-        status.checks_pass,
+        bool(status.failsafe),
+        bool(status.pre_flight_checks_pass),
         flags.reasons,
         flags.stream_lost,
         1e-6 * flags.lost_at,
-        vehicle.landed,
+        landed,
         POSITION_INVALID in flags.reasons,
-        vehicle.battery,
+        battery,
     )
 
 

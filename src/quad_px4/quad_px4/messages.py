@@ -14,7 +14,7 @@ from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3
-from quad_px4.autopilot import ControlMode, Flags, Status
+from quad_px4.autopilot import Flags
 from quad_px4.mapping import ThrustTorque
 from quad_px4.parameters import Mode
 
@@ -98,26 +98,6 @@ def sample(message: Any) -> Sample:
     """Return a VehicleOdometry as plain numbers."""
     found = (getattr(message, name) for name in Sample._fields)
     return Sample(*(tuple(value.tolist()) if hasattr(value, "tolist") else int(value) for value in found))
-
-
-def status(message: Any) -> Status:
-    """Return a VehicleStatus as plain numbers."""
-    return Status(
-        int(message.timestamp),
-        int(message.nav_state),
-        int(message.arming_state),
-        bool(message.failsafe),
-        bool(message.pre_flight_checks_pass),
-    )
-
-
-def control_mode(message: Any, external: int = -1) -> ControlMode:
-    """Return a VehicleControlMode as plain numbers; ``external``: nav_state of our external mode, -1: offboard is ours.
-
-    PX4 shows an external mode's own configuration while that mode is active, its number included.
-    """
-    ours = message.source_id == external if external >= 0 else message.flag_control_offboard_enabled
-    return ControlMode(int(message.timestamp), bool(message.flag_armed), bool(ours))
 
 
 def flags(message: Any, before: Flags) -> Flags:

@@ -4,6 +4,7 @@ PX4's odometry becomes ``state``; ``wrench_setpoint`` (mode attitude: ``attitude
 setpoint. ``actuation`` is a prediction of the bridge's own mixer model: PX4 reports none over DDS.
 """
 
+import math
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -22,18 +23,7 @@ from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_node import Command
 from quad_px4 import messages
-from quad_px4.autopilot import (
-    LOSS_ADVICE,
-    MODE_LOSS,
-    OFFBOARD,
-    PROFILE,
-    ControlMode,
-    Flags,
-    Status,
-    Vehicle,
-    autopilot,
-    mode_name,
-)
+from quad_px4.autopilot import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.external_mode import ExternalMode
 from quad_px4.interface import PX4
 from quad_px4.parameters import AirframeParameters, ChosenBy
@@ -55,9 +45,9 @@ class Px4Interface(AutopilotInterface):
         self.setpoints = Setpoints(self.px4, self.settings, airframe or self.settings.airframe, node.vehicle)
         self.by_attitude = self.setpoints.by_attitude
         self.predicted, self.max_rotor_thrust = self.setpoints.predicted, self.setpoints.max_rotor_thrust
-        self._status: Status | None = None
-        self._control_mode: ControlMode | None = None
-        self._flags, self._vehicle = Flags(), Vehicle()
+        self._status: Any = None
+        self._control_mode: Any = None
+        self._flags, self._landed, self._battery = Flags(), False, math.nan
         self._guarded_step, self._flown = -1, Wrench()
         self._external = self._registered()
         self.passed_on: Command | None = None
@@ -123,11 +113,11 @@ class Px4Interface(AutopilotInterface):
         self._heartbeat_out, self._command_out = out("OffboardControlMode"), out("VehicleCommand")
         self._setpoints_out = [out(name) for name in messages.SETPOINTS[self.setpoints.mode]]
         for name, attribute, read in (
-            ("VehicleStatus", "_status", messages.status),
-            ("VehicleControlMode", "_control_mode", lambda message: messages.control_mode(message, self._ours)),
+            ("VehicleStatus", "_status", lambda message: message),
+            ("VehicleControlMode", "_control_mode", lambda message: message),
             ("FailsafeFlags", "_flags", lambda message: messages.flags(message, self._flags)),
-            ("VehicleLandDetected", "_vehicle", lambda message: self._vehicle._replace(landed=bool(message.landed))),
-            ("BatteryStatus", "_vehicle", lambda message: self._vehicle._replace(battery=messages.share(message))),
+            ("VehicleLandDetected", "_landed", lambda message: bool(message.landed)),
+            ("BatteryStatus", "_battery", messages.share),
             ("VehicleCommandAck", "ack", messages.ack),
             ("VehicleOdometry", "", messages.sample),
         ):
@@ -142,8 +132,8 @@ class Px4Interface(AutopilotInterface):
             return
         setattr(self, attribute, found)
         if self._status is not None:
-            ours = self._ours if self._ours >= 0 else OFFBOARD
-            self.autopilot = autopilot(self._status, self._control_mode, self._flags, self._vehicle, ours)
+            vehicle = self._landed, self._battery
+            self.autopilot = autopilot(self._status, self._control_mode, self._flags, *vehicle, self._ours)
 
     def on_published(self) -> None:
         """Have the guard take the state as new."""

@@ -1,15 +1,29 @@
 """Whose the vehicle is, of two messages that come at different rates."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from quad_autopilot.autopilot import Control
-from quad_px4.autopilot import ControlMode, Flags, Status, autopilot, control, mode_name
+from quad_px4.autopilot import Flags, autopilot, control, mode_name
 
 OFFBOARD, POSCTL, AUTO_LAND = 14, 2, 18
 
 
 def status(nav_state, armed=True, timestamp=1000, failsafe=False):
-    return Status(timestamp, nav_state, 2 if armed else 1, failsafe, True)
+    return SimpleNamespace(
+        timestamp=timestamp,
+        nav_state=nav_state,
+        arming_state=2 if armed else 1,
+        failsafe=failsafe,
+        pre_flight_checks_pass=True,
+    )
+
+
+def control_mode(timestamp, armed, ours, source_id=0):
+    return SimpleNamespace(
+        timestamp=timestamp, flag_armed=armed, flag_control_offboard_enabled=ours, source_id=source_id
+    )
 
 
 @pytest.mark.parametrize(
@@ -27,21 +41,27 @@ def status(nav_state, armed=True, timestamp=1000, failsafe=False):
     ],
 )
 def test_the_newer_message_says_whose_the_vehicle_is(nav_state, offboard, later, whose):
-    found = autopilot(status(nav_state), ControlMode(1000 + later, True, offboard), Flags())
+    found = autopilot(status(nav_state), control_mode(1000 + later, True, offboard), Flags())
     assert found.control == whose
     assert found.armed
     assert found.mode == {Control.OURS: "OFFBOARD", Control.UNSAID: "not said yet"}.get(whose, mode_name(nav_state))
 
 
+@pytest.mark.parametrize(("source_id", "whose"), [(23, Control.OURS), (0, Control.UNSAID)])
+def test_an_external_mode_is_ours_while_its_own_configuration_is_shown(source_id, whose):
+    mode = control_mode(1500, True, False, source_id)
+    assert autopilot(status(23), mode, Flags(), external=23).control == whose
+
+
 @pytest.mark.parametrize(("later", "armed"), [(500, False), (-500, True)])
 def test_the_newer_message_says_whether_it_is_armed(later, armed):
-    assert autopilot(status(OFFBOARD), ControlMode(1000 + later, False, True), Flags()).armed == armed
-    disarmed = autopilot(status(OFFBOARD, armed=False), ControlMode(1000 + later, True, True), Flags())
+    assert autopilot(status(OFFBOARD), control_mode(1000 + later, False, True), Flags()).armed == armed
+    disarmed = autopilot(status(OFFBOARD, armed=False), control_mode(1000 + later, True, True), Flags())
     assert disarmed.armed != armed
 
 
 def test_the_status_says_why():
-    found = autopilot(status(AUTO_LAND, failsafe=True), ControlMode(2000, True, False), Flags(("battery_low",)))
+    found = autopilot(status(AUTO_LAND, failsafe=True), control_mode(2000, True, False), Flags(("battery_low",)))
     assert (found.mode, found.failsafe, found.checks_pass, found.reasons) == ("AUTO_LAND", True, True, ("battery_low",))
     assert autopilot(status(POSCTL), None, Flags()).control == Control.OTHER
 

@@ -73,10 +73,3 @@ def test_a_topic_ends_with_the_version_of_its_message(version, topic):
     kind = type("VehicleStatus", (), {"MESSAGE_VERSION": version})
     assert messages.topic("", "out", kind) == topic
     assert messages.topic("/uav1/", "out", kind) == f"/uav1{topic}"
-
-
-def test_status_and_control_mode_arrive_as_plain_numbers():
-    status = Message(timestamp=NOW, nav_state=14, arming_state=2, failsafe=True, pre_flight_checks_pass=False)
-    assert messages.status(status) == (NOW, 14, 2, True, False)
-    mode = Message(timestamp=NOW, flag_armed=True, flag_control_offboard_enabled=False)
-    assert messages.control_mode(mode) == (NOW, True, False)
