@@ -113,7 +113,7 @@ class Flight:
 
     def fake_words(self, options: dict) -> list:
         """Return the fake autopilot's script and arguments."""
-        return [HERE / "fake_px4.py", self.folder / "report.json", json.dumps(options)]
+        return [HERE / "fake_px4.py", "0", self.folder / "report.json", json.dumps(options)]
 
     def node(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
         """Start a node of the flight with the gains of the x500."""

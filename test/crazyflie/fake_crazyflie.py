@@ -15,7 +15,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body, Fake
-from over_udp import serve
 
 OPTIONS = {
     "cannot_arm": False, "tumbles_after": 0.0, "silent_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
@@ -232,4 +231,4 @@ class FakeCrazyflie(Fake):
 
 
 if __name__ == "__main__":
-    serve(FakeCrazyflie)
+    FakeCrazyflie.serve()

@@ -15,7 +15,6 @@ from pymavlink.dialects.v20 import common as mavlink
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body, Fake
-from over_udp import serve
 from wire_rules import FRESH, OPTIONS, fault
 
 SET_MODE, ARM, LAND, INTERVAL = 176, 400, 21, 511
@@ -257,4 +256,4 @@ class FakeAutopilot(Fake):
 
 
 if __name__ == "__main__":
-    serve(FakeAutopilot)
+    FakeAutopilot.serve()

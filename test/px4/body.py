@@ -3,6 +3,12 @@
 Written from PX4's documentation alone: nothing here imports the bridge or the flight stack.
 """
 
+import json
+import signal
+import sys
+import time
+from pathlib import Path
+
 import numpy as np
 
 GRAVITY = 9.81
@@ -12,8 +18,36 @@ PLACES = np.array(
 TURNS = np.array([1.0, 1.0, -1.0, -1.0])  # +1 counter-clockwise seen from above
 
 
+STEP = 0.004  # s
+
+
 class Fake:
-    """What all fakes share: a report, and what their options make happen so many s after the begin of flight."""
+    """What all fakes share: a report, and what their options make happen so many s after the begin of flight.
+
+    A fake is a process beside a test: PROGRAM PORT REPORT '{"option": value}', until SIGTERM.
+    """
+
+    @classmethod
+    def serve(cls):
+        """Fly one as the command line says and write its report."""
+        done = []
+        for name in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(name, lambda *_: done.append(1))
+        port, report, options = sys.argv[1], Path(sys.argv[2]), json.loads((*sys.argv, "{}")[3])
+        fake = cls(int(port), options)
+        fake.run(lambda: bool(done))
+        report.write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+
+    def run(self, is_done):
+        """Call ``turn`` every STEP; where the machine is late, this clock waits."""
+        print("up", flush=True)
+        began, steps = time.monotonic(), 0
+        while not is_done():
+            began = max(began, time.monotonic() - STEP * (steps + 6))
+            while began + STEP * steps <= time.monotonic():
+                self.turn()
+                steps += 1
+            time.sleep(max(0.0, began + STEP * steps - time.monotonic()))
 
     def note(self, what):
         """Report an event."""

@@ -5,14 +5,10 @@ the simulator's clock) and DDS (odometry out, setpoints in). Its estimate is the
 wrong in clock or order it notes in ``wrong``. Written from interface facts, it imports nothing of the plant's side.
 """
 
-import json
 import math
 import select
-import signal
 import socket
-import sys
 import time
-from pathlib import Path
 from threading import Event, Thread
 
 import numpy as np
@@ -62,7 +58,8 @@ class FakeJoinedPx4(FakePx4):
     def __init__(self, port, options):
         self.joined = {**JOINED, **{name: options.pop(name) for name in list(options) if name in JOINED}}
         self.wrong, self.lags, self.sent, self.answered = [], [], [], set()
-        super().__init__(options)
+        super().__init__(port, options)
+        self.report |= {"wrong": self.wrong, "lags": self.lags}
         self.body, self.readings, self.last = Carried(), 0, None
         self.codec = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
         self.codec.robust_parsing = True
@@ -165,28 +162,16 @@ class FakeJoinedPx4(FakePx4):
                 self.link.close()
                 self.link = None
 
-    def run(self, done):
-        """Fly until ``done``."""
+    def run(self, is_done):
+        """Fly by the simulator's clock."""
         print("up", flush=True)
         self.connect()
         executor = EventsExecutor()
         executor.add_node(self.node)
         Thread(target=self.wait_for_readings, args=[executor], daemon=True).start()
-        while not done.done():
-            executor.spin_until_future_complete(done, timeout_sec=0.2)
-
-
-def main():
-    """Run until SIGTERM."""
-    done = Future()
-    port, report, options = sys.argv[1:]
-    fake = FakeJoinedPx4(int(port), json.loads(options))
-    for name in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(name, lambda *_: done.set_result(None))
-    fake.run(done)
-    found = {**fake.report, "ended": round(fake.now, 3), "wrong": fake.wrong, "lags": fake.lags}
-    Path(report).write_text(json.dumps(found), encoding="utf-8")
+        while not is_done():
+            executor.spin_until_future_complete(Future(), timeout_sec=0.2)
 
 
 if __name__ == "__main__":
-    main()
+    FakeJoinedPx4.serve()

@@ -1,13 +1,10 @@
-"""An autopilot that can refuse, over the real DDS wire: python fake_px4.py REPORT '{"option": value}'.
+"""An autopilot that can refuse, over the real DDS wire: python fake_px4.py PORT REPORT '{"option": value}'.
 
 It is written from interface facts and imports nothing of the bridge. It cannot show an estimator, true scale or true
 timing. It writes REPORT (JSON) when it is stopped. Options are the fields of ``OPTIONS``; times are s of its clock.
 """
 
-import json
 import os
-import signal
-import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -55,7 +52,7 @@ LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thru
 class FakePx4(Fake):
     """State machine, controllers and messages around a ``Body``."""
 
-    def __init__(self, options):
+    def __init__(self, _port, options):
         self.options = {**OPTIONS, **options}
         self.body, self.random = Body(), np.random.default_rng(3)
         self.now = 3.0  # its own clock, of no other's epoch
@@ -343,8 +340,8 @@ class FakePx4(Fake):
             self.odometry_out.publish(held)
         self.report["poses"].append([message.timestamp_sample, *(body.p).tolist()])
 
-    def run(self, done):
-        """Fly until ``done``; where the machine is late, this clock waits: a burst of messages is no autopilot's."""
+    def run(self, is_done):
+        """Fly; where the machine is late, this clock waits: a burst of messages is no autopilot's."""
         began, steps = time.monotonic(), 0
 
         def catch_up():
@@ -363,19 +360,9 @@ class FakePx4(Fake):
         executor = EventsExecutor()
         executor.add_node(self.node)
         print("up", flush=True)
-        while not done.done():
-            executor.spin_until_future_complete(done, timeout_sec=0.5)
-
-
-def main():
-    """Run until SIGTERM."""
-    done = Future()
-    fake = FakePx4(json.loads(sys.argv[2]) if len(sys.argv) > 2 else {})
-    for name in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(name, lambda *_: done.set_result(None))
-    fake.run(done)
-    Path(sys.argv[1]).write_text(json.dumps({**fake.report, "ended": round(fake.now, 3)}), encoding="utf-8")
+        while not is_done():
+            executor.spin_until_future_complete(Future(), timeout_sec=0.2)
 
 
 if __name__ == "__main__":
-    main()
+    FakePx4.serve()
