@@ -96,8 +96,11 @@ def topic(namespace: str, direction: str, message_type: Any) -> str:
 
 def sample(message: Any) -> Sample:
     """Return a VehicleOdometry as plain numbers."""
-    found = (getattr(message, name) for name in Sample._fields)
-    return Sample(*(tuple(value.tolist()) if hasattr(value, "tolist") else int(value) for value in found))
+
+    def plain(value: Any) -> Any:
+        return tuple(value.tolist()) if hasattr(value, "tolist") else int(value)
+
+    return Sample(*(plain(getattr(message, name)) for name in Sample._fields))
 
 
 def flags(message: Any, before: Flags) -> Flags:
