@@ -2,7 +2,6 @@
 
 import math
 import re
-import time
 
 import numpy as np
 import pytest
@@ -90,24 +89,3 @@ def test_without_a_case_both_of_the_paper_are_flown(tmp_path):
         parameters_of = yaml.safe_load(text)["/trajectory"]["ros__parameters"]
         assert parameters_of["trajectory"] == case
         assert re.search(rf"^metric +{case} ", done.stdout, re.MULTILINE)
-
-
-def test_default_directories_are_numbered_also_at_the_same_time(tmp_path):
-    flights = [start("hover", "--duration", "0.1", "--seed", "3", cwd=tmp_path) for _ in range(2)]
-    for done in [finish(flight) for flight in flights]:
-        assert done.returncode == 0, done.stdout + done.stderr
-    for number in (1, 2):
-        assert open_flight(tmp_path / "flights" / f"hover-3-{number}").metadata["outcome"] == "ended"
-
-
-def test_real_time_takes_its_time(tmp_path):
-    patient = ["--set", "simulator.guard.command.lost_age=10.0", "--set", "simulator.guard.command.too_old=10.0"]
-    began = time.monotonic()
-    done = fly(
-        "hover", "--realtime", "--duration", "1", "--out", tmp_path / "bag", "--limits", "position_max=50", *patient
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert time.monotonic() - began >= 4.0
-    bag = open_flight(tmp_path / "bag")
-    assert bag.metadata["mode"] == "realtime"
-    assert len(bag.array("truth")) > 20

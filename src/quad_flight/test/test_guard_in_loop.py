@@ -24,9 +24,10 @@ def events(tmp_path, text):
     return str(path)
 
 
-@pytest.mark.parametrize("preset", ["tuned", "minimal"])
-@pytest.mark.parametrize("plant", ["rigid_body", "paper"])
-@pytest.mark.parametrize("case", ["hover", "case1", "case2"])
+@pytest.mark.parametrize(
+    ("case", "plant", "preset"),
+    [("hover", "rigid_body", "minimal"), ("case1", "paper", "tuned"), ("case2", "rigid_body", "tuned")],
+)
 def test_without_a_fault_no_bit_changes(case, plant, preset):
     guarded, bare = (
         flown(case, f"simulator.guard.enabled={on}", plant=plant, preset=preset, duration=0.5)
