@@ -3,16 +3,184 @@
 import re
 import resource
 import shutil
+import struct
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
+import drawn_flights
+import flight_samples
 import pytest
-from hostile_bags import ESCAPE, HOSTILE, YAML_TEXTS, bomb
+import zstandard
+from mcap.writer import CompressionType, Writer
 
 from quad_flight_log import cli
 from quad_flight_log.bag.reader import open_flight
+
+Topics = dict[str, tuple[str, str, list[bytes]]]
+ESCAPE = "\x1b]0;owned\x07\x1b[31m\u202e"
+YAML_TEXTS = {
+    "deep list": "[" * 50_000,
+    "long integer": "a: " + "9" * 5000,
+    "bad tag": "a: !!python/object/apply:os.system ['true']",
+    "laughs": "a0: &a0 [x, x]\n" + "\n".join(f"a{n}: &a{n} [*a{n - 1}, *a{n - 1}]" for n in range(1, 40)),
+    "list": "[1, 2]",
+    "much": "a: [" + "1," * 600_000 + "]",
+}
+
+
+def write(path: Path, topics: Topics, parameters: str = "", **notes: str) -> Path:
+    """Write {topic: (type, definition, payloads)} as ``some tool`` would; returns ``path``."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.ZSTD)
+        writer.start("ros2", "some tool")
+        if notes:
+            writer.add_metadata("quad", notes)
+        if parameters:
+            writer.add_attachment(0, 0, "parameters.yaml", "application/yaml", parameters.encode())
+        for name, (kind, text, payloads) in topics.items():
+            schema = writer.register_schema(kind, "ros2msg", text.encode())
+            channel = writer.register_channel(name, "cdr", schema, {"offered_qos_profiles": notes.get("qos", "")})
+            for index, payload in enumerate(payloads):
+                writer.add_message(channel, index * 1000, payload, index)
+        writer.finish()
+    return path
+
+
+def typed(path: Path, text: str, payload: bytes = bytes(4) + bytes(64), topic: str = "/truth") -> Path:
+    """Write a bag with one topic of the type a/A, defined by ``text``."""
+    return write(path, {topic: ("a/msg/A", text, [b"\0\1\0\0" + payload[4:]] * 3)})
+
+
+def chain(count: int, per_type: int) -> str:
+    """Return a definition of ``count`` types, each holding the next ``per_type`` times."""
+    parts = []
+    for n in range(count):
+        head = "" if n == 0 else "=" * 80 + f"\nMSG: a/T{n}\n"
+        inner = "\n".join(f"T{n + 1} f{index}" for index in range(per_type)) if n + 1 < count else "float64 x"
+        parts.append(head + inner)
+    return "\n".join(parts)
+
+
+def flight(
+    path: Path,
+    change: Callable[[Topics], None] = lambda _topics: None,
+    number: float | None = None,
+    of: str = "",
+) -> Path:
+    """Write a short flight: all numbers of the topics that end with ``of`` are ``number``, topics after ``change``."""
+    made = drawn_flights.tables(60)
+    for topic, table in made.items():
+        for name in table.dtype.names:
+            if number is not None and topic.endswith(of) and table.dtype[name].base.kind == "f":
+                table[name] = number
+    topics: Topics = {}
+    for name, message in drawn_flights.messages(made):
+        kind = message.__msgtype__
+        payloads = topics.setdefault(name, (kind, flight_samples.definition(kind).text, []))[2]
+        payloads.append(flight_samples.encoded(message))
+    change(topics)
+    return write(path, topics)
+
+
+def other_type(topic: str) -> Callable[[Topics], None]:
+    """Return a change that gives ``topic`` the type of a text."""
+
+    def change(topics: Topics) -> None:
+        payload = b"\0\1\0\0" + struct.pack("<iII", 1, 0, 6) + b"hello\0\0\0"
+        text = "builtin_interfaces/Time stamp\nstring data\n" + "=" * 80
+        text += "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+        topics[topic] = ("a/msg/A", text, [payload] * 5)
+
+    return change
+
+
+def stamped(seconds: int, nanoseconds: int) -> Callable[[Topics], None]:
+    """Return a change that gives every second message one absurd stamp."""
+
+    def change(topics: Topics) -> None:
+        for name, (kind, text, payloads) in topics.items():
+            mad = struct.pack("<iI", seconds, nanoseconds)
+            topics[name] = (kind, text, [p[:4] + mad + p[12:] if n % 2 else p for n, p in enumerate(payloads)])
+
+    return change
+
+
+def bomb(path: Path, size: int, chunks: int) -> Path:
+    """Write ``chunks`` equal chunks, each one message of ``size`` zeros, all but nothing on disk."""
+
+    def record(opcode: int, body: bytes) -> bytes:
+        return struct.pack("<BQ", opcode, len(body)) + body
+
+    def text(value: bytes) -> bytes:
+        return struct.pack("<I", len(value)) + value
+
+    schema = struct.pack("<H", 1) + text(b"a/msg/A") + text(b"ros2msg") + text(b"uint8[] x")
+    channel = struct.pack("<HH", 1, 1) + text(b"/truth") + text(b"cdr") + struct.pack("<I", 0)
+    payload = b"\0\1\0\0" + struct.pack("<I", size) + bytes(size)
+    inside = record(3, schema) + record(4, channel) + record(5, struct.pack("<HIQQ", 1, 0, 0, 0) + payload)
+    packed = zstandard.compress(inside)
+    chunk = record(
+        6, struct.pack("<QQQII", 0, 0, len(inside), 0, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
+    )
+    path.write_bytes(b"\x89MCAP0\r\n" + record(1, text(b"ros2") + text(b"some tool")) + chunk * chunks)
+    return path
+
+
+HOSTILE: dict[str, Callable[[Path], Path]] = {
+    "schema that doubles 40 times": lambda path: typed(path, chain(40, 2)),
+    "schema 3000 deep": lambda path: typed(path, chain(3000, 1)),
+    "schema that doubles 14 times": lambda path: typed(path, chain(14, 2)),
+    "length of 5000 digits": lambda path: typed(path, f"float64[{'9' * 5000}] x"),
+    "array of 2^40": lambda path: typed(path, f"float64[{1 << 40}] x"),
+    "array of 2^62": lambda path: typed(path, f"float64[{1 << 62}] x"),
+    "arrays of arrays": lambda path: typed(
+        path, "B[1000] b\n" + "=" * 80 + "\nMSG: a/B\nC[1000] c\n" + "=" * 80 + "\nMSG: a/C\nfloat64[1000] x"
+    ),
+    "sequence of nothing": lambda path: typed(
+        path, "B[] b\n" + "=" * 80 + "\nMSG: a/B\n", bytes(4) + struct.pack("<I", 4_000_000) + bytes(4_000_000)
+    ),
+    "field twice": lambda path: typed(path, "float64 x\nfloat64 x"),
+    "field of the reader": lambda path: typed(
+        path,
+        "builtin_interfaces/Time stamp\nfloat64 log_ns\nfloat64 stamp_ns\n" + "=" * 80
+        + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
+        bytes(4 + 24),
+    ),
+    "name of a type with escapes": lambda path: write(path, {"/truth": (f"a/msg/{ESCAPE}", "float64 x", [bytes(12)])}),
+    "topic with escapes": lambda path: typed(path, "float64 x", bytes(12), f"/{ESCAPE}\nok   forged"),
+    "topic with a zero byte": lambda path: typed(path, "float64 x", bytes(12), "/a\0b"),
+    "topic of 5000 letters": lambda path: typed(path, "float64 x", bytes(12), "/" + "a" * 5000),
+    "topic that climbs": lambda path: typed(path, "float64 x", bytes(12), "/../../etc/x"),
+    "notes with escapes": lambda path: write(path, {}, outcome=f"{ESCAPE}\nok", seed="\x9b31m"),
+    "qos that is deep": lambda path: write(path, {"/truth": ("a/msg/A", "float64 x", [bytes(12)])}, qos="[" * 20_000),
+    "qos of a long integer": lambda path: write(
+        path, {"/truth": ("a/msg/A", "float64 x", [bytes(12)])}, qos=f"[{{depth: {'9' * 5000}}}]"
+    ),
+    "bomb of 2.4 GB": lambda path: bomb(path, 60 << 20, 40),
+    "bomb of 240 MB": lambda path: bomb(path, 60 << 20, 4),
+    "empty": lambda path: write(path, {}),
+    "parameters that are no YAML": lambda path: write(path, {}, YAML_TEXTS["deep list"]),
+    **{
+        f"text on {topic}": lambda path, topic=topic: flight(path, other_type(topic))
+        for topic in (
+            "/truth", "/reference", "/attitude_setpoint", "/wrench_setpoint", "/actuation", "/disturbance",
+            "/flight/plan", "/flight/events", "/flight/state", "/flight/parameters",
+            "/attitude_controller/internals", "/position_controller/internals",
+        )
+    },
+    "nan": lambda path: flight(path, number=float("nan")),
+    "infinite": lambda path: flight(path, number=float("inf")),
+    "nan inside": lambda path: flight(path, number=float("nan"), of="internals"),
+    "infinite inside": lambda path: flight(path, number=float("inf"), of="internals"),
+    "1e300 inside": lambda path: flight(path, number=1e300, of="internals"),
+    "1e9": lambda path: flight(path, number=1e9),
+    "1e300": lambda path: flight(path, number=1e300),
+    "stamps of the far past": lambda path: flight(path, stamped(-(1 << 31), 0)),
+    "stamps of the far future": lambda path: flight(path, stamped((1 << 31) - 1, 0xFFFFFFFF)),
+}  # fmt: skip
 
 LONGEST = 10.0  # s
 LARGEST = 1_000_000  # kB of memory in all
