@@ -108,10 +108,10 @@ def nodes() -> str:
     drawing = Drawing(860, 330, "The nodes of a flight and the topics between them")
     boxes = (["trajectory", "100 Hz"], ["position_controller", "100 Hz"], ["attitude_controller", "500 Hz"])
     for place, words in enumerate((*boxes, ["simulator", "or your vehicle, 500 Hz"])):
-        x = 10 + 220 * place
-        drawing.box(x, 90, 170, 54, words, "main")
+        x = 2 + 220 * place
+        drawing.box(x, 90, 186, 54, words, "main")
     for x, signal in ((205, "reference"), (425, "setpoint"), (645, "wrench")):
-        drawing.arrow([(x - 24, 117), (x + 24, 117)], "blue")
+        drawing.arrow([(x - 16, 117), (x + 16, 117)], "blue")
         drawing.text(x, 84, signal, "mid small")
     drawing.arrow([(755, 90), (755, 40), (95, 40), (95, 90)], "green")
     for x in (315, 535):
