@@ -256,7 +256,8 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             if score.samples > 0:
                 score = with_torque_change(score, before.torque_b, command.torque_b)
             # a command holds until the next one: it is that of the step which the last stage answered
-            received, side = receive(fixed, drawn, side, conditions, command, k - k % command_steps, k)
+            answered = k if command_steps == 1 else k - k % command_steps
+            received, side = receive(fixed, drawn, side, conditions, command, answered, k)
             flown = received.wrench
             if setup.guard.enabled:
                 sample = StateSample(state, k, k * schedule.plant_period, True, True)
