@@ -259,7 +259,7 @@ def _guard_of(flight: Flight) -> GuardParameters:
 
 
 def _owners_parameters(flight: Flight) -> Mapping[str, Any]:
-    """Return the recorded parameters of the vehicle's owner; empty where the bag has none."""
+    """Return the recorded parameters of the vehicle interface; empty where the bag lacks them."""
     try:
         return recorded_parameters(flight)[SIMULATOR].values
     except (FlightLogError, KeyError):

@@ -33,7 +33,7 @@ class NodeRecord(NamedTuple):
 def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
     """Return {role: parameters} from what the nodes published.
 
-    Raises TopicError if the bag has none, CorruptError if they cannot be read.
+    Raises TopicError if the bag lacks them, CorruptError if they cannot be read.
     """
     if not flight.has(TOPIC):
         raise TopicError(f"{flight.path}: no topic {TOPIC!r}: with which parameters the nodes flew is unknown")

@@ -46,8 +46,8 @@ def flight_tables(flight: Flight) -> dict[str, Table]:
     """Return {topic: table} of those of TOPICS that the flight has; raises TopicError if one lacks a needed field.
 
     Messages with a needed number that is not finite are left out (``unusable_messages``): no node of a flight sends
-    such a one, a foreign node may. Of the flown path the judge refuses them as well. A vehicle that is no simulator
-    sends no truth: then what the controllers saw stands for it, see ``truth_topic``.
+    such a one, a foreign node may. In the flown path the checks reject them too. A vehicle that is no simulator sends
+    no truth: ``state`` replaces it, see ``truth_topic``.
     """
     found = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
     for topic, table in found.items():

@@ -67,7 +67,7 @@ class StepCounter:
             self._came[topic] = now
 
     def complete_through(self, now: float) -> int:
-        """Return the last stamp in ns up to which no topic waits for a message, -1 if one has none yet."""
+        """Return the last stamp in ns up to which no topic waits for a message, -1 before the first of each."""
         answering = [topic for topic, came in self._came.items() if now - came < PATIENCE]
         waited = [*self._counted(), *answering]
         return min((self._newest[topic] + self._periods[topic] for topic in waited), default=sys.maxsize) - 1
