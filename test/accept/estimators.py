@@ -43,11 +43,11 @@ class Mistake(NamedTuple):
 
 MISTAKES = {
     "world twist": Mistake({}, "world frame, expected the body frame", True),
-    "zero twist": Mistake({}, r"found \(0\.00, 0\.00, 0\.00\) m/s", True),
-    "sign": Mistake({}, "sign was wrong", True),
+    "zero twist": Mistake({}, "a twist that is not filled in", True),
+    "sign": Mistake({}, "the wrong sign", True),
     "frd twist": Mistake({}, "FRD axes, expected FLU", True),
     "degrees": Mistake({}, "deg/s, expected rad/s", True),
-    "km/h": Mistake({}, r"twist\.linear does not fit the change of pose", True),
+    "km/h": Mistake({}, "km/h, expected m/s", True),
     "ned": Mistake({}, r"twist\.|height|stands|upside|guard|est/odom", False),
     "frame": Mistake({}, "frame 'odom', expected 'map'", False),
     "body frame": Mistake({}, "frame 'imu', expected 'base_link'", False),

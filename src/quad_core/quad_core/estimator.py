@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, scale, subtract, total
+from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, rotate_inverse, scale, subtract, total
 from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
@@ -216,18 +216,21 @@ class Estimator:
         self._checked = time
         true = slope(list(self._seen))
         samples = [one.sample for one in self._seen]
-        if samples[-1].twist_linear is not None and not self.derives_velocity:
+        q, linear, angular = samples[-1].q_wb, samples[-1].twist_linear, samples[-1].twist_angular
+        if linear is not None and not self.derives_velocity:
             found = _mean([one.v_w or ZERO for one in self._seen])
             wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
             if self._lasts("velocity", wrong, time, 0.5 * CHECK):
                 self.derives_velocity = True
-                self._name("linear", found, true.v_w, "m/s")
-        if samples[-1].twist_angular is not None and not self.derives_rate:
+                looks = mistakes(linear, rotate_inverse(q, true.v_w), q, "km/h, expected m/s", 3.6)
+                self._name("linear", found, true.v_w, "m/s", looks)
+        if angular is not None and not self.derives_rate:
             found = _mean([one.twist_angular or ZERO for one in samples])
             wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
             if self._lasts("rate", wrong, time, 0.0):
                 self.derives_rate = True
-                self._name("angular", found, true.omega_b, "rad/s")
+                looks = mistakes(angular, true.omega_b, q, "deg/s, expected rad/s", math.degrees(1.0))
+                self._name("angular", found, true.omega_b, "rad/s", looks)
 
     def _lasts(self, what: str, wrong: bool, time: float, patience: float) -> bool:
         if not wrong:
@@ -235,17 +238,34 @@ class Estimator:
             return False
         return time - self._misfit_since.setdefault(what, time) >= patience
 
-    def _name(self, part: str, found: Vec3, true: Vec3, unit: str) -> None:
+    def _name(self, part: str, found: Vec3, true: Vec3, unit: str, looks: str) -> None:
         text = (
             f"twist.{part} does not fit the change of pose: found {_shown(found)} {unit}, the pose changes by "
-            f"{_shown(true)} {unit}; expected {unit} in the body frame (REP 105), FLU axes; from now on it is derived "
-            f"from the pose, {1e3 * 0.5 * WINDOW:.0f} ms old"
+            f"{_shown(true)} {unit}; expected {unit} in the body frame (REP 105), FLU axes; {looks}"
+            f"from now on it is derived from the pose, {1e3 * 0.5 * WINDOW:.0f} ms old"
         )
         self._say("wrong_twist", text)
 
     def _say(self, kind: str, text: str) -> None:
         self.counts[kind] += 1
         self.news.append(News(kind, f"{self.name}: {text}"))
+
+
+def mistakes(sent: Vec3, true: Vec3, q: Quat, unit: str, factor: float) -> str:
+    """Return which common mistakes would make ``sent`` of the ``true`` twist (body frame), the likeliest first.
+
+    ``unit``: words for a unit that is ``factor`` times too large; ``q``: attitude. Empty if no mistake fits.
+    """
+    made = {
+        "the world frame, expected the body frame": rotate(q, true),
+        "the wrong sign": scale(-1.0, true),
+        "FRD axes, expected FLU": Vec3(true.x, -true.y, -true.z),
+        "a twist that is not filled in": ZERO,
+        unit: scale(factor, true),
+    }
+    off = {words: norm(subtract(sent, vector)) for words, vector in made.items()}
+    fits = sorted((words for words in off if off[words] < 0.5 * norm(subtract(sent, true))), key=off.__getitem__)
+    return f"it looks like {' or '.join(fits)}; " if fits else ""
 
 
 class Slope(NamedTuple):

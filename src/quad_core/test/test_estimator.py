@@ -144,13 +144,25 @@ def wrong(given, mistake):
     return given._replace(twist_linear=linear, twist_angular=angular)
 
 
+LOOKS = {
+    "world": "the world frame, expected the body frame",
+    "zero": "a twist that is not filled in",
+    "sign": "the wrong sign",
+    "frd": "FRD axes, expected FLU",
+    "deg/s": "deg/s, expected rad/s",
+    "rate sign": "the wrong sign",
+}
+
+
 @pytest.mark.parametrize("every", [1, 5])
-@pytest.mark.parametrize("mistake", ["world", "zero", "sign", "frd", "deg/s", "rate sign"])
+@pytest.mark.parametrize("mistake", LOOKS)
 def test_each_wrong_twist_is_named_within_half_a_second_and_replaced(mistake, every):
     one = estimator()
     found, said = flown(one, [wrong(sample(k, every), mistake) for k in range(250 // every)])
     part = "angular" if "/s" in mistake or "rate" in mistake else "linear"
     assert len(said) == 1
+    likeliest = said[0].partition("it looks like ")[2]
+    assert LOOKS[mistake] in likeliest.partition("; ")[0]
     assert re.search(
         rf"twist.{part} does not fit the change of pose: found .*, the pose changes by .*; expected .* body frame",
         said[0],
