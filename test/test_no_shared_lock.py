@@ -18,7 +18,7 @@ QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
 
 
 @pytest.mark.parametrize(
-    "clock", [("--realtime", "--duration", "5", *STANDBY), ("--duration", "15")], ids=["real", "lockstep"]
+    "clock", [("--realtime", "--duration", "5", *STANDBY), ("--duration", "10")], ids=["real", "lockstep"]
 )
 def test_no_node_has_shared_memory_and_datagrams_on_every_port_change_nothing(tmp_path, clock):
     out = tmp_path / "bag"

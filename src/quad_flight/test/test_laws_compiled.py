@@ -23,7 +23,7 @@ from quad_core.vehicle import Vehicle, max_thrust
 
 pytest.importorskip("numba")
 
-STEPS = 1000
+STEPS = 3000
 VEHICLE = Vehicle(
     mass=1.3,
     gravity=9.81,
