@@ -4,7 +4,6 @@ import argparse
 import contextlib
 import inspect
 import json
-import os
 import shlex
 import sys
 import textwrap
@@ -322,14 +321,8 @@ class _Printable:
 
 
 def console() -> None:
-    """Run the command line and leave; a defect of ours is one line too, its traceback with QUAD_LOG_TRACEBACK=1."""
-    try:
-        sys.exit(main())
-    except Exception as error:
-        if os.environ.get("QUAD_LOG_TRACEBACK"):
-            raise
-        about = f"{type(error).__name__}: {error}"
-        sys.exit(_complain(sys.argv[1], f"defect: {about} (QUAD_LOG_TRACEBACK=1 shows where; please report it)"))
+    """Run the command line and leave."""
+    sys.exit(main())
 
 
 if __name__ == "__main__":
