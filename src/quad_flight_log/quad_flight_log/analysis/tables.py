@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
 from quad_core.records import columns
+from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
 from quad_flight_log.bag.messages import Table
@@ -93,23 +94,20 @@ def truth_topic(flight: Flight) -> str:
 
     Also ``state`` where the laws fly on an autopilot's estimate: how far that wanders is not the laws' error.
     """
-    return "state" if flight.has("state") and (not flight.has("truth") or flies_on_estimate(flight)) else "truth"
+    on_estimate = not flight.has("truth") or any(owner.flies_on_estimate for owner in owners(flight))
+    return "state" if flight.has("state") and on_estimate else "truth"
 
 
-def recorded_nodes(flight: Flight) -> set[str]:
-    """Return the names, without namespace, of the nodes whose parameters are in the bag."""
+def owners(flight: Flight) -> list[VehicleInterface]:
+    """Return the entries of OWNERS whose nodes have their parameters in the bag."""
     nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
-    return {node.rpartition("/")[2] for node in nodes}
-
-
-def flies_on_estimate(flight: Flight) -> bool:
-    """Return whether an autopilot's own estimator made `state` of a plant of ours."""
-    return any(OWNERS[node].flies_on_estimate for node in recorded_nodes(flight) & OWNERS.keys())
+    names = {node.rpartition("/")[2] for node in nodes}
+    return [owner for name, owner in OWNERS.items() if name in names]
 
 
 def autopilot_lands(flight: Flight) -> bool:
     """Return whether a flight that is given up ends with an autopilot in command: what it does then is not recorded."""
-    return any(OWNERS[node].autopilot_lands for node in recorded_nodes(flight) & OWNERS.keys())
+    return any(owner.autopilot_lands for owner in owners(flight))
 
 
 def estimate_note(flight: Flight) -> str:
