@@ -36,7 +36,7 @@ class CommandLink:
         self.outcome = ""
         self._node, self._progress = node, progress
         self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
-        self._passed_on, self._heard = False, 0.0
+        self._passed_on, self._heard, self._unanswered = False, 0.0, 0.0
         starter = os.environ.get(STARTER, "")
         self._starter = int(starter) if starter.isdecimal() else 0
         self._requests = node.publisher("flight/request")
@@ -58,22 +58,27 @@ class CommandLink:
         return self.mode.value.guard_request if self.mode is not None else NO_REQUEST
 
     @property
-    def is_lost(self) -> bool:
-        """Whether no mode has come for so long that no node decides any more."""
-        return self.mode is not None and time.monotonic() - self._heard > _LOST
-
-    @property
     def is_over(self) -> bool:
         """Whether the commander says that the flight may end."""
         return self.mode is not None and self.mode.value.is_over
 
-    def pass_on(self, asked_to_end: str, give_up: Callable[[str], None]) -> None:
+    def is_lost(self, asked_at: float) -> bool:
+        """Return whether a state has waited so long for its mode that no node decides any more.
+
+        ``asked_at``: steady s at which the newest state was published. Without a state there is nothing to answer.
+        """
+        if asked_at > self._heard >= self._unanswered:
+            self._unanswered = asked_at
+        waits = self.mode is not None and self._unanswered > self._heard
+        return waits and time.monotonic() - self._unanswered > _LOST
+
+    def pass_on(self, asked_to_end: str, give_up: Callable[[str], None], asked_at: float) -> None:
         """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone.
 
         In real time a commander that is lost is a reason to ``give_up``; in lockstep the flight stands still.
         """
         self._heard += self._node.slept
-        if not self._node.lockstep and self.is_lost:
+        if not self._node.lockstep and self.is_lost(asked_at):
             give_up("commander: no flight/mode any more")
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
         if not why and self._starter and os.getppid() != self._starter:

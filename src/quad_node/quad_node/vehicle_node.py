@@ -351,7 +351,7 @@ class VehicleNode(FlightNode):
                 self.end(FlightState.FAILED, late + self.handshake.foreign_nodes())
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
-                self.link.pass_on(self.asked_to_end, self.give_up)
+                self.link.pass_on(self.asked_to_end, self.give_up, self.asked_at)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
             elif (silent := self.setpoint_watch.silent(self.asked_at)) and self.guard.parameters.enabled:

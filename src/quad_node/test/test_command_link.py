@@ -105,28 +105,42 @@ def test_a_mode_that_is_malformed_or_of_another_run_is_rejected(owner, link):
     assert (link.mode, owner.told, owner.counters["rejected"]) == (None, ["rejected_malformed", "foreign_run"], 1)
 
 
-def test_a_commander_that_falls_silent_is_lost_in_real_time(owner, link, clock):
-    assert not link.is_lost
-    owner.mode(0, FlightMode.HOLD)
-    clock.now, given_up = 100.4, []
-    assert not link.is_lost
+def test_a_commander_that_does_not_answer_a_state_is_lost_in_real_time(owner, link, clock):
+    assert not link.is_lost(99.0)
+    owner.mode(0, FlightMode.HOLD)  # at 100.0
+    given_up = []
+    for now, asked_at in ((100.1, 100.1), (100.4, 100.4), (100.59, 100.59)):
+        clock.now = now
+        assert not link.is_lost(asked_at)
     clock.now, owner.slept = 101.0, 0.6  # the vehicle interface stood still, not the commander
-    link.pass_on("", given_up.append)
+    link.pass_on("", given_up.append, 100.59)
     owner.slept = 0.0
     assert given_up == []
-    clock.now = 101.2
-    assert link.is_lost
-    link.pass_on("", given_up.append)
+    for now in (101.1, 101.7):
+        clock.now = now
+        link.pass_on("", given_up.append, now)
     owner.lockstep = True
-    link.pass_on("", given_up.append)
+    link.pass_on("", given_up.append, 101.7)
     assert given_up == ["commander: no flight/mode any more"]
 
 
+def test_a_vehicle_that_sends_no_state_does_not_lose_its_commander(owner, link, clock):
+    clock.now = 99.99
+    assert not link.is_lost(99.99)
+    clock.now = 100.0
+    owner.mode(0, FlightMode.HOLD)
+    for clock.now in (100.1, 100.6, 105.0):
+        assert not link.is_lost(99.99)
+    assert not link.is_lost(105.0)
+    clock.now = 105.6
+    assert link.is_lost(105.6)
+
+
 def test_the_end_is_asked_for_once_with_its_reason(owner, link):
-    link.pass_on("", list)
+    link.pass_on("", list, 0.0)
     assert owner.sent == []
-    link.pass_on("SIGINT", list)
-    link.pass_on("SIGINT", list)
+    link.pass_on("SIGINT", list, 0.0)
+    link.pass_on("SIGINT", list, 0.0)
     assert [(sent.request, sent.run_id, sent.sender) for sent in owner.sent] == [
         (FlightRequest.END, RUN, "simulator was asked to end by SIGINT")
     ]
@@ -136,10 +150,10 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
     monkeypatch.setenv(STARTER, "4711")
     monkeypatch.setattr(command_link.os, "getppid", lambda: 4711)
     link = CommandLink(owner, list)
-    link.pass_on("", list)
+    link.pass_on("", list, 0.0)
     assert owner.sent == []
     monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
-    link.pass_on("", list)
+    link.pass_on("", list, 0.0)
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
 
 
