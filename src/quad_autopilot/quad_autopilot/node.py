@@ -35,7 +35,7 @@ from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
-from quad_node.codec import packer, unpacker
+from quad_node.codec import UNUSABLE, packer, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
@@ -300,8 +300,10 @@ class AutopilotNode(VehicleNode):
         self.stop = self.stop or self.cause
 
     def _on_setpoint(self, payload: bytes) -> None:
-        stamped = self.read("attitude_setpoint", payload, self._unpack_setpoint)
-        if stamped is None:
+        try:
+            stamped = self._unpack_setpoint(payload)
+        except UNUSABLE as error:
+            self.unusable("attitude_setpoint", payload, error)
             return
         if not stamped.finite:
             self.reject("attitude_setpoint", "a number that is not finite", stamped.stamp_ns)

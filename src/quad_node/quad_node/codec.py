@@ -31,6 +31,7 @@ class ForeignRunError(Exception):
 
 MALFORMED = (struct.error, RuntimeError, ValueError, AssertionError)
 """What reading a payload that is not the message of its topic may raise, here or in rclpy."""
+UNUSABLE = (ForeignRunError, *MALFORMED)
 
 
 class Stamped(NamedTuple):

@@ -18,7 +18,7 @@ from quad_core.types import FlightMode
 from quad_guard.guard import NO_REQUEST
 from quad_msgs.msg import FlightMode as FlightModeMsg
 from quad_msgs.msg import FlightRequest
-from quad_node.codec import Stamped, head_of, unpacker
+from quad_node.codec import UNUSABLE, Stamped, head_of, unpacker
 from quad_node.flight_node import FlightNode
 
 _LOST = 0.5  # s
@@ -89,15 +89,14 @@ class CommandLink:
             self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
 
     def _on_mode(self, payload: bytes) -> None:
-        stamped = self._node.read("flight/mode", payload, self._decoded)
-        if stamped is not None:
-            self.mode, self._heard = stamped, time.monotonic()
-            self._progress()
-
-    def _decoded(self, payload: bytes) -> Stamped:
-        stamped = self._unpack(payload)
-        self.outcome = deserialize_message(payload, FlightModeMsg).outcome if stamped.value.is_over else ""
-        return stamped
+        try:
+            stamped = self._unpack(payload)
+            self.outcome = deserialize_message(payload, FlightModeMsg).outcome if stamped.value.is_over else ""
+        except UNUSABLE as error:
+            self._node.unusable("flight/mode", payload, error)
+            return
+        self.mode, self._heard = stamped, time.monotonic()
+        self._progress()
 
 
 class SetpointWatch:

@@ -24,7 +24,7 @@ from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
-from quad_node.codec import MALFORMED, ForeignRunError, Stamped, Unpacker
+from quad_node.codec import ForeignRunError
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
@@ -212,15 +212,12 @@ class FlightNode:
         self.counters["rejected"] += 1
         self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
 
-    def read(self, topic: str, payload: bytes, unpack: Unpacker) -> Stamped | None:
-        """Return what a payload holds; None, reported, if it is not the message of ``topic`` or of another run."""
-        try:
-            return unpack(payload)
-        except ForeignRunError:
-            self.is_foreign(topic, -1)
-        except MALFORMED as error:
+    def unusable(self, topic: str, payload: bytes, error: Exception) -> None:
+        """Count and report a payload whose reading raised ``error``, one of UNUSABLE of the codec."""
+        if isinstance(error, ForeignRunError):
+            self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
+        else:
             self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", kind="rejected_malformed")
-        return None
 
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""

@@ -11,20 +11,19 @@ In lockstep the plant waits for a controller that does not answer, and the guard
 
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from std_srvs.srv import Trigger
 
 from quad_core.cascade import COMMAND, SHADOW
 from quad_core.cycle import seconds
+from quad_core.roles import Stage
 from quad_msgs.msg import FlightEvent, NodeStatus, Takeover
 from quad_node.codec import MALFORMED, head_of, unpack_wrench
 from quad_node.conversion import NANOSECONDS
+from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.state_filter import LARGEST_GAP
-
-if TYPE_CHECKING:
-    from quad_node.responder import LawNode
 
 _NEVER = 2**62
 
@@ -39,11 +38,10 @@ _AHEAD = 20
 class HotStandby:
     """One of two controllers of a stage. ``flies``: it is the one that flies; otherwise it stands by."""
 
-    def __init__(self, node: "LawNode") -> None:
+    def __init__(self, node: FlightNode, stage: Stage) -> None:
         """Subscribe to takeovers and to the other's answers; offer the service `<role>/take_over`."""
         self.node, self.flies = node, not node.shadow
-        stage = node.stage
-        self._other = stage.role if node.shadow else SHADOW + stage.role
+        self._topic, self._other = stage.gives, stage.role if node.shadow else SHADOW + stage.role
         # the newest takeover: from which step on, and whether by the controller; of equal steps that one counts
         self._takeover = (-1, True)
         self._message: Takeover | None = None
@@ -53,7 +51,7 @@ class HotStandby:
         self._newest, self._heard = -1, time.monotonic()
         self._takeover_out = node.publisher("flight/takeover", match=False)
         node.subscribe("flight/takeover", self._on_takeover)
-        node.subscribe(stage.gives, self._on_answer, raw=True)
+        node.subscribe(self._topic, self._on_answer, raw=True)
         node.subscribe(stage.internals_topic, lambda _: None, raw=True)  # matched with both before the flight
         self._service = node.ros.create_service(Trigger, f"{node.role}/take_over", self._on_call)
 
@@ -159,7 +157,7 @@ class HotStandby:
 
     def _on_answer(self, payload: bytes) -> None:
         """Note the newest answer of the other controller."""
-        topic, period = self.node.stage.gives, self.node.flight.plant_period
+        topic, period = self._topic, self.node.flight.plant_period
         step, run = head_of(payload)
         if topic == COMMAND:  # a wrench, which names no run
             with suppress(*MALFORMED):

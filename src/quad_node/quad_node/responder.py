@@ -24,6 +24,7 @@ from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import (
+    UNUSABLE,
     Stamped,
     extra_names,
     head_of,
@@ -153,8 +154,10 @@ class Responder(FlightNode):
         def keep(payload: bytes) -> None:
             if self.lockstep and not self._pending and taken.one_step and 0 <= step_of(payload) < self._due - lag:
                 return  # no step that this node answers needs it
-            stamped = self.read(topic, payload, unpack)
-            if stamped is None:
+            try:
+                stamped = unpack(payload)
+            except UNUSABLE as error:
+                self.unusable(topic, payload, error)
                 return
             numbers = flat(stamped.value)
             if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
@@ -270,8 +273,12 @@ class Responder(FlightNode):
             self._states.take(step, now)
             self._on_deadline()
             return
-        stamped = self.read("state", payload, self._unpack_state)
-        if stamped is None or not self._is_next(stamped, now):
+        try:
+            stamped = self._unpack_state(payload)
+        except UNUSABLE as error:
+            self.unusable("state", payload, error)
+            return
+        if not self._is_next(stamped, now):
             return
         step = stamped.step
         if self._states.take(step, now):  # the later states before it were another run's
@@ -333,7 +340,7 @@ class LawNode(Responder):
         recorded = joined("Recorded", StepRecord, module.Internals)
         self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
-        self.standby = HotStandby(self) if is_paired else None
+        self.standby = HotStandby(self, self.stage) if is_paired else None
         self.publish_parameters()
 
     @property

@@ -6,7 +6,6 @@ it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` i
 
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER, TRAJECTORY
@@ -27,7 +26,7 @@ from quad_guard.checks import (
 from quad_guard.ending import described
 from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST, Report
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, GuardStatus, NodeStatus, RecorderAck
-from quad_node.codec import Stamped, unpack_wrench
+from quad_node.codec import UNUSABLE, Stamped, unpack_wrench
 from quad_node.command_link import CommandLink, SetpointWatch
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
@@ -195,7 +194,6 @@ class VehicleNode(FlightNode):
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self.progress) if self.commanded else None
         self.setpoint_watch = SetpointWatch(self, self.handshake.period)
-        self._unpack_wrench = partial(unpack_wrench, plant_period=self.flight.plant_period)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -410,8 +408,10 @@ class VehicleNode(FlightNode):
             self.progress()
 
     def _on_wrench(self, payload: bytes) -> None:
-        found = self.read(COMMAND, payload, self._unpack_wrench)
-        if found is None:
+        try:
+            found = unpack_wrench(payload, self.flight.plant_period)
+        except UNUSABLE as error:
+            self.unusable(COMMAND, payload, error)
             return
         self._heard_step = self.current_step
         if not found.finite:

@@ -21,7 +21,7 @@ RUN = "a1"
 class Owner:
     """Stands in for the node of a vehicle interface; its topics are functions."""
 
-    read, reject, is_foreign = FlightNode.read, FlightNode.reject, FlightNode.is_foreign
+    unusable, reject, is_foreign = FlightNode.unusable, FlightNode.reject, FlightNode.is_foreign
 
     def __init__(self, lockstep=False, commanded=False, roles=tuple(ROLES)):
         self.flight, self.role, self.run = FlightParameters(run_id=RUN), "simulator", run_number(RUN)
