@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text
 
@@ -30,8 +30,6 @@ class CrazyflieBridgeParameters(NamedTuple):
     low_battery: Annotated[
         float, Real("V", "battery voltage below which no flight starts and a flight ends", 0.0, 20.0, "pm.vbatMV")
     ] = 3.2
-    reset_limit: Annotated[
-        float, Real("m", "largest jump of the estimate that is tolerated, with an event; beyond: land", 0.0, 100.0)
-    ] = 0.3
+    reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

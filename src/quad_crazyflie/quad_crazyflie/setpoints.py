@@ -22,14 +22,13 @@ from quad_crazyflie.parameters import CrazyflieBridgeParameters
 
 LEAST, LARGEST, WHOLE = 10001.0, 60000.0, 65535.0
 """thrust16 at 0 %, at 100 %, and of the largest thrust."""
-BLOCK = (
-    ("stateEstimateZ.x", "int16_t"), ("stateEstimateZ.y", "int16_t"), ("stateEstimateZ.z", "int16_t"),
-    ("stateEstimateZ.vx", "int16_t"), ("stateEstimateZ.vy", "int16_t"), ("stateEstimateZ.vz", "int16_t"),
-    ("stateEstimateZ.quat", "uint32_t"),
-    ("stateEstimateZ.rateRoll", "int16_t"), ("stateEstimateZ.ratePitch", "int16_t"),
-    ("stateEstimateZ.rateYaw", "int16_t"),
-    ("pm.vbatMV", "uint16_t"), ("supervisor.info", "uint16_t"),
-)  # fmt: skip
+_SHORTS = ("x", "y", "z", "vx", "vy", "vz", "rateRoll", "ratePitch", "rateYaw")
+BLOCK = {
+    **{f"stateEstimateZ.{name}": "int16_t" for name in _SHORTS},
+    "stateEstimateZ.quat": "uint32_t",
+    "pm.vbatMV": "uint16_t",
+    "supervisor.info": "uint16_t",
+}
 """One log block of 26 bytes, all that a packet takes: mm, mm/s, a packed quaternion, mrad/s, mV, flags."""
 _PART = 511
 

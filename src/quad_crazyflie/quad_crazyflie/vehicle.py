@@ -39,12 +39,8 @@ MANUAL_SINCE = 10
 def load() -> tuple[Any, Any, Any]:
     """Return cflib.crtp, Crazyflie and LogConfig; raises ParameterError if cflib is not there."""
     try:
-        crtp = importlib.import_module("cflib.crtp")
-        return (
-            crtp,
-            importlib.import_module("cflib.crazyflie").Crazyflie,
-            importlib.import_module("cflib.crazyflie.log").LogConfig,
-        )
+        crtp, crazyflie, log = map(importlib.import_module, ("cflib.crtp", "cflib.crazyflie", "cflib.crazyflie.log"))
+        return crtp, crazyflie.Crazyflie, log.LogConfig
     except ImportError as error:
         raise ParameterError(
             f"cflib: not found ({error}); install it in addition: "
@@ -65,8 +61,9 @@ class CrazyflieVehicle:
         self.blocks: deque[tuple[int, dict[str, float]]] = deque(maxlen=100)
         self.ack: Ack | None = None
         self.problem = ""
-        self.battery = self._info = 0.0
-        self._is_claimed = self._is_armed = self._is_landing = self._is_known = False
+        self.battery = 0.0
+        self._info: int | None = None
+        self._is_claimed = self._is_armed = self._is_landing = False
         self._airborne_until = self._ground_z = 0.0
         self._cf = kind()
         self._cf.connected.add_callback(self._on_connected)
@@ -86,7 +83,7 @@ class CrazyflieVehicle:
             )
             return
         block = self._log_config("state", PERIOD)
-        for name, kind in BLOCK:
+        for name, kind in BLOCK.items():
             block.add_variable(name, kind)
         try:
             self._cf.log.add_config(block)
@@ -102,8 +99,8 @@ class CrazyflieVehicle:
 
     def note(self, block: dict[str, float], now: float) -> None:
         """Take battery and flags of a block; ``now`` in s."""
-        self.battery, self._info, self._is_known = 1e-3 * block["pm.vbatMV"], block["supervisor.info"], True
-        flying = int(self._info) & FLYING and 1e-3 * block["stateEstimateZ.z"] - self._ground_z > _TOUCHED
+        self.battery, self._info = 1e-3 * block["pm.vbatMV"], int(block["supervisor.info"])
+        flying = self._info & FLYING and 1e-3 * block["stateEstimateZ.z"] - self._ground_z > _TOUCHED
         if flying or not self._is_landing:
             self._airborne_until = now + 0.5
         elif self._is_landing and now > self._airborne_until and self._is_armed:
@@ -114,9 +111,9 @@ class CrazyflieVehicle:
     @property
     def autopilot(self) -> Autopilot | None:
         """What the Crazyflie says of itself; None before its first block."""
-        if not self._is_known:
+        info = self._info
+        if info is None:
             return None
-        info = int(self._info)
         faults = [text for bit, text in FAULTS.items() if info & bit]
         others = bool(info & HIGH_LEVEL) and not self._is_landing
         control = Control.LANDING if self._is_landing else Control.OURS if self._is_claimed else Control.OTHER
