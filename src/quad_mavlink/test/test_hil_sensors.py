@@ -50,17 +50,6 @@ def test_specific_force_and_field_turn_with_the_body(angles):
     assert field == pytest.approx(to_frd @ np.array([ned[1], ned[0], -ned[2]]))
 
 
-def test_a_level_nose_to_the_north_reads_the_field_as_ned():
-    home = Home(field_strength=0.5, field_declination=0.0, field_inclination=60.0)
-    north = at((np.pi / 2.0, 0.0, 0.0))  # yaw is counted from east
-    field, _ = sensors.compass(QUIET._replace(home=home), sensors.Memory(), north.q_wb, 0.016, SOME)
-    assert field == pytest.approx((0.25, 0.0, 0.5 * np.sqrt(0.75)))
-
-
-def test_free_fall_is_felt_as_nothing():
-    assert read(at(), at(v=(0.0, 0.0, -G * 0.004))).force == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-
-
 def test_rates_are_frd():
     assert read(at(), at(omega=(0.1, 0.2, 0.3))).rate == pytest.approx((0.1, -0.2, -0.3))
 
@@ -121,21 +110,6 @@ def test_the_bias_at_step_0_is_drawn_and_stays():
     assert np.std([memory.accelerometer for memory in memories]) == pytest.approx(0.2, rel=0.1)
     reading, _ = sensors.inertial(parameters, memories[0], at(), at(), G, 0.004, SOME)
     assert reading.rate == pytest.approx(FRD @ np.array(memories[0].gyro), rel=1e-4)
-
-
-def test_draws_are_seeded_and_blocks_are_independent():
-    first, again = sensors.draw(5, 0), sensors.draw(5, 0)
-    assert np.array_equal(first, again)
-    assert first.shape == (sensors.BLOCK, sensors.COLUMNS)
-    for other in (sensors.draw(6, 0), sensors.draw(5, 1)):
-        assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.02
-
-
-def test_magnetometer_noise_has_its_density():
-    parameters = QUIET._replace(magnetometer=Noise(4e-4))
-    rows = np.random.default_rng(1).standard_normal((5000, sensors.COLUMNS))
-    found = [sensors.compass(parameters, sensors.Memory(), at().q_wb, 0.016, row)[0] for row in rows]
-    assert np.std(found, axis=0) == pytest.approx([4e-4 / np.sqrt(0.016)] * 3, rel=0.05)
 
 
 def test_the_barometer_reads_the_standard_atmosphere_with_noise_and_drift():
