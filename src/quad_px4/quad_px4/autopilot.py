@@ -48,7 +48,7 @@ class Flags(NamedTuple):
 def autopilot(
     status: Any, mode: Any, flags: Flags, landed: bool = False, battery: float = math.nan, external: int = -1
 ) -> Autopilot:
-    """Return what PX4 says of itself: whose it is by the newer of two messages, why by the status.
+    """Return what PX4 says of itself: its controlling party by the newer of two messages, its reasons by the status.
 
     ``status``: VehicleStatus, at most 5 times a second; ``mode``: VehicleControlMode, at most 50 times, or None.
     ``external``: nav_state of our external mode, -1: offboard is ours. PX4 shows an external mode's own configuration
