@@ -213,8 +213,10 @@ class AutopilotNode(VehicleNode):
             elapsed = sample.timestamp_sample - last.timestamp_sample
             self._spacings.append(1000 * elapsed)
             self._ages.append(1000 * (sample.timestamp - sample.timestamp_sample))
-            if sample.reset_counter != last.reset_counter:
-                self._on_reset(odometry.jump(self.state, state, 1e-6 * elapsed))
+            jump, uncounted = odometry.jump(self.state, state, 1e-6 * elapsed), sample.reset_counter is None
+            is_reset = odometry.is_reset(jump, self.settings.reset_limit)
+            if is_reset if uncounted else sample.reset_counter != last.reset_counter:
+                self._on_reset(jump)
                 moved = state.p_w.z - self.state.p_w.z
                 self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved)  # it moves along
         is_flying = self.sequence.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)

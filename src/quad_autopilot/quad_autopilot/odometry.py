@@ -22,7 +22,10 @@ LEAST = 40
 
 
 class Sample(NamedTuple):
-    """One estimate: stamps in microseconds of the autopilot, NED world in m and m/s, FRD body in rad/s, q as wxyz."""
+    """One estimate: stamps in microseconds of the autopilot, NED world in m and m/s, FRD body in rad/s, q as wxyz.
+
+    ``reset_counter``: None where the autopilot counts no resets.
+    """
 
     timestamp: int
     timestamp_sample: int
@@ -32,7 +35,7 @@ class Sample(NamedTuple):
     q: tuple[float, float, float, float]
     velocity: tuple[float, float, float]
     angular_velocity: tuple[float, float, float]
-    reset_counter: int
+    reset_counter: int | None
 
 
 class Jump(NamedTuple):
@@ -82,27 +85,9 @@ def _inverse(q: Quat) -> Quat:
     return Quat(-q.x, -q.y, -q.z, q.w)
 
 
-class ResetCounter:
-    """Counts the resets of an estimate without a counter of its own: jumps beyond ``distance`` m or 10 deg."""
-
-    def __init__(self, distance: float) -> None:
-        """Begin at 0 resets."""
-        self.last: Sample | None = None
-        self._distance, self._resets = distance, 0
-
-    def counted(self, sample: Sample) -> Sample:
-        """Return ``sample`` with its reset_counter."""
-        if self.last is not None and _jumped(self.last, sample, self._distance):
-            self._resets += 1
-        self.last = sample._replace(reset_counter=self._resets)
-        return self.last
-
-
-def _jumped(last: Sample, new: Sample, distance: float) -> bool:
-    if refusal(last, -1) or refusal(new, last.timestamp_sample):
-        return False
-    found = jump(state(last), state(new), 1e-6 * (new.timestamp_sample - last.timestamp_sample))
-    return found.distance > distance or max(found.tilt, found.heading) > _RESET_ANGLE
+def is_reset(found: Jump, limit: float) -> bool:
+    """Return whether an estimate without a counter of its own was reset: a jump beyond ``limit`` m, or 10 deg."""
+    return found.distance > limit or max(found.tilt, found.heading) > _RESET_ANGLE
 
 
 def misfit(

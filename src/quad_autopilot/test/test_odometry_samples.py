@@ -53,6 +53,16 @@ def test_a_jump_is_what_the_motion_does_not_explain():
     assert odometry.jump(before, far, 0.01) == pytest.approx((0.5, 0.0, 0.19), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("change", "reset"),
+    [({}, False), ({"p_w": Vec3(0.1, 0.5, 1.0)}, True), ({"q_wb": quaternion_from_euler(Vec3(0.2, 0.0, 0.0))}, True)],
+)
+def test_without_a_counter_a_jump_is_a_reset_and_a_flight_is_none(change, reset):
+    before = VehicleState(Vec3(0.0, 0.0, 1.0), Vec3(10.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
+    after = before._replace(**{"p_w": Vec3(0.1, 0.0, 1.0), **change})
+    assert odometry.is_reset(odometry.jump(before, after, 0.01), 0.3) == reset
+
+
 def test_a_jump_of_heading_and_one_of_tilt_are_told_apart_at_any_attitude():
     rest = VehicleState(Vec3(), Vec3(), quaternion_from_euler(Vec3(0.3, -0.2, 3.0)), Vec3())
     headed = rest._replace(q_wb=quaternion_from_euler(Vec3(0.3, -0.2, 3.0 + 0.25)))

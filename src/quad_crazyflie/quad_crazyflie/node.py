@@ -7,7 +7,7 @@ laws stay in shadow. ``actuation`` is a prediction: a Crazyflie reports none.
 import sys
 import time
 
-from quad_autopilot import odometry, thrust
+from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotInterface, AutopilotNode
@@ -34,7 +34,6 @@ class CrazyflieInterface(AutopilotInterface):
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self._largest = setpoints.largest_thrust(self.settings) / 4.0
         self.predicted = thrust.predicted(0.0, self._largest)
-        self._counter = odometry.ResetCounter(self.settings.reset_limit)
         self.crazyflie = CrazyflieVehicle(self.settings, node.wake)
 
     def take(self) -> None:
@@ -44,7 +43,7 @@ class CrazyflieInterface(AutopilotInterface):
         while self.crazyflie.blocks:
             stamp, block = self.crazyflie.blocks.popleft()
             self.crazyflie.note(block, time.monotonic())
-            self.node.on_sample(self._counter.counted(setpoints.sample(stamp, block)))
+            self.node.on_sample(setpoints.sample(stamp, block))
         self.autopilot, self.ack = self.crazyflie.autopilot, self.crazyflie.ack or self.ack
         self.crazyflie.ack = None
         problem = self.crazyflie.refusal() if self.node.phase == FlightState.FLYING else ""
@@ -54,7 +53,7 @@ class CrazyflieInterface(AutopilotInterface):
 
     def missing(self) -> list[str]:
         """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
-        is_known = self._counter.last is not None or self.crazyflie.problem
+        is_known = self.autopilot is not None or self.crazyflie.problem
         return [] if is_known else [f"{self.settings.uri}: the tables of its log and parameters"]
 
     def refusal(self) -> str:

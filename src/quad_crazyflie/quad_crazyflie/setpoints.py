@@ -88,4 +88,4 @@ def sample(timestamp_ms: int, block: Mapping[str, float]) -> Sample:
     p, v = frames.world(triple("x", "y", "z")), frames.world(triple("vx", "vy", "vz"))
     w = frames.body(Vec3(rates.x, -rates.y, rates.z))
     stamp = 1000 * timestamp_ms
-    return Sample(stamp, stamp, NED, NED, (p.x, p.y, p.z), (q.w, q.x, q.y, q.z), (v.x, v.y, v.z), (w.x, w.y, w.z), 0)
+    return Sample(stamp, stamp, NED, NED, (p.x, p.y, p.z), (q.w, q.x, q.y, q.z), (v.x, v.y, v.z), (w.x, w.y, w.z), None)

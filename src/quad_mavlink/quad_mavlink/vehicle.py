@@ -7,7 +7,7 @@ decide what a thrust means. Nothing here decides to arm or to fly: ``quad_autopi
 import math
 from typing import Any
 
-from quad_autopilot import frames, odometry, thrust
+from quad_autopilot import frames, thrust
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Autopilot, Profile, Request, Stamps
 from quad_autopilot.odometry import Sample
 from quad_autopilot.parameters import Flier
@@ -56,7 +56,6 @@ class MavlinkVehicle:
         self._texts: tuple[words.Text, ...] = ()
         self._heartbeat: Any = None
         self._position: Any = None
-        self._counter = odometry.ResetCounter(settings.reset_limit)
         self._offset = math.nan  # autopilot's ns minus ours
         self._asked = False
 
@@ -124,8 +123,7 @@ class MavlinkVehicle:
         if kind == "LOCAL_POSITION_NED":
             self._position = message
             return None
-        found = words.of_pair(message, self._position)
-        return self._counter.counted(found) if found is not None else None
+        return words.of_pair(message, self._position)
 
     def stamped(self, sample: Sample, now: float) -> Sample:
         """Return a sample with the autopilot's time now, so that its age is known once TIMESYNC was answered."""

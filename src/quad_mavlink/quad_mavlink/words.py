@@ -126,7 +126,7 @@ def of_pair(message: Any, position: Any | None) -> Sample | None:
     velocity = position.vx, position.vy, position.vz
     x, y, z = (p + elapsed * v for p, v in zip((position.x, position.y, position.z), velocity, strict=True))
     stamp, q = 1000 * message.time_boot_ms, (message.q1, message.q2, message.q3, message.q4)
-    return Sample(stamp, stamp, NED, NED, (x, y, z), q, velocity, _rates(message), 0)
+    return Sample(stamp, stamp, NED, NED, (x, y, z), q, velocity, _rates(message), None)
 
 
 def _rates(message: Any) -> tuple[float, float, float]:

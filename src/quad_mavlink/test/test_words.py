@@ -1,6 +1,5 @@
 """Modes, reasons and estimates as PX4 and ArduPilot send them, written from MAVLink's definitions."""
 
-import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -116,16 +115,6 @@ def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
     assert sample.position == pytest.approx((1.1, 2.0, -3.01))
     assert pair_of(1031, position) is None
     assert pair_of(1010, None) is None
-
-
-def test_a_jump_without_a_counter_is_counted_and_a_flight_is_none():
-    last = pair_of(1000, position_of(1000, (1.0, 2.0, -3.0), (10.0, 0.0, 0.0)))
-    flown = pair_of(1010, position_of(1010, (1.1, 2.0, -3.0), (10.0, 0.0, 0.0)))
-    far = flown._replace(position=(1.1, 2.5, -3.0))
-    for sample, resets in ((flown, 0), (far, 1), (far._replace(position=(math.nan, 0.0, 0.0)), 0)):
-        counter = odometry.ResetCounter(0.3)
-        assert counter.counted(last).reset_counter == 0
-        assert counter.counted(sample).reset_counter == resets
 
 
 @pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])
