@@ -12,6 +12,7 @@ from typing import Any
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
+from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import AutopilotInterface, AutopilotNode
@@ -42,9 +43,10 @@ class Px4Interface(AutopilotInterface):
         """
         super().__init__(node)
         self.px4 = messages.load()
-        self.setpoints = Setpoints(self.px4, self.settings, airframe or self.settings.airframe, node.vehicle)
+        airframe = airframe or self.settings.airframe
+        self.setpoints = Setpoints(self.px4, self.settings, airframe, node.vehicle)
         self.by_attitude = self.setpoints.by_attitude
-        self.predicted, self.max_rotor_thrust = self.setpoints.predicted, self.setpoints.max_rotor_thrust
+        self.predicted, self.max_rotor_thrust = self.setpoints.predicted, airframe.max_rotor_thrust
         self._status: Any = None
         self._control_mode: Any = None
         self._flags, self._landed, self._battery = Flags(), False, math.nan
@@ -185,7 +187,7 @@ class Px4Interface(AutopilotInterface):
         """Return why the vehicle must not fly: rotors that cannot lift it, or no message that tells of a pilot."""
         if self._control_mode is None:
             return "no vehicle_control_mode from PX4: is it among the topics of its uXRCE-DDS client?"
-        return self.setpoints.weakness()
+        return thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "airframe.max_rotor_thrust")
 
     def send_heartbeat(self) -> None:
         """Have PX4 stay in offboard."""

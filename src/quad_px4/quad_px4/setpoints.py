@@ -3,7 +3,7 @@
 from types import ModuleType
 from typing import Any
 
-from quad_autopilot import frames, thrust
+from quad_autopilot import frames
 from quad_autopilot.autopilot import Stamps
 from quad_core.safe import level_hover
 from quad_core.types import Actuation, AttitudeThrust, Vec3, VehicleState, Wrench
@@ -43,12 +43,3 @@ class Setpoints:
         if self.by_attitude:
             return self.of_attitude(level_hover(self._vehicle, state)._replace(thrust=newtons), stamps)
         return self.of_wrench(Wrench(newtons, Vec3()), stamps)
-
-    @property
-    def max_rotor_thrust(self) -> float:
-        """Largest thrust of one rotor in N."""
-        return self._mapping.airframe.max_rotor_thrust
-
-    def weakness(self) -> str:
-        """Return why the rotors cannot lift the vehicle; empty if they can."""
-        return thrust.weakness(self._vehicle, self.max_rotor_thrust, "airframe.max_rotor_thrust")
