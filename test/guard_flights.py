@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
+from quad_core.cycle import fresh
 from quad_core.geometry import norm, quaternion_from_euler
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
@@ -168,7 +169,7 @@ def seen_state(state: VehicleState, frozen: VehicleState, a: Fault, b: Fault, c:
         q = Quat(math.nan, q.y, q.z, q.w)
     if any_acts(a, b, c, STATE_STAMP, k):
         stamp = 0
-    reading = VehicleState(p, state.v_w, q, state.omega_b)
+    reading = fresh(p, state.v_w, q, state.omega_b)
     if any_acts(a, b, c, STATE_FROZEN, k):
         reading = frozen
     return StateSample(reading, k, stamp, not any_acts(a, b, c, STATE_LOST, k), True)
