@@ -222,14 +222,14 @@ class Estimator:
             wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
             if self._lasts("velocity", wrong, time, 0.5 * CHECK):
                 self.derives_velocity = True
-                looks = mistakes(linear, rotate_inverse(q, true.v_w), q, "km/h, expected m/s", 3.6)
+                looks = mistakes(rotate_inverse(q, found), rotate_inverse(q, true.v_w), q, "km/h, expected m/s", 3.6)
                 self._name("linear", found, true.v_w, "m/s", looks)
         if angular is not None and not self.derives_rate:
             found = _mean([one.twist_angular or ZERO for one in samples])
             wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
             if self._lasts("rate", wrong, time, 0.0):
                 self.derives_rate = True
-                looks = mistakes(angular, true.omega_b, q, "deg/s, expected rad/s", math.degrees(1.0))
+                looks = mistakes(found, true.omega_b, q, "deg/s, expected rad/s", math.degrees(1.0))
                 self._name("angular", found, true.omega_b, "rad/s", looks)
 
     def _lasts(self, what: str, wrong: bool, time: float, patience: float) -> bool:
