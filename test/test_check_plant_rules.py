@@ -41,12 +41,13 @@ def checked(vehicle, *settings):
         rclpy.init(args=["--ros-args", *words], domain_id=domain)
         try:
             report = Report()
-            nodes = [check.PlantCheck(report), *([vehicle()] if vehicle else [])]
+            checks = check.PlantCheck(report)
+            nodes = [checks.ros, *([vehicle()] if vehicle else [])]
             executor = SingleThreadedExecutor()
             for each in nodes:
                 executor.add_node(each)
             began = time.monotonic()
-            while not nodes[0].done.done() and time.monotonic() - began < LONGEST:
+            while not checks.done.done() and time.monotonic() - began < LONGEST:
                 executor.spin_once(timeout_sec=0.1)
             took = time.monotonic() - began
             for each in nodes:
