@@ -128,7 +128,8 @@ class Memory(NamedTuple):
 
     ``left_at``: steady s at which the mode was ours no more, infinite before. ``noticed``: least time in s in which the
     autopilot noticed that the stream had stopped, NaN before PROBE. ``usual``: what it said against a flight at its
-    begin.
+    begin. ``distrusted``: the flight failed in the air and LAND follows no command any more; a vehicle that stands on
+    the ground and is not disarmed still takes the commands of its disarmed link.
     """
 
     phase: Phase = Phase.STREAM
@@ -140,7 +141,7 @@ class Memory(NamedTuple):
     spooled_from: float = 0.0
     left_at: float = math.inf
     reason: str = ""
-    failed: bool = False
+    distrusted: bool = False
     noticed: float = math.nan
     probes: int = 0
     usual: tuple[str, ...] = ()
@@ -283,7 +284,7 @@ def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs:
         case = Case(profile, parameters, memory, inputs)
     request = _request(case)
     heartbeat, setpoint = _stream(case)
-    output = Output(memory.phase, heartbeat, setpoint, request, memory.reason, memory.failed)
+    output = Output(memory.phase, heartbeat, setpoint, request, memory.reason, bool(memory.reason))
     memory = memory._replace(beats=memory.beats + int(heartbeat))
     return output, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1) if request else memory
 
@@ -310,7 +311,7 @@ def _entered(case: Case, phase: Phase, text: str) -> Memory:
     if text:
         lands = f"; {case.profile.name} lands" if phase == LAND else ""
         reason = "; ".join(filter(None, (before.reason, case.told(text) + lands)))
-        memory = memory._replace(reason=reason, failed=True)
+        memory = memory._replace(reason=reason, distrusted=before.phase != DISARM)
     if phase == PROBE:
         return memory._replace(probes=before.probes + 1)
     if before.phase == PROBE and phase == STREAM:
@@ -350,6 +351,6 @@ def _stream(case: Case) -> tuple[bool, Setpoint]:
         return False, Setpoint.NONE
     if math.isinf(age) or (phase == FLY and case.wish in (Wish.GROUND, Wish.IDLE, Wish.CLIMB)):
         return phase == FLY, Setpoint.IDLE
-    if case.memory.failed or not fresh:
+    if case.memory.distrusted or not fresh:
         return False, Setpoint.LEVEL
     return True, Setpoint.COMMAND

@@ -75,9 +75,13 @@ def test_an_autopilot_that_sees_no_ground_lands_by_itself_and_nothing_stops_in_t
     flight = airborne()
     output = reach(flight, Wish.GROUND, Phase.LAND, 5.0)
     assert "does not disarm" in output.reason
+    # the commander's link is disarmed: its commands give no thrust, whereas LEVEL carries the vehicle's weight
+    assert (output.heartbeat, output.setpoint) == (True, Setpoint.COMMAND)
     assert flight.arming_state == 2
     assert asked(flight)[-1] == LAND
     assert all(request.param2 != FORCE for _, request in flight.requests if request.command == ARM)
+    flight.arming_state = 1
+    assert reach(flight, Wish.GROUND, Phase.LANDED, 1.0).failed
 
 
 def test_a_landing_of_its_own_is_no_failure():
