@@ -159,7 +159,7 @@ class Output(NamedTuple):
 
 
 class Case:
-    """What the conditions of ``RULES`` look at, and the words of their texts."""
+    """What the conditions of ``_rules`` look at, and the words of their texts."""
 
     def __init__(self, profile: Profile, limits: ArmingParameters, memory: Memory, inputs: Inputs) -> None:
         """Derive them from what is known."""
@@ -297,7 +297,8 @@ def _noted(profile: Profile, memory: Memory, inputs: Inputs) -> Memory:
     if request and ack and ack.command == request.command and ack.result != IN_PROGRESS:
         known = 0 <= ack.result < len(RESULTS)
         memory = memory._replace(answer=RESULTS[ack.result] if known else f"result {ack.result}")
-    if memory.phase in (ARM, SPOOL_UP, FLY) and said and said.control != Control.OURS and inputs.wish != Wish.KILL:
+    taken = said and said.control != Control.OURS and (said.armed or memory.phase != FLY)
+    if taken and memory.phase in (ARM, SPOOL_UP, FLY) and inputs.wish != Wish.KILL:
         memory = memory._replace(left_at=min(memory.left_at, inputs.now))
     return memory
 

@@ -228,10 +228,15 @@ def test_while_landing_nothing_is_asked_of_a_mode_without_a_name():
     assert len(flight.requests) == before
 
 
-def test_a_disarmed_vehicle_ends_the_flight():
+@pytest.mark.parametrize("nav_state", [14, 4, 18, UNSAID])
+def test_a_disarmed_vehicle_ends_the_flight_and_no_pilot_took_it(nav_state):
     flight = flying()
-    flight.arming_state = 1
+    flight.arming_state, flight.nav_state = 1, nav_state
     assert "disarmed in flight" in flight.run(Phase.RELEASED, 0.1).reason
+    assert math.isinf(flight.memory.left_at)
+
+
+def test_a_vehicle_that_is_disarmed_while_its_rotors_spool_up_ends_the_flight():
     flight = Flight()
     flight.run(Phase.SPOOL_UP)
     flight.arming_state = 1
