@@ -109,6 +109,29 @@ def test_a_second_publisher_of_a_topic_is_no_loss():
     assert found.missing_through(5 * PERIOD) == {}
 
 
+def test_an_old_message_of_another_publisher_hides_no_loss():
+    found = counted([], optional=("state", "reference"))
+    for step, number in ((0, 1), (1, 2), (0, 900), (5, 6)):
+        found.add("state", step * PERIOD, 0.0, number)
+    assert found.missing_through(5 * PERIOD) == {"state": 3}
+
+
+def test_what_a_new_publisher_published_before_it_first_came_is_lost():
+    found = counted([], optional=("state", "reference"))
+    for step, number in ((0, 1), (1, 900), (5, 4)):
+        found.add("state", step * PERIOD, 0.0, number)
+    assert found.missing_through(5 * PERIOD) == {"state": 3}
+
+
+def test_in_real_time_a_topic_that_ends_before_the_flight_is_named():
+    found = counted([], optional=("state", "reference"))
+    for step in range(51):
+        found.add("state", step * PERIOD, 0.0, step + 1)
+    assert found.silent_through(50 * PERIOD) == []
+    assert found.silent_through(51 * PERIOD) == ["no message of state after 0.1 s"]
+    assert found.missing_through(99 * PERIOD) == {}
+
+
 @pytest.mark.parametrize("kind", [EventsExecutor, SingleThreadedExecutor])
 def test_what_a_reader_that_stands_still_loses_is_counted(kind):
     found, came, numbers = counted([], optional=("state", "reference")), [], []

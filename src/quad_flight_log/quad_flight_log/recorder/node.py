@@ -230,10 +230,13 @@ class Recorder(FlightNode):
 
     def _leave(self, last: FlightState) -> None:
         ended = last.state == FlightState.ENDED
-        missing = self._counter.missing_through(last.step * self.flight.plant_period)
-        listed = "missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items())
+        end = last.step * self.flight.plant_period
+        missing = self._counter.missing_through(end)
+        silent = [] if self.lockstep else self._counter.silent_through(end - _TAIL_NS)
+        counts = ["missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items())] if missing else []
+        listed = "; ".join([*counts, *silent])
         fault = bool(missing) and self.lockstep  # in real time a flight does not wait for its recorder
-        if missing:
+        if listed:
             severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
             self.event(severity, "incomplete", listed, self._flight_ns)
         report = self._closed(ended, last.reason, missing, last.wall_time)

@@ -55,11 +55,12 @@ class StepCounter:
     def add(self, topic: str, stamp_ns: int, now: float, number: int | None = None) -> None:
         """Take in a message; one of a topic that is not expected, or not newer than the newest, is not counted."""
         newest, passed_over = self._newest.get(topic), sys.maxsize
-        if number is not None:
-            passed_over = max(0, number - self._numbers.get(topic, 0) - 1)  # 0: a second publisher counts from 1
-            self._numbers[topic] = number
         if newest is None or stamp_ns <= newest:
             return
+        if number is not None:
+            last = self._numbers.get(topic, 0)
+            passed_over = number - 1 - (last if number > last else 0)  # a second publisher counts from 1
+            self._numbers[topic] = number
         left_out = (stamp_ns - newest - 1) // self._periods[topic]
         self._lost[topic] += min(left_out, passed_over)
         self._newest[topic] = stamp_ns
@@ -77,6 +78,15 @@ class StepCounter:
         ends = {topic: (stamp_ns - self._newest[topic]) // self._periods[topic] for topic in self._counted()}
         found = {topic: self._lost[topic] + (topic not in self._numbers) * max(0, end) for topic, end in ends.items()}
         return {topic: count for topic, count in found.items() if count > 0}
+
+    def silent_through(self, stamp_ns: int) -> list[str]:
+        """Return which topics with numbers of their publisher end earlier than one message before ``stamp_ns``."""
+        ends = {topic: self._newest[topic] for topic in self._counted() if topic in self._numbers}
+        return [
+            f"no message of {topic} after {1e-9 * end:.3g} s"
+            for topic, end in ends.items()
+            if end + self._periods[topic] <= stamp_ns
+        ]
 
     def _counted(self) -> list[str]:
         return [
