@@ -69,6 +69,8 @@ def _end(parts: list[_Part], payload: bytes, at: int = _HEADER) -> int:
         else:
             for _ in range(number):
                 at = _text_end(payload, at, name) if size == "string" else _end(size, payload, at)
+                if at > len(payload):
+                    break
         if at > len(payload):
             raise ValueError(f"{name}: it ends early")
     return at
@@ -85,5 +87,8 @@ def _text_end(payload: bytes, at: int, name: str) -> int:
     text = payload[at : at + size]
     if text[-1:] != b"\0" and at + size <= len(payload):
         raise ValueError(f"{name}: found a text without its zero byte")
-    text.decode("utf-8")  # its error is a ValueError
+    try:
+        text.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name}: {error}") from error
     return at + size
