@@ -24,7 +24,7 @@ class NotAFlightError(FlightLogError):
 
 
 class CorruptError(FlightLogError):
-    """The log is not what the recorder wrote, or asks for more memory than allowed."""
+    """The log is not what the recorder wrote, or unpacks to more than its size allows."""
 
 
 class SchemaError(FlightLogError):

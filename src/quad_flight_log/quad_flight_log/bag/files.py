@@ -73,7 +73,7 @@ class BagFile:
         self.notes: list[tuple[str, dict[str, str]]] = []
         self.attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Any] = {}
-        self._count = self._unpacked = 0
+        self._count = self._unpacked = self._file_size = 0
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages in the order of the file, once; raises NotAFlightError or CorruptError."""
@@ -118,6 +118,7 @@ class BagFile:
             cast("Any", stream), emit_chunks=True, validate_crcs=True, record_size_limit=_RECORD_LIMIT
         )
         for record in reader.records:
+            self._file_size = stream.size or stream.at
             if isinstance(record, records.DataEnd):
                 end = record
             elif isinstance(record, records.Statistics):
@@ -125,7 +126,7 @@ class BagFile:
             elif end:  # a summary repeats what was read
                 continue
             elif isinstance(record, records.Chunk):
-                yield from self._chunk(record, stream.size or stream.at)
+                yield from self._chunk(record)
             else:
                 yield from self._record(record)
         if self._own and not (end and end.data_section_crc and statistics):
@@ -133,12 +134,19 @@ class BagFile:
         if statistics and statistics.message_count != self._count:
             raise _DamageError(f"found {self._count} messages, expected {statistics.message_count}")
 
-    def _chunk(self, chunk: records.Chunk, file_size: int) -> Iterator[Message]:
+    def _unpack(self, size: int) -> None:
+        """Count ``size`` bytes that are to be unpacked; raises _DamageError beyond the limits."""
+        self._unpacked += size
+        if size > _RECORD_LIMIT or self._unpacked > max(_FREE_SIZE, _EXPANSION_LIMIT * self._file_size):
+            raise _DamageError(
+                f"chunks and messages unpack to {self._unpacked} bytes and more, expected at most "
+                f"{_EXPANSION_LIMIT} times the size of the file and {_RECORD_LIMIT} bytes in one"
+            )
+
+    def _chunk(self, chunk: records.Chunk) -> Iterator[Message]:
         if chunk.compression not in ("", "zstd", "lz4"):
             raise _DamageError(f"chunk compressed as {chunk.compression!r}, expected zstd, lz4 or none")
-        self._unpacked += chunk.uncompressed_size
-        if self._unpacked > max(_FREE_SIZE, _EXPANSION_LIMIT * file_size):
-            raise _DamageError(f"chunks unpack to more than {_EXPANSION_LIMIT} times the size of the file")
+        self._unpack(chunk.uncompressed_size)
         if self._own and not chunk.uncompressed_crc:
             raise _DamageError("chunk without a checksum")
         for record in breakup_chunk(chunk, validate_crc=True):
@@ -175,7 +183,10 @@ class BagFile:
         if self._own and record.sequence != self._count % _SEQUENCES:
             raise _DamageError(f"message {record.sequence}, expected {self._count}")
         self._count += 1
-        data = zstandard.decompress(record.data) if record.data[:4] == _ZSTD else record.data
+        data = record.data
+        if data[:4] == _ZSTD:
+            self._unpack(zstandard.frame_content_size(data))  # -1, where the frame does not say it, is refused below
+            data = zstandard.decompress(data)
         return Message(self.channels[number], record.log_time, data)
 
 

@@ -130,12 +130,17 @@ class Flight:
     def _read_all(self, memory_limit: int) -> None:
         size = 0
         for message in (each for file in self._files for each in file.messages()):
+            size += len(message.data)
+            if size > memory_limit:  # go on and count
+                continue
             payloads, times = self._rows.setdefault(message.channel.topic, ([], []))
             payloads.append(message.data)
             times.append(message.log_time)
-            size += len(message.data)
-            if size > memory_limit:
-                raise CorruptError(f"{self.path}: holds more than the {memory_limit} bytes of payload that are read")
+        if size > memory_limit:
+            raise FlightLogError(
+                f"{self.path}: too large: found {size} bytes of payload, expected at most {memory_limit}, which are "
+                "kept in memory (open_flight in Python takes another memory_limit)"
+            )
         for channel in sorted(self._channels(), key=lambda each: each.topic):
             payloads, times = self._rows.setdefault(channel.topic, ([], []))
             span = (min(times, default=0), max(times, default=0))
@@ -179,6 +184,7 @@ def open_flight(path: str | Path, *, namespace: str = "", memory_limit: int = ME
     """Open a bag directory or one of its files, and verify it.
 
     Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
-    ends (``truncated``). Raises NotAFlightError or CorruptError, both FlightLogError.
+    ends (``truncated``). Raises NotAFlightError or CorruptError, both FlightLogError, and FlightLogError for payloads
+    of more than ``memory_limit`` bytes.
     """
     return Flight(Path(path), namespace, memory_limit)
