@@ -31,7 +31,7 @@ SLOWEST = 0.0166
 LEAST_SAMPLES = 20
 """Samples that show a spacing."""
 _CROWDED = 10
-"""Samples that fell into the step of another one, after which the grid moves by half a step."""
+"""Samples that fell into the step of another one and left theirs empty, after which the grid moves by half a step."""
 
 
 class Sample(NamedTuple):
@@ -71,6 +71,7 @@ class Estimator:
         self._origin: int | None = None if from_first else 0
         self._last: Sample | None = None
         self._step = -1
+        self._crowded = self._skipped = 0  # samples in the step of another one, and steps left empty, since it moved
         self._seen: deque[_Seen] = deque()
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
@@ -98,7 +99,8 @@ class Estimator:
         if self._lockstep:
             return ""
         if not self.spacing:
-            return f"{LEAST_SAMPLES} messages on {self.name}"
+            found = len(self._spacings) + (self._last is not None)
+            return f"{self.name}: found {found} messages, expected {LEAST_SAMPLES} to tell their spacing"
         if self.spacing <= SLOWEST:
             return ""
         return f"{self.name}: samples {1e3 * self.spacing:.1f} ms apart, expected at most {1e3 * SLOWEST:g} ms"
@@ -118,8 +120,10 @@ class Estimator:
             is_same = sample.p_w == last.p_w
             kind = "swapped" if step < self._step else "doubled" if is_same else "crowded"
             self.counts[f"{kind}_samples"] += 1
-            if kind == "crowded" and self._from_first and self.counts["crowded_samples"] % _CROWDED == 0:
+            self._crowded += kind == "crowded"
+            if self._from_first and min(self._crowded, self._skipped) >= _CROWDED:
                 self._origin += self._period // 2  # samples lie where two steps meet: now in the middle of one
+                self._crowded = self._skipped = 0
             return None
         self._note(step, sample, last)
         return step, self._state(sample._replace(p_w=subtract(sample.p_w, self._offset)))
@@ -152,6 +156,7 @@ class Estimator:
         if last is not None:
             elapsed = time - 1e-9 * last.stamp_ns
             self._spacings.append(elapsed)
+            self._skipped += step > self._step + 1
             if self.spacing and elapsed > 1.6 * self.spacing:
                 self.counts["missing_samples"] += round(elapsed / self.spacing) - 1
             self._look_for_reset(last, sample, elapsed)
@@ -177,7 +182,7 @@ class Estimator:
     def _look_for_reset(self, last: Sample, sample: Sample, elapsed: float) -> None:
         """Take a jump of the position off; a turn beyond what the rates explain is said only."""
         move, turn = subtract(sample.p_w, last.p_w), _angle(relative_attitude(last.q_wb, sample.q_wb))
-        if norm(move) <= 0.5 * RESET_DISTANCE and turn <= RESET_ANGLE:
+        if elapsed <= 0.01 and norm(move) <= 0.5 * RESET_DISTANCE and turn <= RESET_ANGLE:
             return  # nearly every sample, without a slope
         speed = self._slope(WINDOW).v_w if len(self._seen) >= 3 else ZERO
         jump = subtract(move, scale(elapsed, speed))

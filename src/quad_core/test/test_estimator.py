@@ -97,6 +97,18 @@ def test_a_jump_is_a_reset_and_the_states_go_on_without_a_step():
         assert state.p_w == pytest.approx(truth(0.002 * step)[0], abs=1e-3)
 
 
+def test_a_reset_that_undoes_the_motion_over_lost_samples_is_taken_off_too():
+    poses = [
+        Sample(k * PERIOD, 0.002 * k, Vec3(0.02 * k, 0.0, 1.0), Quat(), Vec3(10.0, 0.0, 0.0), Vec3()) for k in range(90)
+    ]
+    back = [given._replace(p_w=given.p_w._replace(x=given.p_w.x - 0.5)) for given in poses[75:]]
+    one = estimator()
+    before, after = flown(one, poses[:50])[0], [one.take(given) for given in back]
+    assert [news.text.partition(" and")[0] for news in one.news] == ["est/odom: jumped by 0.50 m"]
+    for step, state in (before[-1], after[0], after[-1]):
+        assert state.p_w.x == pytest.approx(0.02 * step, abs=1e-9)
+
+
 def test_a_stale_first_stamp_or_a_clock_that_is_set_begins_the_stamps_afresh():
     moved = [sample(k) for k in range(100)]
     late = [given._replace(stamp_ns=given.stamp_ns + 10**12) for given in moved[1:]]
@@ -127,6 +139,16 @@ def test_stamps_of_any_phase_against_the_grid_keep_nearly_every_sample(phase_ns)
         jitter_ns = rng.randint(-400_000, 400_000)
         taken += one.take(sample(k)._replace(stamp_ns=k * PERIOD + 10**15 + jitter_ns)) is not None
     assert taken > 1970
+
+
+def test_samples_at_twice_the_rate_of_the_plant_stay_on_their_steps():
+    one, behind = estimator(from_first=True), []
+    for k in range(8000):
+        one.owner_is_at(k // 2)
+        found = one.take(sample(k, 0.5))
+        behind += [k / 2 - found[0]] if found else []
+    assert len(behind) == pytest.approx(4000, abs=2)
+    assert max(behind) <= 1.0
 
 
 def wrong(given, mistake):
@@ -208,7 +230,8 @@ def test_what_comes_too_rarely_is_refused_with_the_numbers():
     for k in range(40):
         one.wait(sample(k)._replace(arrived=0.05 * k))
         said.append(one.refusal())
-    assert said[:19] == ["20 messages on est/odom"] * 19
+    found = [f"est/odom: found {n} messages, expected 20 to tell their spacing" for n in range(1, 20)]
+    assert said[:19] == found
     assert set(said[19:]) == {"est/odom: samples 50.0 ms apart, expected at most 16.6 ms"}
     quick = estimator()
     for k in range(40):
