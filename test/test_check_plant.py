@@ -40,8 +40,9 @@ def check_in(domain, package, plant, *both):
 
 
 def test_the_simulator_keeps_the_contract_in_lockstep():
-    done = check([])
+    done = check([], "-p", "flight.run_id:=check")
     assert done.returncode == 0, done.stdout + done.stderr
+    assert "ok    run of state and actuation is the CRC-32 of flight.run_id" in done.stdout
     assert not [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert "a command that is not finite is ignored" in done.stdout
 

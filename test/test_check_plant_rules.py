@@ -5,6 +5,7 @@ What single messages can break: src/quad_dynamics/test/test_check_plant_rules.py
 
 import math
 import time
+import zlib
 
 import pytest
 import rclpy
@@ -100,6 +101,14 @@ def repeats(self):
         self.publish_state()
 
 
+def of_another_run(self, message):
+    """Sends as a vehicle that was started with flight.run_id yours, and takes every node for its own."""
+    if isinstance(message, (FlightState, NodeStatus)):
+        message.run_id = "yours"
+    else:
+        message.run = zlib.crc32(b"yours")
+
+
 def never_ends(self, phase, reason=""):
     pass
 
@@ -129,6 +138,30 @@ def test_a_broken_rule_is_named_and_the_check_ends(fault):
     report, took = checked(vehicle)
     assert rule in report.broken, report.text()
     assert took < LONGEST, report.text()
+
+
+def test_a_vehicle_of_another_run_is_named():
+    report, _ = checked(type("Yours", (Sends,), {"change": of_another_run}))
+    said = "flight/nodes of /simulator has run_id 'yours', expected 'mine'"
+    assert said in report.broken["the vehicle says READY on flight/nodes"], report.text()
+    assert "flight/state comes once a second" not in report.broken
+
+
+def other_messages(self, message):
+    if isinstance(message, NodeStatus):
+        message.interface_hash = "f00"
+
+
+def test_a_vehicle_that_was_built_with_other_messages_ends_the_check():
+    report, _ = checked(type("Older", (Sends,), {"change": other_messages}))
+    (said,) = report.broken.values()
+    assert "simulator was built with other quad_msgs: found f00, expected" in said
+
+
+def test_without_a_run_id_no_rule_speaks_of_it():
+    report, _ = checked(losing(lambda self, _: self.step > 0), "flight.run_id:=''")
+    assert "ok    the first state is step 0" in report.text()
+    assert "run of state" not in report.text()
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.wall_clock)])

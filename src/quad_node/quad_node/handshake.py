@@ -83,7 +83,7 @@ class Handshake:
         if status.plant_period != self._flight.plant_period:
             return (
                 f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
-                f"the simulator {self._flight.plant_period} ns"
+                f"expected {self._flight.plant_period} ns"
             )
         if status.state == FAULT and status.role not in self._spared:
             return f"{status.role} failed: {status.detail}"

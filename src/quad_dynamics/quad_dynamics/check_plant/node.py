@@ -14,6 +14,8 @@ from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node.codec import head_of, pack_wrench, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
+from quad_node.handshake import Handshake, is_foreign
+from quad_node.interface import interface_hash
 from quad_node.main import run
 
 ROLES = f"{SIMULATOR},{COMMANDING}"
@@ -22,8 +24,8 @@ HELP = f"""Check a plant or bridge against docs/how_to/swap_the_plant.md, as the
 usage: ros2 run quad_dynamics check_plant [--ros-args -p flight.mode:=realtime -p vehicle.mass:=0.56 ...]
 
 Start the plant with the same vehicle and `flight.roles:={ROLES}`, high enough to move by a metre:
-  ros2 run quad_dynamics simulator --ros-args -p flight.roles:={ROLES} -p disturbance:=none &
-  ros2 run quad_dynamics check_plant
+  ros2 run quad_dynamics simulator --ros-args -p flight.roles:={ROLES} -p flight.run_id:=check -p disturbance:=none &
+  ros2 run quad_dynamics check_plant --ros-args -p flight.run_id:=check
 
 It answers states with short manoeuvres (climb, one doublet of torque about each axis), then falls silent.
 HARDWARE: only without propellers. Takes every flight.* and vehicle.* parameter.
@@ -38,6 +40,7 @@ _PROBES = (
 _SILENT = "a silent controller ends the flight as FAILED, named"
 _GOES_ON = "the vehicle goes on once its state is answered"
 _READY = "the vehicle says READY on flight/nodes"
+_FITS = "the vehicle on flight/nodes fits the flight"
 _ANSWER, _END, _LONGEST = 10.0, 30.0, 200.0  # s: the next step, the end of a silent flight, the whole check
 _SILENCE = 3.0  # s; flight/state comes once a second
 
@@ -49,10 +52,11 @@ class PlantCheck(FlightNode):
     """
 
     def __init__(self, report: Report) -> None:
-        """Subscribe to all that a plant may send; raises as FlightNode."""
+        """Subscribe to state, actuation and flight/nodes; raises as FlightNode."""
         self._report, self._left = report, list[Manoeuvre]()
         super().__init__(COMMANDING)
         self._rules, self._ready, self._flown = Rules(report, self.flight), False, False
+        self._handshake = Handshake(self.flight, interface_hash(), [SIMULATOR])
         self._read = unpacker(VehicleState, VehicleStateMsg)
         self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
         self._left = manoeuvres(self.vehicle)
@@ -71,14 +75,18 @@ class PlantCheck(FlightNode):
         """Leave the time limits to ``on_tick``, which names the rule."""
 
     def _on_node(self, message: NodeStatus) -> None:
-        if message.role == SIMULATOR and message.state == NodeStatus.READY and not self._ready:
+        problem = self._handshake.on_status(message)
+        if problem and self._rules.last is None:
+            self._break(_FITS, problem)
+        if not self._handshake.missing() and not self._ready:
             self._ready = True
             if self._rules.last is None:
                 self._expect("the vehicle sends state 0 once all are READY", _ANSWER)
 
     def _on_flight_state(self, message: FlightState) -> None:
-        self._flown = self._flown or message.state == FlightState.FLYING
-        self._waiting = message.reason if message.state == FlightState.WAITING else ""
+        if not is_foreign(message.run_id, self.flight.run_id):
+            self._flown = self._flown or message.state == FlightState.FLYING
+            self._waiting = message.reason if message.state == FlightState.WAITING else ""
         super()._on_flight_state(message)
 
     def _on_actuation(self, message: ActuationMsg) -> None:
@@ -100,8 +108,9 @@ class PlantCheck(FlightNode):
             self._answer(state, step)
 
     def _check_run(self, topic: str, found: int) -> None:
-        wrong = f"{topic}: found {found}, expected {self.run}" if self.flight.run_id and found != self.run else ""
-        self._report.add("run of state and actuation is the CRC-32 of flight.run_id", wrong)
+        if self.flight.run_id:
+            wrong = f"{topic}: found {found}, expected {self.run}" if found != self.run else ""
+            self._report.add("run of state and actuation is the CRC-32 of flight.run_id", wrong)
 
     def _first(self, state: VehicleState, step: int) -> None:
         self._before = state
@@ -126,7 +135,8 @@ class PlantCheck(FlightNode):
             waiting = f"; the vehicle says: {self._waiting}" if self._waiting else ""
             found = ", ".join(self.missing_links())
             links = f"; not matched: {found}" if found else ""
-            self._break(self._expected, f"not within {self._patience:g} s{waiting}{links}")
+            others = self._handshake.foreign_nodes()
+            self._break(self._expected, f"not within {self._patience:g} s{waiting}{links}{others}")
         elif now - self.started > _LONGEST + self.flight.start_timeout:
             self._break("a check is over in time", f"the manoeuvres take longer than {_LONGEST:g} s")
 
@@ -153,7 +163,7 @@ class PlantCheck(FlightNode):
             self._until = 0
             if not self._left:
                 self._rules.flight()
-                self._report.add(_READY, "" if self._ready else "it never did")
+                self._report.add(_READY, "" if self._ready else f"it never did{self._handshake.foreign_nodes()}")
                 self._report.add("flight/state is FLYING while states are sent", "" if self._flown else "it never was")
                 self._expect(_SILENT, _END)
         if not self._left:
