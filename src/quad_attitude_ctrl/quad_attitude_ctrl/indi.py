@@ -16,7 +16,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
-from quad_attitude_ctrl.torque import TorqueLimits, limited_torque, plain_internals
+from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque
 from quad_core.geometry import ZERO, euler_from_quaternion, low_passed, slope
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
@@ -90,7 +90,7 @@ def step(
     torque = limited_torque(command, parameters.torque)
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
-    internals = plain_internals(goal, found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
+    internals = internals_of(goal, found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
     next_memory = Memory(next_states, omega_b, acceleration, given, True)
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 

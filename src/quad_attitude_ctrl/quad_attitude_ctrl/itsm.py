@@ -23,9 +23,9 @@ from quad_attitude_ctrl.torque import (
     TorqueLimits,
     body_acceleration,
     integrals_frozen,
+    internals_of,
     inverse_dynamics,
     limited_torque,
-    plain_internals,
 )
 from quad_core.geometry import ZERO, clamp, euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import Choice, Flag, Real
@@ -129,7 +129,7 @@ def step(
     )
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     next_memory = Memory(filters=next_states, integral=integral, initialised=True)
-    internals = plain_internals(
+    internals = internals_of(
         goal,
         Vec3(roll.error, pitch.error, yaw.error),
         Vec3(roll.error_rate, pitch.error_rate, yaw.error_rate),

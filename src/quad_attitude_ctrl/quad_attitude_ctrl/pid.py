@@ -14,7 +14,7 @@ angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flow
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
-from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, integrals_frozen, limited_torque, plain_internals
+from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, integrals_frozen, internals_of, limited_torque
 from quad_core.geometry import (
     ZERO,
     body_rates,
@@ -123,7 +123,7 @@ def step(
     )
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     next_memory = Memory(next_states, integral, measured, omega_b, True)
-    internals = plain_internals(goal, error, rate_error, feed_forward, feedback, torque, frozen)
+    internals = internals_of(goal, error, rate_error, feed_forward, feedback, torque, frozen)
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
-from quad_attitude_ctrl.torque import TorqueLimits, limited_torque, plain_internals
+from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque
 from quad_core.geometry import ZERO, cross, euler_from_quaternion
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -76,5 +76,5 @@ def step(
     torque = limited_torque(torque_command, parameters.torque)
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
-    internals = plain_internals(goal, found.angle_error, found.rate_error, remainder, feedback, torque, rest)
+    internals = internals_of(goal, found.angle_error, found.rate_error, remainder, feedback, torque, rest)
     return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filters=next_states, initialised=True), internals

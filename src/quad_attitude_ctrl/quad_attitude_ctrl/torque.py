@@ -130,7 +130,7 @@ def integrals_frozen(anti_windup: bool, limited: AxisFlags, actuation: Actuation
     )
 
 
-def plain_internals(
+def internals_of(
     goal: Desired,
     angle_error: Vec3,
     rate_error: Vec3,

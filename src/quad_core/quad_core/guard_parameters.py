@@ -49,15 +49,15 @@ class StateLimits(NamedTuple):
 class TiltLimits(NamedTuple):
     """How far the vehicle may lean, how long, and where motors off is the lesser evil."""
 
-    large: Annotated[float, Real("rad", "tilt limit for large_time", 0.1, 3.2, "PX4 FailureDetector")] = (
+    large: Annotated[float, Real("rad", "tilt above which large_time counts", 0.1, 3.2, "PX4 FailureDetector")] = (
         1.0471975511965976
     )
     large_time: Annotated[
-        float, Real("s", "time above it until the backup law flies", 0.0, 100.0, "PX4 FailureDetector")
+        float, Real("s", "time above tilt.large until the backup law flies", 0.0, 100.0, "PX4 FailureDetector")
     ] = 0.3
-    extreme: Annotated[float, Real("rad", "tilt limit for extreme_time", 0.1, 3.2, "MRS")] = 1.3089969389957472
+    extreme: Annotated[float, Real("rad", "tilt above which extreme_time counts", 0.1, 3.2, "MRS")] = 1.3089969389957472
     extreme_time: Annotated[
-        float, Real("s", "time above it until the backup law flies or the motors stop", 0.0, 100.0, "MRS")
+        float, Real("s", "time above tilt.extreme until the backup law flies or the motors stop", 0.0, 100.0, "MRS")
     ] = 0.1
     low_height: Annotated[
         float, Real("m", "height above ground below which extreme tilt stops the motors", 0.0, 100.0, "")

@@ -9,6 +9,7 @@ the sourced environment register belongs to every flight of that environment; no
 """
 
 from collections.abc import Sequence
+from importlib.metadata import entry_points
 from typing import Any, NamedTuple, TypeVar
 
 from quad_core import plugins
@@ -92,8 +93,9 @@ def registered(group: str, kind: type[Kind]) -> dict[str, Kind]:
     for name in plugins.names(group):
         row = plugins.named(group, name)
         if not isinstance(row, kind):
+            (value,) = {point.value for point in entry_points(group=group, name=name)}
             expected = f"expected a quad_core.roles.{kind.__name__}"
-            raise plugins.PluginError(f"{group}: {name}: found a {type(row).__name__}, {expected}")
+            raise plugins.PluginError(f"{group}: {name} ({value}): found a {type(row).__name__}, {expected}")
         found[name] = row
     return found
 

@@ -69,7 +69,11 @@ def test_rows_are_found_by_role(package):
 @pytest.mark.parametrize(
     ("lines", "kind", "message"),
     [
-        ("mine = registered_rows:ROLE", VehicleInterface, "found a Role, expected a quad_core.roles.VehicleInterface"),
+        (
+            "mine = registered_rows:ROLE",
+            VehicleInterface,
+            r"mine \(registered_rows:ROLE\): found a Role, expected a quad_core",
+        ),
         ("mine = registered_rows:MISSING", Role, r"plug-in 'mine' \(registered_rows:MISSING\) cannot be imported"),
         ("mine = no_such_module:ROLE", Role, "cannot be imported: No module named 'no_such_module'"),
     ],

@@ -1,4 +1,4 @@
-"""What the stages answer in one plant step: who is asked when, with what, and what is refused."""
+"""Which answers of a stage are refused in one plant step, and which inputs a stage may take."""
 
 import math
 from typing import NamedTuple
