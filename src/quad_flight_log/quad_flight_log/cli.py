@@ -7,6 +7,7 @@ import json
 import shlex
 import sys
 import textwrap
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn, TextIO, cast
@@ -19,7 +20,7 @@ from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_flight_log.errors import FlightLogError, printable
+from quad_flight_log.errors import FlightLogError, one_line, printable
 from quad_flight_log.report import text
 from quad_flight_log.report.verdict import judgement
 
@@ -31,7 +32,7 @@ _EXAMPLES = """examples:
   log COMMAND --help
 
 A BAG is a bag directory or one of its files, closed or not; topics are found in any namespace, or in --namespace.
-Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage or no readable bag."""
+Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log."""
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -299,6 +300,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(options.command, f"{error.filename or ''}: {error.strerror or error}")
     except (MemoryError, RecursionError) as error:
         return _complain(options.command, f"the bag asks for more than this machine gives ({type(error).__name__})")
+    except Exception as error:  # Python's own exit code, 1, would say that the flight failed
+        print(printable(traceback.format_exc()), file=sys.stderr)
+        problem = f"a defect of this program, not of the flight: {type(error).__name__}: {one_line(error)}"
+        return _complain(options.command, problem)
 
 
 def _complain(command: str, problem: str, code: int = 2) -> int:

@@ -119,6 +119,17 @@ def test_topics_resolve_in_a_namespace(tmp_path):
         open_flight(path, namespace="b").array("truth")
 
 
+def test_a_topic_of_another_namespace_names_the_option(tmp_path):
+    path = flight_samples.write_bag(
+        tmp_path / "one", [("/uav1/wrench", flight_samples.wrench(0, np.random.default_rng(3)))]
+    )
+    with pytest.raises(
+        TopicError, match="no topic 'wrench' in namespace /; --namespace names another; the bag has /uav1/"
+    ):
+        open_flight(path).array("wrench")
+    assert open_flight(path, namespace="uav1").has("wrench")
+
+
 def test_memory_limit_is_kept(bag):
     size = sum(topic.size for topic in open_flight(bag).topics.values())
     with pytest.raises(FlightLogError, match=f"too large: found {size} bytes of payload, expected at most 100"):

@@ -60,7 +60,7 @@ def test_missing_topics_give_what_is_left(flown, flown_bag, tmp_path, capsys):
     assert "torque_effort: found not available" in capsys.readouterr().out
     assert cli.main(["metrics", str(bag)]) == 0
     assert cli.main(["info", str(bag)]) == 0
-    with pytest.raises(TopicError, match=r"no topic 'state'; the bag has /reference, /truth"):
+    with pytest.raises(TopicError, match=r"no topic 'state' in namespace /; the bag has /reference, /truth"):
         open_flight(bag).array("state")
     assert cli.main(["replay", str(bag)]) == 2
 
@@ -130,7 +130,7 @@ def test_a_bag_without_a_topic_of_a_flight_is_named(command, tmp_path, capsys):
     poses = other_recorders.named(tmp_path / "poses.mcap", ("/pose",))
     for path in (empty, poses):
         assert cli.main([*command[:1], str(path), *command[1:]]) == 2
-        assert "holds no topic of a flight" in capsys.readouterr().err
+        assert "holds no topic of a flight in namespace /; --namespace names another" in capsys.readouterr().err
 
 
 def vehicles(*namespaces):

@@ -46,6 +46,14 @@ def test_no_bag_ends_with_two_and_its_name(verb, capsys, tmp_path):
     assert run(capsys, verb, tmp_path / "foreign.mcap")[0] == 2
 
 
+def test_a_defect_ends_with_two_for_one_says_that_the_flight_failed(flown_bag, capsys, monkeypatch):
+    monkeypatch.setattr(cli, "judgement", lambda *_: 1 / 0)
+    code, out, err = run(capsys, "check", flown_bag)
+    assert (code, out) == (2, "")
+    assert "Traceback" in err
+    assert "log check: a defect of this program, not of the flight: ZeroDivisionError" in err
+
+
 def test_info_tells_bytes_rate_and_drops_of_each_topic(flown, flown_bag, capsys):
     code, out, _ = run(capsys, "info", flown_bag)
     assert code == 0

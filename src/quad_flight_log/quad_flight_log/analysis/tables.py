@@ -73,7 +73,8 @@ def measured(flight: Flight) -> FlightMetrics:
     """
     tables = flight_tables(flight)
     if not tables:
-        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to measure")
+        where = f"in namespace {flight.namespace or '/'}; --namespace names another"
+        raise TopicError(f"{flight.path}: holds no topic of a flight {where}: there is nothing to measure")
     return flight_metrics(tables)
 
 

@@ -45,7 +45,8 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
             raise CorruptError(f"{where}: two different messages for stamp {different} ns")
         found[topic] = hashlib.sha256(b"".join(by_step.values())).hexdigest()
     if not found:
-        raise TopicError(f"{flight.path}: holds no topic of a flight: there is nothing to hash")
+        where = f"in namespace {flight.namespace or '/'}; --namespace names another"
+        raise TopicError(f"{flight.path}: holds no topic of a flight {where}: there is nothing to hash")
     return found
 
 

@@ -95,7 +95,10 @@ class Flight:
             names = ", ".join(name.strip("/") or "/" for name in self.vehicles)
             raise FlightLogError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
         have = ", ".join(self.topics) or "no topics"
-        raise TopicError(f"{self.path}: no topic {topic!r}; the bag has {have}")
+        option = "; --namespace names another" if any(name.endswith(f"/{relative}") for name in self.topics) else ""
+        raise TopicError(
+            f"{self.path}: no topic {topic!r} in namespace {self.namespace or '/'}{option}; the bag has {have}"
+        )
 
     def array(self, topic: str) -> Table:
         """Return all messages of a topic in the order of the bag, shape (n,).
