@@ -36,11 +36,11 @@ class CommandLink:
         self.outcome = ""
         self._node, self._progress = node, progress
         self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
-        self._passed_on, self._heard, self._unanswered = False, 0.0, 0.0
+        self._passed_on, self._heard, self._unanswered, self._there = False, 0.0, 0.0, 0.0
         starter = os.environ.get(STARTER, "")
         self._starter = int(starter) if starter.isdecimal() else 0
         self._requests = node.publisher("flight/request")
-        node.subscribe("flight/mode", self._on_mode, raw=True)
+        self._modes = node.subscribe("flight/mode", self._on_mode, raw=True)
 
     def holds(self, step: int) -> bool:
         """Return whether the mode of ``step`` is known."""
@@ -65,12 +65,16 @@ class CommandLink:
     def is_lost(self, asked_at: float) -> bool:
         """Return whether a state has waited so long for its mode that no node decides any more.
 
-        ``asked_at``: steady s at which the newest state was published. Without a state there is nothing to answer.
+        ``asked_at``: steady s at which the newest state was published. Without a state there is nothing to answer: then
+        the commander is lost once it has left.
         """
+        now = time.monotonic()
+        if self._modes.get_publisher_count():
+            self._there = now
         if asked_at > self._heard >= self._unanswered:
             self._unanswered = asked_at
-        waits = self.mode is not None and self._unanswered > self._heard
-        return waits and time.monotonic() - self._unanswered > _LOST
+        since = self._unanswered if self._unanswered > self._heard else max(self._there, self._heard)
+        return self.mode is not None and now - since > _LOST
 
     def pass_on(self, asked_to_end: str, give_up: Callable[[str], None], asked_at: float) -> None:
         """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone.

@@ -27,6 +27,7 @@ class Owner:
         self.flight, self.role, self.run = FlightParameters(run_id=RUN), "simulator", run_number(RUN)
         self.lockstep, self.commanded, self.roles, self.slept = lockstep, commanded, roles, 0.0
         self.counters, self.told, self.sent, self.callbacks, self.progressed = Counter(), [], [], {}, 0
+        self.publishing = 1
 
     def publisher(self, topic):
         assert topic == "flight/request"
@@ -34,6 +35,7 @@ class Owner:
 
     def subscribe(self, topic, callback, raw):
         self.callbacks[topic] = callback
+        return SimpleNamespace(get_publisher_count=lambda: self.publishing)
 
     def event(self, severity, kind, text, stamp_ns=0):
         self.told.append(kind)
@@ -134,6 +136,18 @@ def test_a_vehicle_that_sends_no_state_does_not_lose_its_commander(owner, link, 
     assert not link.is_lost(105.0)
     clock.now = 105.6
     assert link.is_lost(105.6)
+
+
+def test_a_commander_that_has_left_is_lost_without_a_state_too(owner, link, clock):
+    assert not link.is_lost(99.0)
+    owner.mode(0, FlightMode.HOLD)
+    clock.now = 105.0
+    assert not link.is_lost(99.0)
+    owner.publishing = 0
+    clock.now = 105.4
+    assert not link.is_lost(99.0)
+    clock.now = 105.6
+    assert link.is_lost(99.0)
 
 
 def test_the_end_is_asked_for_once_with_its_reason(owner, link):
