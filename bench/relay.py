@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
@@ -22,7 +23,7 @@ from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_node import topics
-from quad_node.executor import init, settle, spin
+from quad_node.executor import SPIN_TIMEOUT, init, settle
 
 PERIOD = 2_000_000
 SLOW = 5
@@ -161,7 +162,11 @@ def main() -> None:
     relays = [Relay(role, options.steps, everyone, bag) for role in roles]
     settle(0, aside=roles == (RECORDER,))
     try:
-        spin(list[Node](relays), relays[0].done)
+        executor = EventsExecutor()
+        for relay in relays:
+            executor.add_node(relay)
+        while rclpy.ok() and not relays[0].done.done():
+            executor.spin_until_future_complete(relays[0].done, timeout_sec=SPIN_TIMEOUT)
     except KeyboardInterrupt:
         pass
     finally:

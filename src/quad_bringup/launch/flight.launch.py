@@ -45,7 +45,11 @@ def words(context: LaunchContext) -> list[str]:
             hint = nearest(name, list(ARGUMENTS))
             raise ParameterError(f"found argument {name!r}{hint}, expected one of {', '.join(ARGUMENTS)}")
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    found = [*shlex.split(given.pop("options")), "--domain", os.environ.get("ROS_DOMAIN_ID") or "0"]
+    options = given.pop("options")
+    try:
+        found = [*shlex.split(options), "--domain", os.environ.get("ROS_DOMAIN_ID") or "0"]
+    except ValueError as error:
+        raise ParameterError(f"options: found {options!r}, expected words as in a shell: {error}") from error
     for name in FLAGS:
         if (value := given.pop(name)).lower() not in ("true", "false"):
             raise ParameterError(f"{name}: found {value!r}, expected true or false")

@@ -26,10 +26,9 @@ from quad_flight_log.recorder.provenance import LIMITS
 from quad_flight_log.report.text import table
 from quad_flight_log.report.verdict import judgement
 from quad_node.command_link import STARTER
-from quad_node.watch import NO_FILES, FlightWatch, Sighting
+from quad_node.watch import NO_FILES, PHASES, FlightWatch, Sighting
 
 GOOD, FAILED, BAD_SETUP = 0, 1, 2
-_PHASES = ("waiting", "flying", "ended", "failed")  # of FlightState.msg
 
 
 class Planned(NamedTuple):
@@ -199,5 +198,5 @@ def shown(flight: Planned) -> Shown:
     rows = table([flight.name], [metrics], flight.limits, notes=[note])
     text = f"{rows if measured_any else f'{flight.name}: no metrics: {note}'}\n"
     text += f"seed {flight.nodes[SIMULATOR].flight.seed}; {flown:.2f} s flown"
-    text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {_PHASES[states[-1]['state']]}"
+    text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {PHASES.get(states[-1]['state'], 'unknown')}"
     return Shown(text, problems, ends_early(bag))

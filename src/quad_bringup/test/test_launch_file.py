@@ -90,6 +90,7 @@ def test_every_argument_reaches_fly(launch_file):
     [
         (["cas:=hover"], {}, "found argument 'cas' (did you mean case?)"),
         ([], {"realtime": "maybe"}, "realtime: found 'maybe', expected true or false"),
+        ([], {"options": "--set 'a"}, 'options: found "--set \'a", expected words as in a shell: No closing quotation'),
     ],
 )
 def test_what_is_not_understood_is_refused_in_one_line_with_exit_code_2(

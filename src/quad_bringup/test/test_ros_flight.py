@@ -30,22 +30,29 @@ class Bag(SimpleNamespace):
         return True
 
     def array(self, topic):
-        return [{"stamp_ns": 12_000_000_000, "wall_time": 2.0, "state": 2}]
+        return [{"stamp_ns": 12_000_000_000, "wall_time": 2.0, "state": self.state}]
 
 
 @pytest.mark.parametrize(
-    ("metrics", "first"),
+    ("metrics", "first", "state", "phase"),
     [
-        (FlightMetrics(), "hover: no metrics: metrics are those of mode MISSION alone"),
-        (FlightMetrics(position_rmse=0.01), "metric"),
+        (FlightMetrics(), "hover: no metrics: metrics are those of mode MISSION alone", 2, "ended"),
+        (FlightMetrics(position_rmse=0.01), "metric", 7, "unknown"),
     ],
 )
-def test_a_flight_of_which_nothing_was_measured_shows_no_empty_table(monkeypatch, tmp_path, metrics, first):
-    found = {"open_flight": Bag(), "measured": metrics, "judgement": SimpleNamespace(problems=()), "ends_early": False}
+def test_a_flight_of_which_nothing_was_measured_shows_no_empty_table(
+    monkeypatch, tmp_path, metrics, first, state, phase
+):
+    found = {
+        "open_flight": Bag(state=state),
+        "measured": metrics,
+        "judgement": SimpleNamespace(problems=()),
+        "ends_early": False,
+    }
     found["truth_note"] = "metrics are those of mode MISSION alone"
     for name, value in found.items():
         monkeypatch.setattr(ros_flight, name, lambda *_, value=value, **__: value)
     nodes = {"simulator": resolve("simulator", {})}
     lines = ros_flight.shown(Planned("hover", "paper", "tuned", tmp_path, "", "", nodes, {})).text.splitlines()
     assert lines[0].startswith(first)
-    assert lines[-1] == "seed 1; 12.00 s flown at 6.00 x real time; ended"
+    assert lines[-1] == f"seed 1; 12.00 s flown at 6.00 x real time; {phase}"

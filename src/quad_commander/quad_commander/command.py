@@ -52,7 +52,7 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
         entry.type, entry.name, lambda said: answers.append(said) if said.sender == name else None, topics.latched()
     )
 
-    def spin(until: Callable[[], object], limit: float) -> bool:
+    def spin(until: Callable[[], object], limit: float = deadline) -> bool:
         while not until() and time.monotonic() < min(limit, deadline):
             rclpy.spin_once(node, timeout_sec=0.05)
         return bool(until())
@@ -60,13 +60,13 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
     try:
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
         # a commander that is asked must have its way to answer, too: it repeats its last one
-        if not spin(lambda: requests.get_subscription_count() and modes.get_publisher_count(), deadline):
+        if not spin(lambda: requests.get_subscription_count() and modes.get_publisher_count()):
             return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
         # a recorder found late holds nothing up for long, and KILL not at all
         patient = 0.0 if request == Request.KILL else _FOR_RECORDER
         spin(lambda: requests.get_subscription_count() > 1, time.monotonic() + patient)
         requests.publish(message)
-        spin(lambda: answers, deadline)
+        spin(lambda: answers)
         requests.wait_for_all_acked(Duration(seconds=_FOR_RECORDER))
     finally:
         executor.destroy(node, _HUNG)

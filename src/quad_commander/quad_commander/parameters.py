@@ -7,7 +7,7 @@ from quad_core.types import Vec3
 
 
 def _fixed(unit: str, meaning: str, low: float, high: float, source: str = "addition") -> Real:
-    """Return what a number is that stays as it is for a whole flight."""
+    """Return a number that the paper has not, unless ``source`` names where it comes from."""
     return Real(unit, meaning, low, high, source)
 
 

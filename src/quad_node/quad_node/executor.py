@@ -16,7 +16,6 @@ from pathlib import Path
 from types import FrameType
 
 import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -29,21 +28,6 @@ SPIN_TIMEOUT = 86_400.0
 _TASKS = Path("/proc/self/task")
 PATIENCE = 5  # s; destroying a node takes a tenth of one
 _CLOCK_MONOTONIC, _SIGEV_THREAD = 1, 2
-
-
-def spin(nodes: list[Node], done: Future) -> None:
-    """Spin ``nodes`` until ``done``; returns at once when a callback or a signal handler sets it.
-
-    A callback's exception propagates. Each node must own a periodic timer, so that signal handlers get their turn. The
-    EventsExecutor takes half the CPU of the default one.
-    """
-    executor = EventsExecutor()
-    for node in nodes:
-        executor.add_node(node)
-    while rclpy.ok() and not done.done():
-        executor.spin_until_future_complete(done, timeout_sec=SPIN_TIMEOUT)
-    for node in nodes:
-        executor.remove_node(node)
 
 
 def init(args: list[str]) -> str:

@@ -59,7 +59,7 @@ def run_all(name: str, makers: Sequence[Callable[[], FlightNode]], args: list[st
         if code == FAILED:
             raise
         text = f"{error.filename or ''}: {error.strerror or error}" if isinstance(error, OSError) else str(error)
-        return parameters.fail(name, parameters.placed(text, args, name))
+        return parameters.fail(name, parameters.placed(text, args, name if len(makers) == 1 else ""))
     finally:
         while nodes:
             executor.destroy(nodes.pop().ros, code)
@@ -71,6 +71,7 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
     """Spin until every node is done; a node that is done is spun no longer, as if its process had left.
 
     It is destroyed with the others when nothing spins any more: the executor may still hold an event of it.
+    A callback's exception propagates. The EventsExecutor takes half the CPU of the default one.
     ``stop`` gets the names of signals; one that is in it already ends the flight at once.
     """
     first, halted = nodes[0], Future()
@@ -81,10 +82,10 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
     for node in nodes:
         spinner.add_node(node.ros)
     flying, worst, deadline = list(nodes), 0, math.inf
-    while flying and time.monotonic() < deadline:
+    while flying:
         news = _any_of([node.done for node in flying] + ([halted] if deadline == math.inf else []))
         if not news.done():
-            patience = min(executor.SPIN_TIMEOUT, deadline - time.monotonic())
+            patience = max(0.0, min(executor.SPIN_TIMEOUT, deadline - time.monotonic()))
             spinner.spin_until_future_complete(news, timeout_sec=patience)
         if stop and deadline == math.inf and (halted.done() or first.done.done()):
             deadline = time.monotonic() + (_AMONG_THEMSELVES if len(nodes) > 1 else 0.0)

@@ -50,7 +50,7 @@ class OdometryRelay(FlightNode):
         )
         self._lift, self._armed, self._begun = airborne(0.0), not self.commanded, False
         self._source: Any = None
-        self._accepted, self._refused, self._refusal = 0, 0, ""
+        self._accepted, self._refusal = 0, ""
         self._first_at = self._accepted_at = 0.0
         self._newest: Sample | None = None
         self.subscribe("actuation", self._on_actuation, raw=True)

@@ -16,8 +16,9 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
 from quad_core.cycle import is_flyable, seconds
+from quad_core.parameters import Value
 from quad_core.records import finite_check, flattener, joined
-from quad_core.resolution import Plugin
+from quad_core.resolution import Plugin, Resolved
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
@@ -315,7 +316,10 @@ class Responder(FlightNode):
 
 
 class LawNode(Responder):
-    """Holds a law's memory between steps. ``on_internals``: called with what the law showed of itself in each step."""
+    """Holds a law's memory between steps. ``on_internals``: called with what the law showed of itself in each step.
+
+    ``law``: the law with the parameters that it runs with; a live change keeps its memory.
+    """
 
     def __init__(self, role: str) -> None:
         """Load the law of parameter ``law``; raises as FlightNode."""
@@ -323,6 +327,7 @@ class LawNode(Responder):
         self.stage = STAGE[self.role.removeprefix(SHADOW)]
         self._ended: tuple[FlightState, float] | None = None
         self.on_internals: Callable[[Any, Sample], None] | None = None
+        self.law: Plugin = self.resolved.law
         module = self.law.module
         self.step = module.step
         self.memory = module.init(self.law.parameters, self.vehicle)
@@ -342,11 +347,6 @@ class LawNode(Responder):
         self.internals_names = extra_names(module.Internals, internals_message)
         self.standby = HotStandby(self, self.stage) if is_paired else None
         self.publish_parameters()
-
-    @property
-    def law(self) -> Plugin:
-        """The law with the parameters that it runs with; a live change keeps its memory."""
-        return self.resolved.law
 
     @property
     def flies(self) -> bool:
@@ -390,6 +390,10 @@ class LawNode(Responder):
     def leaves_out(self, step: int) -> bool:
         """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
         return not self.flies and any(taken.is_lost(step) for taken in self.inputs)
+
+    def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
+        self.law = resolved.law
+        super()._on_parameters(resolved, changes)
 
     def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
         """Return the law's inputs other than the state, None if one is too old and has no replacement.

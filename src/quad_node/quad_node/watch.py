@@ -21,7 +21,7 @@ NO_FILES = ["--ros-args", "--disable-external-lib-logs"]
 """Arguments of ROS for a process that writes no log file: no folder is needed for one."""
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
 WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
-_PHASES = {
+PHASES = {
     FlightState.WAITING: WAITING,
     FlightState.FLYING: FLYING,
     FlightState.ENDED: ENDED,
@@ -125,7 +125,7 @@ class FlightWatch:
     def _on_state(self, message: FlightState) -> None:
         if message.run_id == self._run_id:
             self.newest = Sighting(
-                _PHASES.get(message.state, FAILED),
+                PHASES.get(message.state, FAILED),
                 message.reason,
                 message.step,
                 message.end_step,

@@ -6,11 +6,10 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import pytest
 import rclpy
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_node import executor, main
@@ -18,17 +17,14 @@ from quad_node.flight_node import FlightNode
 
 
 @pytest.fixture
-def node(monkeypatch):
+def signals(monkeypatch):
+    """Give the handlers of signals back afterwards; a node has a domain meanwhile."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "73")
-    executor.init([])
-    made = Node("spun", start_parameter_services=False)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever started the tests
-    yield made
+    yield
     for number, handler in handlers.items():
         signal.signal(number, handler)
-    made.destroy_node()
-    rclpy.try_shutdown()
 
 
 @pytest.fixture
@@ -37,39 +33,7 @@ def thawed():
     gc.unfreeze()
 
 
-def every(node, seconds, callback):
-    return node.create_timer(seconds, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-
-def test_spin_ends_when_a_callback_says_so_and_swallows_no_exception_of_one(node):
-    done, calls = Future(), []
-
-    def call():
-        calls.append(1)
-        if len(calls) == 3:
-            done.set_result(None)
-        if len(calls) > 3:
-            raise RuntimeError("broken callback")
-
-    every(node, 0.01, call)
-    executor.spin([node], done)
-    assert (done.done(), len(calls)) == (True, 3)
-    with pytest.raises(RuntimeError, match="broken callback"):
-        executor.spin([node], Future())
-
-
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_a_signal_ends_the_spinning_and_is_named(node, name):
-    done, stop = Future(), []
-    executor.on_signals(stop, done)
-    every(node, 0.02, lambda: None)
-    once = every(node, 0.03, lambda: (once.cancel(), os.kill(os.getpid(), getattr(signal, name))))
-    executor.spin([node], done)
-    assert stop == [name]
-    assert rclpy.ok(), "the node must still be able to say goodbye"
-
-
-def test_a_hang_up_that_is_ignored_from_the_start_ends_nothing(node):
+def test_a_hang_up_that_is_ignored_from_the_start_ends_nothing(signals):
     """nohup has it ignored."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     done, stop = Future(), []
@@ -80,7 +44,7 @@ def test_a_hang_up_that_is_ignored_from_the_start_ends_nothing(node):
     assert stop == ["SIGTERM"]
 
 
-def test_the_first_signal_may_be_asked_to_wait_but_not_one_that_comes_later(node, monkeypatch):
+def test_the_first_signal_may_be_asked_to_wait_but_not_one_that_comes_later(signals, monkeypatch):
     """Of one Ctrl-C come two signals, of a terminal that goes three: none of them asks for motors off."""
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
@@ -114,18 +78,63 @@ class Opened(FlightNode):
         SAID.append("closed")
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_a_signal_while_the_nodes_are_made_still_closes_what_they_opened(monkeypatch, thawed, count):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
+class Slow(Opened):
+    """The first of these ends at once, but its last messages arrive after the others' deadline."""
+
+    def on_interrupt(self, name):
+        super().on_interrupt(name)
+        self.finish(0, "")
+
+    def drain(self, patience):
+        time.sleep(0.3)
+        super().drain(patience)
+
+
+@pytest.mark.parametrize(("kind", "count"), [(Opened, 1), (Opened, 2), (Slow, 2)])
+def test_a_signal_while_the_nodes_are_made_still_closes_what_they_opened(monkeypatch, signals, thawed, kind, count):
     monkeypatch.setattr(main, "_AMONG_THEMSELVES", 0.2)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     SAID.clear()
-    try:
-        assert main.run_all("position_controller", [Opened] * count, ["position_controller"]) == 1
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
+    assert main.run_all("position_controller", [kind] * count, ["position_controller"]) == 1
     assert ["SIGINT", *["drained", "closed"] * count] == SAID
+
+
+class Ticking(FlightNode):
+    """A node that does ``act`` 20 times a second; it notes the signal that ends it."""
+
+    def __init__(self, act):
+        super().__init__("position_controller")
+        self.on_tick = act
+
+    def on_interrupt(self, name):
+        SAID.append((name, rclpy.ok()))
+
+
+def ticking(act):
+    return main.run_all("position_controller", [lambda: Ticking(act)], ["position_controller"])
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_a_node_that_still_can_publish_why(signals, thawed, name):
+    SAID.clear()
+    assert ticking(lambda: os.kill(os.getpid(), getattr(signal, name))) == 1
+    assert [(name, True)] == SAID
+
+
+def test_an_exception_in_a_callback_ends_a_node_and_propagates(signals, thawed):
+    def broken():
+        raise RuntimeError("broken callback")
+
+    with pytest.raises(RuntimeError, match="broken callback"):
+        ticking(broken)
+
+
+def test_nodes_in_one_process_name_the_file_of_a_bad_value(signals, thawed, tmp_path, capsys):
+    file = tmp_path / "flight.yaml"
+    file.write_text("/**/position_controller:\n  ros__parameters:\n    vehicle.mass: -1.0\n")
+    words = ["one_process", "--ros-args", "--params-file", str(file)]
+    make = partial(FlightNode, "position_controller")
+    assert main.run_all("one_process", [make, make], words) == 2
+    assert f"{file}: vehicle.mass" in capsys.readouterr().err
 
 
 ALL_THREADS = """

@@ -158,8 +158,9 @@ def test_what_is_published_and_recorded_of_a_live_change_is_what_the_law_runs_wi
     ],
 )
 def test_what_is_out_of_range_or_not_live_is_refused_and_nothing_changes(node, name, value, word):
-    before = node.law.parameters, node.vehicle, node.period_steps
+    before, law = (node.vehicle, node.period_steps), node.law
     result = outcome(node, name, value)
     assert not result.successful
     assert word in result.reason
-    assert (node.law.parameters, node.vehicle, node.period_steps) == before
+    assert (node.vehicle, node.period_steps) == before
+    assert node.law is law
