@@ -22,6 +22,16 @@ freeze start=0.3 end=0.32
 jump start=0.35 offset=0.1,0,0 yaw=0.1
 link start=0.1 end=0.4 delay=0.004 jitter=0.004 drop=0.1"""
 
+ERRORS = """simulator.sensor.delay=0.01
+simulator.sensor.period_steps=2
+simulator.sensor.position_noise=0.002
+simulator.sensor.position_quantum=0.001
+simulator.sensor.velocity_bias=0.01
+simulator.sensor.attitude_bias=0.005
+simulator.sensor.attitude_quantum=0.0005
+simulator.sensor.rate_quantum=0.002"""
+"""Of the sensor: samples every second step, noise, bias and quanta."""
+
 
 def compiling(group):
     """Return the installed plug-ins of a group that do not say that Numba cannot compile them."""
@@ -41,12 +51,14 @@ FLIGHTS = list(zip(*(islice(cycle(names), max(map(len, NAMES))) for names in NAM
 """As few flights as give every plug-in one."""
 
 
-def settings(trajectory, disturbance, sensing, predicted):
-    """Return what a plug-in needs for a flight, noise and delay, and with ``predicted`` laws on predicted states."""
+def settings(trajectory, plant, disturbance, sensing, predicted):
+    """Return what plug-ins need for a flight, errors of plant and sensor, and with ``predicted`` predicted states."""
     found = [f"simulator.disturbance={disturbance}", f"simulator.sensing={sensing}"]
     found += [WAYPOINTS] if trajectory == "waypoints" else []
     found += [EVENTS] if disturbance == "timeline" else []
-    found += ["simulator.sensor.delay=0.01", "simulator.sensor.position_noise=0.002"] if sensing == "sensor" else []
+    found += ERRORS.splitlines() if sensing == "sensor" else []
+    if plant in ("paper", "rigid_body"):
+        found += [f"simulator.{plant}.mass_error=0.02", f"simulator.{plant}.inertia_error.xx=0.0003"]
     if predicted:
         found += [f"{role}.prediction.enabled=true" for role in ("position_controller", "attitude_controller")]
     return found
@@ -65,7 +77,7 @@ def test_a_compiled_flight_has_the_bits_of_python(names, predicted):
         position=position,
         attitude=attitude,
         plant=plant,
-        settings=settings(trajectory, disturbance, sensing, predicted),
+        settings=settings(trajectory, plant, disturbance, sensing, predicted),
         vehicle="x500" if predicted else "paper",
         duration=None if trajectory == "waypoints" else 0.5,
     )
