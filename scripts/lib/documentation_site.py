@@ -187,7 +187,7 @@ def write_sources() -> None:
         target = SITE / "source" / f"{name}.html"
         target.parent.mkdir(parents=True, exist_ok=True)
         text = (ROOT / name).read_text(encoding="utf-8")
-        form = HtmlFormatter(full=True, title=name, linenos="inline", lineanchors="L")
+        form = HtmlFormatter(full=True, title=name, linenos="inline", lineanchors="L", cssstyles="overflow-x: auto")
         target.write_text(highlight(text, lexer, form), encoding="utf-8")
 
 
