@@ -22,7 +22,7 @@ from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rota
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_guard.checks import Motion, largest_torque
+from quad_guard.checks import BodyState, largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
 
 ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
@@ -70,7 +70,7 @@ def descend(
     rule: ContactRule,
     vehicle: Vehicle,
     memory: Descent,
-    state: Motion,
+    state: BodyState,
     height: float,
     knows_velocity: bool,
     blind_thrust: float,
@@ -113,18 +113,18 @@ def without_unknown(vehicle: Vehicle, torque: Vec3, unknown: Vec3) -> Vec3:
     )
 
 
-def slowness(state: Motion) -> float:
+def slowness(state: BodyState) -> float:
     """Return 1 at or below walking pace, 0 from twice that on, linear between."""
     horizontal = math.sqrt(state.v_w.x * state.v_w.x + state.v_w.y * state.v_w.y)
     return clamp(2.0 - horizontal / WALKING_PACE, 0.0, 1.0)
 
 
-def sink_speed(state: Motion) -> float:
+def sink_speed(state: BodyState) -> float:
     """Return the descent speed in m/s that is asked for: full only when the vehicle moves slowly."""
     return DESCENT_SPEED * (LEAST_SINK + (1.0 - LEAST_SINK) * slowness(state))
 
 
-def desired_direction(vehicle: Vehicle, state: Motion) -> Vec3:
+def desired_direction(vehicle: Vehicle, state: BodyState) -> Vec3:
     """Return the direction of body z (unit, world) that brakes the horizontal velocity within the tilt limit."""
     limit = BRAKE_TILT + (LANDING_TILT - BRAKE_TILT) * slowness(state)
     x = -VELOCITY_BANDWIDTH * state.v_w.x / vehicle.gravity
@@ -164,7 +164,7 @@ def descent_thrust(
     return bounded, lift
 
 
-def level_torque(vehicle: Vehicle, state: Motion, up: Vec3, direction: Vec3) -> Vec3:
+def level_torque(vehicle: Vehicle, state: BodyState, up: Vec3, direction: Vec3) -> Vec3:
     """Return the torque in N m, body frame, that turns body z ``up`` into ``direction`` and damps the body rates."""
     error = cross(up, direction)
     turn = rotate_inverse(state.q_wb, error)
@@ -186,7 +186,7 @@ def level_torque(vehicle: Vehicle, state: Motion, up: Vec3, direction: Vec3) -> 
 
 
 def contact(
-    rule: ContactRule, memory: Descent, state: Motion, height: float, knows_velocity: bool, dt: float
+    rule: ContactRule, memory: Descent, state: BodyState, height: float, knows_velocity: bool, dt: float
 ) -> tuple[float, float, bool]:
     """Return time at rest in s, share of thrust and whether the motors stop: at rest, asked to sink, on the ground."""
     v = state.v_w
@@ -202,7 +202,7 @@ def contact(
     return rest_time, ramp, low and ramp <= 0.0
 
 
-def predict(vehicle: Vehicle, state: Motion, wrench: Wrench, gyro: bool, dt: float) -> Motion:
+def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: float) -> BodyState:
     """Return where the nominal vehicle is ``dt`` s after ``state`` (one Euler step of Eq. 1 without drag).
 
     ``gyro``: the body rates are measured, not predicted.
@@ -219,7 +219,7 @@ def predict(vehicle: Vehicle, state: Motion, wrench: Wrench, gyro: bool, dt: flo
             q.w - h * (q.x * omega.x + q.y * omega.y + q.z * omega.z),
         )
     )
-    return Motion(
+    return BodyState(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
         Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
         turned,

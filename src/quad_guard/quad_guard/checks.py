@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import is_flyable
-from quad_core.geometry import norm
+from quad_core.geometry import norm, scale
 from quad_core.guard_parameters import CommandLimits, ContactRule, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
@@ -55,7 +55,7 @@ THRUST_MARGIN, TORQUE_MARGIN = 2.0, 100.0
 """A wrench is refused beyond so many times the largest thrust, or the largest torque about an axis, of four rotors."""
 
 
-class Motion(NamedTuple):
+class BodyState(NamedTuple):
     """Position m and velocity m/s (world), attitude and body rates rad/s, without the ages of a state."""
 
     p_w: Vec3
@@ -121,9 +121,8 @@ def command_refusal(
         return STAMP
     if abs(wrench.thrust) > THRUST_MARGIN * max_thrust(vehicle):
         return THRUST
-    largest = largest_torque(vehicle)
-    margin = TORQUE_MARGIN
-    if abs(torque.x) > margin * largest.x or abs(torque.y) > margin * largest.y or abs(torque.z) > margin * largest.z:
+    largest = scale(TORQUE_MARGIN, largest_torque(vehicle))
+    if abs(torque.x) > largest.x or abs(torque.y) > largest.y or abs(torque.z) > largest.z:
         return TORQUE
     return ACCEPTED
 
@@ -131,7 +130,7 @@ def command_refusal(
 def sample_refusal(
     limits: StateLimits,
     sample: StateSample,
-    last: Motion,
+    last: BodyState,
     last_step: int,
     now: int,
     period: int,
@@ -167,7 +166,7 @@ def sample_refusal(
     return ACCEPTED
 
 
-def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: Motion, height: float, thrust: float) -> bool:
+def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: BodyState, height: float, thrust: float) -> bool:
     """Return whether ``state`` is at rest, ``height`` m above the ground, and ``thrust`` in N too low to fly."""
     return (
         height <= rule.stop_height
@@ -176,7 +175,7 @@ def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: Motion, height: flo
     )
 
 
-def position_change(last: Motion, state: VehicleState, gap: float) -> float:
+def position_change(last: BodyState, state: VehicleState, gap: float) -> float:
     """Return the distance in m of ``state`` from where ``last`` led at its velocity ``gap`` s later."""
     x = state.p_w.x - last.p_w.x - gap * last.v_w.x
     y = state.p_w.y - last.p_w.y - gap * last.v_w.y

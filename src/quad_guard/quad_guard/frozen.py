@@ -15,7 +15,7 @@ from quad_core.geometry import body_z, clamp, norm
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_guard.checks import Motion
+from quad_guard.checks import BodyState
 
 COARSEST = 0.02
 """m, m/s, rad/s and parts of a quaternion: the grain of an estimate that has not changed yet."""
@@ -61,7 +61,7 @@ def nothing_missing() -> Missing:
     return Missing(Wrench(0.0, zero), 0.0, 0.0, 0.0, zero, False)
 
 
-def finer(grain: Grain, before: Motion, after: VehicleState) -> Grain:
+def finer(grain: Grain, before: BodyState, after: VehicleState) -> Grain:
     """Return the grain after a change from ``before`` to ``after``."""
     q = min(
         smaller(grain.q, before.q_wb.x, after.q_wb.x),
@@ -97,7 +97,7 @@ def missed(
     vehicle: Vehicle,
     grain: Grain,
     missing: Missing,
-    last: Motion,
+    last: BodyState,
     height: float,
     flown: Wrench,
     dt: float,

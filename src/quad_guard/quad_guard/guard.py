@@ -36,7 +36,6 @@ NO_REQUEST = 0
 RELEASE = 1
 ASK_DESCEND = 2
 ASK_KILL = 3
-REQUESTS = ("", "release", "descend", "kill")
 
 GOOD = 0
 WRENCH_LOST = 1

@@ -12,7 +12,7 @@ from quad_guard.checks import (
     ATTITUDE_JUMP,
     FOREIGN,
     POSITION_JUMP,
-    Motion,
+    BodyState,
     StateSample,
     sample_refusal,
 )
@@ -37,8 +37,8 @@ class Estimate(NamedTuple):
     sample (``quad_guard.frozen``).
     """
 
-    state: Motion
-    sample: Motion
+    state: BodyState
+    sample: BodyState
     ground_z: float
     step: int
     rate_step: int
@@ -59,7 +59,7 @@ class Refusals(NamedTuple):
 def no_estimate() -> Estimate:
     """Return what is known before the first sample: nothing, written as rest in the origin."""
     zero = Vec3(0.0, 0.0, 0.0)
-    rest = Motion(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
+    rest = BodyState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
     return Estimate(rest, rest, 0.0, -1, -1, zero, coarsest(), nothing_missing())
 
 
@@ -104,7 +104,7 @@ def observe(
         if refusal != FOREIGN:
             reading = rate
         if gyro:
-            state = Motion(state.p_w, state.v_w, state.q_wb, rate)
+            state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:
         return estimate, refusals, refusal
     predicted = predict(vehicle, state, flown, gyro, dt)
@@ -119,11 +119,11 @@ def observe(
 def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Estimate:
     """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Estimate``."""
     state = sample.state
-    motion = Motion(state.p_w, state.v_w, state.q_wb, state.omega_b)
+    motion = BodyState(state.p_w, state.v_w, state.q_wb, state.omega_b)
     return Estimate(motion, motion, state.ground_z, sample.step, sample.step, state.omega_b, grain, missing)
 
 
-def is_same(a: VehicleState, b: Motion) -> bool:
+def is_same(a: VehicleState, b: BodyState) -> bool:
     """Return whether two states are one reading, whatever they say of its age and of the ground."""
     return a.p_w == b.p_w and a.v_w == b.v_w and a.q_wb == b.q_wb and a.omega_b == b.omega_b
 
