@@ -47,8 +47,6 @@ _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 """Jumps that are flown through. PX4 turns its heading by 4 to 26 degrees when it first trusts the compass in the air;
 the guard refuses samples from 20 degrees on."""
-_STOOD_STILL = 0.03
-"""Seconds beyond a beat from which on this process, or its host, is to blame for what came late."""
 _LAST_WORDS = 3
 _ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN, Phase.DISARM)
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
@@ -449,7 +447,7 @@ class AutopilotNode(VehicleNode):
     def _note_pause(self, now: float) -> None:
         """Blame no other node for a pause of this process: the states that came meanwhile are still to be read."""
         paused, self._beat_at = now - self._beat_at - BEAT, now
-        self.stood_still = f"{self.role} stood still for {paused:.2f} s" if paused > _STOOD_STILL else ""
+        self.note_pause(paused)
         if self.stood_still:
             self.heard = min(self.heard + paused, now)
             self._unanswered_at += min(paused, max(now - self._unanswered_at, 0.0))

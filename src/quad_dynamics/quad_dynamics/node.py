@@ -27,7 +27,6 @@ from quad_node.vehicle_node import VehicleNode
 
 _WAITING = 0.05  # s between two messages on odom before a flight in lockstep
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
-_STOOD_STILL = 0.03  # s behind the clock from which on this node, not the controller, is to blame for old wrenches
 _STANDS = "at rest, but too high above the ground for its motors to stop"
 _UNGUARDED_PATIENCE = 1.0  # s without a command after which a flight in real time fails if its guard is off
 
@@ -108,8 +107,7 @@ class Simulator(VehicleNode):
             self.missed_commands += self.command.step < self.current_step
         behind = int((now - self._clock_start) * 1e9) // self.flight.plant_period - self.current_step
         self.counters["overruns"] += max(behind - 1, 0)
-        late = seconds(behind, self.flight.plant_period)
-        self.stood_still = f"{self.role} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
+        self.note_pause(seconds(behind, self.flight.plant_period))
         for _ in range(behind):
             if self.phase == FlightState.FLYING:
                 self._integrate(publish=self.lockstep)

@@ -36,6 +36,7 @@ from quad_node.interface import interface_hash
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
 _SECOND = 1_000_000_000  # ns
+_STOOD_STILL = 0.03  # s late from which on this process, or its host, is to blame for what is old
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _RESTING = Report(PASS, guard.GOOD, 0, guard.GOOD, 0.0, 0.0, 0, 0, 0, 0, False, False, False, False, False)
 _SHOWN = [name for name in GuardStatus.get_fields_and_field_types() if name in Report._fields]
@@ -287,6 +288,10 @@ class VehicleNode(FlightNode):
         if flies:
             self._interrupted_by = name
         return flies
+
+    def note_pause(self, late: float) -> None:
+        """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
+        self.stood_still = f"{self.role} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
 
     def _commander_period(self) -> int:
         """Return the plant steps between two decisions of the commander, 0 without a commander."""
