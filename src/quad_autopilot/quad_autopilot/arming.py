@@ -280,8 +280,9 @@ def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs:
     if inputs.autopilot is not None or memory.phase == STREAM:
         found = (row for row in RULES if memory.phase in row[0] and row[1](case))
         _, _, phase, text = next(found, ((), None, None, ""))
-        memory = memory if phase is None else _entered(case, phase, text)
-        case = Case(profile, parameters, memory, inputs)
+        if phase is not None:
+            memory = _entered(case, phase, text)
+            case = Case(profile, parameters, memory, inputs)
     request = _request(case)
     heartbeat, setpoint = _stream(case)
     output = Output(memory.phase, heartbeat, setpoint, request, memory.reason, bool(memory.reason))
