@@ -73,8 +73,7 @@ def measured(flight: Flight) -> FlightMetrics:
     """
     tables = flight_tables(flight)
     if not tables:
-        where = f"in namespace {flight.namespace or '/'}; --namespace names another"
-        raise TopicError(f"{flight.path}: holds no topic of a flight {where}: there is nothing to measure")
+        raise flight.without_topics("there is nothing to measure")
     return flight_metrics(tables)
 
 

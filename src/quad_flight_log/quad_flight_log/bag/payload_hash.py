@@ -6,7 +6,7 @@ from operator import itemgetter
 
 from quad_core.cascade import STAGES
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import CorruptError, SchemaError, TopicError
+from quad_flight_log.errors import CorruptError, SchemaError
 
 STEP_TOPICS = (
     *("state", "truth", "actuation", "disturbance", "reference"),
@@ -45,8 +45,7 @@ def topic_hashes(flight: Flight, topics: Iterable[str] = STEP_TOPICS) -> dict[st
             raise CorruptError(f"{where}: two different messages for stamp {different} ns")
         found[topic] = hashlib.sha256(b"".join(by_step.values())).hexdigest()
     if not found:
-        where = f"in namespace {flight.namespace or '/'}; --namespace names another"
-        raise TopicError(f"{flight.path}: holds no topic of a flight {where}: there is nothing to hash")
+        raise flight.without_topics("there is nothing to hash")
     return found
 
 

@@ -100,6 +100,11 @@ class Flight:
             f"{self.path}: no topic {topic!r} in namespace {self.namespace or '/'}{option}; the bag has {have}"
         )
 
+    def without_topics(self, so: str) -> TopicError:
+        """Return the error for a bag without any topic of a flight; ``so``: what follows from it."""
+        where = f"in namespace {self.namespace or '/'}; --namespace names another"
+        return TopicError(f"{self.path}: holds no topic of a flight {where}: {so}")
+
     def array(self, topic: str) -> Table:
         """Return all messages of a topic in the order of the bag, shape (n,).
 

@@ -78,8 +78,10 @@ class PoseOutput:
                 return
             due_ns = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
             pose = pose_of(deserialize_message(payload, kind))
-            transforms = TFMessage(transforms=[transform_of(pose, self._body)])
-            messages = {"reference_pose": pose} if topic == "reference" else {"pose": pose, "/tf": transforms}
+            if topic == "reference":
+                messages = {"reference_pose": pose}
+            else:
+                messages = {"pose": pose, "/tf": TFMessage(transforms=[transform_of(pose, self._body)])}
             wall, now = time.time_ns(), time.monotonic()
             shows = self._live and now - shown >= LIVE_PERIOD
             shown = now if shows else shown
