@@ -112,9 +112,9 @@ def predict(
         said_or(state.rate_age, parameters.rate_age),
     )
     ages = Vec3(
-        smaller(known_age.x + held.x, parameters.max_age),
-        smaller(known_age.y + held.y, parameters.max_age),
-        smaller(known_age.z + held.z, parameters.max_age),
+        min(parameters.max_age, known_age.x + held.x),
+        min(parameters.max_age, known_age.y + held.y),
+        min(parameters.max_age, known_age.z + held.z),
     )
     bounded = (
         known_age.x + held.x > parameters.max_age
@@ -141,7 +141,7 @@ def predict(
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
     if state.velocity_age > 0.0 and state.velocity_age != state.position_age:
-        v = add(state.v_w, scale(smaller(state.velocity_age + held.x, parameters.max_age), acceleration))
+        v = add(state.v_w, scale(min(parameters.max_age, state.velocity_age + held.x), acceleration))
         p = ahead(state.p_w, subtract(v, scale(ages.x, acceleration)), acceleration, ages.x)
     now = fresh(p, v, q, omega)
     return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
@@ -208,11 +208,6 @@ def held_for(known: Estimate, state: VehicleState, dt: float) -> Vec3:
 def said_or(said: float, assumed: float) -> float:
     """Return the age in s that a state says, else the one that the parameters assume."""
     return said if said > 0.0 else assumed
-
-
-def smaller(a: float, b: float) -> float:
-    """Return the smaller of two numbers of one unit."""
-    return a if a < b else b
 
 
 def angular_acceleration(vehicle: Vehicle, omega: Vec3, torque: Vec3) -> Vec3:

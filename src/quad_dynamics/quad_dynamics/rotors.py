@@ -132,7 +132,7 @@ def is_lagging(vehicle: Vehicle) -> bool:
 
 def decay(vehicle: Vehicle, time: float) -> float:
     """Return exp(-time / constant): what is left after ``time`` s of a difference between speed and command."""
-    return math.exp(-smaller(time / vehicle.rotor_time_constant, LONGEST_RATIO))
+    return math.exp(-min(LONGEST_RATIO, time / vehicle.rotor_time_constant))
 
 
 def rotor_lag(speeds: Rotors, commanded: Rotors, factor: float) -> Rotors:
@@ -188,23 +188,13 @@ def pair_sums(thrust: float, yaw_force: float, width_13: float, width_24: float,
     # the yaw, between none and the command, that leaves the most margin for thrust
     yaw_down = clamp(width_13 - width_24, yaw_low, yaw_high)
     yaw_up = clamp(width_24 - width_13, yaw_low, yaw_high)
-    lowest = larger(2.0 * width_13 - yaw_down, 2.0 * width_24 + yaw_down)
-    highest = smaller(top_13 - yaw_up, top_24 + yaw_up)
+    lowest = max(2.0 * width_24 + yaw_down, 2.0 * width_13 - yaw_down)
+    highest = min(top_24 + yaw_up, top_13 - yaw_up)
     total = clamp(thrust, lowest, highest)
-    low = larger(2.0 * width_13 - total, total - top_24)
-    high = smaller(top_13 - total, total - 2.0 * width_24)
+    low = max(total - top_24, 2.0 * width_13 - total)
+    high = min(total - 2.0 * width_24, top_13 - total)
     difference = clamp(clamp(yaw_force, yaw_low, yaw_high), low, high)
     return 0.5 * (total + difference), 0.5 * (total - difference)
-
-
-def larger(a: float, b: float) -> float:
-    """Return the larger of two numbers."""
-    return a if a > b else b
-
-
-def smaller(a: float, b: float) -> float:
-    """Return the smaller of two numbers."""
-    return a if a < b else b
 
 
 def nearest(vehicle: Vehicle, thrust: float, torque: Vec3, limit: float) -> tuple[float, float, float, float]:
@@ -212,7 +202,7 @@ def nearest(vehicle: Vehicle, thrust: float, torque: Vec3, limit: float) -> tupl
     roll = clamp(torque.x, -LARGEST_TORQUE, LARGEST_TORQUE)
     pitch = clamp(torque.y, -LARGEST_TORQUE, LARGEST_TORQUE)
     d42, d13 = pair_differences(vehicle, roll, pitch)
-    widest = larger(abs(d42), abs(d13))
+    widest = max(abs(d13), abs(d42))
     if widest > limit:
         d42, d13 = d42 * (limit / widest), d13 * (limit / widest)
     s13, s24 = pair_sums(
@@ -235,7 +225,7 @@ def allocate_within(vehicle: Vehicle, wrench: Wrench, max_each: float) -> Actuat
     nominal rotors: errors of effectiveness are not known on board. A flag is set where the achieved value misses the
     command by more than 1e-9 of the rotors' range.
     """
-    least = smaller(rotor_thrust(vehicle, vehicle.rotor_speed_min), max_each)
+    least = min(max_each, rotor_thrust(vehicle, vehicle.rotor_speed_min))
     limit = max_each - least
     torque = wrench.torque_b
     yaw_lever = yaw_arm(vehicle)

@@ -75,14 +75,14 @@ class Allowed(NamedTuple):
 
 def allowed_between(limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Allowed:
     """Return ``limits``, raised to END_MARGIN times of what ``start`` and ``first`` themselves ask for."""
-    end_speed = larger(norm(start.v_w), norm(first.v_w))
-    lift = larger(gravity + first.a_w.z, 0.1 * gravity)
+    end_speed = max(norm(first.v_w), norm(start.v_w))
+    lift = max(0.1 * gravity, gravity + first.a_w.z)
     end_tangent = horizontal(first.a_w.x, first.a_w.y) / lift
     return Allowed(
-        larger(limits.speed, END_MARGIN * end_speed),
-        larger(limits.acceleration, END_MARGIN * norm(first.a_w)),
-        larger(limits.jerk, END_MARGIN * norm(first.jerk_w)),
-        larger(math.tan(limits.tilt), END_MARGIN * end_tangent),
+        max(END_MARGIN * end_speed, limits.speed),
+        max(END_MARGIN * norm(first.a_w), limits.acceleration),
+        max(END_MARGIN * norm(first.jerk_w), limits.jerk),
+        max(END_MARGIN * end_tangent, math.tan(limits.tilt)),
         gravity,
     )
 
@@ -103,11 +103,6 @@ def is_within(allowed: Allowed, segment: Segment) -> bool:
         if not horizontal(x.a, y.a) <= SAMPLING_MARGIN * allowed.tilt_tangent * (allowed.gravity + z.a):
             return False
     return True
-
-
-def larger(a: float, b: float) -> float:
-    """Return the larger of two numbers."""
-    return a if a > b else b
 
 
 def horizontal(x: float, y: float) -> float:

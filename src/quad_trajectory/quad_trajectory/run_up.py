@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quad_core.geometry import ZERO, norm
 from quad_core.types import TrajectoryPoint, Vec3
-from quad_trajectory.limits import Allowed, horizontal, is_within, larger
+from quad_trajectory.limits import Allowed, horizontal, is_within
 from quad_trajectory.polynomial import Segment, coordinates, no_segment, run_up_length, septic, settling
 
 GROWTH = 1.02
@@ -54,7 +54,7 @@ def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
     if speed >= NO_MOTION:
         horizontal_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
         by_tilt = horizontal(first.v_w.x, first.v_w.y) / horizontal_acceleration
-        one = _gain_within(allowed, first, larger(speed / allowed.acceleration, by_tilt))
+        one = _gain_within(allowed, first, max(by_tilt, speed / allowed.acceleration))
         if one.found:
             return RunUp(one.segment, no_segment(ZERO))
     settle = Search(True, no_segment(ZERO)) if steady else _settle_within(allowed, first)
@@ -104,7 +104,7 @@ def _steady_before(first: TrajectoryPoint, settle: Segment) -> TrajectoryPoint:
 def _steady_gain_time(allowed: Allowed, speed: float) -> float:
     """Return the shortest time in s from rest to a steady ``speed`` within the limits of acceleration and jerk."""
     by_acceleration = STEP_PEAK_ACCELERATION * speed / allowed.acceleration
-    return larger(SHORTEST_GAIN, larger(by_acceleration, math.sqrt(STEP_PEAK_JERK * speed / allowed.jerk)))
+    return max(math.sqrt(STEP_PEAK_JERK * speed / allowed.jerk), by_acceleration, SHORTEST_GAIN)
 
 
 def _gain(end: TrajectoryPoint, duration: float) -> Segment:

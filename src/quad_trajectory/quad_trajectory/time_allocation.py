@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numpy import zeros
 
-from quad_trajectory.limits import MotionLimits, larger, turn_duration
+from quad_trajectory.limits import MotionLimits, turn_duration
 from quad_trajectory.minimum_snap import Table, axis_at, solved_path
 from quad_trajectory.polynomial import AxisPoint
 
@@ -50,7 +50,7 @@ def allocated_path(points: Table, limits: PathLimits, turns: MotionLimits) -> Ta
         worst, total = 0.0, 0.0
         for segment in range(len(times)):
             factors[segment] = segment_factor(path, segment, limits, turns, SAMPLES)
-            worst = larger(worst, float(factors[segment]))
+            worst = max(float(factors[segment]), worst)
             total += float(times[segment])
         if worst * total < shortest:
             shortest = worst * total
@@ -67,7 +67,7 @@ def slowed_path(points: Table, times: Table, limits: PathLimits, turns: MotionLi
     for _ in range(SLOWING_TRIES):
         worst = 0.0
         for segment in range(len(times)):
-            worst = larger(worst, segment_factor(path, segment, limits, turns, FINE_SAMPLES))
+            worst = max(segment_factor(path, segment, limits, turns, FINE_SAMPLES), worst)
         if worst <= ACCEPTED:
             return path
         for segment in range(len(times)):
@@ -85,7 +85,7 @@ def first_times(points: Table, limits: PathLimits, turns: MotionLimits) -> Table
         z = points[i + 1, 2] - points[i, 2]
         distance = math.sqrt(x * x + y * y + z * z)
         yaw_time = turn_duration(turns, float(points[i + 1, 3] - points[i, 3]))
-        times[i] = larger(distance / limits.speed + math.sqrt(distance / room), yaw_time)
+        times[i] = max(yaw_time, distance / limits.speed + math.sqrt(distance / room))
     return times
 
 
@@ -96,7 +96,7 @@ def segment_factor(path: Table, segment: int, limits: PathLimits, turns: MotionL
     for i in range(samples + 1):
         u = i / samples
         x, y, z = axis_at(path, segment, 0, u), axis_at(path, segment, 1, u), axis_at(path, segment, 2, u)
-        factor = larger(factor, sample_factor(x, y, z, limits))
+        factor = max(sample_factor(x, y, z, limits), factor)
     return factor
 
 
@@ -108,13 +108,13 @@ def sample_factor(x: AxisPoint, y: AxisPoint, z: AxisPoint, limits: PathLimits) 
     whole2 = across2 + z.a * z.a
     if whole2 > 0.0:
         spare = g * g * z.a * z.a + whole2 * (limits.max_thrust * limits.max_thrust - g * g)
-        factor = larger(factor, math.sqrt(whole2 / (math.sqrt(spare) - g * z.a)))
+        factor = max(math.sqrt(whole2 / (math.sqrt(spare) - g * z.a)), factor)
     if z.a < 0.0:
-        factor = larger(factor, math.sqrt(-z.a / (g - limits.min_thrust)))
+        factor = max(math.sqrt(-z.a / (g - limits.min_thrust)), factor)
     tilting = math.sqrt(across2) - limits.tilt_tangent * z.a
     if tilting > 0.0:
-        factor = larger(factor, math.sqrt(tilting / (limits.tilt_tangent * g)))
-    return larger(factor, math.sqrt(math.sqrt(body_rate(x, y, z, g) / limits.body_rate)))
+        factor = max(math.sqrt(tilting / (limits.tilt_tangent * g)), factor)
+    return max(math.sqrt(math.sqrt(body_rate(x, y, z, g) / limits.body_rate)), factor)
 
 
 def body_rate(x: AxisPoint, y: AxisPoint, z: AxisPoint, gravity: float) -> float:
