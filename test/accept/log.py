@@ -62,9 +62,6 @@ def whole_flight(figures, folder):
     for role in STAGE:
         found = replay(open_flight(folder / "rt"), role)
         figures.check(found.equal, f"replay of {role} in real time: {len(found.steps)} steps, bit-equal {found.notes}")
-    other = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})
-    gap = max(item.largest for item in other.differences() if item.name == "attitude_setpoint angles.y")
-    figures.check(gap > 0.0, f"replay with another gain: pitch setpoint differs by up to {gap:.3g} rad")
     seen = foreign_readers.ours(bag)
     for name in ("rosbags", "mcap_ros2", "javascript"):
         began = time.monotonic()

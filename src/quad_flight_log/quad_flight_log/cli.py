@@ -12,9 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn, TextIO, cast
 
-from quad_core.cascade import ATTITUDE, POSITION, STAGE
-from quad_core.parameters import ParameterError
-from quad_core.resolution import parse_settings
+from quad_core.cascade import STAGE
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
@@ -128,47 +126,28 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    """Feed recorded inputs to the controllers again and compare their answers with the recorded ones.
-
-    With the recorded law and parameters every bit must be the same (exit 1 if not). With --set or another law
-    the difference is shown.
+    """Feed recorded inputs to the controllers again; every bit of their answers must be the recorded one (exit 1: not).
 
     log replay flights/case1-1-1
-    log replay flights/case1-1-1 --set position_controller.aibs.x.position_gain=3.5
-    log replay flights/case1-1-1 --attitude itsm
     """
     (flight,) = _opened(options)
-    try:
-        settings = parse_settings(options.settings)
-    except ParameterError as error:
-        raise FlightLogError(str(error)) from error
-    others = [role for role in settings if role not in (*STAGE, "/**")]
-    if others:
-        raise FlightLogError(f"--set {others[0]}: only {' and '.join(STAGE)} are replayed")
-    good = True
-    for role in [options.only] if options.only else STAGE:
-        changes = {**settings.get("/**", {}), **settings.get(role, {})}
-        law = {POSITION: options.position, ATTITUDE: options.attitude}.get(role)
-        found = replay(flight, role, law=law, settings=changes)
-        _print_replay(found)
-        good &= found.equal or found.changed
-    return 0 if good else 1
+    found = [replay(flight, role) for role in STAGE]
+    for item in found:
+        _print_replay(item)
+    return 0 if all(item.equal for item in found) else 1
 
 
 def _print_replay(item: Replay) -> None:
-    kind = "changed parameters" if item.changed else "recorded parameters"
-    print(f"{item.role}: {item.law}, {kind}, {len(item.steps)} steps, {len(item.recorded)} numbers each")
+    print(f"{item.role}: {item.law}, {len(item.steps)} steps, {len(item.recorded)} numbers each")
     for note in item.notes:
         print(f"  {note}")
     if item.missing:
         print(f"  {item.missing} steps were answered only in one of record and replay")
-    rows = [["number", "steps that differ", "first", "largest", "rms", "recorded rms"]]
-    for one in item.differences():
-        if one.differing:
-            numbers = (one.largest, one.rms, one.recorded_rms)
-            rows.append([one.name, str(one.differing), str(one.first_step), *(f"{value:.4g}" for value in numbers)])
-    if len(rows) > 1:
-        print(textwrap.indent(text.aligned(rows, range(1, 6)), "  "))
+    found = [one for one in item.differences() if one.differing]
+    rows = [[one.name, str(one.differing), str(one.first_step), f"{one.largest:.4g}"] for one in found]
+    if rows:
+        head = ["number", "steps that differ", "first", "largest"]
+        print(textwrap.indent(text.aligned([head, *rows], range(1, 4)), "  "))
     else:
         print("  every bit is equal" if item.equal else "  nothing differs where both answered")
 
@@ -231,10 +210,6 @@ FLAGS: dict[str, dict[str, Any]] = {
         "(default: the limits that the flight was held to when flown)",
     },
     "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
-    "--position": {"metavar": "LAW", "help": "another position law"},
-    "--attitude": {"metavar": "LAW", "help": "another attitude law"},
-    "--only": {"choices": sorted(STAGE), "help": "replay only this controller"},
-    "--set": {**_REPEATED, "dest": "settings", "metavar": "NODE.PARAM=VALUE", "help": "may be repeated"},
     "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--namespace": {"default": "", "help": "namespace of the vehicle"},
@@ -245,7 +220,7 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "check": (_check, "+", ("--limits",)),
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--out")),
-    "replay": (_replay, 1, ("--position", "--attitude", "--only", "--set")),
+    "replay": (_replay, 1, ()),
     "report": (_report, "+", ("--names", "--limits", "--out")),
     "view": (_view, "*", ("--out",)),
 }

@@ -26,9 +26,7 @@ def test_every_verb_explains_itself_with_examples(verb, capsys):
     assert f"  log {verb} " in shown
 
 
-@pytest.mark.parametrize(
-    "arguments", [["fly"], ["info"], ["metrics", "--yaml", "x"], [], ["replay", "x", "--only", "simulator"]]
-)
+@pytest.mark.parametrize("arguments", [["fly"], ["info"], ["metrics", "--yaml", "x"], []])
 def test_bad_usage_ends_with_two_and_one_line(arguments, capsys):
     with pytest.raises(SystemExit) as ended:
         cli.main(arguments)

@@ -1,4 +1,4 @@
-"""Recorded inputs through the laws again: equal bits with the recorded law, a reported difference with any other."""
+"""Recorded inputs through the laws again: equal bits, and every difference is found."""
 
 import copy
 
@@ -12,14 +12,13 @@ from quad_flight_log import cli
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.errors import FlightLogError, TopicError
+from quad_flight_log.errors import TopicError
 
 
 @pytest.mark.parametrize("role", STAGE)
 def test_the_recorded_law_gives_the_recorded_bits(role, flown, flown_bag):
     found = replay(open_flight(flown_bag), role)
     assert found.equal
-    assert not found.changed
     assert found.missing == 0
     period = flown.flight.resolved[role].node.period_steps
     assert found.steps.tolist() == list(range(0, flown.result.steps, period))
@@ -46,42 +45,6 @@ def test_one_bit_in_one_recorded_answer_is_seen(flown, tmp_path):
     (seen,) = [item for item in found.differences() if item.differing]
     assert (seen.name, seen.differing, seen.first_step) == ("wrench_setpoint torque_b.y", 1, 300)
     assert 0.0 < seen.largest < 1e-15
-
-
-def test_another_gain_shows_its_difference_and_leaves_the_other_controller_alone(flown_bag):
-    flight = open_flight(flown_bag)
-    found = replay(flight, "position_controller", settings={"aibs.x.position_gain": "3.5"})
-    assert found.changed
-    differing = {item.name: item for item in found.differences() if item.differing}
-    assert "attitude_setpoint angles.y" in differing
-    assert "position_controller/internals velocity_error.x" in differing
-    assert not any("position_error" in name for name in differing)
-    gain = flown_gain(flight)
-    error = found.recorded["position_controller/internals position_error.x"][0]
-    step = found.replayed["position_controller/internals virtual_velocity.x"][0]
-    before = found.recorded["position_controller/internals virtual_velocity.x"][0]
-    assert abs(step - before) <= abs((3.5 - gain) * error) + 1e-12
-
-
-def flown_gain(flight) -> float:
-    return float(recorded_parameters(flight)["position_controller"].values["aibs.x.position_gain"])
-
-
-def test_a_preset_replaces_all_gains_of_the_law(flown_bag):
-    found = replay(open_flight(flown_bag), "attitude_controller", settings={"preset": "printed"})
-    assert found.changed
-    assert not found.equal
-
-
-def test_wrong_changes_are_named(flown_bag, capsys):
-    flight = open_flight(flown_bag)
-    with pytest.raises(FlightLogError, match="no plug-in named 'lqr'"):
-        replay(flight, "attitude_controller", law="lqr")
-    with pytest.raises(FlightLogError, match=r"aibs\.x\.posgain"):
-        replay(flight, "position_controller", settings={"aibs.x.posgain": "1.0"})
-    for argument, word in (("simulator.window=3", "only position_controller"), ("nonsense", "NODE.PARAM=VALUE")):
-        assert cli.main(["replay", str(flown_bag), "--set", argument]) == 2
-        assert word in capsys.readouterr().err
 
 
 def test_a_bag_without_inputs_or_parameters_is_named(flown, tmp_path):
@@ -137,22 +100,17 @@ def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown
     assert recorded_parameters(open_flight(path))["attitude_controller"].changes == ()
 
 
-def test_the_command_proves_and_compares(flown_bag, capsys):
+def test_the_command_proves(flown_bag, capsys):
     assert cli.main(["replay", str(flown_bag)]) == 0
     assert capsys.readouterr().out.count("every bit is equal") == 2
-    changed = ["--position", "aibs", "--set", "position_controller.aibs.y.position_gain=2.0"]
-    assert cli.main(["replay", str(flown_bag), *changed]) == 0
-    out = capsys.readouterr().out
-    assert out.count("every bit is equal") == 1
-    assert "position_controller/internals virtual_velocity.y" in out
 
 
-def test_a_replay_that_differs_with_recorded_parameters_fails(flown, tmp_path, capsys):
+def test_a_replay_that_differs_fails(flown, tmp_path, capsys):
     at = next(i for i, (topic, _) in enumerate(flown.messages) if topic == "attitude_setpoint")
     other = copy.deepcopy(flown.messages[at][1])
     other.thrust += 0.25
     directory = write_flight(tmp_path / "bag", FlownFlight(*flown), replace={at: other})
-    assert cli.main(["replay", str(directory), "--only", "position_controller"]) == 1
+    assert cli.main(["replay", str(directory)]) == 1
     assert "attitude_setpoint thrust" in capsys.readouterr().out
 
 

@@ -1,13 +1,12 @@
 """The parameters of the nodes of a recorded flight, from the bag alone."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from quad_core.cascade import ROLES
 from quad_core.parameter_files import read_parameter_text
 from quad_core.parameters import ParameterError, Value
 from quad_core.plugins import PluginError
-from quad_core.resolution import Resolved, resolve, typed, with_law
+from quad_core.resolution import Resolved, resolve, with_law
 from quad_flight_log.analysis.tables import text_table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
@@ -68,35 +67,13 @@ class Phase(NamedTuple):
     resolved: Resolved
 
 
-def retold(
-    flight: Flight, role: str, *, law: str | None = None, settings: Mapping[str, str] | None = None
-) -> tuple[list[Phase], bool]:
-    """Return the parameters of a controller with another ``law`` or ``settings`` ({parameter: text}), and whether new.
+def flown_phases(record: NodeRecord, role: str, law: str | None = None) -> list[Phase]:
+    """Return the parameters of a controller, or of another ``law`` in its place, which has its defaults.
 
-    The first phase begins at step 0; each change in flight begins another, which keeps ``law`` and ``settings``.
-    Another law starts from its defaults; flight, vehicle and period stay. Raises FlightLogError.
+    The first phase begins at step 0, each change in flight another. Raises FlightLogError.
     """
-    records = recorded_parameters(flight)
-    if role not in records:
-        raise FlightLogError(f"{flight.path}: {TOPIC} says nothing of {role}")
-    record = records[role]
     spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
-    phases = [Phase(step, _resolved(role, values, law, settings or {})) for step, values in spells]
-    now = {field.name: field.default for field in phases[0].resolved.all_fields()}
-    # Parameters that came after the bag have their defaults: no node changed them.
-    return phases, any(now.get(name) != value for name, value in record.values.items())
-
-
-def _resolved(role: str, recorded: Mapping[str, Value], law: str | None, settings: Mapping[str, str]) -> Resolved:
-    settings = dict(settings)
-    chosen = str(settings.pop("law", None) or law or recorded.get("law"))
     try:
-        values = with_law(recorded, chosen)
-        preset = settings.pop("preset", None)
-        if preset is not None:
-            values = {name: value for name, value in values.items() if not name.startswith(f"{chosen}.")}
-            values["preset"] = preset
-        values.update(typed(role, values, settings))
-        return resolve(role, values)
+        return [Phase(step, resolve(role, with_law(values, law or str(values.get("law"))))) for step, values in spells]
     except (ParameterError, PluginError) as error:
         raise FlightLogError(f"{role}: {error}") from error

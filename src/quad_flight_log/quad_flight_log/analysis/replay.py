@@ -2,8 +2,7 @@
 
 The internals of each step say what the law had: its time step, the step of each input, and which input was too old
 and replaced by a safe one. The law runs as its node runs it, with one memory from the first step on, so with the
-recorded parameters every bit is the same: that is the log's own proof. With other gains or another law the answers to
-the same inputs differ; the vehicle does not follow them. Where a standby took over, the comparison ends.
+recorded parameters every bit is the same: that is the log's own proof. Where a standby took over, the comparison ends.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,24 +19,22 @@ from quad_core.safe import safe_input
 from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.analysis.recorded_parameters import recorded_parameters, retold
+from quad_flight_log.analysis.recorded_parameters import flown_phases, recorded_parameters
 from quad_flight_log.analysis.takeovers import fliers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import SchemaError, TopicError
+from quad_flight_log.errors import FlightLogError, SchemaError, TopicError
 
 Columns = dict[str, NDArray[Any]]
 
 
 class Difference(NamedTuple):
-    """One number of an output: how far replayed and recorded values are apart; ``first_step`` -1 if nowhere."""
+    """One number of an output: at how many steps it differs, from which on (-1: none), and by how much at most."""
 
     name: str
     differing: int
     first_step: int
     largest: float
-    rms: float
-    recorded_rms: float
 
 
 class Replay(NamedTuple):
@@ -45,12 +42,11 @@ class Replay(NamedTuple):
 
     ``steps``: plant steps compared, shape (n,). ``recorded`` and ``replayed``: {``topic field.part``: values (n,)} of
     output and internals. ``missing``: recorded steps that the replay did not answer or the other way round.
-    ``changed``: parameters or law differ from the recorded ones. ``notes``: what limits the comparison.
+    ``notes``: what limits the comparison.
     """
 
     role: str
     law: str
-    changed: bool
     steps: NDArray[np.int64]
     recorded: Columns
     replayed: Columns
@@ -67,20 +63,17 @@ class Replay(NamedTuple):
         return [_difference(name, self.steps, self.recorded[name], self.replayed[name]) for name in self.recorded]
 
 
-def replay(
-    flight: Flight,
-    role: str,
-    *,
-    law: str | None = None,
-    settings: Mapping[str, str] | None = None,
-) -> Replay:
-    """Feed the recorded inputs of ``role`` to its law (or ``law``) with ``settings`` ({parameter: text}) changed.
+def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
+    """Feed the recorded inputs of ``role`` to its law, or to ``law`` with its defaults, as a shadow would answer them.
 
     Raises TopicError if an input, the output or the internals were not recorded, FlightLogError for
     impossible parameters.
     """
-    phases, changed = retold(flight, role, law=law, settings=settings)
-    start, stage, record = phases[0].resolved, STAGE[role], recorded_parameters(flight)[role]
+    record = recorded_parameters(flight).get(role)
+    if record is None:
+        raise FlightLogError(f"{flight.path}: flight/parameters says nothing of {role}")
+    phases, stage = flown_phases(record, role, law), STAGE[role]
+    start = phases[0].resolved
     topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
     tables = {topic: by_stamp(table) for topic, table in flight.arrays(*topics).items()}
     empty = [topic for topic, table in tables.items() if len(table) == 0]
@@ -92,10 +85,9 @@ def replay(
         notes.append(f"{taken_over[0].node} flew from step {taken_over[0].step} on: compared up to there")
         for topic in (stage.gives, stage.internals_topic):
             tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over[0].step * period]
-    then = start if not changed else retold(flight, role)[0][0].resolved
     module, parameters, waiting, memory = start.law.module, start.law.parameters, phases[1:], None
     steps, outputs, internals, incomplete = [], [], [], 0
-    for step, dt, inputs, complete in _seen(then, stage, tables, str(flight.path)):
+    for step, dt, inputs, complete in _seen(start, stage, tables, str(flight.path)):
         while waiting and waiting[0].step <= step:
             parameters = waiting.pop(0).resolved.law.parameters
         if memory is None or inputs.state.on_ground:
@@ -124,13 +116,13 @@ def replay(
         recorded = _columns_of(kind, _tuples_of(kind, table, f"{flight.path}: {topic}", names))
         old.update({f"{topic} {name}": column for name, column in recorded.items()})
         new.update({f"{topic} {name}": column[here] for name, column in _columns_of(kind, given).items()})
-    return Replay(role, start.plugins["law"].name, changed, common // period, old, new, missing, notes)
+    return Replay(role, start.plugins["law"].name, common // period, old, new, missing, notes)
 
 
 def _seen(
-    then: Resolved, stage: Stage, tables: Mapping[str, Table], where: str
+    flown: Resolved, stage: Stage, tables: Mapping[str, Table], where: str
 ) -> Iterator[tuple[int, float, Any, bool]]:
-    """Yield what a controller with the parameters ``then`` had at each step of its internals.
+    """Yield what a controller with the parameters ``flown`` had at each step of its internals.
 
     That is the step, its time step in s, its inputs, and whether all of them were recorded.
     """
@@ -142,13 +134,13 @@ def _seen(
         raise TopicError(f"{where}: {stage.internals_topic}: does not say which inputs the steps had (an older bag?)")
 
     def by_step(topic: str, kind: type[Any]) -> dict[int, Any]:
-        steps = (tables[topic]["stamp_ns"] // then.flight.plant_period).tolist()
+        steps = (tables[topic]["stamp_ns"] // flown.flight.plant_period).tolist()
         return dict(zip(steps, _tuples_of(kind, tables[topic], f"{where}: {topic}"), strict=True))
 
     states: dict[int, VehicleState] = by_step("state", VehicleState)
     given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.takes]
     records = _tuples_of(StepRecord, shown, f"{where}: {stage.internals_topic}")
-    steps = (shown["stamp_ns"] // then.flight.plant_period).tolist()
+    steps = (shown["stamp_ns"] // flown.flight.plant_period).tolist()
     for step, record in zip(steps, records, strict=True):
         state = states.get(step)
         if state is None:
@@ -159,7 +151,7 @@ def _seen(
             value = known.get(at) or SIGNALS[taken.topic].kind()
             complete &= at < 0 or at in known
             if record.replaced_inputs >> place & 1:
-                value = safe_input(taken.topic, value, then.vehicle, state)
+                value = safe_input(taken.topic, value, flown.vehicle, state)
             values.append(value)
         yield step, record.dt, stage.inputs(state, *values), complete
 
@@ -201,6 +193,4 @@ def _difference(
         len(where),
         int(steps[where[0]]) if len(where) else -1,
         float(gap.max(initial=0.0)),
-        float(np.sqrt(np.mean(gap * gap))) if len(gap) else 0.0,
-        float(np.sqrt(np.mean(recorded * recorded))) if len(gap) else 0.0,
     )
