@@ -100,20 +100,21 @@ def mutated(source: str, mutation: Mutation) -> str:
 
 @lru_cache(maxsize=256)
 def function_in(source: str, function: str) -> tuple[int, int, int, str]:
-    """Return first and last line and column of a function in ``source``, and its code without docstring."""
+    """Return first and last line and column of a function or table in ``source``, and its code without docstring."""
     *classes, name = split(function)[1]
     body = ast.parse(source).body
     for class_name in classes:
         body = [
             part for node in body if isinstance(node, ast.ClassDef) and node.name == class_name for part in node.body
         ]
-    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == name]
+    named = {ast.FunctionDef: lambda node: node.name, ast.AnnAssign: lambda node: ast.unparse(node.target)}
+    found = [node for node in body if type(node) in named and named[type(node)](node) == name]
     if len(found) != 1:
         raise MutationError(f"{function}: found {len(found)} functions {name!r}, expected 1")
     node = found[0]
-    if ast.get_docstring(node) is not None:
+    if isinstance(node, ast.FunctionDef) and ast.get_docstring(node) is not None:
         node.body = node.body[1:]
-    first = min(part.lineno for part in (node, *node.decorator_list)) - 1
+    first = min(part.lineno for part in (node, *getattr(node, "decorator_list", ()))) - 1
     return first, node.end_lineno or first, node.col_offset, ast.unparse(node)
 
 

@@ -8,7 +8,7 @@
 With a commander (``Inputs.wish``) the sequence stands in STANDBY until it is to arm, an own take-off of the autopilot
 is CLIMB -> RETURN -> FLY, and after a landing of ours FLY -> DISARM -> LANDED.
 
-``step`` is called every 20 ms and is pure; ``_rules`` is the table of all that ends a phase. An autopilot leaves the
+``step`` is called every 20 ms and is pure; ``RULES`` is the table of all that ends a phase. An autopilot leaves the
 offboard mode by itself a while after the last heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last
 setpoint until then. As long as heartbeats come it follows stale setpoints: so the heartbeat stops with the controller,
 and the autopilot is asked to land at once. An autopilot that stabilises nothing itself must notice a lost stream within
@@ -159,7 +159,7 @@ class Output(NamedTuple):
 
 
 class Case:
-    """What the conditions of ``_rules`` look at, and the words of their texts."""
+    """What the conditions of ``RULES`` look at, and the words of their texts."""
 
     def __init__(self, profile: Profile, limits: ArmingParameters, memory: Memory, inputs: Inputs) -> None:
         """Derive them from what is known."""
@@ -203,74 +203,68 @@ class Case:
         )
 
 
-_Row = tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, str]
+_GROUND, _ARMING, _TAKE_OFF = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)
+_WITHIN = "within {l.step_timeout:g} s:{answer}{why}"
 
+RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, str], ...] = (
+    ((*_ARMING, FLY, *_TAKE_OFF, LAND), lambda c: c.wish == Wish.KILL, DISARM, ""),
+    # what the autopilot, or a pilot, does by itself
+    ((DISARM, LAND), lambda c: not c.armed, LANDED, ""),
+    ((FLY,), lambda c: not c.armed, RELEASED, "{p.name} disarmed in flight{why}"),
+    (_TAKE_OFF, lambda c: not c.armed, RELEASED, "{p.name} disarmed during its take-off{why}"),
+    ((ARM, SPOOL_UP, FLY), lambda c: c.left and c.unnamed, None, ""),
+    ((ARM, SPOOL_UP), lambda c: c.left, RELEASED, "{taken} before the flight: {now}"),
+    ((FLY,), lambda c: c.left, RELEASED, "{taken} in flight: {now}"),
+    ((*_ARMING, FLY, *_TAKE_OFF), lambda c: c.inputs.stop and c.armed, LAND, "{i.stop}"),
+    ((*_GROUND, *_ARMING), lambda c: c.inputs.stop, RELEASED, "{i.stop}"),
+    # on the ground, up to the first request
+    ((STREAM,), lambda c: c.inputs.autopilot is None and not c.late, None, ""),
+    ((STREAM,), lambda c: c.inputs.autopilot is None, RELEASED, "no {p.status} from {p.name}: {p.hint}"),
+    ((STREAM,), lambda c: c.armed, RELEASED, "{p.name} is armed already, in {mode}: disarm it first"),
+    (_GROUND, lambda c: c.armed, RELEASED, "{p.name} was armed in {mode} before the flight"),
+    ((STREAM,), lambda c: c.blind and c.late, RELEASED, "no {p.state} from {p.name} that can be accepted"),
+    ((STREAM,), lambda c: c.blind or c.memory.beats < c.limits.beats, None, ""),
+    ((STREAM,), lambda c: c.unaware and c.memory.probes < PROBES, PROBE, ""),
+    ((STREAM,), lambda c: c.unaware, RELEASED, _UNAWARE),
+    ((STREAM,), lambda c: c.inputs.refusal and c.late, RELEASED, "arming refused: {i.refusal}"),
+    ((STREAM,), lambda c: c.inputs.refusal, None, ""),
+    ((STREAM,), lambda c: c.wish == Wish.GROUND, STANDBY, ""),
+    ((STREAM,), lambda c: c.wish != Wish.GROUND, MODE, ""),
+    ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
+    ((STANDBY,), lambda c: Wish.IDLE <= c.wish <= Wish.CLIMB, MODE, ""),
+    # to the flight
+    (_ARMING, lambda c: c.wish == Wish.GROUND and c.armed, DISARM, ""),
+    (_ARMING, lambda c: c.wish == Wish.GROUND, STANDBY, ""),
+    ((MODE,), lambda c: c.control == Control.OURS, ARM, ""),
+    ((ARM,), lambda c: c.armed, SPOOL_UP, ""),
+    ((MODE,), lambda c: c.late and c.profile.mode, RELEASED, "{p.name} did not change to {p.offboard} " + _WITHIN),
+    ((ARM,), lambda c: c.late, RELEASED, "{p.name} did not arm " + _WITHIN),
+    ((SPOOL_UP,), lambda c: not c.armed, RELEASED, "{p.name} disarmed while the rotors spooled up{why}"),
+    ((SPOOL_UP, FLY), lambda c: c.blind, LAND, "{p.state}: nothing for {i.state_age:.2f} s"),
+    ((SPOOL_UP,), lambda c: c.spooled, FLY, ""),
+    # in flight
+    ((FLY,), lambda c: c.uncommanded, LAND, "controllers: no command for {silent:.0f} ms"),
+    ((FLY,), lambda c: c.wish == Wish.GROUND, DISARM, ""),
+    ((FLY,), lambda c: c.wish == Wish.CLIMB, CLIMB, ""),
+    ((FLY,), lambda c: c.inputs.ended or c.wish == Wish.LAND, LAND, ""),
+    # a take-off of the autopilot's own, and back to our mode
+    (_TAKE_OFF, lambda c: c.wish in (Wish.GROUND, Wish.LAND), LAND, "landing asked for during the take-off"),
+    ((CLIMB,), lambda c: c.control == Control.OTHER, RELEASED, "{taken} during its take-off: {now}"),
+    ((CLIMB,), lambda c: c.control == Control.WAITING and not c.said.landed, RETURN, ""),
+    ((CLIMB,), lambda c: c.overdue, LAND, "{p.name}: no end of its take-off,{answer}"),
+    ((RETURN,), lambda c: c.control == Control.OURS, FLY, ""),
+    ((RETURN,), lambda c: c.control not in _WAITS, RELEASED, "{taken} after its take-off: {now}"),
+    ((RETURN,), lambda c: c.late, LAND, "{p.name} did not change to {p.offboard} after its take-off:{answer}"),
+    # to the ground; an autopilot that does not see the ground lands by itself
+    ((DISARM,), lambda c: c.undisarmed, LAND, "{p.name} does not disarm:{answer}"),
+    ((LAND,), lambda c: c.control not in _LANDS, RELEASED, "{taken} while landing: {now}"),
+    ((LAND,), lambda c: c.inputs.silence > SILENT_FOR, RELEASED, _UNHEARD),
+    ((LAND,), lambda c: c.overdue, RELEASED, _NOT_LANDED),
+)
+"""While in these phases, what holds leads to that phase (None: stay); the first row counts.
 
-def _rules() -> tuple[_Row, ...]:
-    """Return the table: while in these phases, what holds leads to that phase (None: stay); the first row counts.
-
-    A text makes the flight a failed one; its words are those of ``Case.told``.
-    """
-    ground, arming, take_off = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)
-    within = "within {l.step_timeout:g} s:{answer}{why}"
-    return (
-        ((*arming, FLY, *take_off, LAND), lambda c: c.wish == Wish.KILL, DISARM, ""),
-        # what the autopilot, or a pilot, does by itself
-        ((DISARM, LAND), lambda c: not c.armed, LANDED, ""),
-        ((FLY,), lambda c: not c.armed, RELEASED, "{p.name} disarmed in flight{why}"),
-        (take_off, lambda c: not c.armed, RELEASED, "{p.name} disarmed during its take-off{why}"),
-        ((ARM, SPOOL_UP, FLY), lambda c: c.left and c.unnamed, None, ""),
-        ((ARM, SPOOL_UP), lambda c: c.left, RELEASED, "{taken} before the flight: {now}"),
-        ((FLY,), lambda c: c.left, RELEASED, "{taken} in flight: {now}"),
-        ((*arming, FLY, *take_off), lambda c: c.inputs.stop and c.armed, LAND, "{i.stop}"),
-        ((*ground, *arming), lambda c: c.inputs.stop, RELEASED, "{i.stop}"),
-        # on the ground, up to the first request
-        ((STREAM,), lambda c: c.inputs.autopilot is None and not c.late, None, ""),
-        ((STREAM,), lambda c: c.inputs.autopilot is None, RELEASED, "no {p.status} from {p.name}: {p.hint}"),
-        ((STREAM,), lambda c: c.armed, RELEASED, "{p.name} is armed already, in {mode}: disarm it first"),
-        (ground, lambda c: c.armed, RELEASED, "{p.name} was armed in {mode} before the flight"),
-        ((STREAM,), lambda c: c.blind and c.late, RELEASED, "no {p.state} from {p.name} that can be accepted"),
-        ((STREAM,), lambda c: c.blind or c.memory.beats < c.limits.beats, None, ""),
-        ((STREAM,), lambda c: c.unaware and c.memory.probes < PROBES, PROBE, ""),
-        ((STREAM,), lambda c: c.unaware, RELEASED, _UNAWARE),
-        ((STREAM,), lambda c: c.inputs.refusal and c.late, RELEASED, "arming refused: {i.refusal}"),
-        ((STREAM,), lambda c: c.inputs.refusal, None, ""),
-        ((STREAM,), lambda c: c.wish == Wish.GROUND, STANDBY, ""),
-        ((STREAM,), lambda c: c.wish != Wish.GROUND, MODE, ""),
-        ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
-        ((STANDBY,), lambda c: Wish.IDLE <= c.wish <= Wish.CLIMB, MODE, ""),
-        # to the flight
-        (arming, lambda c: c.wish == Wish.GROUND and c.armed, DISARM, ""),
-        (arming, lambda c: c.wish == Wish.GROUND, STANDBY, ""),
-        ((MODE,), lambda c: c.control == Control.OURS, ARM, ""),
-        ((ARM,), lambda c: c.armed, SPOOL_UP, ""),
-        ((MODE,), lambda c: c.late and c.profile.mode, RELEASED, "{p.name} did not change to {p.offboard} " + within),
-        ((ARM,), lambda c: c.late, RELEASED, "{p.name} did not arm " + within),
-        ((SPOOL_UP,), lambda c: not c.armed, RELEASED, "{p.name} disarmed while the rotors spooled up{why}"),
-        ((SPOOL_UP, FLY), lambda c: c.blind, LAND, "{p.state}: nothing for {i.state_age:.2f} s"),
-        ((SPOOL_UP,), lambda c: c.spooled, FLY, ""),
-        # in flight
-        ((FLY,), lambda c: c.uncommanded, LAND, "controllers: no command for {silent:.0f} ms"),
-        ((FLY,), lambda c: c.wish == Wish.GROUND, DISARM, ""),
-        ((FLY,), lambda c: c.wish == Wish.CLIMB, CLIMB, ""),
-        ((FLY,), lambda c: c.inputs.ended or c.wish == Wish.LAND, LAND, ""),
-        # a take-off of the autopilot's own, and back to our mode
-        (take_off, lambda c: c.wish in (Wish.GROUND, Wish.LAND), LAND, "landing asked for during the take-off"),
-        ((CLIMB,), lambda c: c.control == Control.OTHER, RELEASED, "{taken} during its take-off: {now}"),
-        ((CLIMB,), lambda c: c.control == Control.WAITING and not c.said.landed, RETURN, ""),
-        ((CLIMB,), lambda c: c.overdue, LAND, "{p.name}: no end of its take-off,{answer}"),
-        ((RETURN,), lambda c: c.control == Control.OURS, FLY, ""),
-        ((RETURN,), lambda c: c.control not in _WAITS, RELEASED, "{taken} after its take-off: {now}"),
-        ((RETURN,), lambda c: c.late, LAND, "{p.name} did not change to {p.offboard} after its take-off:{answer}"),
-        # to the ground; an autopilot that does not see the ground lands by itself
-        ((DISARM,), lambda c: c.undisarmed, LAND, "{p.name} does not disarm:{answer}"),
-        ((LAND,), lambda c: c.control not in _LANDS, RELEASED, "{taken} while landing: {now}"),
-        ((LAND,), lambda c: c.inputs.silence > SILENT_FOR, RELEASED, _UNHEARD),
-        ((LAND,), lambda c: c.overdue, RELEASED, _NOT_LANDED),
-    )
-
-
-RULES = _rules()
+A text makes the flight a failed one; its words are those of ``Case.told``.
+"""
 
 
 def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs: Inputs) -> tuple[Output, Memory]:

@@ -31,6 +31,7 @@ from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
 from quad_core.geometry import norm
 from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
+from quad_core.safe import level_hover
 from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_guard.guard import KILL as GUARD_KILL
@@ -105,7 +106,7 @@ class AutopilotInterface:
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude, or no torque, with a thrust in N; ``output`` is IDLE or LEVEL."""
-        raise NotImplementedError
+        self.send_attitude(level_hover(self.node.vehicle, state)._replace(thrust=newtons), state)
 
     def on_begin(self) -> None:
         """Note that the next estimate is step 0."""

@@ -11,7 +11,6 @@ from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
-from quad_core.safe import level_hover
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, words
 from quad_mavlink.interface import MAVLINK
@@ -75,10 +74,9 @@ class MavlinkInterface(AutopilotInterface):
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude: as a stream before the flight, once when it is given up, for a stream keeps the mode."""
-        if output == Setpoint.LEVEL and self._is_level_sent:
-            return
+        if output != Setpoint.LEVEL or not self._is_level_sent:
+            super().send_safe(output, newtons, state)
         self._is_level_sent = output == Setpoint.LEVEL
-        self.mavlink.fly(level_hover(self.node.vehicle, state)._replace(thrust=newtons), self.node.stamps())
 
     def measurements(self) -> dict[str, float]:
         """Return what the link dropped, and the battery in V."""

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
+from quad_autopilot import frames
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
 from quad_autopilot.odometry import Sample
 from quad_core.parameters import ParameterError
@@ -154,8 +155,8 @@ def motors(module: ModuleType, controls: list[float], timestamp: int, sampled: i
     return module.ActuatorMotors(timestamp=timestamp, timestamp_sample=sampled, control=controls)
 
 
-def attitude(module: ModuleType, q: Quat, thrust: Vec3, timestamp: int) -> Any:
-    """Return the setpoint of mode attitude: FRD in NED, and a normalised thrust in FRD."""
-    message = module.VehicleAttitudeSetpoint(timestamp=timestamp, yaw_sp_move_rate=math.nan)
+def attitude(module: ModuleType, q_wb: Quat, thrust: Vec3, timestamp: int) -> Any:
+    """Return the setpoint of mode attitude for ``q_wb``, FLU in ENU, and a normalised thrust in FRD."""
+    message, q = module.VehicleAttitudeSetpoint(timestamp=timestamp, yaw_sp_move_rate=math.nan), frames.attitude(q_wb)
     message.q_d, message.thrust_body = [q.w, q.x, q.y, q.z], list(thrust)
     return message

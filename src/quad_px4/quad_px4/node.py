@@ -14,21 +14,20 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
-from quad_autopilot.autopilot import Request
+from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.node import AutopilotInterface, AutopilotNode
 from quad_core.parameters import ParameterError
-from quad_core.types import AttitudeThrust, VehicleState, Wrench
+from quad_core.types import AttitudeThrust, Vec3, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND, REQUESTED
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 from quad_node.vehicle_node import Command
-from quad_px4 import messages
+from quad_px4 import mapping, messages
 from quad_px4.autopilot import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.external_mode import ExternalMode
 from quad_px4.interface import PX4
-from quad_px4.parameters import AirframeParameters, ChosenBy
-from quad_px4.setpoints import Setpoints
+from quad_px4.parameters import AirframeParameters, ChosenBy, Mode
 
 
 class Px4Interface(AutopilotInterface):
@@ -44,9 +43,9 @@ class Px4Interface(AutopilotInterface):
         super().__init__(node)
         self.px4 = messages.load()
         airframe = airframe or self.settings.airframe
-        self.setpoints = Setpoints(self.px4, self.settings, airframe, node.vehicle)
-        self.by_attitude = self.setpoints.by_attitude
-        self.predicted, self.max_rotor_thrust = self.setpoints.predicted, airframe.max_rotor_thrust
+        self._mode, self.mapping = Mode(self.settings.mode), mapping.build(airframe)
+        self.by_attitude = self._mode == Mode.ATTITUDE
+        self.predicted, self.max_rotor_thrust = mapping.predict(self.mapping, Wrench()), airframe.max_rotor_thrust
         self._status: Any = None
         self._control_mode: Any = None
         self._flags, self._landed, self._battery = Flags(), False, math.nan
@@ -76,7 +75,7 @@ class Px4Interface(AutopilotInterface):
                 f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
             )
         return ExternalMode(
-            self.node.ros, self.px4, self.settings.namespace, name, self.setpoints.mode, self.node.arming_refusal
+            self.node.ros, self.px4, self.settings.namespace, name, self._mode, self.node.arming_refusal
         )
 
     @property
@@ -113,7 +112,7 @@ class Px4Interface(AutopilotInterface):
             return self.node.ros.create_publisher(kind, messages.topic(space, "in", kind), quality)
 
         self._heartbeat_out, self._command_out = out("OffboardControlMode"), out("VehicleCommand")
-        self._setpoints_out = [out(name) for name in messages.SETPOINTS[self.setpoints.mode]]
+        self._setpoints_out = [out(name) for name in messages.SETPOINTS[self._mode]]
         for name, attribute, read in (
             ("VehicleStatus", "_status", lambda message: message),
             ("VehicleControlMode", "_control_mode", lambda message: message),
@@ -151,7 +150,7 @@ class Px4Interface(AutopilotInterface):
                 self._step_guard()
                 wrench = self._flown if node.guard.taken_over else command.wrench
                 sampled = node.origin + command.step * node.flight.plant_period // 1000
-                self._send(self.setpoints.of_wrench(wrench, node.stamps()._replace(sampled=sampled)))
+                self._send_wrench(wrench, node.stamps()._replace(sampled=sampled))
                 node.note_sent()
 
     def _step_guard(self) -> None:
@@ -192,7 +191,7 @@ class Px4Interface(AutopilotInterface):
     def send_heartbeat(self) -> None:
         """Have PX4 stay in offboard."""
         if self._ours < 0:  # an external mode is kept by the answers to its arming checks
-            self._heartbeat_out.publish(messages.heartbeat(self.px4, self.setpoints.mode, self.node.stamps().now))
+            self._heartbeat_out.publish(messages.heartbeat(self.px4, self._mode, self.node.stamps().now))
 
     def send_request(self, request: Request) -> None:
         """Send a VehicleCommand."""
@@ -201,24 +200,33 @@ class Px4Interface(AutopilotInterface):
 
     def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
         """Send an attitude and a thrust in N."""
-        self._send(self.setpoints.of_attitude(setpoint, self.node.stamps()))
+        self.predicted = mapping.predict(self.mapping, Wrench(setpoint.thrust, Vec3()))
+        thrust_body = mapping.collective(self.mapping, setpoint.thrust)
+        self._send(messages.attitude(self.px4, setpoint.q_wb, thrust_body, self.node.stamps().now))
+
+    def _send_wrench(self, wrench: Wrench, stamps: Stamps) -> None:
+        self.predicted = mapping.predict(self.mapping, wrench)
+        if self._mode == Mode.MOTORS:
+            self._send(messages.motors(self.px4, mapping.motors(self.mapping, wrench), *stamps))
+        else:
+            self._send(*messages.thrust_torque(self.px4, mapping.thrust_torque(self.mapping, wrench), *stamps))
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude, or no torque; what the guard flies where it has taken over."""
         if output == Setpoint.LEVEL:
             self.node.guard_request = ASK_DESCEND
-            if self.node.guard.taken_over:
-                self._send(self.setpoints.of_wrench(self._flown, self.node.stamps()))
-                return
-        self._send(self.setpoints.safe(newtons, state, self.node.stamps()))
+        if self.by_attitude:
+            super().send_safe(output, newtons, state)
+        else:
+            is_guarded = output == Setpoint.LEVEL and self.node.guard.taken_over
+            self._send_wrench(self._flown if is_guarded else Wrench(newtons, Vec3()), self.node.stamps())
 
     def close(self) -> None:
         """Take our mode out of PX4's list."""
         if self._external is not None:
             self._external.close()
 
-    def _send(self, found: tuple[Any, ...]) -> None:
-        self.predicted = self.setpoints.predicted
+    def _send(self, *found: Any) -> None:
         for publisher, message in zip(self._setpoints_out, found, strict=True):
             publisher.publish(message)
 

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from frames_oracle import ned_frd
+from scipy.spatial.transform import Rotation
 
 from quad_autopilot.autopilot import Request
 from quad_core.types import Quat, Vec3
@@ -51,9 +53,12 @@ def test_thrust_and_torque_stand_in_their_own_messages_with_both_stamps():
     assert vars(messages.motors(PX4, [0.1, 0.2], NOW, SAMPLED)) == {**stamps, "control": [0.1, 0.2]}
 
 
-def test_an_attitude_goes_out_as_wxyz_without_a_yaw_rate():
-    found = messages.attitude(PX4, Quat(0.1, 0.2, 0.3, 0.9), THRUST, NOW)
-    assert (found.q_d, found.thrust_body, found.timestamp) == ([0.9, 0.1, 0.2, 0.3], [0.0, 0.0, -0.5], NOW)
+def test_an_attitude_goes_out_as_wxyz_of_frd_in_ned_without_a_yaw_rate():
+    q = Rotation.from_euler("ZYX", [0.3, 0.2, 0.1]).as_quat()
+    found = messages.attitude(PX4, Quat(*q.tolist()), THRUST, NOW)
+    x, y, z, w = ned_frd(q).as_quat(canonical=True)
+    assert found.q_d == pytest.approx([w, x, y, z])
+    assert (found.thrust_body, found.timestamp) == ([0.0, 0.0, -0.5], NOW)
     assert math.isnan(found.yaw_sp_move_rate)
 
 

@@ -28,7 +28,6 @@ from quad_mavlink.interface import JOINED
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import head_of
 from quad_node.main import run
-from quad_px4 import mapping
 from quad_px4.node import Px4Interface
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
@@ -61,7 +60,7 @@ class JoinedInterface(Px4Interface):
         super().__init__(node, airframe._replace(thr_mdl_fac=node.settings.thrust_curve))
         node.event(FlightEvent.INFO, "airframe", f"PX4 must have {motors.described(airframe)}", always=True)
         mavlink, period = link.load(), node.flight.plant_period
-        self.model, self._mapping = PlantModel(node.resolved), mapping.build(airframe)
+        self.model = PlantModel(node.resolved)
         self._server = link.Server(mavlink, self.settings.listen)
         sensors = Sensors(truth_steps=self.settings.truth_period_steps)
         suite = Suite(sensors, node.flight.seed, period, node.vehicle.gravity)
@@ -212,7 +211,7 @@ class JoinedInterface(Px4Interface):
 
     def _integrate(self, answer: motors.Answer) -> None:
         """Go on by one step, and beat if it is time to."""
-        step, wrench = self._step_at(self.time_usec), motors.wrench(self._mapping, answer)
+        step, wrench = self._step_at(self.time_usec), motors.wrench(self.mapping, answer)
         if step > _BEFORE:
             wrench = self.model.receive(step, wrench, step).wrench
         truth = self.model.advance(max(step, _BEFORE), wrench if answer.armed else Wrench())
