@@ -56,9 +56,8 @@ class Kind(NamedTuple):
 
 
 class Event(NamedTuple):
-    """One checked event. ``values``: the numbers of its fields, flat. ``line`` counts from 1."""
+    """One checked event. ``values``: the numbers of its fields, flat."""
 
-    line: int
     text: str
     kind: str
     start: float
@@ -66,14 +65,7 @@ class Event(NamedTuple):
     values: tuple[float, ...]
 
 
-class EventError(ParameterError):
-    """A line of a scenario is refused; ``text`` is that line, so that its place in a file can be found."""
-
-    def __init__(self, line: int, text: str, problem: str) -> None:
-        super().__init__(f"events: line {line}: {text!r}: {problem}")
-        self.text = text
-
-
+TIMES = {"start": Number("s", 0.0, LATEST, 0.0), "end": Number("s", 0.0, LATEST, FOR_EVER)}
 KINDS = {
     "wind": Kind(WIND, {"velocity": three("m/s", 100.0)}, "constant wind"),
     "gust": Kind(GUST, {"velocity": three("m/s", 100.0)}, "1-cosine gust of this peak; needs an end"),
@@ -291,66 +283,57 @@ def air(table: NDArray[np.float64], row: int, since: float) -> Vec3:
 
 
 def parsed(text: str) -> list[Event]:
-    """Return the events of ``text``; raises EventError naming the line, what was found and what was expected."""
+    """Return the events of ``text``; raises ParameterError naming the line, what was found and what was expected."""
     events = []
     for number, raw in enumerate(text.splitlines(), start=1):
         line = raw.partition("#")[0].strip()
-        if line:
-            events.append(_event(number, line))
+        try:
+            events += [_event(line)] if line else []
+        except ParameterError as error:
+            raise ParameterError(f"events: line {number}: {line!r}: {error}") from error
     return events
 
 
-def _event(number: int, line: str) -> Event:
+def _event(line: str) -> Event:
     name, *words = line.split()
     if name not in KINDS:
-        raise EventError(number, line, f"unknown kind {name!r}; expected one of {', '.join(KINDS)}")
-    kind, given = KINDS[name], {}
+        raise ParameterError(f"unknown kind {name!r}; expected one of {', '.join(KINDS)}")
+    fields = {**TIMES, **KINDS[name].fields}
+    given: dict[str, str] = {}
     for word in words:
         key, equals, value = word.partition("=")
-        if not equals or key not in {"start", "end", *kind.fields}:
-            expected = ", ".join(f"{item}=" for item in ("start", "end", *kind.fields))
-            raise EventError(number, line, f"found {word!r}, expected some of {expected}")
+        if not equals or key not in fields:
+            raise ParameterError(f"found {word!r}, expected some of {', '.join(f'{item}=' for item in fields)}")
         if key in given:
-            raise EventError(number, line, f"{key} stands twice")
+            raise ParameterError(f"{key} stands twice")
         given[key] = value
-    start, end = _times(number, line, given)
-    if name == "gust" and end == FOR_EVER:
-        raise EventError(number, line, "a gust needs end=")
-    values: list[float] = []
-    for key, field in kind.fields.items():
-        values += _values(number, line, key, field, given.get(key))
-    if name == "rotor" and values[0] != math.floor(values[0]):
-        raise EventError(number, line, f"number: found {values[0]:g}, expected 1, 2, 3 or 4")
-    return Event(number, line, name, start, end, tuple(values))
-
-
-def _times(number: int, line: str, given: Mapping[str, str]) -> tuple[float, float]:
-    start = _number(number, line, "start", Number("s", 0.0, LATEST), given.get("start", "0"))
-    if "end" not in given:
-        return start, FOR_EVER
-    end = _number(number, line, "end", Number("s", 0.0, LATEST), given["end"])
+    start, end, *values = (part for key, field in fields.items() for part in _values(key, field, given.get(key)))
     if end <= start:
-        raise EventError(number, line, f"end: found {end:g}, expected more than start, {start:g}")
-    return start, end
+        raise ParameterError(f"end: found {end:g}, expected more than start, {start:g}")
+    if name == "gust" and end == FOR_EVER:
+        raise ParameterError("a gust needs end=")
+    if name == "rotor" and values[0] != math.floor(values[0]):
+        raise ParameterError(f"number: found {values[0]:g}, expected 1, 2, 3 or 4")
+    return Event(line, name, start, end, tuple(values))
 
 
-def _values(number: int, line: str, key: str, field: Number, text: str | None) -> list[float]:
+def _values(key: str, field: Number, text: str | None) -> list[float]:
     if text is None:
         if field.default is None:
-            raise EventError(number, line, f"{key}= is missing")
+            raise ParameterError(f"{key}= is missing")
         return [field.default] * field.size
     parts = text.split(",") if field.size > 1 else [text]
     if len(parts) != field.size:
-        raise EventError(number, line, f"{key}: found {text!r}, expected x,y,z in {field.unit}")
-    return [_number(number, line, key, field, part) for part in parts]
+        raise ParameterError(f"{key}: found {text!r}, expected x,y,z in {field.unit}")
+    return [_number(key, field, part) for part in parts]
 
 
-def _number(number: int, line: str, key: str, field: Number, text: str) -> float:
+def _number(key: str, field: Number, text: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not field.low <= value <= field.high:
         expected = f"a number in [{field.low:g}, {field.high:g}] {field.unit}".rstrip()
-        raise EventError(number, line, f"{key}: found {text!r}, expected {expected}")
+        raise ParameterError(f"{key}: found {text!r}, expected {expected}")
     return value
