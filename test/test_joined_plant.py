@@ -93,7 +93,7 @@ def test_a_controller_that_takes_50_ms_flies_as_a_fast_one(hovers):
 def test_a_dead_controller_ends_in_a_landing_with_its_topic_named(given, tmp_path):
     long = {**HOVER, "trajectory": ["-p", "trajectory:=hover", "-p", "hover.duration:=600.0"]}
     with flying(tmp_path / "flight", given, {}, long, "-p", "gate.answer_timeout:=1.0") as flight:
-        flight.wait_for("state_age")
+        flight.wait_for("]: flying")
         flight.processes[-1].send_signal(signal.SIGKILL)
         ended = flight.end()
     assert ended.code == 1

@@ -104,7 +104,7 @@ class AutopilotInterface:
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send an attitude and a thrust in N."""
 
-    def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
+    def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:  # noqa: ARG002
         """Send level attitude, or no torque, with a thrust in N; ``output`` is IDLE or LEVEL."""
         self.send_attitude(level_hover(self.node.vehicle, state)._replace(thrust=newtons), state)
 
@@ -147,7 +147,6 @@ class AutopilotNode(VehicleNode):
         self._ended = self._is_landing = self._is_waking = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
-        self._ages: deque[int] = deque(maxlen=_SPACINGS)
         self._hover_thrusts, self._hover_count, self.large_resets = 0.0, 0, 0
         self._told: dict[str, Any] = {}
         self._tell_at = -math.inf
@@ -211,7 +210,6 @@ class AutopilotNode(VehicleNode):
         if last is not None and self.state is not None:
             elapsed = sample.timestamp_sample - last.timestamp_sample
             self._spacings.append(1000 * elapsed)
-            self._ages.append(1000 * (sample.timestamp - sample.timestamp_sample))
             jump, uncounted = odometry.jump(self.state, state, 1e-6 * elapsed), sample.reset_counter is None
             is_reset = odometry.is_reset(jump, self.settings.reset_limit)
             if is_reset if uncounted else sample.reset_counter != last.reset_counter:
@@ -279,7 +277,6 @@ class AutopilotNode(VehicleNode):
         if self.interface.is_predicting:
             text = "actuation is a prediction of the bridge's mixer model; rotor speeds are unknown"
             self.event(FlightEvent.INFO, "actuation_predicted", text, always=True)
-        self.event(FlightEvent.INFO, "state_age", odometry.age_report(self._ages, self.profile.state), always=True)
         self.interface.on_begin()
 
     def prepare(self) -> list[str]:

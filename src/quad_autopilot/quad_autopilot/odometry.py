@@ -121,15 +121,5 @@ def misfit(
     return ""
 
 
-def age_report(ages: Sequence[int], source: str) -> str:
-    """Return how old states are when the autopilot sends them, from their ``ages`` in ns."""
-    ordered = sorted(ages) or [0]
-    middle, late = ordered[len(ordered) // 2], ordered[len(ordered) * 9 // 10 - 1]
-    return (
-        f"{source}: states are {_ms(middle)} old when they are sent (one in ten over {_ms(late)}), the link not "
-        "counted; prediction.*_age of the controllers is what they reckon with"
-    )
-
-
 def _ms(nanoseconds: int) -> str:
     return f"{nanoseconds / 1e6:g} ms"

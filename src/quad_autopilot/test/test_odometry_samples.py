@@ -7,7 +7,7 @@ import pytest
 from frames_oracle import BODY, WORLD, ned_frd
 
 from quad_autopilot import odometry
-from quad_autopilot.odometry import Sample, age_report, misfit
+from quad_autopilot.odometry import Sample, misfit
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Quat, Vec3, VehicleState
 
@@ -109,9 +109,3 @@ def test_what_is_said_is_what_a_controller_would_compute(steps):
     assert fits <= (longest <= 8 * steps)
     if steps in (1, 2, 4):
         assert fits == (longest <= 8 * steps)
-
-
-def test_the_age_of_states_is_their_middle_and_what_one_in_ten_exceeds():
-    text = age_report([3 * MS] * 80 + [7 * MS] * 15 + [40 * MS] * 5, "ODOMETRY")
-    assert text.startswith("ODOMETRY: states are 3 ms old when they are sent (one in ten over 7 ms)")
-    assert "states are 0 ms old" in age_report([], "ODOMETRY")
