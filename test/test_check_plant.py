@@ -1,65 +1,64 @@
-"""check_plant against the simulator: kept in both modes, broken when the plant is another vehicle."""
+"""check_plant: simulator, MuJoCo and the vehicle of the examples are kept, another vehicle is named, none ends it."""
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from ament_index_python.packages import get_package_prefix
+from flying import ROOT
 
 from quad_bringup.domains import reserved_domain
 
 pytestmark = pytest.mark.flight
 
-ROLES = "simulator,attitude_controller"
+ROLES = ["--ros-args", "-p", "flight.roles:=simulator,attitude_controller"]
+REAL_TIME = ["-p", "flight.mode:=realtime", "-p", "flight.plant_period:=10000000"]
+CHECK = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics", "check_plant")
+EXAMPLE = [sys.executable, ROOT / "examples/own_nodes/vehicle.py", *ROLES]
 
 
-def check(plant, *both, package="quad_dynamics"):
-    with reserved_domain(None) as domain:
-        return check_in(domain, package, plant, *both)
+def simulator(package, *words):
+    path = Path(get_package_prefix(package), "lib", package, "simulator")
+    return [path, *ROLES, "-p", "disturbance:=none", *words]
 
 
-def check_in(domain, package, plant, *both):
-    folder = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics")
-    simulator = Path(get_package_prefix(package), "lib", package, "simulator")
-    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
-    start = [simulator, "--ros-args", "-p", f"flight.roles:={ROLES}", "-p", "disturbance:=none"]
-    process = subprocess.Popen([*start, *plant, *both], env=environment, stderr=subprocess.DEVNULL)
-    try:
-        return subprocess.run(
-            [f"{folder}/check_plant", "--ros-args", *both],
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-    finally:
-        process.kill()
-        process.wait()
+def said(*words):
+    return subprocess.run([CHECK, *words], capture_output=True, text=True, timeout=120, check=False)
 
 
-def test_the_simulator_keeps_the_contract_in_lockstep():
-    done = check([], "-p", "flight.run_id:=check")
+def checked(vehicle, *both):
+    """Return how the check of the vehicle that a command starts ended; ``both``: words for either."""
+    with reserved_domain(None) as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
+        process = subprocess.Popen([*vehicle, *both], env=dict(os.environ), stderr=subprocess.DEVNULL)
+        try:
+            return said(*ROLES[:1], *both)
+        finally:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "both"),
+    [
+        pytest.param(simulator("quad_dynamics"), ["-p", "flight.run_id:=check"], id="simulator"),
+        pytest.param(simulator("quad_dynamics"), REAL_TIME, id="simulator_real_time", marks=pytest.mark.wall_clock),
+        pytest.param(simulator("quad_mujoco"), [], id="mujoco"),
+        pytest.param(EXAMPLE, [], id="example"),
+        pytest.param(EXAMPLE, REAL_TIME, id="example_real_time", marks=pytest.mark.wall_clock),
+    ],
+)
+def test_a_vehicle_of_the_stack_is_kept(vehicle, both):
+    done = checked(vehicle, *both)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "ok    run of state and actuation is the CRC-32 of flight.run_id" in done.stdout
-    assert not [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
-    assert "a command that is not finite is ignored" in done.stdout
-
-
-def test_mujoco_started_in_its_place_keeps_it_too():
-    done = check([], package="quad_mujoco")
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
-@pytest.mark.wall_clock
-def test_the_simulator_keeps_the_contract_in_real_time():
-    done = check([], "-p", "flight.mode:=realtime", "-p", "flight.plant_period:=10000000")
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert "ok    a silent controller ends the flight as FAILED, named" in done.stdout
+    assert done.stdout.splitlines()[-1] == "20 of 20 kept"
 
 
 def test_a_plant_with_another_inertia_and_mass_is_found_out():
-    done = check(["-p", "vehicle.inertia_zz:=0.0005", "-p", "vehicle.mass:=1.7"])
+    done = checked(simulator("quad_dynamics", "-p", "vehicle.inertia_zz:=0.0005", "-p", "vehicle.mass:=1.7"))
     assert done.returncode == 1, done.stdout + done.stderr
     broken = [line.split(":")[0] for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert "FAIL  climb" in broken
@@ -67,13 +66,16 @@ def test_a_plant_with_another_inertia_and_mass_is_found_out():
     assert "FAIL  torque +y" not in broken
 
 
+def test_without_a_vehicle_the_check_ends():
+    done = checked([sys.executable, "-c", ""], "-p", "flight.start_timeout:=3.0")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "FAIL  the vehicle sends its first state once all are READY: not within 3 s" in done.stdout
+
+
 def test_help_and_bad_usage():
-    folder = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics")
-    shown = subprocess.run([f"{folder}/check_plant", "--help"], capture_output=True, text=True, check=False)
+    shown = said("--help")
     assert shown.returncode == 0
     assert "usage: ros2 run quad_dynamics check_plant" in shown.stdout
-    wrong = subprocess.run(
-        [f"{folder}/check_plant", "--ros-args", "-p", "wings:=2"], capture_output=True, text=True, check=False
-    )
+    wrong = said("--ros-args", "-p", "wings:=2")
     assert wrong.returncode == 2
     assert "wings" in wrong.stderr

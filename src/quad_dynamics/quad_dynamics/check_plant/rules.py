@@ -1,11 +1,9 @@
-"""What a quadrotor in ENU and FLU must do in short manoeuvres from hover, and what its messages must keep. No ROS."""
+"""What a quadrotor in ENU and FLU must do in short manoeuvres from hover. No ROS."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from quad_core.cycle import is_flyable
-from quad_core.flight_parameters import LOCKSTEP, FlightParameters
 from quad_core.geometry import euler_from_quaternion, norm, subtract
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -18,7 +16,6 @@ CLIMB = 0.2
 """Thrust above weight, as a part of it, while climbing."""
 TOLERANCE = 0.7
 """Largest deviation from the nominal model, as a part of the expected change: rotor lag, errors and wind pass."""
-ACTUATION = "actuation of every step"
 
 
 class Measure(NamedTuple):
@@ -93,68 +90,8 @@ def _near(what: str, value: Callable[[VehicleState, VehicleState], float], expec
     return Measure(what, value, expected - width, expected + width)
 
 
-class Report:
-    """What was checked, {rule: what was wrong with it, empty if it is kept}; the first problem of a rule stays."""
-
-    def __init__(self) -> None:
-        """Start empty."""
-        self._found: dict[str, str] = {}
-
-    def add(self, rule: str, problem: str = "") -> None:
-        """Note that ``rule`` was checked and what was wrong."""
-        self._found[rule] = self._found.get(rule) or problem
-
-    @property
-    def broken(self) -> dict[str, str]:
-        """Return {rule: problem} of the broken rules."""
-        return {rule: problem for rule, problem in self._found.items() if problem}
-
-    def text(self) -> str:
-        """Return one line per rule and a last line with the result."""
-        lines = [f"FAIL  {rule}: {problem}" if problem else f"ok    {rule}" for rule, problem in self._found.items()]
-        broken = f", {len(self.broken)} broken" if self.broken else ""
-        return "\n".join([*lines, f"{len(self._found) - len(self.broken)} of {len(self._found)} kept{broken}"])
-
-
-class Rules:
-    """Checks states and actuations by the contract and notes the findings in a report."""
-
-    def __init__(self, report: Report, flight: FlightParameters) -> None:
-        """Check by the parameters of the flight."""
-        self._report, self._flight = report, flight
-        self.lockstep = flight.mode == LOCKSTEP
-        self.last: tuple[int, VehicleState] | None = None
-        self._actuated = -1
-
-    def state(self, state: VehicleState, step: int, stamp_ns: int) -> bool:
-        """Check a state; returns whether it is the last one again."""
-        add = self._report.add
-        last_step, last = self.last or (step - 1, None)
-        if last is None:
-            add("the first state is step 0", f"found {step}" if step else "")
-        expected = step * self._flight.plant_period
-        wrong = "" if stamp_ns == expected else f"step {step} has stamp {stamp_ns} ns, expected {expected}"
-        add("stamp of state = step x flight.plant_period", wrong)
-        wrong = "" if is_flyable(state) else f"step {step}: {state}"
-        add("state is finite, within bounds, its quaternion of norm 1", wrong)
-        if step == last_step:
-            add("the state of a step comes once", f"step {step} came again")
-            return True
-        kept = step == last_step + 1 if self.lockstep else step > last_step
-        order = "steps come in order" + (", none left out" if self.lockstep else "")
-        add(order, "" if kept else f"{step} after {last_step}")
-        self.last = (step, state)
-        return False
-
-    def actuation(self, step: int, numbers: tuple[float, ...]) -> None:
-        """Check step, thrust and torque of one actuation."""
-        kept = step in (self._actuated, self._actuated + 1) or not self.lockstep
-        self._report.add(ACTUATION, "" if kept else f"step {step} after {self._actuated}")
-        self._report.add("actuation is finite", "" if all(map(math.isfinite, numbers)) else f"step {step}")
-        self._actuated = step
-
-    def flight(self) -> None:
-        """Check what should have been seen by the end of the manoeuvres."""
-        newest = self.last[0] if self.last else 0
-        behind = "" if newest - self._actuated <= 100 else f"none after step {self._actuated}, state is at {newest}"
-        self._report.add(ACTUATION, behind)
+def report(found: Mapping[str, str]) -> str:
+    """Return one line for each of ``found``, {rule: what is wrong, empty if it is kept}, and a last with the result."""
+    lines = [f"FAIL  {rule}: {problem}" if problem else f"ok    {rule}" for rule, problem in found.items()]
+    broken = sum(map(bool, found.values()))
+    return "\n".join([*lines, f"{len(found) - broken} of {len(found)} kept" + (f", {broken} broken" if broken else "")])
