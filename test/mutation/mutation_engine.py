@@ -20,7 +20,7 @@ HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform
 COPIED = ("src", "studies", "test/paper", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
 PAPER_TESTS = {
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
-    "quad_position_ctrl": ["aibs_terms", "aibs_step closed_loop_identities"],
+    "quad_position_ctrl": ["aibs_step closed_loop_identities"],
     "quad_attitude_ctrl": ["abfnitsm_terms", "abfnitsm_step closed_loop_identities"],
     "quad_dynamics": ["plant_terms"],
 }

@@ -2,13 +2,12 @@
 
 import math
 
-import attitude_equations as att
-import model_equations as model
+import paper_equations as eq
 import pytest
 import sympy as sp
 from attitude_points import AXES, attitude_points
+from evaluation import evaluator
 from paper_points import VEHICLE
-from paper_symbols import evaluator, t
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.sliding_control import Estimates
@@ -29,13 +28,13 @@ BARE = {"command": "feed_forward", "mapping": "printed", "anti_windup": False} |
     f"{part}.{key}": value for part in PARTS for key, value in OFF.items()
 }
 
-body_rates = evaluator(model.EQ13_MATRIX.inv() * sp.Matrix([model.x2, model.x4, model.x6]))
-eq40, eq41, eq45, eq46 = (evaluator(rows) for rows in (att.EQ40, att.EQ41, att.EQ45, att.EQ46))
-eq48, eq52, eq53 = evaluator(att.EQ48), evaluator(att.EQ52), evaluator(att.EQ53)
-eq56 = {"corrected": evaluator(att.EQ56), "printed": evaluator(att.EQ56_PRINTED_DRAG)}
-integrand, known_rate = evaluator(att.rows(att.integrand)), evaluator(att.rows(att.known_rate))
-eq55 = {form: evaluator([rate for axis in att.AXES for rate in att.eq55(axis, form)]) for form in FORMS}
-b = evaluator([model.b1, model.b2, model.b3])
+body_rates = evaluator(eq.EQ13_MATRIX.inv() * sp.Matrix([eq.x2, eq.x4, eq.x6]))
+eq40, eq41, eq45, eq46 = (evaluator(rows) for rows in (eq.EQ40, eq.EQ41, eq.EQ45, eq.EQ46))
+eq48, eq52, eq53 = evaluator(eq.EQ48), evaluator(eq.EQ52), evaluator(eq.EQ53)
+eq56 = {"corrected": evaluator(eq.EQ56), "printed": evaluator(eq.EQ56_PRINTED_DRAG)}
+integrand, known_rate = evaluator(eq.rows(eq.integrand)), evaluator(eq.rows(eq.known_rate))
+eq55 = {form: evaluator([rate for axis in eq.AXES for rate in eq.eq55(axis, form)]) for form in FORMS}
+b = evaluator([eq.b1, eq.b2, eq.b3])
 ARMS = (VEHICLE.arm_length, VEHICLE.arm_length, 1.0)
 
 
@@ -148,13 +147,13 @@ def test_raw_command_takes_the_angle_alone():
 @pytest.mark.parametrize("sign", ["corrected", "printed"])
 def test_exact_mapping_gives_the_wanted_euler_accelerations_through_eqs_1_and_13(sign):
     """Torque -> Eq. 1 -> derivative of Eq. 13 gives b U of Eq. 56 without the small-angle model terms."""
-    drag = model.EQ9 if sign == "corrected" else model.EQ9_PRINTED
-    angular = model.eq1(model.tau, model.EQ5, drag)[1]
-    motion = dict(zip((model.p.diff(t), model.q.diff(t), model.r.diff(t)), angular, strict=True))
-    spin = dict(zip((model.x1.diff(t), model.x3.diff(t), model.x5.diff(t)), model.EQ13, strict=True))
-    euler = evaluator(model.EQ13.diff(t).xreplace(motion).xreplace(spin))
-    terms = sp.Matrix([model.a1 * model.x4 * model.x6, model.a3 * model.x2 * model.x6, model.a5 * model.x2 * model.x4])
-    model_terms = evaluator(terms + sp.Matrix(model.DAMPING[:3]))
+    drag = eq.EQ9 if sign == "corrected" else eq.EQ9_PRINTED
+    angular = eq.eq1(eq.tau, eq.EQ5, drag)[1]
+    motion = dict(zip((eq.p.diff(eq.t), eq.q.diff(eq.t), eq.r.diff(eq.t)), angular, strict=True))
+    spin = dict(zip((eq.x1.diff(eq.t), eq.x3.diff(eq.t), eq.x5.diff(eq.t)), eq.EQ13, strict=True))
+    euler = evaluator(eq.EQ13.diff(eq.t).xreplace(motion).xreplace(spin))
+    terms = sp.Matrix([eq.a1 * eq.x4 * eq.x6, eq.a3 * eq.x2 * eq.x6, eq.a5 * eq.x2 * eq.x4])
+    model_terms = evaluator(terms + sp.Matrix(eq.DAMPING[:3]))
     for point in POINTS:
         wrench, _, _ = stepped(point, mapping="exact", drag_sign=sign)
         values = point | dict(zip("pqr", body_rates(point), strict=True))

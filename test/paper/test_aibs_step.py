@@ -1,15 +1,14 @@
 """The whole step of the position law against the transcription: outputs, internals, integral and adaptation."""
 
-import model_equations as model
-import position_equations as pos
+import paper_equations as eq
 import pytest
+from evaluation import evaluator
 from paper_points import INDICES, VEHICLE, position_points
-from paper_symbols import evaluator
 
 from quad_core.geometry import body_z, quaternion_from_euler
 from quad_core.parameters import build
 from quad_core.types import Actuation, PositionInputs, TrajectoryPoint, Vec3, VehicleState
-from quad_position_ctrl import aibs
+from quad_position_ctrl import aibs, backstepping
 
 pytestmark = pytest.mark.unit
 
@@ -36,11 +35,11 @@ BARE = {
     "observer.bandwidth": 0.0,
 } | {f"{a}.{k}": v for a in "xyz" for k, v in (("max_integral", 1e9), ("max_gain", 1e9), ("adaptation_leak", 0.0))}
 
-eq18, eq23, eq25 = evaluator(pos.EQ18), evaluator(pos.EQ23), evaluator(pos.EQ25)
-eq30 = {"corrected": evaluator(pos.EQ30), "printed": evaluator(pos.EQ30_PRINTED_DRAG)}
-eq30_known = evaluator(pos.EQ30_KNOWN_DISTURBANCE)
-eq37, eq38 = evaluator(list(pos.EQ37.values())), evaluator(pos.EQ38)
-thrust_axis = evaluator(model.EQ4[2::3])
+eq18, eq23, eq25 = evaluator(eq.EQ18), evaluator(eq.EQ23), evaluator(eq.EQ25)
+eq30 = {"corrected": evaluator(eq.EQ30), "printed": evaluator(eq.EQ30_PRINTED_DRAG)}
+eq30_known = evaluator(eq.EQ30_KNOWN_DISTURBANCE)
+eq37, eq38 = evaluator(list(eq.EQ37.values())), evaluator(eq.EQ38)
+thrust_axis = evaluator(eq.EQ4[2::3])
 
 
 def parameters_of(point, **other):
@@ -156,6 +155,8 @@ def test_leak_and_bounds_act_on_their_own_axis():
     _, memory, _ = stepped(point, **bounds, **tight)
     assert memory.adaptive_gain == (0.11, 0.12, 0.13)
     assert tuple(abs(value) for value in memory.error_integral) == (0.01, 0.02, 0.03)
+    assert backstepping.next_adaptive_gain(0.1, 0.0, 3.0, 0.0, 2.0, 0.5) == 0.0
+    assert [backstepping.next_integral(0.5 * sign, 1.5 * sign, 0.51, 0.01) for sign in (-1, 1)] == [-0.51, 0.51]
 
 
 def test_measured_heading_takes_the_vehicle_yaw_for_psi_d():
@@ -202,3 +203,21 @@ def test_disturbance_estimate_stands_in_for_d_of_eq30():
     assert next_memory.disturbance_estimate == internals.disturbance_estimate
     assert next_memory.velocity == inputs.state.v_w
     assert next_memory.thrust_axis == pytest.approx(now, **SAME)
+
+
+def test_eq30_is_what_the_bounded_form_gives_without_a_bound():
+    for point in POINTS:
+        for axis, (first, second) in enumerate(INDICES):
+            # x_8d' of Eq. 23 by the chain rule: -xi_7 e_7' + x_7d'' - k_7 e_7.
+            error, error_rate = eq18(point)[axis], point[f"x{second}"] - point[f"x{first}d_dot"]
+            virtual_rate = -point[f"xi{first}"] * error_rate + point[f"x{first}d_ddot"] - point[f"k{first}"] * error
+            value = backstepping.bounded_acceleration_command(
+                adaptive_gain=point[f"xi{second}_hat"],
+                drag=-VEHICLE.drag_coefficient / VEHICLE.mass,
+                bounded_error=error,
+                velocity_error=eq25(point)[axis],
+                velocity=point[f"x{second}"],
+                virtual_acceleration=virtual_rate,
+                disturbance=point[f"d_{'xyz'[axis]}"],
+            )
+            assert value == pytest.approx(eq30_known(point)[axis], **SAME)

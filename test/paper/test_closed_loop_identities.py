@@ -1,13 +1,11 @@
 """What the paper proves, held against law and plant together: Eqs. 19, 29, 36 and the exact rate of Eq. 57."""
 
-import attitude_equations as att
-import model_equations as model
-import position_equations as pos
+import paper_equations as eq
 import pytest
 import test_abfnitsm_step as attitude
 import test_aibs_step as position
+from evaluation import evaluator
 from paper_points import INDICES, VEHICLE
-from paper_symbols import evaluator
 
 from quad_core.types import NO_PAYLOAD, Vec3
 from quad_dynamics import paper
@@ -18,9 +16,9 @@ pytestmark = pytest.mark.unit
 
 BODY = true_body(PlantParameters(), VEHICLE, NO_PAYLOAD)
 # Eq. 29 with Eq. 19 in it; the derivative of the velocity stays open, it comes from the plant.
-velocities = {model.x7.diff(model.t): model.x8, model.x9.diff(model.t): model.x10, model.x11.diff(model.t): model.x12}
-eq29 = evaluator(pos.EQ29.xreplace(velocities | pos.EQ21).xreplace(velocities))
-eq36_known = evaluator(pos.EQ36.xreplace({pos.xi8: pos.xi8_hat, pos.xi10: pos.xi10_hat, pos.xi12: pos.xi12_hat}))
+velocities = {eq.x7.diff(eq.t): eq.x8, eq.x9.diff(eq.t): eq.x10, eq.x11.diff(eq.t): eq.x12}
+eq29 = evaluator(eq.EQ29.xreplace(velocities | eq.EQ21).xreplace(velocities))
+eq36_known = evaluator(eq.EQ36.xreplace({eq.xi8: eq.xi8_hat, eq.xi10: eq.xi10_hat, eq.xi12: eq.xi12_hat}))
 POINTS = [point for point in position.POINTS if position.eq30["corrected"](point)[2] + VEHICLE.gravity > 0.5]
 
 
@@ -57,8 +55,8 @@ def test_eq29_is_left_with_exactly_the_disturbance():
 def test_eq36_is_the_rate_of_eq35_along_the_flight():
     """L' from the plant's acceleration and the law's own adaptation, with xi = xi_hat(t) + anything."""
     gains = {f"xi{second}": 3.0 + second for _, second in INDICES}
-    rate_of_eq35 = evaluator(pos.EQ35.diff(model.t).xreplace(velocities).xreplace(pos.EQ21).xreplace(velocities))
-    eq36 = evaluator(pos.EQ36)
+    rate_of_eq35 = evaluator(eq.EQ35.diff(eq.t).xreplace(velocities).xreplace(eq.EQ21).xreplace(velocities))
+    eq36 = evaluator(eq.EQ36)
     for point in POINTS:
         values, memory, internals = ideal_attitude(point | gains, Vec3(0.0, 0.0, 0.0))
         for axis, (_, second) in enumerate(INDICES):
@@ -72,16 +70,16 @@ def test_eq36_is_the_rate_of_eq35_along_the_flight():
 def test_rate_of_eq57_is_the_exact_identity(form):
     """V' from the plant's acceleration, the law's torque and the law's own adaptation, without dead zone."""
     rate_of_eq57 = evaluator(
-        att.rows(
+        eq.rows(
             lambda axis: (
-                att.error(axis) * att.error_rate(axis)
-                + att.surface(axis) * (axis.rate.diff(model.t) - axis.angle_d.diff(model.t, 2) + att.integrand(axis))
-                - sum((axis.Q[i] - axis.Q_hat[i]) * axis.Q_hat[i].diff(model.t) / axis.Delta[i] for i in range(3))
+                eq.error(axis) * eq.error_rate(axis)
+                + eq.surface(axis) * (axis.rate.diff(eq.t) - axis.angle_d.diff(eq.t, 2) + eq.integrand(axis))
+                - sum((axis.Q[i] - axis.Q_hat[i]) * axis.Q_hat[i].diff(eq.t) / axis.Delta[i] for i in range(3))
             )
         )
     )
-    disturbances = (model.d_phi, model.d_theta, model.d_psi)
-    identity = evaluator([att.true_rate(axis, d, form) for axis, d in zip(att.AXES, disturbances, strict=True)])
+    disturbances = (eq.d_phi, eq.d_theta, eq.d_psi)
+    identity = evaluator([eq.true_rate(axis, d, form) for axis, d in zip(eq.AXES, disturbances, strict=True)])
     inertia = (VEHICLE.inertia_xx, VEHICLE.inertia_yy, VEHICLE.inertia_zz)
     for original in attitude.POINTS:
         point = original | {"delta": 0.0}

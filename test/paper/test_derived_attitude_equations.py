@@ -5,10 +5,10 @@ Derivatives are taken of what the functions return, by central differences along
 
 import random
 
-import attitude_equations as att
+import paper_equations as eq
 import pytest
 from attitude_points import AXES, attitude_points
-from paper_symbols import evaluator, t
+from evaluation import evaluator
 
 from quad_attitude_ctrl import sliding_control
 
@@ -24,7 +24,7 @@ POINTS = [
     | {f"xi{angle}": CHANCE.uniform(0.5, 3.0) for angle, _, _ in AXES}
     for point in attitude_points(count=30, seed=4251)
 ]
-RATES = {axis.angle.diff(t): axis.rate for axis in att.AXES} | att.EQ45_INTEGRAND
+RATES = {axis.angle.diff(eq.t): axis.rate for axis in eq.AXES} | eq.EQ45_INTEGRAND
 
 
 def along_motion(expression):
@@ -32,8 +32,8 @@ def along_motion(expression):
     return evaluator(expression.xreplace(RATES).xreplace(RATES))
 
 
-eq42, eq43, eq44 = (evaluator(rows) for rows in (att.EQ42, att.EQ43, att.EQ44))
-eq47, eq49, eq50, eq51 = (along_motion(rows) for rows in (att.EQ47, att.EQ49, att.EQ50, att.EQ51))
+eq42, eq43, eq44 = (evaluator(rows) for rows in (eq.EQ42, eq.EQ43, eq.EQ44))
+eq47, eq49, eq50, eq51 = (along_motion(rows) for rows in (eq.EQ47, eq.EQ49, eq.EQ50, eq.EQ51))
 
 
 @pytest.fixture(params=[0, 1, 2], ids=["phi", "theta", "psi"])

@@ -5,10 +5,10 @@ Derivatives are taken of what the functions return, by central differences along
 
 import random
 
-import position_equations as pos
+import paper_equations as eq
 import pytest
+from evaluation import evaluator
 from paper_points import INDICES, position_points
-from paper_symbols import evaluator, t
 
 from quad_position_ctrl import backstepping as law
 
@@ -22,17 +22,17 @@ POINTS = [
     point | {f"x{second}_dot": CHANCE.uniform(-4.0, 4.0) for _, second in INDICES} | {"xi8": CHANCE.uniform(1.0, 9.0)}
     for point in position_points(count=30, seed=1936)
 ]
-VELOCITIES = {x.diff(t): v for x, v in ((pos.x7, pos.x8), (pos.x9, pos.x10), (pos.x11, pos.x12))}
+VELOCITIES = {x.diff(eq.t): v for x, v in ((eq.x7, eq.x8), (eq.x9, eq.x10), (eq.x11, eq.x12))}
 
 
 def along_motion(expression):
     """Return an evaluator in which x_7' is x_8 and Gamma_7' is e_7."""
-    return evaluator(expression.xreplace(VELOCITIES).xreplace(pos.EQ21).xreplace(VELOCITIES))
+    return evaluator(expression.xreplace(VELOCITIES).xreplace(eq.EQ21).xreplace(VELOCITIES))
 
 
-eq19, eq20, eq24, eq26 = (evaluator(rows) for rows in (pos.EQ19, pos.EQ20, pos.EQ24, pos.EQ26))
-eq22, eq27, eq28 = (along_motion(rows) for rows in (pos.EQ22, pos.EQ27, pos.EQ28))
-eq31, eq32 = evaluator(pos.EQ31), evaluator(pos.EQ32)
+eq19, eq20, eq24, eq26 = (evaluator(rows) for rows in (eq.EQ19, eq.EQ20, eq.EQ24, eq.EQ26))
+eq22, eq27, eq28 = (along_motion(rows) for rows in (eq.EQ22, eq.EQ27, eq.EQ28))
+eq31, eq32 = evaluator(eq.EQ31), evaluator(eq.EQ32)
 
 
 @pytest.fixture(params=[0, 1, 2], ids=["x", "y", "z"])

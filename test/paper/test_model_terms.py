@@ -2,9 +2,9 @@
 
 import random
 
-import model_equations as model
+import paper_equations as eq
 import pytest
-from paper_symbols import evaluator
+from evaluation import evaluator
 
 from quad_core.geometry import body_rates, body_z, euler_rates, quaternion_from_euler, rotate
 from quad_core.types import Vec3
@@ -19,7 +19,7 @@ POINTS = [
     | {name: RANDOM.uniform(-5.0, 5.0) for name in ("p", "q", "r")}
     for _ in range(200)
 ]
-eq4, eq13, eq13_inverse = evaluator(model.EQ4), evaluator(model.EQ13), evaluator(model.EQ13_MATRIX.inv())
+eq4, eq13, eq13_inverse = evaluator(eq.EQ4), evaluator(eq.EQ13), evaluator(eq.EQ13_MATRIX.inv())
 
 
 def angles(point):

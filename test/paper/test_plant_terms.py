@@ -2,11 +2,11 @@
 
 import random
 
-import model_equations as model
+import paper_equations as eq
 import pytest
 import sympy as sp
+from evaluation import evaluator
 from paper_points import VEHICLE, VEHICLE_VALUES
-from paper_symbols import evaluator
 
 from quad_core.cycle import pushed
 from quad_core.geometry import body_z, euler_rates, quaternion_from_euler
@@ -39,15 +39,13 @@ def random_point():
 POINTS = [random_point() for _ in range(40)]
 SIGNS = [pytest.param(DragSign.CORRECTED, id="corrected"), pytest.param(DragSign.PRINTED, id="printed")]
 DRAG = {
-    DragSign.CORRECTED: (model.EQ5, model.EQ9, model.EQ16),
-    DragSign.PRINTED: (model.EQ5_PRINTED, model.EQ9_PRINTED, model.EQ16_PRINTED),
+    DragSign.CORRECTED: (eq.EQ5, eq.EQ9, eq.EQ16),
+    DragSign.PRINTED: (eq.EQ5_PRINTED, eq.EQ9_PRINTED, eq.EQ16_PRINTED),
 }
-EQ1 = {
-    sign: [evaluator(side) for side in model.eq1(model.tau, force, moment)] for sign, (force, moment, _) in DRAG.items()
-}
-VIRTUAL = dict(zip((model.U_x, model.U_y, model.U_z), model.EQ15, strict=True))
+EQ1 = {sign: [evaluator(side) for side in eq.eq1(eq.tau, force, moment)] for sign, (force, moment, _) in DRAG.items()}
+VIRTUAL = dict(zip((eq.U_x, eq.U_y, eq.U_z), eq.EQ15, strict=True))
 EQ16 = {sign: evaluator(rates.xreplace(VIRTUAL)) for sign, (_, _, rates) in DRAG.items()}
-eq2, eq3, eq4, eq8, eq13 = (evaluator(e) for e in (model.EQ2, model.EQ3, model.EQ4, model.EQ8, model.EQ13))
+eq3, eq4, eq8, eq13 = (evaluator(e) for e in (eq.EQ3, eq.EQ4, eq.EQ8, eq.EQ13))
 
 
 def body(sign):
@@ -66,11 +64,6 @@ def speeds_to_thrusts(point):
     return Rotors(*(rotors.rotor_thrust(VEHICLE, point[f"R{i}"]) for i in (1, 2, 3, 4)))
 
 
-def test_eq2_thrust_force():
-    for point in POINTS:
-        assert newton_euler.thrust_force(body_z(attitude(point)), point["F_T"]) == pytest.approx(eq2(point), **SAME)
-
-
 def test_eq3_collective_thrust_and_its_inverse():
     for point in POINTS:
         thrusts = speeds_to_thrusts(point)
@@ -84,42 +77,6 @@ def test_eq8_is_physical_torque_after_the_arm():
         u_phi, u_theta, u_psi = eq8(point)
         expected = (VEHICLE.arm_length * u_phi, VEHICLE.arm_length * u_theta, u_psi)
         assert wrench.torque_b == pytest.approx(expected, **SAME)
-
-
-@pytest.mark.parametrize("sign", SIGNS)
-def test_eq5_drag_force(sign):
-    eq5 = evaluator(DRAG[sign][0])
-    for point in POINTS:
-        assert newton_euler.drag_force(body(sign), vector(point, "x8", "x10", "x12")) == pytest.approx(
-            eq5(point), **SAME
-        )
-
-
-@pytest.mark.parametrize("sign", SIGNS)
-def test_eq9_drag_torque(sign):
-    eq9 = evaluator(DRAG[sign][1])
-    for point in POINTS:
-        assert newton_euler.drag_torque(body(sign), vector(point, "p", "q", "r")) == pytest.approx(eq9(point), **SAME)
-
-
-def test_eq1_coupling_torque():
-    coupling = evaluator(-model.EQ7 * model.EQ6 * model.omega)
-    for point in POINTS:
-        value = newton_euler.coupling_torque(body(DragSign.CORRECTED), vector(point, "p", "q", "r"))
-        assert value == pytest.approx(coupling(point), **SAME)
-
-
-@pytest.mark.parametrize("sign", SIGNS)
-def test_eq1_accelerations(sign):
-    for point in POINTS:
-        outer = vector(point, "d_x", "d_y", "d_z")
-        moment = vector(point, "tau_x", "tau_y", "tau_z")
-        speed, omega = vector(point, "x8", "x10", "x12"), vector(point, "p", "q", "r")
-        linear = newton_euler.linear_acceleration(body(sign), body_z(attitude(point)), point["F_T"], speed, outer)
-        expected = [a + f / VEHICLE.mass for a, f in zip(EQ1[sign][0](point), outer, strict=True)]
-        assert linear == pytest.approx(expected, **SAME)
-        angular = newton_euler.angular_acceleration(body(sign), omega, moment)
-        assert angular == pytest.approx(EQ1[sign][1](point), **SAME)
 
 
 @pytest.mark.parametrize("sign", SIGNS)
@@ -150,7 +107,7 @@ def test_eq13_quaternion_rate_turns_the_rotation_matrix_by_the_body_rates():
         assert slope == pytest.approx(expected, abs=1e-8)
 
 
-EQ4_RATE = evaluator(sp.Matrix(model.EQ4.diff(model.t)[2::3]))
+EQ4_RATE = evaluator(sp.Matrix(eq.EQ4.diff(eq.t)[2::3]))
 
 
 @pytest.mark.parametrize("sign", SIGNS)
@@ -180,7 +137,7 @@ def test_eq13_paper_plant_publishes_the_body_rates_of_its_euler_rates():
 @pytest.mark.parametrize("sign", SIGNS)
 def test_eq11_lumped_uncertainty(sign):
     """D_P and D_A of Eq. 11 with effectiveness loss as dF_A, dtau_A and outer force and torque in them too."""
-    lumped_p, lumped_a = (evaluator(side) for side in model.eq11(*DRAG[sign][:2]))
+    lumped_p, lumped_a = (evaluator(side) for side in eq.eq11(*DRAG[sign][:2]))
     vehicle = VEHICLE._replace(thrust_to_weight=20.0, torque_coefficient=0.9)
     for original in POINTS:
         point = dict(original)
