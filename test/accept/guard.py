@@ -22,7 +22,7 @@ LONGEST = 60_000
 LONGEST_GAP = 240
 BLIND = 500
 BIASES = (0.0, 0.1, 0.3, 1.0)  # rad/s^2 about a random axis across body z
-MOST = 0.3  # rad/s^2 up to which flying blind must be slower; beyond it is only shown
+EVEN = 1.0  # rad/s^2 with which flying blind is as fast as falling: 9.3 and 9.2 m/s for an x500 from 5 m
 KNOWN = 50  # steps with a state before it is lost
 
 
@@ -63,7 +63,7 @@ def without_state(figures, name, fly):
                 found.append(descent(setup, start, LONGEST, Fault(STATE_LOST, KNOWN, LONGEST), fly).speed)
         flown, fallen = map(sorted, speeds)
         figures.check(
-            flown[BLIND // 2] < fallen[BLIND // 2] or bias > MOST,
+            flown[BLIND // 2] < fallen[BLIND // 2] * (1.05 if bias == EVEN else 1.0),
             f"{name}: no state from {height:g} m, {bias:g} rad/s^2 unknown: median {flown[BLIND // 2]:.1f} m/s, "
             f"worst {flown[-1]:.1f} m/s; motors off {fallen[BLIND // 2]:.1f} and {fallen[-1]:.1f} m/s",
         )
