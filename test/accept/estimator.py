@@ -13,11 +13,12 @@ from typing import NamedTuple
 import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from scipy.spatial.transform import Rotation
 
-from quad_node.executor import settle, spin
+from quad_node.executor import SPIN_TIMEOUT, settle
 
 WALL_CLOCK = 1_764_000_000_000_000_000  # ns
 STALE = 1000 * 10**9  # ns
@@ -155,8 +156,10 @@ def main():
     node = Spoiler(faults)
     settle(PRIORITY)  # every thread: those of DDS starve beside other work otherwise, for 90 ms at load 10
     node.create_timer(1.0, lambda: None)  # so that a signal gets its turn
+    executor = EventsExecutor()
+    executor.add_node(node)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
-        spin([node], rclpy.task.Future())
+        executor.spin_until_future_complete(rclpy.task.Future(), timeout_sec=SPIN_TIMEOUT)
 
 
 if __name__ == "__main__":
