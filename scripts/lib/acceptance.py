@@ -1,7 +1,6 @@
 """The long acceptance runs: each prints one line per figure and fails if a figure misses its limit.
 
-A run is a module in test/accept; its main() prints and returns 0 (all kept) or 1. Exit code: 0 all kept, 1 a run
-failed, 2 bad usage or set-up.
+A run is a module in test/accept with run(figures). Exit code: 0 all kept, 1 a run failed, 2 bad usage or set-up.
 
 Examples:
   scripts/accept --list
@@ -21,10 +20,6 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = ROOT / "test" / "accept"
-SECONDS = "QUAD_ACCEPT_SECONDS"
-EACH = "QUAD_ACCEPT_EACH"
-ONLY = "QUAD_ACCEPT_ONLY"
-_CALL = "import importlib, sys; sys.exit(importlib.import_module(sys.argv.pop(1)).main())"
 
 
 class Outcome(NamedTuple):
@@ -36,11 +31,11 @@ class Outcome(NamedTuple):
 
 
 def summaries() -> dict[str, str]:
-    """Return {name: first line of its docstring} of all runs: the modules that have a main()."""
+    """Return {name: first line of its docstring} of all runs: the modules that have a run()."""
     found = {}
     for path in sorted(RUNS.glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        if any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
+        if any(isinstance(node, ast.FunctionDef) and node.name == "run" for node in tree.body):
             found[path.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
     return found
 
@@ -52,9 +47,8 @@ def run(name: str) -> Outcome:
     paths = os.pathsep.join(
         [str(RUNS), str(ROOT / "test"), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
     )
-    done = subprocess.run(
-        [sys.executable, "-c", _CALL, name], cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, check=False
-    )
+    command = [sys.executable, str(RUNS / "figures.py"), name]
+    done = subprocess.run(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, check=False)
     return Outcome(name, done.returncode, time.monotonic() - began)
 
 
@@ -65,15 +59,12 @@ def main() -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="which runs (default: all)")
     parser.add_argument("--list", action="store_true", help="name the runs and end")
     parser.add_argument("--seconds", type=float, metavar="S", help="duration of the runs that have one: fuzz, soak")
-    parser.add_argument("--each", type=int, metavar="N", help="flights of each kind: stops, onlookers, landing_signals")
-    parser.add_argument("--only", metavar="PATTERN", help="only kinds whose name holds this regular expression: stops")
+    parser.add_argument("--each", type=int, metavar="N", help="flights or throws of each kind")
+    parser.add_argument("--only", metavar="PATTERN", help="only kinds whose name holds this regular expression")
     options = parser.parse_args()
-    if options.each is not None:
-        os.environ[EACH] = str(options.each)
-    if options.only is not None:
-        os.environ[ONLY] = options.only
-    if options.seconds is not None:
-        os.environ[SECONDS] = str(options.seconds)
+    for name in ("seconds", "each", "only"):
+        if getattr(options, name) is not None:
+            os.environ[f"QUAD_ACCEPT_{name.upper()}"] = str(getattr(options, name))
     known = summaries()
     if options.list:
         width = max(map(len, known))

@@ -1,21 +1,14 @@
 """Every bench once, each as small as it can be asked for: it runs to its end. The figures are not judged."""
 
-import ast
 import subprocess
 import sys
 import time
 
-from figures import Figures, seconds
 from flying import ROOT
 
-BENCH = ROOT / "bench"
 PLANS = "src/quad_campaign/quad_campaign/config"
 ROUNDS = {
-    "ros_loop": ["run.py ros_loop --rounds 1"],
-    "batch": ["run.py batch --rounds 1"],
-    "laws": ["run.py laws --rounds 1"],
-    "guard_cost": ["run.py guard_cost --rounds 1"],
-    "peers": ["run.py peers --rounds 1"],
+    **{name: [f"run.py {name} --rounds 1"] for name in ("ros_loop", "batch", "laws", "guard_cost", "peers")},
     "against": [f"against.py {ROOT} --rounds 1"],
     "edit_and_fly": [f"edit_and_fly.py {ROOT} --rounds 1"],
     "law_ablation": ["law_ablation.py worth --seeds 1", "law_ablation.py smallest --seeds 1"],
@@ -30,7 +23,7 @@ ROUNDS = {
     "tuned_gains": ["tuned_gains.py 2"],
 }
 """{bench: its smallest rounds}; those of ``run.py`` by their name there."""
-PARTS = ("run", "relay", "peer_crazyflow", "peer_mujoco", "peer_nmpc", "peer_rotorpy", "peer_rotorpy_batched")
+PARTS = {"run", "relay", "peer_crazyflow", "peer_mujoco", "peer_nmpc", "peer_rotorpy", "peer_rotorpy_batched"}
 """Programs that benches start."""
 NEEDS = {"peers": ROOT / ".cache" / "peers"}
 """What is made on demand and may take long: without it the bench is left out, by name."""
@@ -39,44 +32,26 @@ LONGEST = 900.0  # s
 
 def programs():
     """Return the modules of bench/ that have a main() or a measure()."""
-    found = set()
-    for path in BENCH.glob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        if {"main", "measure"} & {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}:
-            found.add(path.stem)
-    return found
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "bench").glob("*.py")}
+    return {name for name, text in texts.items() if "\ndef main(" in text or "\ndef measure(" in text}
 
 
 def attempt(words):
     """Return the exit code, 124 if it took too long, and the last line that a round said."""
-    try:
-        done = subprocess.run(
-            [sys.executable, *words.split()],
-            cwd=BENCH.parent,
-            capture_output=True,
-            text=True,
-            timeout=LONGEST,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return 124, ""
+    command = ["timeout", f"{LONGEST:g}", sys.executable, *f"bench/{words}".split()]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     said = (done.stderr if done.returncode else done.stdout).strip().splitlines()
     return done.returncode, said[-1] if said else ""
 
 
-def main():
-    figures, until = Figures(), time.monotonic() + seconds(7200.0)
-    unknown = sorted(programs() - set(ROUNDS) - set(PARTS))
+def run(figures):
+    unknown = sorted(programs() - set(ROUNDS) - PARTS)
     figures.check(not unknown, f"benches without a smallest round here: {', '.join(unknown) or 'none'}")
     for name, rounds in ROUNDS.items():
-        for words in rounds:
+        for words in filter(figures.wants, rounds):
             if name in NEEDS and not NEEDS[name].is_dir():
-                print(f"     {words}: left out, {NEEDS[name]} is not there")
-                continue
-            if time.monotonic() > until:
-                print(f"     {words}: left out, no time")
+                figures.show(f"{words}: left out, {NEEDS[name]} is not there")
                 continue
             began = time.monotonic()
-            code, last = attempt(f"bench/{words}")
+            code, last = attempt(words)
             figures.check(code == 0, f"{words}: exit code {code} after {time.monotonic() - began:.0f} s: {last[:150]}")
-    return figures.code()

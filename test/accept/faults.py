@@ -4,7 +4,6 @@ import itertools
 import math
 import random
 
-from figures import Figures
 from guard_flights import CONDITIONS, KINDS, PERIOD, Fault, Setup, draw_start, faulty_flight, vehicle_named
 
 from quad_core.compilation import compiled
@@ -34,8 +33,8 @@ def badness(ending):
     return max(*touchdown, ending.largest_tilt / TILT, ending.climb / CLIMB)
 
 
-def main():
-    figures, flight = Figures(), compiled(faulty_flight)
+def run(figures):
+    flight = compiled(faulty_flight)
     setup, rng = Setup(vehicle_named("paper")), random.Random(1)
     modes, bad, worst, visited = [0, 0, 0], [], [], 0
     for kinds in itertools.product(range(KINDS), repeat=3):
@@ -59,7 +58,6 @@ def main():
     report(figures, [ending for *_, ending in worst], visited)
     again = [faulty_flight(setup, start, *faults, STEPS, LONGEST) == ending for *_, start, faults, ending in worst]
     figures.check(all(again), f"the worst {WORST} flown again by CPython: {sum(again)} with the same bits")
-    return figures.code()
 
 
 def report(figures, endings, visited):
@@ -67,8 +65,8 @@ def report(figures, endings, visited):
     figures.at_most("touchdown speed, worst", max(one.speed for one in endings if one.touched), 1.5, "m/s")
     figures.at_most("tilt in flight, worst", math.degrees(max(one.largest_tilt for one in endings)), 60.0, "deg")
     figures.at_most("climb above the hover, worst", max(one.climb for one in endings), CLIMB, "m")
-    print(f"     longest of the worst {max(one.steps for one in endings) * PERIOD * 1e-9:.1f} s")
+    figures.show(f"longest of the worst {max(one.steps for one in endings) * PERIOD * 1e-9:.1f} s")
     pairs = [
         (guard.MODES[bit // CONDITIONS], guard.REASONS[bit % CONDITIONS]) for bit in range(30) if visited >> bit & 1
     ]
-    print(f"     {len(pairs)} pairs of mode and condition met: " + ", ".join(f"{mode}/{why}" for mode, why in pairs))
+    figures.show(f"{len(pairs)} pairs of mode and condition met: " + ", ".join(f"{mode}/{why}" for mode, why in pairs))

@@ -1,20 +1,21 @@
-"""One line per figure of an acceptance run."""
+"""What every acceptance run has: a folder, its options, and one line per figure.
 
+A run is a module with ``run(figures)``; ``scripts/accept`` starts this file with the module's name.
+"""
+
+import importlib
 import os
-
-SECONDS = "QUAD_ACCEPT_SECONDS"
-
-
-def seconds(default):
-    """Return how long a run that has a duration is to take, in s."""
-    return float(os.environ.get(SECONDS, default))
+import re
+import sys
+import tempfile
+from pathlib import Path
 
 
 class Figures:
-    """Prints figures as they come and remembers whether all kept their limits."""
+    """Prints figures as they come and counts those that miss their limits; ``folder`` is the run's own."""
 
-    def __init__(self):
-        self.failed = 0
+    def __init__(self, folder):
+        self.folder, self.failed = folder, 0
 
     def at_most(self, name, value, limit, unit=""):
         """Print a measured value; a limit that is not kept, or NaN, is a failure."""
@@ -25,6 +26,25 @@ class Figures:
         self.failed += not kept
         print(f"{'ok  ' if kept else 'FAIL'} {' '.join(line.split()).replace(' ,', ',')}", flush=True)
 
-    def code(self):
-        """Return the exit code."""
-        return 1 if self.failed else 0
+    def show(self, line):
+        """Print what is not judged."""
+        print(f"     {line}", flush=True)
+
+    def seconds(self, default):
+        """Return how long a run that has a duration is to take, in s."""
+        return float(os.environ.get("QUAD_ACCEPT_SECONDS", default))
+
+    def each(self, default):
+        """Return how many of each kind are asked for."""
+        return int(os.environ.get("QUAD_ACCEPT_EACH", default))
+
+    def wants(self, name):
+        """Return whether a kind is asked for by its name."""
+        return re.search(os.environ.get("QUAD_ACCEPT_ONLY", ""), name) is not None
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory(prefix=f"{sys.argv[1]}-") as made:
+        found = Figures(Path(made))
+        importlib.import_module(sys.argv[1]).run(found)
+    sys.exit(1 if found.failed else 0)

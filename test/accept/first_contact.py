@@ -1,8 +1,8 @@
 """What people bring on their first day: each case as a command, its exit code, the line expected, and what was before.
 
 The cases are those of public reports (C) and of a new ROS user's day (F); each kind has further members. Rows are
-commands as a user types them, flights on a faulty estimator (``estimators``), or tests of the suite. ``--only PATTERN``
-takes rows whose name holds it, such as ``--only "^C1"``.
+commands as a user types them, tests of the suite, or flights on a faulty estimator (``estimators``). ``--only PATTERN``
+takes rows whose name holds it, such as ``--only "^C1"`` or ``--only "hover.*100"``.
 """
 
 import os
@@ -11,17 +11,14 @@ import shlex
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from estimators import MISTAKES, flown, last_words
-from figures import Figures
-from flying import FLY, ROOT
+from estimators import fly_mistakes, fly_streams
+from flying import ROOT
 
-ONLY = re.compile(os.environ.get("QUAD_ACCEPT_ONLY", ""))
 CRASH = "Traceback"
 LONGEST = 400.0  # s
 LOG, BRINGUP, CORE = "src/quad_flight_log/test", "src/quad_bringup/test", "src/quad_core/test"
@@ -85,26 +82,6 @@ def proven(name, done, before, *tests):
     ROWS.append(Row(name, f"{done} ({', '.join(tests)})", before, now))
 
 
-def estimated(name, faults, code, line, before, *extra):
-    """Add a hover on an estimator with ``faults``: it must end with ``code`` and print ``line``."""
-
-    def now(folder):
-        seen = flown("hover", folder, *extra, faults=faults)
-        found = re.search(line, seen.words)
-        return seen.code == code and bool(found), f"exit {seen.code}: {found[0] if found else last_words(seen.words)}"
-
-    shown = " ".join(f"{key}={value}" for key, value in faults.items())
-    ROWS.append(Row(name, f"hover --relay on an estimator with {shown}", before, now))
-
-
-def mistaken(name, mistake, before):
-    """Add a hover on an estimator with one of the mistakes of ``estimators``."""
-    what = MISTAKES[mistake]
-    estimated(name, {"wrong": mistake, **what.faults}, 0 if what.flies else 1, what.words, before, *AWAY)
-
-
-AWAY = ("--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
-SHORT = ("--duration", "3")
 WAYPOINTS = "scripts/fly waypoints --set trajectory.waypoints.points='{}'"
 
 # The paper's own experiment
@@ -116,24 +93,6 @@ proven(
 )
 typed("C0 case2 printed", "scripts/fly case2 --start printed --duration 25 --limits position_max=20", 0, "case2: good",
       "failed, exit 1")  # fmt: skip
-
-# Estimators
-for share in ("0.001", "0.1", "0.3"):
-    estimated(f"C1 stamps off the grid by {share}", {"jitter": share}, 0, "hover: good",
-              "1 us off the grid ended every flight", *SHORT)  # fmt: skip
-for rate in ("250", "100", "80"):
-    estimated(f"C2 {rate} Hz", {"rate": rate}, 0, "hover: good", "100 Hz tumbled, without a word", *SHORT)
-estimated("C2 50 Hz", {"rate": "50"}, 1, r"samples [\d.]+ ms apart, expected at most 16.6 ms", "tumbled", *SHORT)
-for wrong in ("world twist", "zero twist", "sign", "degrees"):
-    mistaken(f"C3 {wrong}", wrong, "118 m away, no event")
-estimated("C4 best effort", {"best_effort": "1"}, 0, "hover: good", "READY and deaf, trajectory blamed", *SHORT)
-estimated("C4 best effort, lost, doubled", {"best_effort": "1", "lost": "0.05", "doubled": "0.02"}, 0, "hover: good",
-          "not received", *SHORT)  # fmt: skip
-for wrong in ("frame", "body frame", "no attitude", "not finite", "silent"):
-    mistaken(f"C5 {wrong}", wrong, "the wrong node blamed; the reason in a log, or nowhere")
-for wrong in ("jump", "jump in height"):
-    mistaken(f"C6 {wrong}", wrong, "flown 3 m off, no event")
-mistaken("C9 stale first stamp", "stale first stamp", "one early message ended the flight after 50 ms")
 
 # Angles
 typed("C7 degrees as radians", WAYPOINTS.format("0 0 2 0; 4 0 2 90"), 2, r"90.*(deg|2 pi)", "14 turns, 203 s, good")
@@ -162,10 +121,8 @@ typed("C10 a database that is none", "scripts/log info b", 2, "db3", "", files={
 typed("C20 no bag", "scripts/log metrics none", 2, "none", "")
 
 # Surroundings
-typed("C16 cyclonedds", "scripts/fly hover --duration 1", 2, "RMW_IMPLEMENTATION.*rmw_fastrtps_cpp",
-      "rcl's raw line, exit 102", settings={"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"})  # fmt: skip
-typed("C16 no middleware", "scripts/fly hover --duration 1", 2, "RMW_IMPLEMENTATION", "exit 102",
-      settings={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"})  # fmt: skip
+proven("C16 C18 C19 C21 F17 what lets nothing fly", "named in one line, exit code 2",
+       "rcl's raw line, exit 102; waited without end; traceback; good, exit 0", "test/test_fly_usage.py")  # fmt: skip
 VEHICLE = "/**:\n  ros__parameters:\n    vehicle:\n      mass: {}\n"
 for text in ("6e-1", "0.6", "+.6"):
     typed(f"C17 mass: {text}", "scripts/fly hover --duration 1 --vehicle v.yaml", 0, "hover: good",
@@ -174,31 +131,17 @@ typed("C17 a section that reaches nobody", "scripts/fly hover --duration 1 --veh
       "dropped in silence", files={"v.yaml": VEHICLE.format(0.6).replace("/**", "simulater")})  # fmt: skip
 proven("C17 one reading", "files as rclpy reads them", "fly, nodes and Python differed",
        f"{CORE}/test_parameter_files.py")  # fmt: skip
-typed("C18 discovery server", "scripts/fly hover --duration 1", 2, "ROS_DISCOVERY_SERVER=127.0.0.1:11811",
-      "waited for every topic", settings={"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"})  # fmt: skip
 typed("C18 log folder", "scripts/fly hover --duration 1", 0, "hover: good", "is /dev/shm full?",
       settings={"ROS_LOG_DIR": "/proc/none"})  # fmt: skip
 typed("C18 domain", "scripts/fly hover --duration 1", 2, "ROS_DOMAIN_ID", "", settings={"ROS_DOMAIN_ID": "300"})
-typed("C18 a domain in words", "scripts/fly hover --duration 1", 2, "ROS_DOMAIN_ID.*one", "",
-      settings={"ROS_DOMAIN_ID": "one"})  # fmt: skip
 typed("C18 no discovery", "scripts/fly hover --duration 1", 2, "ROS_AUTOMATIC_DISCOVERY_RANGE", "waited without end",
       settings={"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"})  # fmt: skip
-for name in ("rclpy", "numpy", "rcl_interfaces"):
-    typed(f"C19 another {name}", f"{FLY} hover --duration 1", 2, f"PYTHONPATH.*{name}", "traceback, exit 1",
-          say=f"PYTHONPATH=other fly hover, with other/{name}",
-          files={f"other/{name}/__init__.py": "raise ImportError"},
-          settings={"PYTHONPATH": "{folder}/other:" + os.environ.get("PYTHONPATH", "")})  # fmt: skip
-typed("C21 unknown key", "scripts/fly hover --set commander.nonsense=2", 2, "commander.nonsense", "good, exit 0")
-typed("C21 node of another flight", "scripts/fly hover --set px4_bridge.mode=xx", 2, "no part in this flight", "good")
-typed("C21 misspelt", "scripts/fly hover --set vehicle.mas=1", 2, "did you mean vehicle.mass", "44 names")
 proven("C23 10 ms of delay, nothing set", "prediction by the state's age", "53.9 mm",
        "test/test_same_bits.py::test_ros_flight_has_the_bits_of_the_flight_without_ros_and_replays")  # fmt: skip
 typed("C23 case2, 10 ms", "scripts/fly case2 --duration 20 --set simulator.sensor.delay=0.01 --limits "
       "position_rmse=0.012", 0, "case2: good", "53.9 mm")  # fmt: skip
 typed("C21 a trajectory that is not flown", "scripts/fly hover --set trajectory.case1.radius=2", 2, "case1.radius", "")
 typed("C23 hover, 20 ms", "scripts/fly hover --duration 5 --set simulator.sensor.delay=0.02", 0, "hover: good", "fell")
-for bench in ("ros_loop", "laws", "guard_cost"):  # scripts/accept benches runs all
-    typed(f"C24 bench {bench}", f"scripts/bench {bench} --rounds 1", 0, "", "AttributeError")
 
 # A new ROS user's day
 proven("F1 latched mode", "the newest mode", "18 to 20 s old", "src/quad_node/test/test_topics_table.py")
@@ -237,16 +180,14 @@ AGAIN = f"{ROOT}/scripts/fly hover --duration 1 --out b"
 typed("F16 a bag that exists", f"bash -c '{AGAIN}; {AGAIN}'", 2, "--out: b exists", "11 s of silence")
 typed("F17 two limits", "scripts/fly hover --duration 1 --limits position_max=1 --limits position_rmse=1", 0,
       "hover: good", "")  # fmt: skip
-typed("F17 unknown limit", "scripts/fly hover --limits happiness=1", 2, "happiness", "")
 typed("F17 campaign of an unknown file", "scripts/campaign nosuch --out c", 2, "nosuch", "")
 
 
-def main():
-    figures = Figures()
-    for row in ROWS:
-        if not ONLY.search(row.name):
-            continue
-        with tempfile.TemporaryDirectory(prefix="first-") as folder:
-            kept, now = row.now(Path(folder))
+def run(figures):
+    for number, row in enumerate(row for row in ROWS if figures.wants(row.name)):
+        folder = figures.folder / str(number)
+        folder.mkdir()
+        kept, now = row.now(folder)
         figures.check(kept, f"{row.name} | {row.done} | before: {row.before or 'the same'} | now: {now}")
-    return figures.code()
+    fly_streams(figures)
+    fly_mistakes(figures)

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 
-def main():
+def run(figures):
     command = [sys.executable, "-m", "pytest", "-q", "-m", "long", "--durations", "10"]
-    return subprocess.run(command, cwd=Path(__file__).parents[2], check=False).returncode
+    code = subprocess.run(command, cwd=Path(__file__).parents[2], check=False).returncode
+    figures.check(code == 0, f"long tests: exit code {code}")

@@ -5,11 +5,9 @@ QUAD_ACCEPT_PYTHONS names the versions; a version that this machine lacks is sai
 
 import os
 import subprocess
-import tempfile
 import time
 from pathlib import Path
 
-from figures import Figures
 from flying import ROOT
 
 VERSIONS = ("3.12", "3.10", "3.11", "3.13")
@@ -41,21 +39,18 @@ def timed(words, clone, **changes):
     return done.returncode, time.monotonic() - began
 
 
-def main():
-    figures = Figures()
+def run(figures):
     for version in os.environ.get("QUAD_ACCEPT_PYTHONS", " ".join(VERSIONS)).split():
         python = interpreter(version)
         if not python:
-            print(f"     Python {version}: none found on this machine")
+            figures.show(f"Python {version}: none found on this machine")
             continue
-        with tempfile.TemporaryDirectory(prefix="fresh-") as folder:
-            clone = Path(folder, "clone")
-            subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
-            code, seconds = timed([clone / "scripts/setup"], clone, PYTHON=python)
-            figures.check(code == 0, f"Python {version}: scripts/setup: exit code {code}")
-            figures.at_most(f"Python {version}: scripts/setup, packages cached", seconds, SETUP_LIMIT, "s")
-            flight = ["hover", "--duration", "0.5"] if version != VERSIONS[0] else []
-            code, seconds = timed([clone / "scripts/fly", *flight], clone)
-            what = " ".join(["scripts/fly", *flight])
-            figures.check(code == 0, f"Python {version}: {what}: exit code {code} after {seconds:.0f} s")
-    return figures.code()
+        clone = figures.folder / version
+        subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+        code, seconds = timed([clone / "scripts/setup"], clone, PYTHON=python)
+        figures.check(code == 0, f"Python {version}: scripts/setup: exit code {code}")
+        figures.at_most(f"Python {version}: scripts/setup, packages cached", seconds, SETUP_LIMIT, "s")
+        flight = ["hover", "--duration", "0.5"] if version != VERSIONS[0] else []
+        code, seconds = timed([clone / "scripts/fly", *flight], clone)
+        what = " ".join(["scripts/fly", *flight])
+        figures.check(code == 0, f"Python {version}: {what}: exit code {code} after {seconds:.0f} s")

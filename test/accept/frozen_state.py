@@ -9,13 +9,10 @@ disturbance, whose torque is not seen meanwhile. In HOLD a quarter of them has n
 
 import math
 import random
-import tempfile
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from commanded_flights import PERFECT, hovering, tilt
-from figures import Figures
 
 from quad_commander.mode_table import Mode, Request
 from quad_core.cycle import seconds
@@ -55,7 +52,7 @@ class Found(NamedTuple):
 
 def scenario(folder, events):
     """Return the path of a scenario with these events."""
-    path = Path(folder) / "scenario.yaml"
+    path = folder / "scenario.yaml"
     lines = "".join(f"        {line}\n" for line in events)
     head = "/**/simulator:\n  ros__parameters:\n    disturbance: timeline\n    timeline:\n      events: |\n"
     path.write_text(head + lines)
@@ -169,31 +166,20 @@ def judged(figures, name, found, limit):
     figures.at_most(f"{name}: touchdown of {len(short)}, fastest", max(one.speed for one in short), SPEED, "m/s")
     figures.at_most(f"{name}: touchdown, steepest", max(one.tilt for one in short), TILT, "deg")
     largest = max(one.largest_tilt for one, _ in found if not one.forever)
-    print(f"     {name}: largest tilt in flight {largest:.1f} deg", flush=True)
+    figures.show(f"{name}: largest tilt in flight {largest:.1f} deg")
     forever = [one for one, _ in found if one.came_down and one.forever]
     if forever:
         fastest, steepest = max(one.speed for one in forever), max(one.tilt for one in forever)
-        print(f"     {name}: {len(forever)} frozen for good: at most {fastest:.2f} m/s, {steepest:.1f} deg", flush=True)
+        figures.show(f"{name}: {len(forever)} frozen for good: at most {fastest:.2f} m/s, {steepest:.1f} deg")
 
 
-def main():
-    figures, rng = Figures(), random.Random(28)
-    with tempfile.TemporaryDirectory() as folder:
-        for case, disturbed, count in (
-            ("case2", True, 250),
-            ("case2", False, 150),
-            ("hover", True, 200),
-            ("hover", False, 150),
-        ):
-            name = f"{case}, {'disturbed' if disturbed else 'calm'}"
-            judged(
-                figures, name, list(bare(folder, case, disturbed, count, rng)), SEEN_IN if disturbed else SEEN_IN_CALM
-            )
-    for disturbed, count in ((True, 125), (False, 125)):
-        name = f"HOLD, {'disturbed' if disturbed else 'calm'}"
-        judged(figures, name, list(held(disturbed, count, rng)), SEEN_IN if disturbed else SEEN_IN_CALM)
+def run(figures):
+    rng = random.Random(28)
+    for disturbed, limit, counts in ((True, SEEN_IN, (250, 200, 125)), (False, SEEN_IN_CALM, (150, 150, 125))):
+        for case, count in zip(("case2", "hover", "HOLD"), counts, strict=True):
+            way = held(disturbed, count, rng) if case == "HOLD" else bare(figures.folder, case, disturbed, count, rng)
+            judged(figures, f"{case}, {'disturbed' if disturbed else 'calm'}", list(way), limit)
     found = list(rested(50, rng))
     unseen = sum(not seen for _, seen, _ in found)
     figures.check(unseen == 0, f"at rest in calm air, then LAND: {len(found)} freezes, {unseen} unseen")
     figures.at_most("at rest, seen after the first missing change, worst", max(found)[0], SEEN_IN, "s")
-    return figures.code()

@@ -15,7 +15,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import fuzz_bags
-from figures import Figures, seconds
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
@@ -104,12 +103,12 @@ def one(findings, bag, choice):
                 findings.note(problem, path)
 
 
-def main():
-    figures, findings = Figures(), Findings(Path(tempfile.mkdtemp(prefix="fuzz-found-")))
+def run(figures):
+    findings = Findings(Path(tempfile.mkdtemp(prefix="fuzz-found-")))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.RLIM_INFINITY))
     signal.signal(signal.SIGVTALRM, hung)
     os.nice(19 - os.nice(0))
-    until, rounds = time.monotonic() + seconds(1800.0), 0
+    until, rounds = time.monotonic() + figures.seconds(1800.0), 0
     while time.monotonic() < until:
 
         @seed(rounds)
@@ -122,10 +121,9 @@ def main():
 
         some()
         rounds += 1
-    print(f"     {findings.runs['bags']} bags, {sum(findings.runs.values())} runs: {dict(findings.runs)}")
+    figures.show(f"{findings.runs['bags']} bags, {sum(findings.runs.values())} runs: {dict(findings.runs)}")
     for kind, kept in findings.kinds.items():
         figures.check(False, f"{kind} ({kept})")
     figures.check(not findings.kinds, f"tracebacks, hangs and lines too many: {len(findings.kinds)} kinds, 0 wanted")
     if not findings.kinds:
         findings.folder.rmdir()
-    return figures.code()

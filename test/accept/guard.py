@@ -8,7 +8,6 @@ import itertools
 import math
 import random
 
-from figures import Figures
 from guard_flights import STATE_LOST, Fault, Setup, descent, draw_start, faulty_flight, vehicle_named
 
 from quad_core.compilation import compiled
@@ -26,8 +25,8 @@ EVEN = 1.0  # rad/s^2 with which flying blind is as fast as falling: 9.3 and 9.2
 KNOWN = 50  # steps with a state before it is lost
 
 
-def main():
-    figures, fly = Figures(), compiled(faulty_flight)
+def run(figures):
+    fly = compiled(faulty_flight)
     for seed, name in enumerate(("paper", "x500", "crazyflie21")):
         vehicle, rng = vehicle_named(name), random.Random(seed)
         fastest, steepest, others = 0.0, 0.0, 0
@@ -43,7 +42,6 @@ def main():
         figures.at_most(f"{name}: touchdown speed, worst of {FLIGHTS}", fastest, 1.5, "m/s")
         figures.at_most(f"{name}: tilt at touchdown, worst of {FLIGHTS}", math.degrees(steepest), 15.0, "deg")
         without_state(figures, name, fly)
-    return figures.code()
 
 
 def without_state(figures, name, fly):

@@ -1,7 +1,5 @@
 """Tracking of both cases over 20 seeds and on each plant, arrival from the printed start and from 50 m off; no ROS."""
 
-from figures import Figures
-
 from quad_campaign.paper_flight import (
     ATTITUDE_ADAPTATION_OFF,
     CASES,
@@ -25,8 +23,7 @@ ARRIVED, BACK = 20.0, 30.0
 CLOSE, LARGEST = 0.2, 0.25
 
 
-def main():
-    figures = Figures()
+def run(figures):
     for preset, limit in RMSE_LIMITS.items():
         for case in CASES:
             tracking(figures, PaperCase(case, preset), limit)
@@ -42,7 +39,6 @@ def main():
             for where, offset in FAR.items():
                 begin = tuple(p + d for p, d in zip(FIRST_POINT[case], offset, strict=True))
                 coming(figures, PaperCase(case, preset, "printed", initial=begin), f"from 50 m {where}", BACK)
-    return figures.code()
 
 
 def tracking(figures, paper_case, limit):
@@ -52,7 +48,7 @@ def tracking(figures, paper_case, limit):
     figures.at_most(f"{name}: worst 3-D RMSE (best {asked.best:.4f} m)", asked.worst, limit, "m")
     for what, other in (("adaptation frozen", FROZEN), ("sd 1.5 m/s^2", STRONG), ("both", FROZEN | STRONG)):
         beside = flown(paper_case._replace(**other))
-        print(f"     {name}, {what}: RMSE {beside.best:.4f} to {beside.worst:.4f} m, {beside.ended} flown to the end")
+        figures.show(f"{name}, {what}: RMSE {beside.best:.4f} to {beside.worst:.4f} m, {beside.ended} flown to the end")
 
 
 class Flown:

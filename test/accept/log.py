@@ -4,12 +4,9 @@ import os
 import random
 import signal
 import sys
-import tempfile
 import time
-from pathlib import Path
 
 import flying
-from figures import Figures
 
 sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
 import foreign_readers
@@ -23,12 +20,9 @@ LIMIT = 0.3  # s
 BAG_LIMIT = 80.0  # MB of a Case 1
 
 
-def main():
-    figures = Figures()
-    with tempfile.TemporaryDirectory() as folder:
-        kills(figures, Path(folder))
-        whole_flight(figures, Path(folder))
-    return figures.code()
+def run(figures):
+    kills(figures, figures.folder)
+    whole_flight(figures, figures.folder)
 
 
 def kills(figures, folder):

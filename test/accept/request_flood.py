@@ -7,13 +7,9 @@ import contextlib
 import statistics
 import subprocess
 import sys
-import tempfile
 import threading
 import time
-from pathlib import Path
 
-import rclpy
-from figures import Figures
 from flying import finish, start, stranger, wait_until, wait_until_flying
 from rclpy.executors import SingleThreadedExecutor
 
@@ -97,10 +93,10 @@ def landings(figures, operator, name):
     return found
 
 
-def flown(figures, clock, folder, is_flooded):
+def flown(figures, clock, is_flooded):
     """Fly one mission: LAND and HOLD in turn, then KILL; returns the delays of LAND, and that of KILL."""
     name = f"{clock}, {'with' if is_flooded else 'without'} a flood"
-    out = Path(folder, name.replace(", ", "-").replace(" ", "-"))
+    out = figures.folder / name.replace(", ", "-").replace(" ", "-")
     flight = start("--mission", "takeoff:6,hold:600,land", *CLOCKS[clock], "--domain", str(DOMAIN), "--out", out)
     wait_until_flying(flight, out, IN_THE_AIR)
     with stranger(DOMAIN, "operator") as node:
@@ -116,20 +112,16 @@ def flown(figures, clock, folder, is_flooded):
     done = finish(flight)
     figures.check(done.returncode == 1 and "KILL" in done.stderr, f"{name}: exit code {done.returncode}, KILL named")
     shown = ", ".join(f"{1e3 * delay:.1f}" for delay in sorted(land))
-    print(f"     {name}: LAND shown after {shown} ms, KILL after {1e3 * kill:.1f} ms", flush=True)
+    figures.show(f"{name}: LAND shown after {shown} ms, KILL after {1e3 * kill:.1f} ms")
     return land, kill
 
 
-def main():
-    figures = Figures()
-    with tempfile.TemporaryDirectory(prefix="request-flood-") as folder:
-        for clock in CLOCKS:
-            (before, killed), (after, killed_late) = (flown(figures, clock, folder, flag) for flag in (False, True))
-            later = statistics.median(after) - statistics.median(before)
-            figures.at_most(f"{clock}: LAND later by the flood, median of {ROUNDS}", later, LIMITS["LAND"], "s")
-            figures.at_most(f"{clock}: KILL later by the flood", killed_late - killed, LIMITS["KILL"], "s")
-    rclpy.try_shutdown()
-    return figures.code()
+def run(figures):
+    for clock in CLOCKS:
+        (before, killed), (after, killed_late) = (flown(figures, clock, flag) for flag in (False, True))
+        later = statistics.median(after) - statistics.median(before)
+        figures.at_most(f"{clock}: LAND later by the flood, median of {ROUNDS}", later, LIMITS["LAND"], "s")
+        figures.at_most(f"{clock}: KILL later by the flood", killed_late - killed, LIMITS["KILL"], "s")
 
 
 if __name__ == "__main__":

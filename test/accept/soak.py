@@ -1,12 +1,10 @@
 """Hours of flying in real time at 500 Hz under load: memory and messages."""
 
 import re
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-from figures import Figures, seconds
 from flying import ROLES, busy_loops, finish, last_word, node_pids, start, wait_until_flying
 
 from quad_flight_log.bag.reader import open_flight
@@ -29,9 +27,8 @@ def memory(pids):
     return found
 
 
-def real_time(figures, folder, duration):
-    """Fly for ``duration`` s beside two busy loops."""
-    out, samples = folder / "real_time", []
+def run(figures):
+    duration, out, samples = figures.seconds(3600.0), figures.folder / "bag", []
     with busy_loops(2, duration + 60.0):
         words = ("hover", "--realtime", "--duration", str(duration), "--limits", "position_max=5", "--out", out)
         flight = start(*words)
@@ -60,10 +57,3 @@ def real_time(figures, folder, duration):
         lost = int(bag.metadata.get(f"missing.{topic}", "0"))
         figures.at_most(f"{topic}: messages lost", lost, 0)
         figures.at_most(f"{topic}: of {len(stamps)} steps missing, skipped by the plant", missing, late)
-
-
-def main():
-    figures, duration = Figures(), seconds(3600.0)
-    with tempfile.TemporaryDirectory(prefix="soak-") as folder:
-        real_time(figures, Path(folder), duration)
-    return figures.code()

@@ -4,14 +4,11 @@ Offsets to 20 m and drifts to 0.3 m/s per axis, headings wrong by up to 20 deg. 
 them. None leans more than 15 deg below 0.5 m, none is lost; what is refused is refused by name.
 """
 
-import argparse
 import math
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import wrong_estimate
-from figures import Figures
 
 from quad_core.types import Vec3
 from quad_flight.flight import fly, from_names
@@ -76,13 +73,8 @@ class Flown:
             self.astray = float(np.linalg.norm(truth["p_w"][-1] - meant))
 
 
-def main():
-    """Fly them all; returns the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000)
-    options = parser.parse_args(sys.argv[1:])
-    figures = Figures()
-    each = options.count // (len(LAWS) * len(SETTINGS))
+def run(figures):
+    each = figures.each(125)
     for laws in LAWS:
         for weather in SETTINGS:
             name = f"{' '.join(laws.values()) or 'tuned'}, {weather}"
@@ -90,7 +82,6 @@ def main():
             first = Flown(chosen[0])
             with ThreadPoolExecutor(2) as pool:
                 judge(figures, name, chosen, [first, *pool.map(Flown, chosen[1:])])
-    return figures.code()
 
 
 def judge(figures, name, chosen, flown):
@@ -106,4 +97,4 @@ def judge(figures, name, chosen, flown):
     figures.check(
         len(refused) == moving, f"{name}: {moving} show more than 0.15 m/s at rest, those and no others refused"
     )
-    print(f"     {name}: at most {max(one.largest for one in rest):.0f} deg of tilt in the whole flight")
+    figures.show(f"{name}: at most {max(one.largest for one in rest):.0f} deg of tilt in the whole flight")

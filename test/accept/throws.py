@@ -10,12 +10,9 @@ with a what thrust leaves beyond weight, at most what the position law asks for.
 command filter being 0.075 s long three times over. Nothing of the law enters the bound but its limits.
 """
 
-import argparse
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from figures import Figures
 from scipy.spatial.transform import Rotation
 
 from quad_flight.flight import fly, from_names
@@ -78,11 +75,8 @@ def recover(name, thrown):
     return [one.outcome for one in results], *score.T, flight
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=10_000, metavar="N", help="of each vehicle (default: 10000)")
-    options = parser.parse_args()
-    figures, thrown = Figures(), throws(options.throws)
+def run(figures):
+    thrown = throws(figures.each(10_000))
     for name, torque in TORQUE.items():
         outcomes, far, last, flight = recover(name, thrown)
         law = flight.setup.stages.position_controller
@@ -97,8 +91,3 @@ def main():
             f"{allowed[np.argmax(far)]:.1f}; worst: {far[worst]:.2f} m of {allowed[worst]:.2f}, number {worst}, "
             f"{' '.join(f'{value:.2f}' for value in thrown[worst])}",
         )
-    return figures.code()
-
-
-if __name__ == "__main__":
-    sys.exit(main())
