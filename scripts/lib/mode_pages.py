@@ -43,7 +43,8 @@ def request_table() -> str:
 
 GROUND = (
     "In DISARMED, PILOT and KILL nothing changes, but: a guard that stopped the motors is KILL, and a pilot who takes "
-    "over is PILOT, in DISARMED too."
+    "over is PILOT, in DISARMED too. Until a vehicle that takes off is clear of the ground, 0.7 m above it, HOLD is "
+    "LAND, on request too: what holds there slides."
 )
 TOLD = (
     "The battery level comes from `battery_state` (`sensor_msgs/BatteryState`), published by a battery driver or the "

@@ -184,6 +184,8 @@ class CommanderCore:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
                 self._text += "".join(f"; {reason}" for reason in self._refusals or [])
+            if mode == Mode.LAND and before.mode <= Mode.TAKEOFF and seen.state.on_ground:
+                self._text += "; not clear of the ground"
             news.append(("mode", f"{before.mode.name} to {mode.name}: {self._text}"))
             said = said._replace(since=seen.step)
             self._flown = self._flown or mode >= Mode.TAKEOFF
@@ -210,8 +212,9 @@ class CommanderCore:
             current = references.from_state(seen.state)._replace(v_w=ZERO)
         goes_along = mode >= Mode.DESCEND or seen.autopilot_flies or (seen.by_autopilot and self._went_along)
         self._went_along = mode not in ON_GROUND and seen.autopilot_flies
-        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped):
-            current = references.from_state(seen.state)  # something else flies it, or its estimate was reset
+        stands = before == Mode.TAKEOFF and mode == Mode.LAND and seen.state.on_ground
+        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped or stands):
+            current = references.from_state(seen.state)  # it does not follow the last reference, or is not to
         sent_off = decision.answer == modes.DONE and mode == Mode.HOLD and asked.place != self._place
         if decision.changed or sent_off:
             self._place = asked.place if decision.answer == modes.DONE and mode == Mode.HOLD else None

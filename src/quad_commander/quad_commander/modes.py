@@ -9,6 +9,7 @@ A node calls ``step`` at its rate (100 Hz) and needs nothing else to decide:
 Per step: first what is achieved moves on, then the request is answered, then the most severe of what is wrong wins.
 A mode is left for a less severe one only by request, and a request into a mode that a raised condition would leave at
 once is refused, naming the condition. KILL is final; PILOT ends on the ground only, by DISARM, and asks for nothing.
+A take-off that is to hold before the vehicle is clear of the ground lands instead: what holds there slides.
 """
 
 import math
@@ -120,6 +121,9 @@ def step(
     worst = most_severe(mode, raised)
     if worst != NO_REASON:
         mode, reason = TABLE[mode][Condition(worst)], worst
+    stopped = reason != Condition.AT_HEIGHT and (reason != ON_REQUEST or request != Request.GOTO)
+    if memory.mode <= Mode.TAKEOFF and mode == Mode.HOLD and stopped and seen.state.on_ground:
+        mode = Mode.LAND
     changed = mode != memory.mode
     in_mission = mode == Mode.MISSION or (mode == Mode.HOLD and memory.in_mission and reason != ON_REQUEST)
     by_reference = Mode.TAKEOFF <= mode <= Mode.LAND

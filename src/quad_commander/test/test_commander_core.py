@@ -229,6 +229,38 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
         assert reference.v_w.z < 0.0
 
 
+@pytest.mark.parametrize(
+    ("asked", "seen", "text"),
+    [
+        ((), {"overruns": 0.2}, "more than 5 % of the commander's cycles of a second late"),
+        ((), {"estimator_reset": True}, "estimator reset"),
+        ((PendingRequest(Request.HOLD, "pilot"),), {}, "asked for by pilot"),
+    ],
+)
+@pytest.mark.parametrize("climbs", [0, 30])
+def test_a_hold_before_the_vehicle_is_clear_of_the_ground_lands_in_place(asked, seen, text, climbs):
+    """It held, its motors at the weight, and slid 1.4 m in the wind."""
+    standing = {"state": VehicleState(Vec3(0.2, 0.0, 0.0), on_ground=True), "guard": GuardStatus(on_ground=True)}
+    flight = Flight("takeoff,hold:60,land").go(1.0 + climbs * DT, **standing)
+    assert flight.core.mode == (Mode.TAKEOFF if climbs else Mode.ARMING)
+    flight.go(DT, *asked, **standing, **seen)
+    assert (flight.core.mode, flight.said.text) == (Mode.LAND, f"{text}; not clear of the ground")
+    flight.go(1.0, **standing)
+    assert (flight.core.mode, flight.said.reference.p_w[:2]) == (Mode.LAND, (0.2, 0.0))
+    assert flight.said.reference.p_w.z < 0.0
+    flight.go(DT, state=standing["state"], guard=GuardStatus(on_ground=True, contact=True))
+    assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, True)
+    assert flight.said.outcome.startswith("mission not finished: LAND at step")
+
+
+def test_a_vehicle_on_its_way_up_may_be_sent_to_a_place_and_a_low_take_off_holds():
+    standing = {"state": VehicleState(on_ground=True)}
+    sent = Flight("takeoff,hold:60,land").go(1.3, **standing).go(DT, sent_to(4.0, 0.0, 2.0), **standing)
+    assert sent.core.mode == Mode.HOLD
+    low = Flight("takeoff:0.5,hold:60,land").go(4.0, **standing)
+    assert (low.core.mode, low.said.text) == (Mode.HOLD, "at the height of take-off")
+
+
 def sent_to(*place, request=Request.GOTO):
     return PendingRequest(request, "pilot", place=Place(*place))
 
