@@ -269,8 +269,8 @@ def test_a_trajectory_killed_before_its_mission_is_named_in_the_bag(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--mission", "takeoff,case9,land"), "--mission: found 'case9' as item 2, expected one of takeoff[:height]"),
-        (("--mission", "case1,land"), "--mission: found item 1 'case1', expected takeoff first"),
+        (("--mission", "takeoff,case9,land"), "mission: found 'case9' as item 2, expected one of takeoff[:height]"),
+        (("--mission", "case1,land"), "mission: found item 1 'case1', expected takeoff first"),
         (("--mission", "takeoff,case1,case2"), "--mission: found case1, case2, expected one trajectory"),
         (("--mission", "takeoff", "--plant", "paper"), "plant paper has no ground"),
     ],

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from quad_commander.missions import MissionError, parse
+from quad_commander.missions import parse
 from quad_commander.mode_table import Request
 from quad_core import plugins
 from quad_core.cascade import TRAJECTORY
@@ -52,10 +52,7 @@ def trajectory_of(mission: str) -> str | None:
 
     Raises ParameterError for a mission that cannot be flown.
     """
-    try:
-        items = parse(mission, plugins.names(plugins.TRAJECTORY))
-    except MissionError as error:
-        raise ParameterError(f"--{error}") from error
+    items = parse(mission, plugins.names(plugins.TRAJECTORY))
     names = list(dict.fromkeys(item.name for item in items if item.request == Request.MISSION))
     if len(names) > 1:
         raise ParameterError(

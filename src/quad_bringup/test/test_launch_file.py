@@ -121,9 +121,3 @@ def test_launch_lets_a_vehicle_land_before_it_asks_again(launch_file):
     """A second signal stops the motors; by itself launch sends it 5 s after Ctrl-C."""
     process = started(launch_file)
     assert min(int(process.sigterm_timeout), int(process.sigkill_timeout)) > 4 * 3600
-
-
-def test_every_argument_is_declared(launch_file):
-    *declared, late = launch_file.generate_launch_description().args[0]
-    assert [entry.args[0] for entry in declared] == list(launch_file.ARGUMENTS)
-    assert late.function is launch_file.flight

@@ -201,23 +201,6 @@ def test_one_signal_while_a_landing_is_under_way_changes_nothing(name, patience,
     ]
 
 
-def landing_flight(monkeypatch, signals):
-    return Flight([*flies(1, 2), *flies(2, 30, {"trajectory": -9})], monkeypatch, signals)
-
-
-def test_a_second_signal_stops_a_landing_that_fly_has_begun(monkeypatch, capsys):
-    flight = landing_flight(monkeypatch, {7.0: "SIGTERM", 8.5: "SIGINT"})
-    assert flight.supervise(LANDS._replace(landing=60.0)) == Outcome(KILLED)
-    assert (flight.stopped, flight.now) == (1, pytest.approx(8.5, abs=0.2))
-    assert SECOND in capsys.readouterr().err
-
-
-def test_a_terminal_that_goes_lands_however_often_it_hangs_up(monkeypatch, hang_ups_are_heeded):
-    flight = landing_flight(monkeypatch, {float(n): "SIGHUP" for n in range(3, 25)})
-    flight.supervise(LANDS._replace(landing=60.0))
-    assert flight.now > 30.0
-
-
 def test_a_second_signal_counts_only_after_the_terminal_has_said_what_it_does(monkeypatch):
     """Fly may be busy for a second or two before it says so."""
     flight = Flight(flies(1, 30), monkeypatch)
@@ -305,14 +288,6 @@ def test_signals_raise_before_the_flight_are_noted_in_it_and_the_handlers_come_b
 
 def patience_of(roles, mode):
     return Patience.of(resolve("simulator", {"flight.roles": roles, "flight.mode": mode}))
-
-
-def test_on_a_busy_machine_a_commander_in_lockstep_lands_before_it_is_asked_to():
-    """At a tenth of real time the 2 s without a mission reference, after which it lands, take 20 s."""
-    flown = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
-    bare = flown.replace("commander,", "")
-    assert patience_of(flown, "lockstep").answer >= 20.0 + patience_of(bare, "lockstep").answer
-    assert patience_of(flown, "realtime").answer == patience_of(bare, "realtime").answer < 20.0
 
 
 def test_a_recorder_killed_after_a_shadow_is_reported_at_once(monkeypatch):

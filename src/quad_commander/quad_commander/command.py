@@ -17,10 +17,10 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-from quad_commander.missions import MissionError, read_place
+from quad_commander.missions import read_place
 from quad_commander.mode_table import Request
 from quad_commander.references import Place
-from quad_core.parameters import radians_of
+from quad_core.parameters import ParameterError, radians_of
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import executor, topics
 from quad_node.middleware import close_unless_asked
@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.request == "goto":
         try:
             place = read_place([word.strip() for word in options.place], f"goto: found {' '.join(options.place)!r}")
-        except MissionError as error:
+        except ParameterError as error:
             parser.error(str(error))
     elif options.place:
         parser.error(f"{options.request}: found {' '.join(options.place)!r}, expected nothing after it")

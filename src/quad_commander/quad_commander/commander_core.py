@@ -54,7 +54,7 @@ class CommanderCore:
         self._sent = references.from_state(state)._replace(v_w=ZERO)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._place: Place | None = None
-        self._time = self._kept_waiting = self._unbegun = self._in_mode = 0.0
+        self._time = self._kept_waiting = self._unbegun = 0.0
         self._hand_over: references.ReferencePlan | None = None
         self._aside: tuple[references.ReferencePlan, float] | None = None
         self._handed = 0.0
@@ -130,7 +130,7 @@ class CommanderCore:
         ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
         waits = mode == Mode.MISSION and self._hand_over is None
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
-        lag = seen.mission_lag if seen.mission is not None else self._in_mode
+        lag = seen.mission_lag if seen.mission is not None else self._memory.time
         followed = mode not in ON_GROUND and mode < Mode.DESCEND
         return seen._replace(
             reference_age=max(lag, self._unbegun),
@@ -196,7 +196,6 @@ class CommanderCore:
                 self._cut = f"{mode.name} at step {seen.step}: {self._text}"
             if mode == Mode.ARMING:
                 self._refusals = None
-        self._in_mode = 0.0 if decision.changed else self._in_mode + seen.dt
         raised = sum(1 << condition for condition in decision.raised)
         self._said = said._replace(
             mode=int(mode), reason=int(decision.reason), raised=raised, guard_request=decision.guard_request
@@ -260,7 +259,7 @@ class CommanderCore:
 
     def _is_over(self, seen: Inputs) -> bool:
         if self.mode == Mode.KILL:
-            return self._in_mode >= _KILLED_FOR or seen.guard.contact
+            return self._memory.time >= _KILLED_FOR or seen.guard.contact
         done = self._flown and bool(self._mission)
         return self.mode == Mode.DISARMED and (done or bool(seen.end_asked) or (self._gave_up and self._mission != ()))
 

@@ -1,6 +1,6 @@
 """Missions: ``takeoff,case2,hold:5,goto:4 0 2,land`` as items, and which request comes next.
 
-    mission = parse(text, installed trajectories)            # raises MissionError
+    mission = parse(text, installed trajectories)            # raises ParameterError
     request, memory = next_request(mission, memory, mode, reason, dt)    # at every step
 
 The commander's mode decides; the mission only asks. While a fault or an operator keeps the vehicle in another mode than
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.references import Place
-from quad_core.parameters import radians_of
+from quad_core.parameters import ParameterError, radians_of
 
 DEFAULT_HEIGHT = 1.5
 LONGEST_HOLD = 3600.0
@@ -20,10 +20,6 @@ HIGHEST = 1000.0
 FARTHEST = 1e4
 MOST_ITEMS = 100
 LARGEST_YAW = 6.2832
-
-
-class MissionError(ValueError):
-    """A mission that cannot be flown; the text names the word found and what was expected."""
 
 
 class Item(NamedTuple):
@@ -57,19 +53,19 @@ DONE_BY = {Request.TAKEOFF: Condition.AT_HEIGHT, Request.MISSION: Condition.PLAN
 def parse(text: str, trajectories: Collection[str]) -> tuple[Item, ...]:
     """Return the items of a mission such as ``takeoff:2,case2,hold:5,land``; a missing end is ``land``.
 
-    ``trajectories`` are the names of installed ones. Raises MissionError.
+    ``trajectories`` are the names of installed ones. Raises ParameterError.
     """
     words = [word.strip() for word in text.split(",")]
     if len(words) > MOST_ITEMS:
-        raise MissionError(f"mission: found {len(words)} items, expected at most {MOST_ITEMS}")
+        raise ParameterError(f"mission: found {len(words)} items, expected at most {MOST_ITEMS}")
     items = [_item(word, number, trajectories) for number, word in enumerate(words, start=1)]
     for number, item in enumerate(items, start=1):
         if (item.request == Request.TAKEOFF) != (number == 1):
             found = f"item {number} {words[number - 1]!r}"
             expected = "takeoff first" if number == 1 else "takeoff only as the first item"
-            raise MissionError(f"mission: found {found}, expected {expected}")
+            raise ParameterError(f"mission: found {found}, expected {expected}")
         if item.request == Request.LAND and number < len(items):
-            raise MissionError(f"mission: found {words[number]!r} after land, expected land as the last item")
+            raise ParameterError(f"mission: found {words[number]!r} after land, expected land as the last item")
     return (*items, *([] if items[-1].request == Request.LAND else [Item(Request.LAND)]))
 
 
@@ -87,7 +83,7 @@ def _item(word: str, number: int, trajectories: Collection[str]) -> Item:
     if not colon and name in trajectories:
         return Item(Request.MISSION, name)
     known = ["takeoff[:height]", "hold:seconds", "goto:x y z [yaw]", "land", *sorted(trajectories)]
-    raise MissionError(f"mission: found {word!r} as item {number}, expected one of {', '.join(known)}")
+    raise ParameterError(f"mission: found {word!r} as item {number}, expected one of {', '.join(known)}")
 
 
 def _number(word: str, text: str, largest: float, meaning: str) -> float:
@@ -96,23 +92,23 @@ def _number(word: str, text: str, largest: float, meaning: str) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 < value <= largest:
-        raise MissionError(
+        raise ParameterError(
             f"mission: found {word!r}, expected {meaning} above 0 and at most {largest:g} after the colon"
         )
     return value
 
 
 def read_place(words: Sequence[str], found: str) -> Place:
-    """Return the place ``x y z [yaw]``: m, and rad or ``90deg``; raises MissionError, which begins with ``found``."""
+    """Return the place ``x y z [yaw]``: m, and rad or ``90deg``; raises ParameterError, which begins with ``found``."""
     try:
         x, y, z, *yaw = (float(radians_of(word)) if number == 3 else float(word) for number, word in enumerate(words))
         place = Place(x, y, z, *yaw)
     except (TypeError, ValueError):
-        raise MissionError(f"{found}, expected x y z in m and, if it changes, yaw in rad (or 90deg)") from None
+        raise ParameterError(f"{found}, expected x y z in m and, if it changes, yaw in rad (or 90deg)") from None
     if not all(abs(value) <= FARTHEST for value in (x, y, z)):
-        raise MissionError(f"{found}, expected x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
+        raise ParameterError(f"{found}, expected x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
     if place.yaw is not None and not abs(place.yaw) <= LARGEST_YAW:
-        raise MissionError(f"{found}, expected a yaw of at most one turn; for degrees write {words[3]}deg")
+        raise ParameterError(f"{found}, expected a yaw of at most one turn; for degrees write {words[3]}deg")
     return place
 
 

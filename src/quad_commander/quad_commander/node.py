@@ -49,7 +49,7 @@ class Commander(Responder):
     """Decides which mode is flown, and makes its reference."""
 
     def __init__(self) -> None:
-        """Read the mission and join; raises as FlightNode, or MissionError."""
+        """Read the mission and join; raises as FlightNode."""
         super().__init__(COMMANDER)
         self.settings = self.resolved.node
         known = plugins.names(plugins.TRAJECTORY)

@@ -93,16 +93,6 @@ def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service")
 
 
-def test_a_good_vehicle_is_armed_and_takes_off(make):
-    node = make()
-    node.plan()
-    node.ask(FlightRequest.TAKEOFF)
-    node.fly(0, 520)
-    assert [mode.name for mode in (node.modes[0], node.modes[99], node.modes[-1])] == ["ARMING", "ARMING", "TAKEOFF"]
-    assert node.modes[-1].since == 500
-    assert node.references[-1].p_w[2] > 0.0
-
-
 @pytest.mark.parametrize(("lands", "mode"), [("true", "LAND"), ("false", "TAKEOFF")])
 def test_a_recorder_that_leaves_is_said_and_lands_the_vehicle_if_asked(make, lands, mode):
     node = make(f"modes.land_without_recorder:={lands}")

@@ -24,31 +24,6 @@ def fly(memory, seconds, request=Request.NONE, **seen):
     return decision, memory
 
 
-def test_a_flight_from_arming_to_disarming():
-    memory, visited = modes.Memory(), []
-
-    def go(seconds, request=Request.NONE, **seen):
-        nonlocal memory
-        decision, memory = fly(memory, seconds, request, **seen)
-        visited.append(Mode(decision.mode).name)
-
-    go(0.1, Request.TAKEOFF)
-    go(1.2, checks_passed=True)
-    go(0.1, reference_done=True)
-    go(0.1, Request.MISSION)
-    go(0.1, plan_ended=True)
-    go(0.1, Request.LAND)
-    go(0.1, landed=True)
-    assert visited == ["ARMING", "TAKEOFF", "HOLD", "MISSION", "HOLD", "LAND", "DISARMED"]
-
-
-def test_without_passed_checks_nothing_takes_off_and_arming_ends():
-    decision, memory = fly(modes.Memory(), 9.9, Request.TAKEOFF)
-    assert decision.mode == Mode.ARMING
-    decision, _ = fly(memory, 0.2)
-    assert (decision.mode, decision.reason) in [(Mode.DISARMED, Condition.ARMING_LATE)]
-
-
 def test_arming_alone_does_not_take_off():
     decision, _ = fly(modes.Memory(), 5.0, Request.ARM, checks_passed=True)
     assert decision.mode == Mode.ARMING
@@ -63,14 +38,6 @@ def test_contact_is_what_the_guard_says(mode):
 @pytest.mark.parametrize("mode", [Mode.TAKEOFF, Mode.MISSION, Mode.HOLD])
 def test_contact_disarms_no_vehicle_that_is_not_landing(mode):
     assert fly(in_mode(mode), 3.0, landed=True)[0].mode == mode
-
-
-def test_a_lost_mission_is_held_for_and_then_landed():
-    decision, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
-    assert (decision.mode, decision.reason) == (Mode.HOLD, Condition.REFERENCE_LATE)
-    assert fly(memory, 0.1, reference_age=1.9)[0].mode == Mode.HOLD
-    decision, _ = fly(memory, 0.1, reference_age=2.01)
-    assert (decision.mode, decision.reason) == (Mode.LAND, Condition.REFERENCE_LOST)
 
 
 def test_a_hold_that_was_asked_for_waits_for_no_mission():

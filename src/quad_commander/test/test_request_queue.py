@@ -3,7 +3,7 @@
 import pytest
 
 from quad_commander.mode_table import Mode, Request
-from quad_commander.request_queue import MOST_SENDERS, REPEATS_WITHIN, PendingRequest, RequestQueue
+from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
 
 DT = 0.01
 
@@ -60,17 +60,3 @@ def test_a_refused_stream_does_not_keep_others_waiting():
     queue.add(PendingRequest(Request.MISSION, "operator"))
     queue.add(PendingRequest(Request.DISARM, "stream"))
     assert queue.take(Mode.HOLD, DT) == PendingRequest(Request.MISSION, "operator")
-
-
-def test_what_was_granted_is_not_granted_again_by_repeating_it():
-    hold, queue = PendingRequest(Request.HOLD, "stream"), RequestQueue()
-    queue.grant(hold)
-    for _ in range(200):
-        queue.add(hold)
-        assert queue.take(Mode.LAND, DT) is None
-    queue.add(hold)
-    assert queue.take(Mode.MISSION, DT) == hold, "it leads to a more severe mode"
-    for _ in range(round(REPEATS_WITHIN / DT) + 1):
-        assert queue.take(Mode.LAND, DT) is None
-    queue.add(hold)
-    assert queue.take(Mode.LAND, DT) == hold
