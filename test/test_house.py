@@ -47,6 +47,32 @@ def test_no_circle_of_imports_not_even_one_hidden_inside_a_function():
         pytest.fail(" -> ".join(error.args[1]))
 
 
+RUN_BY_HAND = [
+    path for folder in ("test", "bench", "studies", "scripts/lib") for path in ROOT.glob(f"{folder}/**/*.py")
+]
+
+
+def given(tree):
+    """Return the names that a module gives."""
+    found = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {alias.asname or alias.name for alias in node.names}
+    return found
+
+
+def test_what_no_part_of_ci_runs_imports_names_that_there_are():
+    names = {name: given(ast.parse(path.read_text(encoding="utf-8"))) for name, path in MODULES.items()}
+    for path in RUN_BY_HAND:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module in names:
+                for alias in node.names:
+                    there = alias.name in names[node.module] or f"{node.module}.{alias.name}" in MODULES
+                    assert there, f"{path.relative_to(ROOT)}:{node.lineno}: {node.module} has no {alias.name}"
+
+
 WITHOUT_ROS = ("quad_core", "quad_guard", "quad_flight", "quad_commander")
 
 ROS_SIDE = ("node.py", "command.py", "preflight.py")
