@@ -20,7 +20,7 @@ Why parameters leave Table 2: docs/explanation/additions.md.
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, body_z, euler_from_quaternion
-from quad_core.parameters import Choice, Flag, Value
+from quad_core.parameters import Choice, Value
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.backstepping import (
@@ -38,6 +38,8 @@ from quad_position_ctrl.backstepping import (
 )
 from quad_position_ctrl.disturbance_observer import ObservedStep, Observer, estimate
 from quad_position_ctrl.setpoint import (
+    AntiWindup,
+    FeedForward,
     LiftLimits,
     ThrustCommand,
     ThrustForm,
@@ -69,15 +71,11 @@ class Parameters(NamedTuple):
     tilt_heading: Annotated[
         int, Choice(TiltHeading, "yaw of the tilt's frame; reference: psi_d; measured: the vehicle's", "Eq. 38")
     ] = TiltHeading.MEASURED.value
-    anti_windup: Annotated[
-        bool, Flag("integrals and adaptive gains rest while a limit is met, here or in `actuation`", "eqs. 21, 37")
-    ] = True
+    anti_windup: AntiWindup = True
     speed: SpeedLimits = SpeedLimits()
     limits: LiftLimits = LiftLimits()
     observer: Observer = Observer()
-    feed_forward: Annotated[
-        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference need")
-    ] = False
+    feed_forward: FeedForward = False
 
 
 class Memory(NamedTuple):

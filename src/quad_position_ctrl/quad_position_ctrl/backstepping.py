@@ -127,19 +127,24 @@ def lyapunov_rate(position_gain: float, adaptive_gain: float, position_error: fl
     return -position_gain * position_error * position_error - adaptive_gain * velocity_error * velocity_error
 
 
+PositionGain = Annotated[
+    float,
+    Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
+]
+IntegralGain = Annotated[
+    float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: offsets stay", 0.0, 100.0, "Table 2, Eq. 23")
+]
+IntegralBound = Annotated[
+    float, Real("m s", "bound of the integral Gamma_7 (y: 9, z: 11); 1e9: off", 0.0, 1e9, "addition to Eq. 21")
+]
+
+
 class AxisGains(NamedTuple):
     """Gains of one axis. The paper numbers them 7 and 8 on x, 9 and 10 on y, 11 and 12 on z."""
 
-    position_gain: Annotated[
-        float,
-        Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
-    ] = 4.25
-    integral_gain: Annotated[
-        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: offsets stay", 0.0, 100.0, "Table 2, Eq. 23")
-    ] = 0.01
-    max_integral: Annotated[
-        float, Real("m s", "bound of the integral Gamma_7 (y: 9, z: 11); 1e9: off", 0.0, 1e9, "addition to Eq. 21")
-    ] = 20.0
+    position_gain: PositionGain = 4.25
+    integral_gain: IntegralGain = 0.01
+    max_integral: IntegralBound = 20.0
     adaptation_rate: Annotated[
         float, Real("s/m^2", "adaptation rate alpha_8 (y: 10, z: 12); 0: fixed gain", 0.0, 1e4, "Table 2, Eq. 37")
     ] = 2.5

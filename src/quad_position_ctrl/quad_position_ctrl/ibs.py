@@ -9,7 +9,7 @@ control of a quadrotor, IROS 2007.
 
 from typing import Annotated, NamedTuple
 
-from quad_core.parameters import Flag, Real
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs
 from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.aibs import Internals, Memory
@@ -17,8 +17,9 @@ from quad_position_ctrl.aibs import Parameters as AdaptiveParameters
 from quad_position_ctrl.aibs import init as adaptive_init
 from quad_position_ctrl.aibs import step as adaptive_step
 from quad_position_ctrl.backstepping import AxisGains as AdaptiveGains
+from quad_position_ctrl.backstepping import IntegralBound, IntegralGain, PositionGain
 from quad_position_ctrl.disturbance_observer import Observer
-from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, TiltHeading
+from quad_position_ctrl.setpoint import AntiWindup, FeedForward, LiftLimits, ThrustForm, TiltHeading
 from quad_position_ctrl.speed_limit import SpeedLimits
 
 __all__ = ["Gains", "Internals", "Memory", "Parameters", "init", "step"]
@@ -27,20 +28,13 @@ __all__ = ["Gains", "Internals", "Memory", "Parameters", "init", "step"]
 class Gains(NamedTuple):
     """Gains of one axis; named after the x axis."""
 
-    position_gain: Annotated[
-        float,
-        Real("1/s", "position error to velocity, xi_7 (y: 9, z: 11); larger: stiffer", 0.01, 100.0, "Table 2, Eq. 23"),
-    ] = 4.25
+    position_gain: PositionGain = 4.25
     velocity_gain: Annotated[
         float,
         Real("1/s", "velocity error to acceleration, xi_8 (y: 10, z: 12), fixed; larger: stiffer", 0.0, 1e3, "Eq. 30"),
     ] = 7.0
-    integral_gain: Annotated[
-        float, Real("1/s^2", "gain of the integral, k_7 (y: 9, z: 11); 0: offsets stay", 0.0, 100.0, "Table 2, Eq. 23")
-    ] = 0.01
-    max_integral: Annotated[float, Real("m s", "bound of the integral; 1e9: off", 0.0, 1e9, "addition to Eq. 21")] = (
-        20.0
-    )
+    integral_gain: IntegralGain = 0.01
+    max_integral: IntegralBound = 20.0
 
 
 class Parameters(NamedTuple):
@@ -49,14 +43,10 @@ class Parameters(NamedTuple):
     x: Gains = Gains()
     y: Gains = Gains()
     z: Gains = Gains()
-    anti_windup: Annotated[
-        bool, Flag("the integrals rest while a limit is met, here or in `actuation`", "addition to Eq. 21")
-    ] = True
+    anti_windup: AntiWindup = True
     speed: SpeedLimits = SpeedLimits()
     limits: LiftLimits = LiftLimits()
-    feed_forward: Annotated[
-        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
-    ] = False
+    feed_forward: FeedForward = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:

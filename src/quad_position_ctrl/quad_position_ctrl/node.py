@@ -6,6 +6,7 @@ A standby also has flight/takeover; topics that every node has: ``quad_node.flig
 """
 
 import sys
+from collections.abc import Callable
 
 from quad_core.cascade import POSITION
 from quad_core.cycle import Behind, behind_check, followed, limits_met
@@ -16,33 +17,29 @@ from quad_node.main import run
 from quad_node.responder import LawNode, Sample
 
 
-class ReachCheck:
-    """Tells when a reference asks for more than the vehicle has."""
+def reach_check(node: LawNode) -> Callable[[PositionInternals, Sample], None]:
+    """Return what sends one event when the law, at a limit, comes no nearer to its reference for INFEASIBLE_TIME."""
+    distance_behind, behind = behind_check(node.law.module.Internals), Behind()
 
-    def __init__(self, node: LawNode) -> None:
-        """Check the answers of ``node``."""
-        self._node = node
-        self._distance_behind = behind_check(node.law.module.Internals)
-        self._behind = Behind()
-
-    def __call__(self, internals: PositionInternals, sample: Sample) -> None:
-        """Send one event when the law, at a limit, has come no nearer to its reference for INFEASIBLE_TIME."""
-        before = self._behind
-        self._behind = followed(before, self._distance_behind(internals), sample.stamp_ns)
-        if self._behind.infeasible_ns == before.infeasible_ns or self._node.shadow:
+    def check(internals: PositionInternals, sample: Sample) -> None:
+        nonlocal behind
+        before, behind = behind, followed(behind, distance_behind(internals), sample.stamp_ns)
+        if behind.infeasible_ns == before.infeasible_ns or node.shadow:
             return
         error, stuck = norm(internals.position_error), (sample.stamp_ns - before.nearer_ns) / 1e9
         text = (
             f"{error:.2f} m from the reference and no nearer for {stuck:.1f} s, "
-            f"at the {limits_met(internals)} limit of {self._node.law.name}"
+            f"at the {limits_met(internals)} limit of {node.law.name}"
         )
-        self._node.event(FlightEvent.WARNING, "infeasible_reference", text)
+        node.event(FlightEvent.WARNING, "infeasible_reference", text)
+
+    return check
 
 
 def make() -> LawNode:
     """Return the node of any position law; raises as LawNode does."""
     node = LawNode(POSITION)
-    node.on_internals = ReachCheck(node)
+    node.on_internals = reach_check(node)
     return node
 
 

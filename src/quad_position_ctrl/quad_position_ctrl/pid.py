@@ -14,10 +14,12 @@ acceleration (Eq. 38). Limits and set-up are those of AIBS (``speed_limit``, ``s
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, low_passed, negate, slope, subtract
-from quad_core.parameters import Flag, Real
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.setpoint import (
+    AntiWindup,
+    FeedForward,
     LiftLimits,
     ThrustForm,
     attitude_setpoint,
@@ -49,12 +51,10 @@ class Parameters(NamedTuple):
     derivative_bandwidth: Annotated[
         float, Real("rad/s", "low-pass of the D part's acceleration; larger: less lag, more noise", 0.1, 1e4)
     ] = 60.0
-    anti_windup: Annotated[bool, Flag("the I part rests while a limit is met, here or in `actuation`")] = True
+    anti_windup: AntiWindup = True
     speed: SpeedLimits = SpeedLimits()
     limits: LiftLimits = LiftLimits()
-    feed_forward: Annotated[
-        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
-    ] = False
+    feed_forward: FeedForward = False
 
 
 class Memory(NamedTuple):

@@ -14,10 +14,11 @@ import math
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, clamp, cross, norm, subtract
-from quad_core.parameters import Flag, Real
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.setpoint import (
+    FeedForward,
     LiftLimits,
     ThrustForm,
     attitude_setpoint,
@@ -44,9 +45,7 @@ class Parameters(NamedTuple):
     z: Gains = Gains()
     speed: SpeedLimits = SpeedLimits()
     limits: LiftLimits = LiftLimits()
-    feed_forward: Annotated[
-        bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
-    ] = False
+    feed_forward: FeedForward = False
 
 
 class Memory(NamedTuple):

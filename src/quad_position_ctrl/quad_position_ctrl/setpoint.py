@@ -58,11 +58,13 @@ class LimitedLift(NamedTuple):
     tilt_limited: bool
 
 
-class LimitedThrust(NamedTuple):
-    """Collective thrust in N inside the vehicle's range, and whether it met an end of it."""
-
-    thrust: float
-    limited: bool
+AntiWindup = Annotated[
+    bool, Flag("what the law integrates rests while a limit is met, here or in `actuation`", "addition")
+]
+FeedForward = Annotated[
+    bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+]
+"""Parameters that laws share."""
 
 
 def limited_lift(command: Vec3, gravity: float, max_lift: float, limits: LiftLimits) -> LimitedLift:
@@ -109,12 +111,6 @@ def limited_lift(command: Vec3, gravity: float, max_lift: float, limits: LiftLim
         x = x * allowed / horizontal
         y = y * allowed / horizontal
     return LimitedLift(Vec3(x, y, vertical), acceleration_limited, descent_limited, thrust_limited, tilt_limited)
-
-
-def limited_thrust(thrust: float, min_thrust: float, max_thrust: float) -> LimitedThrust:
-    """Return ``thrust`` in N within [``min_thrust``, ``max_thrust``]."""
-    within = clamp(thrust, min_thrust, max_thrust)
-    return LimitedThrust(within, within != thrust)
 
 
 class ThrustForm(IntEnum):
@@ -184,9 +180,9 @@ def thrust_command(
     full = max_thrust(vehicle)
     max_allowed, min_allowed = limits.thrust * full, limits.min_thrust * full
     lift = limited_lift(command, vehicle.gravity, max_allowed / vehicle.mass, limits)
-    thrust = collective_thrust(thrust_form, vehicle.mass, lift.lift, thrust_axis)
-    limited = limited_thrust(thrust, min_allowed, max_allowed)
-    return ThrustCommand(lift, limited.thrust, lift.thrust_limited or limited.limited)
+    wanted = collective_thrust(thrust_form, vehicle.mass, lift.lift, thrust_axis)
+    thrust = clamp(wanted, min_allowed, max_allowed)
+    return ThrustCommand(lift, thrust, lift.thrust_limited or thrust != wanted)
 
 
 def attitude_setpoint(

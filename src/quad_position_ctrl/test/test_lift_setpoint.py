@@ -19,7 +19,6 @@ from quad_position_ctrl.setpoint import (
     integrals_frozen,
     internals_of,
     limited_lift,
-    limited_thrust,
     thrust_norm,
     thrust_projected,
 )
@@ -104,12 +103,6 @@ def test_tilt_shortens_the_horizontal_part():
 def test_nothing_is_left_across_where_there_is_no_lift():
     limits = OFF._replace(tilt=0.8)
     assert lifted((3.0, 4.0, -12.0), limits) == (pytest.approx((0.0, 0.0, -2.0)), ["tilt_limited"])
-
-
-def test_collective_thrust_stays_in_its_range_and_says_when_it_was_moved():
-    assert limited_thrust(7.0, 1.0, 6.0) == (6.0, True)
-    assert limited_thrust(-3.0, 1.0, 6.0) == (1.0, True)
-    assert limited_thrust(6.0, 1.0, 6.0) == (6.0, False)
 
 
 FREE = LimitedLift(
