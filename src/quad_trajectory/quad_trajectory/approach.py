@@ -64,27 +64,22 @@ class Approach(NamedTuple):
     yaw_turn: float
 
 
-def plan_start(how: int, limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Approach:
-    """Return the approach from ``start`` to ``first``; none if ``how`` is PRINTED.
-
-    Raises ValueError as ``plan_approach``, or where the estimate moves on the ground.
-    """
-    if start.on_ground and norm(start.v_w) > AT_REST:
-        raise ValueError("the estimate moves faster than 0.15 m/s while the vehicle stands on the ground")
-    if how == Start.PRINTED:
-        return no_approach()
-    return plan_approach(limits, gravity, start, first)
-
-
-def plan_approach(limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint) -> Approach:
+def plan_approach(
+    how: int, limits: MotionLimits, gravity: float, start: VehicleState, first: TrajectoryPoint
+) -> Approach:
     """Return the shortest approach (in multiples of QUANTUM) from ``start`` to ``first`` within ``limits``.
 
     Begins with the position, velocity and yaw of ``start`` without acceleration, on the ground at rest; ends with p, v,
     a, jerk and yaw of ``first``. The search is a scan over durations with sampled limits, the same on every machine.
+    None if ``how`` is PRINTED: the reference steps to the curve at once.
 
-    Raises ValueError if no approach keeps the limits.
+    Raises ValueError if no approach keeps the limits, or where the estimate moves on the ground.
     """
     lift = no_segment(ZERO)
+    if start.on_ground and norm(start.v_w) > AT_REST:
+        raise ValueError("the estimate moves faster than 0.15 m/s while the vehicle stands on the ground")
+    if how == Start.PRINTED:
+        return Approach(0.0, lift, lift, lift, lift, 0.0, 0.0)
     if start.on_ground:
         p = start.p_w
         above = Vec3(p.x, p.y, p.z + LIFT)
@@ -128,12 +123,6 @@ def quickest_way(allowed: Allowed, p: Vec3, v: Vec3, gate: Vec3, quanta: int, re
     raise ValueError("no approach within limits: no duration of lift-off or transit keeps them")
 
 
-def no_approach() -> Approach:
-    """Return the approach of a ``printed`` start: none, the reference steps to the curve at once."""
-    none = no_segment(ZERO)
-    return Approach(0.0, none, none, none, none, 0.0, 0.0)
-
-
 def sample_approach(approach: Approach, time: float) -> TrajectoryPoint:
     """Return the reference at ``time`` s after take-off, 0 <= time < duration of the approach."""
     since_lift = time - approach.lift.duration
@@ -160,7 +149,7 @@ def entered(curve: Callable[[Any, float], TrajectoryPoint]) -> tuple[Callable[..
 
     def plan(parameters: Any, vehicle: Vehicle, start: VehicleState) -> Approach:
         """Return how the curve is reached from ``start``; raises ValueError if no approach keeps the limits."""
-        return plan_start(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
+        return plan_approach(parameters.start, parameters.limits, vehicle.gravity, start, curve(parameters, 0.0))
 
     def duration(parameters: Any, plan: Approach) -> float:
         """Return the end of the flight in s since take-off."""

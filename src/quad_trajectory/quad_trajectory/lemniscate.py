@@ -12,19 +12,12 @@ from typing import Annotated, NamedTuple
 from quad_core.parameters import Real
 from quad_core.types import TrajectoryPoint, Vec3
 from quad_trajectory.approach import Approach, Entry, Start, entered
+from quad_trajectory.hover import Position
 from quad_trajectory.limits import MotionLimits
 
 Plan = Approach
 
 SQRT_2 = math.sqrt(2.0)
-
-
-class Centre(NamedTuple):
-    """Where the figure crosses itself."""
-
-    x: Annotated[float, Real("m", "east position", -1e4, 1e4)] = 0.0
-    y: Annotated[float, Real("m", "north position", -1e4, 1e4)] = 0.0
-    z: Annotated[float, Real("m", "height above the world's origin", -1e4, 1e4)] = 5.0
 
 
 class Parameters(NamedTuple):
@@ -34,7 +27,7 @@ class Parameters(NamedTuple):
     duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "")] = 60.0
     speed: Annotated[float, Real("m/s", "largest speed, at the crossing", 0.01, 100.0, "")] = 3.0
     half_width: Annotated[float, Real("m", "distance from the crossing to a tip", 0.1, 1000.0, "")] = 5.0
-    centre: Centre = Centre()
+    centre: Position = Position(0.0, 0.0, 5.0)
     heading: Annotated[float, Real("rad", "direction of the figure's length, from east to north", -6.3, 6.3, "")] = 0.0
     inclination: Annotated[
         float, Real("rad", "tilt of the figure's plane about its length; 0: horizontal", -1.6, 1.6, "")

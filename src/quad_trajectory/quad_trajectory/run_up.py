@@ -39,11 +39,10 @@ class RunUp(NamedTuple):
     settle: Segment
 
 
-class Search(NamedTuple):
-    """What a scan over durations ended with, and whether it keeps the limits."""
-
-    found: bool
-    segment: Segment
+REFUSAL = (
+    "no approach within limits.speed, acceleration, jerk and tilt: from steady flight the acceleration and "
+    "jerk of the curve's first point are not reached within them; raise the limits or slow the curve down"
+)
 
 
 def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
@@ -55,42 +54,39 @@ def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
         horizontal_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
         by_tilt = horizontal(first.v_w.x, first.v_w.y) / horizontal_acceleration
         one = _gain_within(allowed, first, max(by_tilt, speed / allowed.acceleration))
-        if one.found:
-            return RunUp(one.segment, no_segment(ZERO))
-    settle = Search(True, no_segment(ZERO)) if steady else _settle_within(allowed, first)
-    gate = first if steady else _steady_before(first, settle.segment)
+        if one.duration > 0.0:
+            return RunUp(one, no_segment(ZERO))
+    settle = no_segment(ZERO) if steady else _settle_within(allowed, first)
+    gate = first if steady else _steady_before(first, settle)
     gain = _gain_within(allowed, gate, _steady_gain_time(allowed, norm(gate.v_w)))
-    if not (settle.found and gain.found):
-        raise ValueError(
-            "no approach within limits.speed, acceleration, jerk and tilt: from steady flight the acceleration and "
-            "jerk of the curve's first point are not reached within them; raise the limits or slow the curve down"
-        )
-    return RunUp(gain.segment, settle.segment)
+    if gain.duration == 0.0:
+        raise ValueError(REFUSAL)
+    return RunUp(gain, settle)
 
 
-def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Search:
-    """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more."""
+def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Segment:
+    """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more, or none."""
     duration = shortest
     for _ in range(TRIES + 1):
         gain = _gain(end, duration)
         if is_within(allowed, gain):
-            return Search(True, gain)
+            return gain
         duration = GROWTH * duration
-    return Search(False, no_segment(ZERO))
+    return no_segment(ZERO)
 
 
-def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Search:
+def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Segment:
     """Return how ``first`` is settled onto from a steady velocity; as smoothly as SETTLE_FIRST allows."""
     duration = SETTLE_FIRST
     for tries in range(2 * SETTLE_TRIES):
         settle = _settle(first, duration)
         if is_within(allowed, settle):
-            return Search(True, settle)
+            return settle
         if tries < SETTLE_TRIES:
             duration = SETTLE_SHRINK * duration
         else:
             duration = SETTLE_GROWTH * (duration if tries > SETTLE_TRIES else SETTLE_FIRST)
-    return Search(False, _settle(first, duration))
+    raise ValueError(REFUSAL)
 
 
 def _steady_before(first: TrajectoryPoint, settle: Segment) -> TrajectoryPoint:

@@ -15,7 +15,6 @@ from quad_trajectory.minimum_snap import Table
 
 MOST_POINTS = 32
 FARTHEST = 1e4
-LARGEST_YAW = 2.0 * math.pi
 CLOSEST = 0.01
 """m; between two waypoints, below which the path between them is no path."""
 
@@ -30,24 +29,21 @@ DOT, ZERO, NINE = ord("."), ord("0"), ord("9")
 def check_points(text: str) -> None:
     """Raise ParameterError, naming the line, if ``text`` is not 2 to MOST_POINTS waypoints apart from each other."""
     points: list[list[float]] = []
-    for number, line in enumerate(re.split(r"[\n;]", text), 1):
+    for count, line in enumerate(re.split(r"[\n;]", text), 1):
         words = line.partition("#")[0].split()
         if not words:
             continue
-        where = f"points: waypoint {len(points) + 1} (line {number}): found {line.strip()!r}, expected"
+        where = f"points: waypoint {len(points) + 1} (line {count}): found {line.strip()!r}, expected"
         if len(words) not in (3, 4):
             raise ParameterError(f"{where} x y z in m and, if it changes, yaw in rad (or 90deg)")
-        in_degrees = len(words) == 4 and words[3].endswith("deg")
-        if in_degrees:
-            words[3] = words[3].removesuffix("deg")
-        for word in words:
+        for word in (*words[:3], *(yaw.removesuffix("deg") for yaw in words[3:])):
             if not _NUMBER.fullmatch(word) or sum(map(str.isdigit, word)) > _MOST_DIGITS:
                 raise ParameterError(f"{where} numbers as 12.5, not {word!r}, of at most {_MOST_DIGITS} digits")
-        values = [float(word) for word in words]
+        values = [number(word) for word in words]
         if max(map(abs, values[:3])) > FARTHEST:
             raise ParameterError(f"{where} x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
-        if len(values) == 4 and abs(values[3]) * (_DEGREE if in_degrees else 1.0) > LARGEST_YAW:
-            hint = "" if in_degrees else f"; for degrees write {words[3]}deg"
+        if len(values) == 4 and abs(values[3]) > _TURN:
+            hint = "" if words[3].endswith("deg") else f"; for degrees write {words[3]}deg"
             raise ParameterError(f"{where} a yaw of at most one turn, 6.2831 rad or 360deg, either way{hint}")
         if points and math.dist(points[-1][:3], values[:3]) < CLOSEST:
             raise ParameterError(f"{where} a waypoint at least {CLOSEST} m from the one before")

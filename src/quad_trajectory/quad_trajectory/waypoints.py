@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 from quad_core.parameters import Real, Text
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_trajectory.approach import Approach, Entry, Start, plan_start, sample_approach
+from quad_trajectory.approach import Approach, Entry, Start, plan_approach, sample_approach
 from quad_trajectory.limits import MotionLimits
 from quad_trajectory.minimum_snap import Table, axis_at
 from quad_trajectory.polynomial import at_rest, point, smooth_step
@@ -79,7 +79,7 @@ def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
     )
     path = allocated_path(points, path_limits, parameters.limits)
     last = len(path) - 1
-    approach = plan_start(parameters.start, parameters.limits, gravity, start, along(path, 0.0))
+    approach = plan_approach(parameters.start, parameters.limits, gravity, start, along(path, 0.0))
     return Plan(approach, path, float(path[last, 0]) + float(path[last, 1]))
 
 

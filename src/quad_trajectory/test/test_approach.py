@@ -12,7 +12,7 @@ from quad_core.parameters import build
 from quad_core.types import Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory import approach, case1, case2, hover, lemniscate
-from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, AxisPoint, evaluate, septic, smooth_step
+from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, smooth_step
 
 VEHICLE = Vehicle()
 MODULES = (case1, case2, hover, lemniscate)
@@ -113,37 +113,6 @@ def test_a_curve_of_any_scale_is_reached_within_limits_or_refused(module, values
         assert math.hypot(point.a_w.x, point.a_w.y) <= tangent * (VEHICLE.gravity + point.a_w.z)
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_derivatives_along_the_approach(module):
-    start = VehicleState(
-        Vec3(3.0, -20.0, 40.0), Vec3(1.0, 2.0, -0.5), quaternion_from_euler(Vec3(0.1, 0.2, -2.0)), Vec3()
-    )
-    parameters = module.Parameters()
-    plan = module.plan(parameters, VEHICLE, start)
-    h = 1e-3
-    gate = plan.transit.duration
-    for i in range(1, 200):
-        time = plan.duration * i / 200
-        if abs(time - gate) < 2 * h or plan.duration - time < 2 * h:
-            continue
-        before, now, after = (module.sample(parameters, plan, time + d) for d in (-h, 0.0, h))
-        for lower, higher in itertools.pairwise(("p_w", "v_w", "a_w", "jerk_w", "snap_w")):
-            slope = [(b - a) / (2 * h) for a, b in zip(getattr(before, lower), getattr(after, lower), strict=True)]
-            assert slope == pytest.approx(getattr(now, higher), rel=1e-4, abs=1e-4)
-        assert (after.yaw - before.yaw) / (2 * h) == pytest.approx(now.yaw_rate, abs=1e-5)
-        assert (after.yaw_rate - before.yaw_rate) / (2 * h) == pytest.approx(now.yaw_acceleration, abs=1e-4)
-
-
-def test_gate_between_transit_and_run_up_is_smooth():
-    parameters = case2.Parameters()
-    plan = case2.plan(parameters, VEHICLE, VehicleState())
-    gate = plan.transit.duration
-    assert plan.run_up.duration > 0.0
-    before, after = (case2.sample(parameters, plan, gate + d) for d in (-1e-9, 1e-9))
-    for name in ("p_w", "v_w", "a_w"):
-        assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6)
-
-
 WIDE = {"limits.speed": 50.0, "limits.acceleration": 50.0, "limits.jerk": 1e3}
 TILT = {"position.x": 12.0, "position.z": 0.0, "limits.tilt": 0.1}
 SHORTEST = {
@@ -189,13 +158,6 @@ def test_printed_start_has_no_approach(module):
     plan = module.plan(parameters, VEHICLE, VehicleState())
     assert plan.duration == 0.0
     assert module.sample(parameters, plan, 0.0).trajectory_time == 0.0
-
-
-def test_polynomial_meets_its_ends():
-    end = AxisPoint(-7.0, 3.0, 1.5, -0.75, 0.0)
-    c = septic(2.0, -1.0, end, 4.0)
-    assert evaluate(c, 4.0, 0.0)[:4] == pytest.approx((2.0, -1.0, 0.0, 0.0), abs=1e-12)
-    assert evaluate(c, 4.0, 4.0)[:4] == pytest.approx(end[:4], abs=1e-12)
 
 
 def test_peaks_of_the_smooth_step():

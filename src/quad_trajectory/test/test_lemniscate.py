@@ -61,17 +61,3 @@ def test_largest_speed_and_acceleration(speed, width):
     assert max(norm(point.v_w) for point in points) == pytest.approx(speed, rel=1e-9)
     assert norm(points[0].v_w) == pytest.approx(speed, rel=1e-12)
     assert max(norm(point.a_w) for point in points) == pytest.approx(17 / 16 * speed**2 / width, rel=1e-5)
-
-
-@pytest.mark.parametrize("speed", [5.0, 8.0, 10.0, 15.0])
-def test_an_agile_lemniscate_is_reached(speed):
-    parameters = build(lemniscate.Parameters, {"speed": speed, "half_width": 10.0, "centre.z": 20.0})
-    plan = lemniscate.plan(parameters, VEHICLE, VehicleState())
-    assert plan.duration < 60.0
-    assert lemniscate.duration(parameters, plan) == plan.duration + 60.0
-    before = lemniscate.sample(parameters, plan, math.nextafter(plan.duration, 0.0))
-    after = lemniscate.sample(parameters, plan, plan.duration)
-    assert before.trajectory_time < 0.0
-    assert after.trajectory_time == 0.0
-    for name in ORDERS[:4]:
-        assert getattr(before, name) == pytest.approx(getattr(after, name), abs=1e-6), name

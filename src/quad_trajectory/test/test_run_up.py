@@ -8,11 +8,12 @@ import pytest
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory import case1, case2
-from quad_trajectory.approach import plan_approach, sample_approach
+from quad_trajectory.approach import Start, plan_approach, sample_approach
 from quad_trajectory.limits import MotionLimits
 
 VEHICLE = Vehicle()
 LIMITS = MotionLimits()
+AT_REST = VehicleState()
 
 
 def norm(v):
@@ -21,6 +22,10 @@ def norm(v):
 
 def curve_point(v=(0.0, 0.0, 0.0), a=(0.0, 0.0, 0.0), jerk=(0.0, 0.0, 0.0)):
     return TrajectoryPoint(0.0, Vec3(4.0, -3.0, 6.0), Vec3(*v), Vec3(*a), Vec3(*jerk), Vec3(), 0.5, 0.0, 0.0)
+
+
+def approach_to(first, start=AT_REST, limits=LIMITS):
+    return plan_approach(Start.APPROACH, limits, VEHICLE.gravity, start, first)
 
 
 FIRST_POINTS = {
@@ -48,7 +53,7 @@ def assert_within(plan, first, limits, start_speed=0.0):
 @pytest.mark.parametrize("name", FIRST_POINTS)
 def test_curve_is_reached_within_limits(name):
     first = FIRST_POINTS[name]
-    plan = plan_approach(LIMITS, VEHICLE.gravity, VehicleState(), first)
+    plan = approach_to(first)
     assert plan.duration < 60.0
     assert_within(plan, first, LIMITS)
     end = sample_approach(plan, math.nextafter(plan.duration, 0.0))
@@ -58,9 +63,7 @@ def test_curve_is_reached_within_limits(name):
 
 @pytest.mark.parametrize("name", FIRST_POINTS)
 def test_segments_of_an_approach_meet_in_acceleration_and_jerk(name):
-    plan = plan_approach(
-        LIMITS, VEHICLE.gravity, VehicleState(Vec3(30.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0)), FIRST_POINTS[name]
-    )
+    plan = approach_to(FIRST_POINTS[name], VehicleState(Vec3(30.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0)))
     gate = plan.transit.duration
     for joint in (gate, gate + plan.run_up.duration)[: 2 if plan.settle.duration > 0.0 else 1]:
         before, after = (sample_approach(plan, joint + d) for d in (-1e-9, 1e-9))
@@ -69,9 +72,7 @@ def test_segments_of_an_approach_meet_in_acceleration_and_jerk(name):
 
 
 def test_each_derivative_is_the_slope_of_the_one_below():
-    plan = plan_approach(
-        LIMITS, VEHICLE.gravity, VehicleState(), FIRST_POINTS["lemniscate of 10 m/s: jerk without acceleration"]
-    )
+    plan = approach_to(FIRST_POINTS["lemniscate of 10 m/s: jerk without acceleration"])
     assert plan.settle.duration > 0.0
     joints = (0.0, plan.transit.duration, plan.transit.duration + plan.run_up.duration, plan.duration)
     h = 1e-4
@@ -105,13 +106,12 @@ def test_small_curve_is_reached_within_a_small_jerk(module, length, time, limits
 def test_what_cannot_be_built_up_is_refused_with_the_reason():
     """From rest to 2.5 m/s^2 at 5 m/s^3 gains 2.5^2 / (2 * 5) = 0.6 m/s: not within 0.05 m/s either way."""
     first = curve_point((0.01, 0.0, 0.0), (2.5, 0.0, 0.0), (1e-3, 0.0, 0.0))
-    limits = MotionLimits(speed=0.05)
     with pytest.raises(
         ValueError, match=r"no approach within limits\.speed.*not reached within them; raise the limits"
     ):
-        plan_approach(limits, VEHICLE.gravity, VehicleState(), first)
+        approach_to(first, limits=MotionLimits(speed=0.05))
 
 
 def test_a_start_that_is_no_number_is_refused():
     with pytest.raises(ValueError, match="no duration of lift-off or transit"):
-        plan_approach(LIMITS, VEHICLE.gravity, VehicleState(v_w=Vec3(0.0, math.nan, 0.0)), curve_point())
+        approach_to(curve_point(), VehicleState(v_w=Vec3(0.0, math.nan, 0.0)))
