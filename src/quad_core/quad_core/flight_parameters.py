@@ -7,29 +7,19 @@ from quad_core.parameters import Choice, Flag, Real, Text, Whole
 
 LOCKSTEP = 0
 REALTIME = 1
+MODES = ("lockstep", "realtime")
 
 
 class FlightParameters(NamedTuple):
-    """Shared by all nodes of one flight (``flight.*``)."""
+    """Shared by all nodes of one flight; times are of the wall clock."""
 
-    mode: Annotated[
-        int,
-        Choice(("lockstep", "realtime"), "lockstep: the plant waits for every command; realtime: nodes act on arrival"),
-    ] = LOCKSTEP
+    mode: Annotated[int, Choice(MODES, "lockstep: the plant waits for every command; realtime: it does not")] = LOCKSTEP
     run_id: Annotated[str, Text("name of the run; nodes of another run are refused; empty: any")] = ""
     seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
-    plant_period: Annotated[
-        int, Whole("ns", "time between two states; every rate divides the plant's", 100_000, 1_000_000_000)
-    ] = 2_000_000
-    roles: Annotated[str, Text("roles that take part, comma separated; all must be ready before step 0")] = ",".join(
-        ROLES
-    )
-    start_timeout: Annotated[
-        float, Real("s", "wall-clock time that a node waits for the others before the flight", 0.5, 3600.0)
-    ] = 60.0
-    silence_timeout: Annotated[
-        float, Real("s", "wall-clock time without a message of the flight after which a node exits", 1.0, 3600.0)
-    ] = 20.0
+    plant_period: Annotated[int, Whole("ns", "time between two states", 100_000, 1_000_000_000)] = 2_000_000
+    roles: Annotated[str, Text("roles that take part, comma separated; step 0 waits for all")] = ",".join(ROLES)
+    start_timeout: Annotated[float, Real("s", "time that a node waits for the others at the start", 0.5, 3600.0)] = 60.0
+    silence_timeout: Annotated[float, Real("s", "time without flight/state until a node exits", 1.0, 3600.0)] = 20.0
     setpoint_timeout: Annotated[
         float, Real("s", "real time without a commander: age of attitude_setpoint that lands the vehicle", 0.02, 60.0)
     ] = 0.3
@@ -37,19 +27,7 @@ class FlightParameters(NamedTuple):
         float, Real("s", "real time without a commander: age of the reference that lands the vehicle", 0.02, 60.0)
     ] = 2.0
     realtime_priority: Annotated[
-        int,
-        Whole(
-            "",
-            "real time: SCHED_FIFO priority of plant and controllers (recorder: 1) if the system permits it; 0: none",
-            0,
-            99,
-        ),
+        int, Whole("", "real time: SCHED_FIFO priority of plant and controllers if permitted; 0: none", 0, 99)
     ] = 40
-    standby: Annotated[
-        bool,
-        Flag("a shadow controller takes over from a silent one, or on request; false: it only computes"),
-    ] = False
-    takeover_age: Annotated[
-        float,
-        Real("s", "standby: age of the active controller's answer above which the standby takes over", 0.001, 10.0),
-    ] = 0.02
+    standby: Annotated[bool, Flag("a shadow controller takes over from a silent one, or on request")] = False
+    takeover_age: Annotated[float, Real("s", "age of an answer above which the standby takes over", 0.001, 10.0)] = 0.02

@@ -11,39 +11,23 @@ from quad_core.parameters import Flag, Real
 class CommandLimits(NamedTuple):
     """What a wrench must be to reach the rotors, and how long the last good one may serve."""
 
-    too_old: Annotated[
-        float, Real("s", "a wrench is refused if the state that it answers is older", 0.001, 10.0, "addition")
-    ] = 0.1
-    warn_age: Annotated[float, Real("s", "age of the last good wrench above which the guard warns", 0.001, 10.0)] = 0.02
-    lost_age: Annotated[
-        float, Real("s", "age of the last good wrench above which the backup law flies", 0.001, 10.0)
-    ] = 0.05
+    too_old: Annotated[float, Real("s", "a wrench that answers an older state is refused", 0.001, 10.0)] = 0.1
+    warn_age: Annotated[float, Real("s", "age of the last good wrench: the guard warns", 0.001, 10.0)] = 0.02
+    lost_age: Annotated[float, Real("s", "age of the last good wrench: the backup law flies", 0.001, 10.0)] = 0.05
 
 
 class StateLimits(NamedTuple):
     """What a state sample must be to be accepted, and how long the last accepted one may serve."""
 
-    ahead: Annotated[float, Real("s", "a sample is refused this far ahead of the vehicle's time", 0.0, 10.0, "MRS")] = (
-        0.5
+    ahead: Annotated[float, Real("s", "a sample so far ahead of the vehicle's time is refused", 0.0, 10.0, "MRS")] = 0.5
+    position_jump: Annotated[float, Real("m", "a sample this far off its prediction is refused", 0.01, 1e4)] = 1.0
+    attitude_jump: Annotated[float, Real("rad", "a sample this far off its prediction is refused", 0.01, 3.2)] = (
+        0.3490658503988659
     )
-    position_jump: Annotated[
-        float, Real("m", "a sample is refused this far from the last one's prediction", 0.01, 1e4, "ArduPilot")
-    ] = 1.0
-    attitude_jump: Annotated[
-        float, Real("rad", "a sample is refused this far from the last one's prediction", 0.01, 3.2, "ArduPilot")
-    ] = 0.3490658503988659
-    warn_age: Annotated[
-        float, Real("s", "age of the accepted sample above which the guard warns", 0.001, 10.0, "MRS")
-    ] = 0.05
-    lost_age: Annotated[
-        float, Real("s", "age of the accepted sample above which the backup law flies", 0.001, 10.0, "MRS")
-    ] = 0.1
-    blind_age: Annotated[
-        float, Real("s", "age of sample and body rate above which the vehicle sinks faster", 0.001, 100.0, "MRS")
-    ] = 0.5
-    gone_age: Annotated[
-        float, Real("s", "age of sample and body rate above which the motors stop", 0.001, 100.0, "addition")
-    ] = 3.0
+    warn_age: Annotated[float, Real("s", "age of the accepted sample: the guard warns", 0.001, 10.0)] = 0.05
+    lost_age: Annotated[float, Real("s", "age of the accepted sample: the backup law flies", 0.001, 10.0, "MRS")] = 0.1
+    blind_age: Annotated[float, Real("s", "age of sample and body rate: it sinks faster", 0.001, 100.0, "MRS")] = 0.5
+    gone_age: Annotated[float, Real("s", "age of sample and body rate: the motors stop", 0.001, 100.0)] = 3.0
 
 
 class TiltLimits(NamedTuple):
@@ -52,32 +36,20 @@ class TiltLimits(NamedTuple):
     large: Annotated[float, Real("rad", "tilt above which large_time counts", 0.1, 3.2, "PX4 FailureDetector")] = (
         1.0471975511965976
     )
-    large_time: Annotated[
-        float, Real("s", "time above tilt.large until the backup law flies", 0.0, 100.0, "PX4 FailureDetector")
-    ] = 0.3
+    large_time: Annotated[float, Real("s", "time above tilt.large until the backup law flies", 0.0, 100.0, "PX4")] = 0.3
     extreme: Annotated[float, Real("rad", "tilt above which extreme_time counts", 0.1, 3.2, "MRS")] = 1.3089969389957472
-    extreme_time: Annotated[
-        float, Real("s", "time above tilt.extreme until the backup law flies or the motors stop", 0.0, 100.0, "MRS")
-    ] = 0.1
-    low_height: Annotated[
-        float, Real("m", "height above ground below which extreme tilt stops the motors", 0.0, 100.0, "")
-    ] = 1.0
+    extreme_time: Annotated[float, Real("s", "time above tilt.extreme until the same or motors off", 0.0, 100.0)] = 0.1
+    low_height: Annotated[float, Real("m", "below it over the ground extreme tilt stops the motors", 0.0, 100.0)] = 1.0
 
 
 class ContactRule(NamedTuple):
     """When the vehicle stands on the ground, and when the backup law may stop the motors."""
 
-    speed: Annotated[float, Real("m/s", "speed below which it is at rest", 0.001, 1.0, "addition")] = 0.1
-    thrust: Annotated[
-        float, Real("", "thrust over weight below which the ground carries the vehicle", 0.05, 1.0, "")
-    ] = 0.7
-    time: Annotated[
-        float, Real("s", "time at rest while descending after which it is contact", 0.05, 10.0, "addition")
-    ] = 0.5
-    ramp: Annotated[float, Real("s", "time in which thrust goes down after contact", 0.05, 10.0, "addition")] = 0.5
-    stop_height: Annotated[
-        float, Real("m", "motors never stop higher above the ground than this", 0.0, 10.0, "addition")
-    ] = 0.3
+    speed: Annotated[float, Real("m/s", "speed below which it is at rest", 0.001, 1.0)] = 0.1
+    thrust: Annotated[float, Real("", "thrust over weight below which the ground carries it", 0.05, 1.0)] = 0.7
+    time: Annotated[float, Real("s", "time at rest while descending that is contact", 0.05, 10.0)] = 0.5
+    ramp: Annotated[float, Real("s", "time in which thrust goes down after contact", 0.05, 10.0)] = 0.5
+    stop_height: Annotated[float, Real("m", "motors never stop higher above the ground", 0.0, 10.0)] = 0.3
 
 
 class GuardParameters(NamedTuple):
@@ -88,7 +60,7 @@ class GuardParameters(NamedTuple):
     state: StateLimits = StateLimits()
     tilt: TiltLimits = TiltLimits()
     contact: ContactRule = ContactRule()
-    ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4, "addition")] = 0.0
-    has_commander: Annotated[
-        bool, Flag("a commander takes part and lands while the position is good; else the guard descends")
-    ] = False
+    ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4)] = 0.0
+    has_commander: Annotated[bool, Flag("a commander lands while the position is good; false: the guard descends")] = (
+        False
+    )

@@ -39,27 +39,15 @@ from quad_core.vehicle import Vehicle
 class Prediction(NamedTuple):
     """Whether, and over how much time, the state that a law sees is predicted."""
 
-    enabled: Annotated[bool, Flag("the law acts on the state predicted over its age; false: on the received state")] = (
-        False
-    )
+    enabled: Annotated[bool, Flag("the law acts on the predicted state; false: on the received one")] = False
     position_age: Annotated[float, Real("s", "age of position and velocity if not in the state", 0.0, 0.1)] = 0.0
     attitude_age: Annotated[float, Real("s", "age of the attitude if not in the state", 0.0, 0.1)] = 0.0
     rate_age: Annotated[float, Real("s", "age of the body rates if not in the state", 0.0, 0.1)] = 0.0
-    max_age: Annotated[
-        float, Real("s", "largest age that is predicted over, with the time since the reading last changed", 0.0, 0.1)
-    ] = 0.06
-    smoothing: Annotated[
-        float, Real("rad/s", "bandwidth L of the predicted position's filter; larger: less lag; 0: none", 0.0, 500.0)
-    ] = 0.0
-    position_smoothing: Annotated[
-        float, Real("rad/s", "slower bandwidth of the position in `smoothing`; 0: the same", 0.0, 500.0)
-    ] = 0.0
-    attitude_smoothing: Annotated[
-        float, Real("rad/s", "bandwidth of the attitude's filter on the gyro; larger: less lag; 0: none", 0.0, 2000.0)
-    ] = 0.0
-    rate_smoothing: Annotated[
-        float, Real("rad/s", "bandwidth of the body rates' filter on the model; larger: less lag; 0: none", 0.0, 2000.0)
-    ] = 0.0
+    max_age: Annotated[float, Real("s", "largest age that is predicted over", 0.0, 0.1)] = 0.06
+    smoothing: Annotated[float, Real("rad/s", "bandwidth for p and v; larger: less lag; 0: none", 0.0, 500.0)] = 0.0
+    position_smoothing: Annotated[float, Real("rad/s", "bandwidth for p alone; 0: the same", 0.0, 500.0)] = 0.0
+    attitude_smoothing: Annotated[float, Real("rad/s", "bandwidth for q; larger: less lag; 0: none", 0.0, 2000.0)] = 0.0
+    rate_smoothing: Annotated[float, Real("rad/s", "bandwidth for w; larger: less lag; 0: none", 0.0, 2000.0)] = 0.0
 
 
 class Estimate(NamedTuple):

@@ -28,50 +28,25 @@ class Vehicle(NamedTuple):
 
     mass: Annotated[float, Real("kg", "mass m", 0.001, 1000.0, "Table 1")] = 0.56
     gravity: Annotated[float, Real("m/s^2", "gravitational acceleration g", 0.1, 30.0, "Table 1")] = 9.8
-    arm_length: Annotated[
-        float, Real("m", "distance d from the centre of gravity to a rotor axis", 0.001, 10.0, "Table 1")
-    ] = 0.3
-    inertia_xx: Annotated[float, Real("kg m^2", "moment of inertia about body x", 1e-7, 100.0, "Table 1, Eq. 6")] = (
-        3.5e-3
+    arm_length: Annotated[float, Real("m", "distance d from the centre to a rotor", 0.001, 10.0, "Table 1")] = 0.3
+    inertia_xx: Annotated[float, Real("kg m^2", "moment of inertia about body x", 1e-7, 100.0, "Table 1")] = 3.5e-3
+    inertia_yy: Annotated[float, Real("kg m^2", "moment of inertia about body y", 1e-7, 100.0, "Table 1")] = 3.5e-3
+    inertia_zz: Annotated[float, Real("kg m^2", "moment of inertia about body z", 1e-7, 100.0, "Table 1")] = 7.0e-3
+    lift_coefficient: Annotated[float, Real("N s^2", "rotor lift k_L (Eq. 3)", 1e-12, 1.0, "Table 1")] = 4.2e-3
+    torque_coefficient: Annotated[float, Real("N m s^2", "rotor drag torque k_M (Eq. 8)", 1e-14, 1.0, "Table 1")] = (
+        3.8e-2
     )
-    inertia_yy: Annotated[float, Real("kg m^2", "moment of inertia about body y", 1e-7, 100.0, "Table 1, Eq. 6")] = (
-        3.5e-3
-    )
-    inertia_zz: Annotated[float, Real("kg m^2", "moment of inertia about body z", 1e-7, 100.0, "Table 1, Eq. 6")] = (
-        7.0e-3
-    )
-    lift_coefficient: Annotated[
-        float, Real("N s^2", "rotor lift k_L: thrust = k_L speed^2", 1e-12, 1.0, "Table 1, Eq. 3")
-    ] = 4.2e-3
-    torque_coefficient: Annotated[
-        float, Real("N m s^2", "rotor drag torque k_M: torque = k_M speed^2", 1e-14, 1.0, "Table 1, Eq. 8")
-    ] = 3.8e-2
-    drag_coefficient: Annotated[float, Real("N s/m", "translational drag k_F", 0.0, 100.0, "Table 1, Eq. 5")] = 5.6e-4
-    drag_torque_coefficient: Annotated[float, Real("N m s^2", "rotational drag k_T", 0.0, 100.0, "Table 1, Eq. 9")] = (
-        5.6e-4
-    )
-    thrust_to_weight: Annotated[
-        float, Real("", "largest collective thrust in units of m g, a quarter of it per rotor", 1.05, 20.0, "")
-    ] = 3.0
-    layout: Annotated[
-        int, Choice(Layout, "rotor layout; plus: 1 rear, 2 right, 3 front, 4 left", "Eq. 8, Figure 1")
-    ] = Layout.PLUS.value
-    rotor_time_constant: Annotated[
-        float, Real("s", "lag of the rotor speed behind its command, first order; 0: ideal rotors", 0.0, 1.0, "")
-    ] = 0.0
-    rotor_speed_min: Annotated[float, Real("rad/s", "lowest rotor speed in flight", 0.0, 1e5, "")] = 0.0
+    drag_coefficient: Annotated[float, Real("N s/m", "translational drag k_F", 0.0, 100.0, "Table 1")] = 5.6e-4
+    drag_torque_coefficient: Annotated[float, Real("N m s^2", "rotational drag k_T", 0.0, 100.0, "Table 1")] = 5.6e-4
+    thrust_to_weight: Annotated[float, Real("", "largest thrust in m g, a quarter of it per rotor", 1.05, 20.0)] = 3.0
+    layout: Annotated[int, Choice(Layout, "plus: 1 rear, 2 right, 3 front, 4 left", "Figure 1")] = Layout.PLUS.value
+    rotor_time_constant: Annotated[float, Real("s", "lag of the rotor speed, first order; 0: none", 0.0, 1.0)] = 0.0
+    rotor_speed_min: Annotated[float, Real("rad/s", "lowest rotor speed in flight", 0.0, 1e5)] = 0.0
     rotor_inertia: Annotated[
-        float, Real("kg m^2", "moment of inertia of one rotor about its axis, for tau_G", 0.0, 10.0, "Eq. 1")
+        float, Real("kg m^2", "moment of one rotor about its axis, for tau_G", 0.0, 10.0, "Eq. 1")
     ] = 0.0
     rotor_drag_coefficient: Annotated[
-        float,
-        Real(
-            "N s^2/m",
-            "rotor-induced drag: force across the rotor axis = this * rotor speed * air speed, per rotor",
-            0.0,
-            1.0,
-            "",
-        ),
+        float, Real("N s^2/m", "drag: force across a rotor's axis over rotor speed and air speed", 0.0, 1.0)
     ] = 0.0
 
 
