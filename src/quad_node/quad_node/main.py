@@ -10,11 +10,9 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
-from quad_core import plugins
 from quad_core.cascade import ALL_ROLES
-from quad_core.flight_parameters import FlightParameters
-from quad_core.parameters import Choice, Field, Real, Whole, fields
-from quad_core.vehicle import Vehicle
+from quad_core.parameters import Choice, Field, Real, Whole
+from quad_core.resolution import resolve
 from quad_msgs.msg import FlightEvent
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
@@ -115,24 +113,12 @@ def _any_of(futures: list[Future]) -> Future:
 
 
 def help_text(role: str, summary: str) -> str:
-    """Return what --help prints: the parameters with unit, range and default, the plug-ins, examples."""
-    kind = ALL_ROLES[role]
-    lines = [summary, "", f"usage: ros2 run {kind.package} {role} [--ros-args -p NAME:=VALUE --params-file FILE]", ""]
-    lines += ["parameters:"] + [_row(field) for field in fields(kind.parameters)]
-    for slot, group in kind.slots.items():
-        for name in plugins.names(group):
-            lines += ["", f"with {slot}:={name}:"]
-            lines += [_row(field) for field in fields(plugins.load(group, name).Parameters, f"{name}.", slot == "law")]
-    lines += ["", "shared by all nodes of a flight:"]
-    lines += [_row(field) for field in (*fields(FlightParameters, "flight."), *fields(Vehicle, "vehicle."))]
-    lines += ["", "examples:", f"  ros2 run {kind.package} {role} --ros-args -p flight.seed:=7"]
-    lines += [f"  ros2 run {kind.package} {role} --ros-args --params-file flight.yaml -r __ns:=/second"]
-    lines += [
-        "",
-        "-p NODE:NAME:=VALUE sets a parameter of that node alone: several nodes can be given the same words, as in",
-    ]
-    lines += ["  -p trajectory:hover.duration:=5.0 -p flight.seed:=7"]
-    return "\n".join(lines)
+    """Return what --help prints: the parameters, with those of the default plug-ins, and examples."""
+    start = f"ros2 run {ALL_ROLES[role].package} {role}"
+    lines = [summary, "", f"usage: {start} [--ros-args -p NAME:=VALUE --params-file FILE]", "", "parameters:"]
+    lines += [_row(field) for field in resolve(role, {}).all_fields()]
+    lines += ["", "examples:", f"  {start} --ros-args -p flight.seed:=7"]
+    return "\n".join([*lines, f"  {start} --ros-args --params-file flight.yaml -r __ns:=/second"])
 
 
 def _row(field: Field) -> str:
