@@ -112,8 +112,8 @@ class Flight:
         if self.mode in QUIET:
             self.memory, self.report = guard.init(self.guard_parameters, vehicle), None
         else:
-            command = WrenchCommand(wrench, k, k * PERIOD, True, True)
-            sample = StateSample(state, k, k * PERIOD, True, True)
+            command = WrenchCommand(wrench, k, True)
+            sample = StateSample(state, k, True)
             given = guard.Inputs(k, PERIOD, command, sample, self.said.mode.guard_request)
             flown, self.memory, self.report = guard.step(self.guard_parameters, vehicle, self.memory, given, dt)
         self.state, self.actuation = self.plant.step(self.parameters, vehicle, self.state, flown, conditions, dt)

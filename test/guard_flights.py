@@ -41,10 +41,10 @@ POSITION_STEPS = 5
 FOOT = 0.1
 VEHICLES = Path(__file__).parents[1] / "src" / "quad_flight" / "quad_flight" / "config" / "vehicles"
 
-WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_FOREIGN, WRENCH_OLD = range(5)
-STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN, STATE_STAMP = range(5, 10)
-DESCENT_ASKED, RELEASE_ASKED = 10, 11
-KINDS = 12
+WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_OLD = range(4)
+STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN = range(4, 8)
+DESCENT_ASKED, RELEASE_ASKED = 8, 9
+KINDS = 10
 CONDITIONS = 10  # of quad_guard.guard
 
 POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
@@ -132,25 +132,23 @@ def any_acts(a: Fault, b: Fault, c: Fault, kind: int, k: int) -> bool:
     return acts(a, kind, k) or acts(b, kind, k) or acts(c, kind, k)
 
 
-def is_true(sample: StateSample, state: VehicleState, k: int) -> bool:
-    """Return whether the state of step ``k`` arrived as it is."""
-    return sample.arrived and sample.state == state and sample.stamp == k * PERIOD
+def is_true(sample: StateSample, state: VehicleState) -> bool:
+    """Return whether ``state`` arrived as it is."""
+    return sample.arrived and sample.state == state
 
 
 def spoiled(command: WrenchCommand, a: Fault, b: Fault, c: Fault, k: int) -> WrenchCommand:
     """Return what arrives of ``command`` under three faults."""
-    wrench, step, arrived, accepted = command.wrench, command.step, command.arrived, command.accepted
+    wrench, step, arrived = command.wrench, command.step, command.arrived
     if any_acts(a, b, c, WRENCH_LOST, k):
         arrived = False
     if any_acts(a, b, c, WRENCH_NAN, k):
         wrench = Wrench(math.nan, wrench.torque_b)
     if any_acts(a, b, c, WRENCH_ABSURD, k):
         wrench = Wrench(1e6, wrench.torque_b)
-    if any_acts(a, b, c, WRENCH_FOREIGN, k):
-        accepted = False
     if any_acts(a, b, c, WRENCH_OLD, k):
         step = step - 60
-    return WrenchCommand(wrench, step, step * PERIOD, arrived, accepted)
+    return WrenchCommand(wrench, step, arrived)
 
 
 def asked(a: Fault, b: Fault, c: Fault, k: int) -> int:
@@ -162,17 +160,15 @@ def asked(a: Fault, b: Fault, c: Fault, k: int) -> int:
 
 def seen_state(state: VehicleState, frozen: VehicleState, a: Fault, b: Fault, c: Fault, k: int) -> StateSample:
     """Return what the estimator says of ``state`` under three faults."""
-    p, q, stamp = state.p_w, state.q_wb, k * PERIOD
+    p, q = state.p_w, state.q_wb
     if any_acts(a, b, c, STATE_JUMP, k):
         p = Vec3(p.x + 4.0, p.y, p.z)
     if any_acts(a, b, c, STATE_NAN, k):
         q = Quat(math.nan, q.y, q.z, q.w)
-    if any_acts(a, b, c, STATE_STAMP, k):
-        stamp = 0
     reading = fresh(p, state.v_w, q, state.omega_b)
     if any_acts(a, b, c, STATE_FROZEN, k):
         reading = frozen
-    return StateSample(reading, k, stamp, not any_acts(a, b, c, STATE_LOST, k), True)
+    return StateSample(reading, k, not any_acts(a, b, c, STATE_LOST, k))
 
 
 def faulty_flight(
@@ -199,7 +195,7 @@ def faulty_flight(
         state = observe(setup.plant, vehicle, plant)
         sample = seen_state(state, frozen, a, b, c, k)
         frozen = sample.state
-        command = WrenchCommand(Wrench(0.0, zero), 0, 0, False, False)
+        command = WrenchCommand(Wrench(0.0, zero), 0, False)
         if not setup.silent:
             if k % POSITION_STEPS == 0:
                 seen = PositionInputs(state, reference, actuation)
@@ -207,7 +203,7 @@ def faulty_flight(
             wrench, attitude, _ = attitude_step(
                 setup.attitude, vehicle, attitude, AttitudeInputs(state, setpoint, actuation), dt
             )
-            command = WrenchCommand(wrench, k, k * PERIOD, is_true(sample, state, k), True)
+            command = WrenchCommand(wrench, k, is_true(sample, state))
         inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, asked(a, b, c, k))
         flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
         mode, reason, stopped = report.mode, report.reason, report.stopped

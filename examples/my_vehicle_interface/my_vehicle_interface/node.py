@@ -53,11 +53,11 @@ class MyBridge(VehicleNode):
 
     def _fly(self) -> None:
         step, period = self.current_step, self.flight.plant_period
-        sample = StateSample(self._craft.state, step, step * period, True, True)
+        sample = StateSample(self._craft.state, step, True)
         received = WrenchCommand()
         if self.command is not None and not self.gives_up:
             answered = self.command.step
-            received = WrenchCommand(self.command.wrench, answered, answered * period, answered > self._used, True)
+            received = WrenchCommand(self.command.wrench, answered, answered > self._used)
             self._used = answered
         wrench = self.guarded(received, sample)
         self._craft.advance(wrench, seconds(1, period))

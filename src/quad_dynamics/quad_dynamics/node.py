@@ -115,9 +115,9 @@ class Simulator(VehicleNode):
             self._publish_step()
 
     def _integrate(self, publish: bool = True) -> None:
-        step, period = self.current_step, self.flight.plant_period
+        step = self.current_step
         # a step that was caught up with is not published: no controller could answer it
-        sample = StateSample(self.model.state, step, step * period, self._published_step == step, True)
+        sample = StateSample(self.model.state, step, self._published_step == step)
         flown = self.guarded(self._received(), sample)
         self.model.armed = self.armed
         truth = self.model.advance(step, flown)

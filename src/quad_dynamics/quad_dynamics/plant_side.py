@@ -65,8 +65,7 @@ def receive(
     """
     before = memory.link.answered
     linked = link_step(drawn.link_line, memory.link, conditions.link, sent, command_step, k, seconds(1, side.period))
-    stamp = linked.answered * side.period
-    command = WrenchCommand(linked.wrench, linked.answered, stamp, linked.answered > before, True)
+    command = WrenchCommand(linked.wrench, linked.answered, linked.answered > before)
     return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
 
 

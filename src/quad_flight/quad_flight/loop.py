@@ -260,7 +260,7 @@ def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carr
             received, side = receive(fixed, drawn, side, conditions, command, answered, k)
             flown = received.wrench
             if setup.guard.enabled:
-                sample = StateSample(state, k, k * schedule.plant_period, True, True)
+                sample = StateSample(state, k, True)
                 inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
                 flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
             side = move(fixed, side, conditions, flown)

@@ -16,36 +16,29 @@ from quad_core.vehicle import Layout, Vehicle, max_thrust
 
 ACCEPTED = 0
 NOT_FINITE = 1
-FOREIGN = 2
-NOT_NEWER = 3
-AHEAD = 4
-TOO_OLD = 5
-STAMP = 6
-THRUST = 7
-TORQUE = 8
-POSITION_JUMP = 7
-ATTITUDE_JUMP = 8
-FROZEN = 9
+NOT_NEWER = 2
+AHEAD = 3
+TOO_OLD = 4
+THRUST = 5
+TORQUE = 6
+POSITION_JUMP = 4
+ATTITUDE_JUMP = 5
+FROZEN = 6
 
 COMMAND_REFUSALS = (
     "accepted",
     "a number that is not finite",
-    "not from the controller of this flight",
     "not newer than the last",
     "an answer to a state that is not published yet",
     "too old when it arrived",
-    "a stamp that is not step times period",
     "thrust beyond the vehicle's limits",
     "torque beyond the vehicle's limits",
 )
 STATE_REFUSALS = (
     "accepted",
     "not finite or out of bounds",
-    "not from the estimator of this flight",
     "not newer than the last",
     "a stamp ahead of the vehicle's time",
-    "",
-    "a stamp that is not step times period",
     "a jump in position",
     "a jump in attitude",
     "frozen",
@@ -67,26 +60,20 @@ class BodyState(NamedTuple):
 class WrenchCommand(NamedTuple):
     """The newest wrench that the vehicle interface has; it stays the same until another arrives.
 
-    ``step`` and ``stamp`` (ns) are those of the state from which it was computed. ``arrived``: since the guard's last
-    step. ``accepted``: run id, sender, length, encapsulation and frame were in order, which only that interface can
-    tell.
+    ``step`` is that of the state from which it was computed. ``arrived``: since the guard's last step.
     """
 
     wrench: Wrench = Wrench()
     step: int = 0
-    stamp: int = 0
     arrived: bool = False
-    accepted: bool = False
 
 
 class StateSample(NamedTuple):
-    """The newest state that the vehicle interface has; ``step``, ``stamp``, ``arrived``, ``accepted`` as above."""
+    """The newest state that the vehicle interface has, and its step; ``arrived``: since the guard's last step."""
 
     state: VehicleState = VehicleState()
     step: int = 0
-    stamp: int = 0
     arrived: bool = False
-    accepted: bool = False
 
 
 def largest_torque(vehicle: Vehicle) -> Vec3:
@@ -107,8 +94,6 @@ def command_refusal(
     a command answers a state, so none is ahead of it, and an answer to the newest one is not late.
     """
     wrench, torque = command.wrench, command.wrench.torque_b
-    if not command.accepted:
-        return FOREIGN
     if not math.isfinite(wrench.thrust + torque.x + torque.y + torque.z):
         return NOT_FINITE
     if command.step <= last_step:
@@ -117,8 +102,6 @@ def command_refusal(
         return AHEAD
     if (newest - command.step) * period / 1e9 > limits.too_old:
         return TOO_OLD
-    if command.stamp != command.step * period:
-        return STAMP
     if abs(wrench.thrust) > THRUST_MARGIN * max_thrust(vehicle):
         return THRUST
     largest = scale(TORQUE_MARGIN, largest_torque(vehicle))
@@ -142,16 +125,12 @@ def sample_refusal(
     have jumped. ``frozen``: it repeats ``last`` although a live vehicle would show a change (``quad_guard.frozen``).
     """
     state = sample.state
-    if not sample.accepted:
-        return FOREIGN
     if not is_flyable(state):
         return NOT_FINITE
     if sample.step <= last_step:
         return NOT_NEWER
     if (sample.step - now) * period / 1e9 > limits.ahead:
         return AHEAD
-    if sample.stamp != sample.step * period:
-        return STAMP
     if last_step < 0:
         return ACCEPTED
     if frozen:

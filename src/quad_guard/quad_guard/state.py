@@ -10,7 +10,6 @@ from quad_guard.backup import predict
 from quad_guard.checks import (
     ACCEPTED,
     ATTITUDE_JUMP,
-    FOREIGN,
     POSITION_JUMP,
     BodyState,
     StateSample,
@@ -18,12 +17,11 @@ from quad_guard.checks import (
 )
 from quad_guard.frozen import Grain, Missing, coarsest, finer, missed, nothing_missing
 
-COUNTED = (False, True, False, False, True, False, True, True, True, False)
-"""By refusal: whether it counts towards the end of the controller's flight. Strangers, repetitions, frozen: no."""
+COUNTED = (False, True, False, True, True, True, False)
+"""By refusal: whether it counts towards the end of the controller's flight. Repetitions and frozen samples: no."""
 
-RATE_SERVES = (False, True, False, False, False, False, False, True, True, False)
+RATE_SERVES = (False, True, False, False, True, True, False)
 """By refusal: whether the sample's body rate may still be used, if it is not that of the reading before."""
-
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
@@ -101,8 +99,7 @@ def observe(
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
         gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
-        if refusal != FOREIGN:
-            reading = rate
+        reading = rate
         if gyro:
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:

@@ -35,13 +35,13 @@ class Owner:
         self.events = []
 
     def good_command(self, wrench=HOVER):
-        return WrenchCommand(wrench, self.step, self.step * self.period, True, True)
+        return WrenchCommand(wrench, self.step, True)
 
     def good_sample(self, **state):
         return self.sample(flying(x=self.step * self.dt, **state))
 
     def sample(self, state):
-        return StateSample(state, self.step, self.step * self.period, True, True)
+        return StateSample(state, self.step, True)
 
     def once(self, command=None, sample=None, request=guard.NO_REQUEST):
         command = self.good_command() if command is None else command

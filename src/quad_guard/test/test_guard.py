@@ -153,7 +153,7 @@ def test_ten_refused_samples_in_200_ms_end_the_flight_and_nine_do_not(spared):
     owner = Owner()
     owner.run(0.5)
     for number in range(9 if spared else 10):
-        owner.once(sample=owner.good_sample()._replace(stamp=1))
+        owner.once(sample=owner.good_sample()._replace(step=owner.step + 300))
         assert owner.report.mode == (guard.PASS if number < 9 else guard.DESCEND)
         owner.run(0.016)
     owner.run(0.3)
@@ -165,21 +165,9 @@ def test_a_commander_is_told_to_land_where_the_position_is_good():
     owner = Owner(has_commander=True)
     owner.run(0.5)
     for _ in range(10):
-        owner.once(sample=owner.good_sample()._replace(stamp=1))
+        owner.once(sample=owner.good_sample()._replace(step=owner.step + 300))
     assert owner.report.mode == guard.PASS
     assert owner.report.land
-
-
-def test_strangers_do_not_end_a_flight():
-    owner = Owner()
-    owner.run(0.5)
-    for _ in range(200):
-        owner.once(
-            command=WrenchCommand(HOVER, owner.step, owner.step * 2_000_000, True, owner.step % 2 == 0),
-            sample=owner.good_sample()._replace(accepted=owner.step % 2 == 0),
-        )
-    assert owner.report.mode == guard.PASS
-    assert owner.report.refused_samples == 100
 
 
 def test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander():
@@ -273,7 +261,7 @@ numbers = st.one_of(st.floats(), st.floats(-10.0, 10.0))
 
 
 @settings(max_examples=300)
-@given(st.lists(st.tuples(*(numbers,) * 17, st.integers(-5, 40), st.booleans(), st.integers(0, 3)), max_size=40))
+@given(st.lists(st.tuples(*(numbers,) * 17, st.integers(-5, 40), st.integers(0, 3)), max_size=40))
 def test_whatever_arrives_the_rotors_get_finite_numbers(rows):
     owner = Owner()
     owner.run(0.02)
@@ -282,11 +270,10 @@ def test_whatever_arrives_the_rotors_get_finite_numbers(rows):
         state = flying()._replace(
             p_w=Vec3(*row[4:7]), v_w=Vec3(*row[7:10]), q_wb=Quat(*row[10:14]), omega_b=Vec3(*row[14:17])
         )
-        _, _, _, late, accepted, request = row[14:20]
-        step = owner.step - late
-        command = WrenchCommand(wrench, step, step * 2_000_000, True, accepted)
+        late, request = row[17:]
+        command = WrenchCommand(wrench, owner.step - late, True)
         before = owner.memory.mode
-        owner.once(command, owner.sample(state)._replace(accepted=accepted), request)
+        owner.once(command, owner.sample(state), request)
         assert all(map(math.isfinite, (owner.wrench.thrust, *owner.wrench.torque_b)))
         assert owner.report.mode >= before or request == guard.RELEASE
 

@@ -19,8 +19,8 @@ def random_inputs(rng, step, period):
     return guard.Inputs(
         step,
         period,
-        WrenchCommand(wrench, late, late * period, rng.random() < 0.7, rng.random() < 0.97),
-        StateSample(state, step, step * period, rng.random() < 0.8, rng.random() < 0.97),
+        WrenchCommand(wrench, late, rng.random() < 0.7),
+        StateSample(state, step, rng.random() < 0.8),
         rng.choice([0, 0, 0, 0, 0, 1, 2]) if step % 400 else 0,
     )
 

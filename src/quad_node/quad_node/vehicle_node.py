@@ -434,9 +434,13 @@ class VehicleNode(FlightNode):
             return False
         if self.lockstep:  # size is left to the guard alone, as in the loop without ROS
             return found.stamp_ns == self.elapsed_ns
+        limits, period = self.guard.parameters.command, self.flight.plant_period
+        if found.stamp_ns % period:
+            text = f"stamp {found.stamp_ns} ns, expected a multiple of {period} ns"
+            self.reject(COMMAND, text, self.elapsed_ns, "rejected_stamp")
+            return False
         if self.guard.parameters.enabled:
-            arrived = WrenchCommand(found.value, found.step, found.stamp_ns, True, True)
-            limits, period = self.guard.parameters.command, self.flight.plant_period
+            arrived = WrenchCommand(found.value, found.step, True)
             refusal = command_refusal(limits, self.vehicle, arrived, self._accepted_step, self.current_step, period)
             if refusal != ACCEPTED:
                 self.guard.refused(self.current_step, refusal)

@@ -176,12 +176,6 @@ def test_a_refusal_is_reported_and_a_background_node_stands_back(monkeypatch, th
     assert set(asked[2:]) == {os.SCHED_BATCH}
 
 
-def test_what_was_made_before_the_flight_is_not_collected_again(thawed):
-    before = gc.get_freeze_count()
-    assert executor.settle(0) == ""
-    assert gc.get_freeze_count() > before
-
-
 HANG = """
 import ctypes
 from quad_node.executor import limited

@@ -59,11 +59,6 @@ def test_a_start_that_fails_names_the_nodes_that_do_not_belong():
     )
 
 
-def test_an_optional_node_that_is_not_expected_is_not_foreign():
-    handshake, _ = shake(*(Said(role) for role in (*ROLES, "simulator", "odometry_relay", "commander")))
-    assert handshake.foreign_nodes() == ""
-
-
 @pytest.mark.parametrize(
     ("said", "words"),
     [
@@ -133,11 +128,6 @@ def test_where_states_come_through_a_relay_the_blame_says_so():
     reason = handshake.blame(7, 6, answered=False, planned=True)
     said = "attitude_controller does not answer step 7: no wrench_setpoint; its states come through odometry_relay"
     assert reason == said
-
-
-def test_the_period_is_the_last_one_that_was_published():
-    handshake, _ = shake(Said("attitude_controller", period_steps=4))
-    assert [handshake.period(role) for role in ("attitude_controller", "position_controller")] == [4, 1]
 
 
 @pytest.mark.parametrize(

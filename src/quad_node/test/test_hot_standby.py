@@ -168,24 +168,6 @@ def test_who_was_replaced_may_come_back_without_a_pause(make):
     assert topics_of(node, 120) == []
 
 
-def test_who_was_replaced_takes_over_again_when_nothing_comes_of_the_other(make):
-    node = make(shadow=False)
-    answered(node, 0)
-    told(node, SHADOW, 5)
-    assert [topics_of(node, step) for step in (5, 10)] == [[], []]
-    node.standby._heard -= 1.0
-    assert topics_of(node, 15) == FLYING  # more than 20 ms after its own last answer
-
-
-def test_it_announces_itself_ahead_of_what_the_other_has_answered(make):
-    node = make()
-    answered(node, 0)
-    heard(node, 200)  # this node is slow
-    assert called(node)[0]
-    answered(node, 5)
-    assert node.standby._from == 300
-
-
 @pytest.mark.parametrize("shadow", [True, False])
 def test_only_who_stands_by_leaves_out_a_step_whose_input_is_past(make, shadow):
     node = make(shadow=shadow)
@@ -195,11 +177,6 @@ def test_only_who_stands_by_leaves_out_a_step_whose_input_is_past(make, shadow):
     assert not node.leaves_out(100)  # it may be on its way
     taken.put(Arrival(105, 110, None, 0.0))
     assert node.leaves_out(100) == shadow
-
-
-@pytest.mark.parametrize(("standby", "found"), [("true", {"attitude_setpoint", INSIDE}), ("false", set())])
-def test_two_senders_are_right_only_where_one_stands_by(make, standby, found):
-    assert set(make(f"flight.standby:={standby}").standby_topics) == found
 
 
 @pytest.mark.parametrize("shadow", [True, False])

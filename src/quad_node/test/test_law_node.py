@@ -1,8 +1,6 @@
 """A node that runs a law: what is not finite is not sent, and parameters change live only where that is safe."""
 
-import itertools
 import math
-import types
 
 import pytest
 import rclpy
@@ -11,7 +9,6 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 
 from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
-from quad_flight import flight
 from quad_msgs.msg import PositionInternals
 from quad_node import executor
 from quad_node.responder import Arrival, LawNode, Sample
@@ -100,35 +97,6 @@ def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, outpu
     assert list(node.answer(SAMPLE, [None, None])) == []
     assert node.memory == before
     assert (node.done.done(), node.exit_code, node.counters["law_nonfinite"]) == (True, 1, 1)
-
-
-def remembering_infinity(step, at_call):
-    """Return ``step`` whose law's memory is no longer finite at a call; what it gives stays finite."""
-    calls = itertools.count(1)
-
-    def stepped(*arguments):
-        setpoint, memory, internals = step(*arguments)
-        if next(calls) == at_call:
-            own = getattr(memory, "law", memory)._replace(velocity=Vec3(math.inf, 0.0, 0.0))
-            memory = memory._replace(law=own) if hasattr(memory, "law") else own
-        return setpoint, memory, internals
-
-    return stepped
-
-
-def test_memory_that_is_not_finite_is_refused_at_the_step_at_which_the_loop_refuses_it(node):
-    planned = flight.from_names("hover", duration=0.1)
-    law = types.ModuleType("law_of_this_test")
-    vars(law).update({**vars(aibs), "step": remembering_infinity(aibs.step, at_call=4)})
-    modules = planned.modules._replace(stages=planned.modules.stages._replace(position_controller=law))
-    flown = flight.fly(planned._replace(modules=modules))
-    assert (flown.outcome, flown.refused, flown.steps) == ("refused", "position_controller", 3 * node.period_steps)
-    node.step = remembering_infinity(node.step, at_call=4)
-    steps = iter(range(0, 100 * node.period_steps, node.period_steps))
-    while not node.done.done():
-        step = next(steps)
-        list(node.answer(SAMPLE._replace(step=step), [None, None]))
-    assert step == flown.steps
 
 
 def outcome(node, name, value):

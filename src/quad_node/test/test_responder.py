@@ -123,24 +123,6 @@ def test_only_multiples_of_the_period_are_answered(make):
     assert [sample.stamp_ns for sample, _ in node.samples] == [0, 10_000_000, 20_000_000]
 
 
-def test_what_belongs_to_no_answered_step_is_not_even_read(make):
-    node = make("period_steps:=5")
-    node.reference(0, 3)
-    node.state(0)
-    node.actuation(3, thrust=math.nan)
-    assert node.counters["rejected"] == 0
-    node.actuation(4, thrust=math.nan)
-    assert node.counters["rejected"] == 1
-    node.actuation(4, thrust=7.0)
-    node.reference(3, 8, x=10.0)
-    for step in (1, 2, 3, 4, 5):
-        node.state(step, x=math.nan if step < 5 else 0.0)
-    assert node.counters["rejected"] == 1
-    assert node.steps() == [0, 5]
-    _, (reference, actuation) = node.samples[1]
-    assert (reference.p_w.x, actuation.thrust) == (10.0, 7.0)
-
-
 def test_a_state_that_comes_twice_is_answered_once(make):
     node = make("period_steps:=1")
     node.reference(0, 1)
@@ -285,14 +267,6 @@ def test_states_and_inputs_of_another_run_or_of_none_are_as_if_they_had_not_come
     node.reference(0, 1, x=30.0, run=run)
     assert node.steps() == [0]
     assert node.samples[0][1][0].p_w.x == 20.0
-
-
-def test_a_flight_without_a_run_id_takes_the_messages_of_every_run(make):
-    node = make("period_steps:=1")
-    node.reference(0, 1, run=THEIRS)
-    node.state(0, run=OURS)
-    assert node.steps() == [0]
-    assert node.counters["foreign_run"] == 0
 
 
 @pytest.mark.parametrize("mode", ["realtime", "lockstep"])

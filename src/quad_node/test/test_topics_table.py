@@ -3,7 +3,7 @@
 import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from quad_core.cascade import ALL_ROLES, COMMANDER, GUESTS, RECORDER, RELAY, ROLES, SHADOWS, SIMULATOR
+from quad_core.cascade import ALL_ROLES, COMMANDER, GUESTS, RECORDER, RELAY, ROLES, SHADOWS
 from quad_node import topics
 
 STEP = [topic for topic in topics.TOPICS.values() if topic.step]
@@ -34,18 +34,6 @@ def test_a_guest_that_gives_a_topic_stands_in_for_the_node_that_gives_it_otherwi
         3,
     )
     assert topics.TOPICS["state"].publisher_of((*ROLES, RELAY)) == RELAY
-
-
-def test_the_topics_of_the_commander_are_those_of_flights_that_have_one():
-    own = {topic.name for topic in topics.TOPICS.values() if topic.only_with == COMMANDER}
-    assert own == {"mission/reference", "flight/mode", "flight/request", "battery_state"}
-    assert not any(topics.TOPICS[name].exists(ROLES) for name in own)
-    assert all(topics.TOPICS[name].exists((*ROLES, COMMANDER)) for name in own)
-
-
-def test_only_the_wrench_and_the_plan_command_a_simulator_in_flight():
-    commands = {topic.name for topic in topics.TOPICS.values() if SIMULATOR in topic.subscribers}
-    assert commands == {"wrench_setpoint", "flight/plan", "flight/nodes", "flight/recorded", "flight/mode"}
 
 
 def test_what_a_shadow_answers_only_the_recorder_hears():

@@ -37,9 +37,9 @@ class Node(SimpleNamespace):
 
 
 def step(ours, k, wrench=HOVER, arrived=True, request=guard.NO_REQUEST):
-    command = WrenchCommand(wrench, k, k * PERIOD, arrived, True)
+    command = WrenchCommand(wrench, k, arrived)
     state = STATE._replace(p_w=Vec3(1e-6 * k, 0.0, 2.0))
-    return ours.step(k, command, StateSample(state, k, k * PERIOD, True, True), request)
+    return ours.step(k, command, StateSample(state, k, True), request)
 
 
 def kinds(node):

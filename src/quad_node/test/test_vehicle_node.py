@@ -4,9 +4,11 @@ import pytest
 import rclpy
 
 from quad_core.cascade import SIMULATOR
+from quad_core.types import Vec3, Wrench
 from quad_guard import guard
 from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
 from quad_node import executor
+from quad_node.codec import pack_wrench
 from quad_node.vehicle_node import VehicleNode
 
 
@@ -24,7 +26,7 @@ class Owner(VehicleNode):
 @pytest.fixture
 def owner(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "74")
-    executor.init([])
+    executor.init(["--ros-args", "-p", "flight.mode:=realtime"])
     made = Owner()
     yield made
     made.ros.destroy_node()
@@ -50,6 +52,14 @@ def test_a_takeover_names_the_node_that_caused_it(owner, reason, quiet, stood_st
     owner._heard_step = 100 - quiet
     owner.guard.memory = owner.guard.memory._replace(reason=reason)
     assert owner._culprit() == expected
+
+
+def test_a_wrench_whose_stamp_is_no_step_is_refused(owner):
+    owner.phase, owner.current_step = FlightState.FLYING, 100
+    for error in (1, -1, 0):
+        owner.callbacks["wrench_setpoint"](pack_wrench(Wrench(5.0, Vec3()), 200_000_000 + error))
+        assert (owner.command is None) == (error != 0)
+    assert owner.counters["rejected_stamp"] == 2
 
 
 @pytest.mark.parametrize("step", [11, 2**64 - 1])

@@ -167,8 +167,8 @@ class Px4Interface(AutopilotInterface):
         now = node.current_step + int(1e9 * (self.clock() - node.heard)) // period
         for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
             newest, (answered, wrench, _), of = step == now, given, node.current_step
-            command = WrenchCommand(wrench, answered, answered * period, newest and self._is_command_new, True)
-            sample = StateSample(state, of, of * period, newest and self._is_state_new, True)
+            command = WrenchCommand(wrench, answered, newest and self._is_command_new)
+            sample = StateSample(state, of, newest and self._is_state_new)
             self._flown = node.guarded(command, sample, step)
             self._guarded_step = step
             if newest:
