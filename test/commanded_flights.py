@@ -124,10 +124,7 @@ class Flight:
 
     def decide(self, state, asked):
         report, before = self.report, self.mode
-        seen = GuardStatus()
-        if report is not None:
-            told = report._asdict()
-            seen = GuardStatus(**{name: told[name] for name in GuardStatus._fields})
+        seen = GuardStatus() if report is None else report.status
         self.said = self.core.step(
             Inputs(
                 step=self.k,

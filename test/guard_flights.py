@@ -206,8 +206,8 @@ def faulty_flight(
             command = WrenchCommand(wrench, k, is_true(sample, state))
         inputs = Inputs(k, PERIOD, spoiled(command, a, b, c, k), sample, asked(a, b, c, k))
         flown, memory, report = guard_step(setup.guard, vehicle, memory, inputs, dt)
-        mode, reason, stopped = report.mode, report.reason, report.stopped
-        visited |= 1 << (mode * CONDITIONS + report.condition)
+        mode, reason, stopped = report.status.mode, report.status.reason, report.status.stopped
+        visited |= 1 << (mode * CONDITIONS + report.status.condition)
         finite = math.isfinite(flown.thrust + flown.torque_b.x + flown.torque_b.y + flown.torque_b.z)
         plant, actuation = plant_step(setup.plant, vehicle, plant, flown, setup.conditions, dt)
         after = observe(setup.plant, vehicle, plant)

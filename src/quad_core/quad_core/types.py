@@ -87,8 +87,12 @@ class FlightMode(NamedTuple):
 class GuardStatus(NamedTuple):
     """What the guard did in a plant step, in numbers: those of ``quad_guard.guard``.
 
-    ``mode`` holds since step ``since`` for ``reason``; ``condition`` is wrong now. ``on_ground``: low, at rest, under
-    too little thrust to fly; ``contact``: for long enough. ``land``, ``stopped``, ``warning``: see ``guard.Report``.
+    ``mode`` holds since step ``since`` for ``reason``; ``condition`` is wrong now, whatever the latched mode.
+    ``command_age`` counts from when the last good wrench answered the newest good state: while it does that it is not
+    late, however old it is, for then the state alone is late. ``warning``: a wrench or state is late. ``land``: samples
+    were refused, but the position is good: a commander should land. ``stopped``: the backup law has landed and stopped
+    the motors. ``on_ground``: low, at rest, under too little thrust to fly, as an accepted state has it; ``contact``:
+    for ``contact.time``.
     """
 
     since: int = 0  # [1]

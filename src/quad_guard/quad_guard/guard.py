@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import Vec3, Wrench
+from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import BLIND_THRUST, UNSEEN_THRUST, Descent, descend, fresh_descent
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
@@ -107,33 +107,11 @@ class Memory(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What the guard did in a step: mode, why, since which step; ages in s; what was refused and how often so far.
+    """What the guard did in a step, and which rule refused a wrench and a state: numbers of the words of ``checks``."""
 
-    ``command_age`` counts from when the last good wrench answered the newest good state: while it does that it is not
-    late, however old it is, for then the state alone is late.
-
-    ``command_refusal`` and ``state_refusal`` number the words of ``checks``, 0 if nothing was refused.
-    ``condition`` is what is wrong now (``REASONS``), whatever the latched mode. ``warning``: a wrench or state is late.
-    ``land``: samples were refused, but the position is good: a commander should land.
-    ``stopped``: the backup law has landed and stopped the motors. ``on_ground``: low, at rest, under too little thrust
-    to fly, as an accepted state has it; ``contact``: for ``contact.time``.
-    """
-
-    mode: int
-    reason: int
-    since: int
-    condition: int
-    command_age: float
-    state_age: float
+    status: GuardStatus
     command_refusal: int
     state_refusal: int
-    refused_commands: int
-    refused_samples: int
-    warning: bool
-    land: bool
-    stopped: bool
-    on_ground: bool
-    contact: bool
 
 
 def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
@@ -199,15 +177,14 @@ def step(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
         estimate, refusals, timers, flown, descent,
     )
-    report = Report(
-        mode, reason, since, wrong, command_age, state_age,
-        refused_command, refused_state, refused_commands, refusals.total,
+    status = GuardStatus(
+        since, refused_commands, refusals.total, command_age, state_age, mode, reason, wrong,
         command_age > parameters.command.warn_age or state_age > parameters.state.warn_age,
         land, mode == DESCEND and descent.stopped,
         timers.on_ground > 0.0, timers.on_ground >= parameters.contact.time,
     )
     # fmt: on
-    return flown, after, report
+    return flown, after, Report(status, refused_command, refused_state)
 
 
 def fly(

@@ -23,14 +23,17 @@ def flying(height=5.0, x=0.0, roll=0.0, rates=(0.0, 0.0, 0.0)):
 
 
 class Owner:
-    """Owns a vehicle on paper; ``run`` flies steps, ``report`` is the last report, ``events`` the changes of mode."""
+    """Owns a vehicle on paper; ``run`` flies steps. Of the last one: ``report``, ``refusals`` of command and sample.
+
+    ``events``: the changes of mode.
+    """
 
     def __init__(self, vehicle=VEHICLE, period=PERIOD, **changes):
         self.parameters = GuardParameters(**changes)
         self.vehicle, self.period, self.dt = vehicle, period, period / 1e9
         self.memory = guard.init(self.parameters, vehicle)
         self.step = 0
-        self.report = None
+        self.report = self.refusals = None
         self.wrench = None
         self.events = []
 
@@ -48,7 +51,8 @@ class Owner:
         sample = self.good_sample() if sample is None else sample
         inputs = Inputs(self.step, self.period, command, sample, request)
         before = self.memory.mode
-        self.wrench, self.memory, self.report = guard.step(self.parameters, self.vehicle, self.memory, inputs, self.dt)
+        self.wrench, self.memory, found = guard.step(self.parameters, self.vehicle, self.memory, inputs, self.dt)
+        self.report, self.refusals = found.status, found[1:]
         if self.report.mode != before:
             self.events.append((self.step, self.report.mode, self.report.reason))
         self.step += 1

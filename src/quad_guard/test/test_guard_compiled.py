@@ -38,5 +38,5 @@ def test_every_bit_is_the_same_compiled():
             wrench, memory, report = guard.step(owner.parameters, owner.vehicle, memory, inputs, owner.dt)
             found, twin, seen = fast(owner.parameters, owner.vehicle, twin, inputs, owner.dt)
             assert (found, twin, seen) == (wrench, memory, report)
-            modes.add(report.mode)
+            modes.add(report.status.mode)
     assert modes >= {guard.PASS, guard.DESCEND}

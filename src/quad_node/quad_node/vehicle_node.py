@@ -12,7 +12,7 @@ from quad_core.cascade import COMMAND, COMMANDER, RECORDER, TRAJECTORY
 from quad_core.cycle import seconds
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import ParameterError
-from quad_core.types import Wrench
+from quad_core.types import GuardStatus, Wrench
 from quad_guard import guard
 from quad_guard.checks import (
     ACCEPTED,
@@ -24,8 +24,9 @@ from quad_guard.checks import (
     command_refusal,
 )
 from quad_guard.ending import described
-from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST, Report
-from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, GuardStatus, NodeStatus, RecorderAck
+from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST
+from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
+from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Stamped, unpack_wrench
 from quad_node.command_link import CommandLink, SetpointWatch
 from quad_node.conversion import set_stamp
@@ -38,8 +39,7 @@ _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to re
 _SECOND = 1_000_000_000  # ns
 _STOOD_STILL = 0.03  # s late from which on this process, or its host, is to blame for what is old
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
-_RESTING = Report(PASS, guard.GOOD, 0, guard.GOOD, 0.0, 0.0, 0, 0, 0, 0, False, False, False, False, False)
-_SHOWN = [name for name in GuardStatus.get_fields_and_field_types() if name in Report._fields]
+_RESTING = GuardStatus()
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
 
 
@@ -52,7 +52,7 @@ class Command(NamedTuple):
 
 
 class VehicleGuard:
-    """Holds the guard's memory between plant steps; ``report`` is that of the last step, None before the first."""
+    """Holds the guard's memory between plant steps."""
 
     def __init__(self, node: FlightNode, parameters: GuardParameters, period_of: Callable[[], int]) -> None:
         """Make the guard of ``node`` and its publisher; ``period_of`` gives the commander's period in steps, 0: none.
@@ -61,7 +61,6 @@ class VehicleGuard:
         """
         self.parameters = parameters
         self.memory = guard.init(parameters, node.vehicle)
-        self.report: Report | None = None
         self.last_refusal = self.asked_because = ""
         self._node = node
         self._period = node.flight.plant_period
@@ -88,8 +87,13 @@ class VehicleGuard:
             return command.wrench
         inputs = guard.Inputs(step, self._period, command, sample, request)
         flown, self.memory, report = guard.step(self.parameters, self._node.vehicle, self.memory, inputs, self._dt)
-        self.report = report
-        self._tell(step, report)
+        # a sensor slower than the plant repeats itself rightly
+        is_slow = report.state_refusal == FROZEN and report.status.state_age <= self.parameters.state.warn_age
+        if report.state_refusal != ACCEPTED and not is_slow:
+            self._tell_refusal(step, f"state: {STATE_REFUSALS[report.state_refusal]}")
+        if report.command_refusal != ACCEPTED:
+            self._tell_refusal(step, f"{COMMAND}: {COMMAND_REFUSALS[report.command_refusal]}")
+        self._tell(step, report.status)
         return flown
 
     def refused(self, step: int, refusal: int) -> None:
@@ -106,23 +110,25 @@ class VehicleGuard:
             found += f", the last one was refused: {self.last_refusal}"
         return found
 
-    def _tell(self, step: int, report: Report) -> None:
+    def _tell(self, step: int, status: GuardStatus) -> None:
         """Publish what changed, and ten times a second what is."""
-        # a sensor slower than the plant repeats itself rightly
-        is_slow = report.state_refusal == FROZEN and report.state_age <= self.parameters.state.warn_age
-        if report.state_refusal != ACCEPTED and not is_slow:
-            self._tell_refusal(step, f"state: {STATE_REFUSALS[report.state_refusal]}")
-        if report.command_refusal != ACCEPTED:
-            self._tell_refusal(step, f"{COMMAND}: {COMMAND_REFUSALS[report.command_refusal]}")
-        found = (report.mode, report.reason, bool(self.last_refusal))
+        found = (status.mode, status.reason, bool(self.last_refusal))
         if found[:2] != self._said[:2]:
-            self._tell_mode(step, report)
+            self._tell_mode(step, status)
         commanders = self._period_of()
         if found == self._said and step < self._due and not (commanders and (step + 1) % commanders == 0):
             return
         self._said = found
         self._due = step + max(1, _STATUS_PERIOD // self._period)
-        self._publish(step, report)
+        message = GuardStatusMsg(
+            step=step,
+            reason_text=REASONS[status.reason],
+            refusal=self.last_refusal,
+            run_id=self._node.flight.run_id,
+            **status._replace(refused_commands=status.refused_commands + self._dropped)._asdict(),
+        )
+        set_stamp(message.stamp, step * self._period)
+        self._status_out.publish(message)
 
     def _tell_refusal(self, step: int, text: str) -> None:
         """Report a refusal, the same one at most once a second: two that take turns must not flood the log."""
@@ -134,32 +140,19 @@ class VehicleGuard:
         stamp = step * self._period
         self._node.event(FlightEvent.WARNING, "guard_refused", f"step {step}: {text}; dropped", stamp, always=True)
 
-    def _tell_mode(self, step: int, report: Report) -> None:
-        stamp, reason = step * self._period, REASONS[report.reason]
-        if report.reason == REQUESTED and self.asked_because:
+    def _tell_mode(self, step: int, status: GuardStatus) -> None:
+        stamp, reason = step * self._period, REASONS[status.reason]
+        if status.reason == REQUESTED and self.asked_because:
             reason = self.asked_because
-        if report.mode == KILL:
+        if status.mode == KILL:
             self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; motors off", stamp)
-        elif report.mode == PASS:
+        elif status.mode == PASS:
             text = f"step {step}: the controller flies again"
             self._node.event(FlightEvent.WARNING, "guard_released", text, stamp, always=True)
         else:
-            ages = f"wrench {report.command_age:.3f} s, state {report.state_age:.3f} s old"
+            ages = f"wrench {status.command_age:.3f} s, state {status.state_age:.3f} s old"
             text = f"step {step}: {reason} ({ages}); the backup law descends"
             self._node.event(FlightEvent.WARNING, "guard_descends", text, stamp, always=True)
-
-    def _publish(self, step: int, report: Report) -> None:
-        shown = {name: getattr(report, name) for name in _SHOWN}
-        shown["refused_commands"] += self._dropped
-        message = GuardStatus(
-            step=step,
-            reason_text=REASONS[report.reason],
-            refusal=self.last_refusal,
-            run_id=self._node.flight.run_id,
-            **shown,
-        )
-        set_stamp(message.stamp, step * self._period)
-        self._status_out.publish(message)
 
 
 class VehicleNode(FlightNode):
