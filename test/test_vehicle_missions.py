@@ -27,7 +27,7 @@ FAULTS = {
     "low battery": ({"battery_after": LATER}, LONG, "battery"),
     "reset": ({"reset_after": LATER, "reset_by": 1.0}, "takeoff:2,hold:5,land", "the estimate jumped by 1.00 m"),
     "Ctrl-C": ({}, LONG, "SIGINT"),
-    "commander killed": ({}, LONG, "commander: no flight/mode any more"),
+    "commander killed": ({}, LONG, "commander does not answer: flight/mode older than 0.5 s"),
 }
 GOOD = {"reset"}
 """Faults that a mission survives, or that end it as planned."""

@@ -414,7 +414,7 @@ class AutopilotNode(VehicleNode):
         self._report_reasons()
         interface.ack = None
         if self.sequence.phase == Phase.LAND:
-            self.setpoint_watch.rest()  # controllers rest while the autopilot lands
+            self.input_watch.rest()  # controllers rest while the autopilot lands
         if output.request is not None:
             self._ask(output.request)
         if output.heartbeat:

@@ -28,7 +28,7 @@ from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUE
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Stamped, unpack_wrench
-from quad_node.command_link import CommandLink, SetpointWatch
+from quad_node.command_link import CommandLink, InputWatch
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
@@ -186,8 +186,8 @@ class VehicleNode(FlightNode):
         self._leave_by, self._ticks_since_state = 0.0, 0
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
-        self.link = CommandLink(self, self.progress) if self.commanded else None
-        self.setpoint_watch = SetpointWatch(self, self.handshake.period)
+        self.link = CommandLink(self, self._on_mode) if self.commanded else None
+        self.input_watch = InputWatch(self, self.handshake.period)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -347,10 +347,10 @@ class VehicleNode(FlightNode):
                 self.end(FlightState.FAILED, late + self.handshake.foreign_nodes())
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
-                self.link.pass_on(self.asked_to_end, self.give_up, self.asked_at)
+                self.link.pass_on(self.asked_to_end)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
-            elif (silent := self.setpoint_watch.silent(self.asked_at)) and self.guard.parameters.enabled:
+            elif (silent := self.input_watch.silent(self.asked_at)) and self.guard.parameters.enabled:
                 self.give_up(silent)
             self.watch()
         elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):
@@ -386,6 +386,10 @@ class VehicleNode(FlightNode):
             self.give_up(problem)
         if self.over:
             self._leave_when_recorded()
+
+    def _on_mode(self) -> None:
+        self.input_watch.note("flight/mode")
+        self.progress()
 
     def _on_plan(self, message: FlightPlan) -> None:
         if self.is_foreign("flight/plan", message.run):

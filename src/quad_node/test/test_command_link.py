@@ -11,7 +11,7 @@ from quad_core.flight_parameters import FlightParameters
 from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node import command_link
-from quad_node.command_link import STARTER, CommandLink, SetpointWatch
+from quad_node.command_link import STARTER, CommandLink, InputWatch
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import run_number
 
@@ -27,7 +27,6 @@ class Owner:
         self.flight, self.role, self.run = FlightParameters(run_id=RUN), "simulator", run_number(RUN)
         self.lockstep, self.commanded, self.roles, self.slept = lockstep, commanded, roles, 0.0
         self.counters, self.told, self.sent, self.callbacks, self.progressed = Counter(), [], [], {}, 0
-        self.publishing = 1
 
     def publisher(self, topic):
         assert topic == "flight/request"
@@ -35,7 +34,6 @@ class Owner:
 
     def subscribe(self, topic, callback, raw):
         self.callbacks[topic] = callback
-        return SimpleNamespace(get_publisher_count=lambda: self.publishing)
 
     def event(self, severity, kind, text, stamp_ns=0):
         self.told.append(kind)
@@ -107,54 +105,11 @@ def test_a_mode_that_is_malformed_or_of_another_run_is_rejected(owner, link):
     assert (link.mode, owner.told, owner.counters["rejected"]) == (None, ["rejected_malformed", "foreign_run"], 1)
 
 
-def test_a_commander_that_does_not_answer_a_state_is_lost_in_real_time(owner, link, clock):
-    assert not link.is_lost(99.0)
-    owner.mode(0, FlightMode.HOLD)  # at 100.0
-    given_up = []
-    for now, asked_at in ((100.1, 100.1), (100.4, 100.4), (100.59, 100.59)):
-        clock.now = now
-        assert not link.is_lost(asked_at)
-    clock.now, owner.slept = 101.0, 0.6  # the vehicle interface stood still, not the commander
-    link.pass_on("", given_up.append, 100.59)
-    owner.slept = 0.0
-    assert given_up == []
-    for now in (101.1, 101.7):
-        clock.now = now
-        link.pass_on("", given_up.append, now)
-    owner.lockstep = True
-    link.pass_on("", given_up.append, 101.7)
-    assert given_up == ["commander: no flight/mode any more"]
-
-
-def test_a_vehicle_that_sends_no_state_does_not_lose_its_commander(owner, link, clock):
-    clock.now = 99.99
-    assert not link.is_lost(99.99)
-    clock.now = 100.0
-    owner.mode(0, FlightMode.HOLD)
-    for clock.now in (100.1, 100.6, 105.0):
-        assert not link.is_lost(99.99)
-    assert not link.is_lost(105.0)
-    clock.now = 105.6
-    assert link.is_lost(105.6)
-
-
-def test_a_commander_that_has_left_is_lost_without_a_state_too(owner, link, clock):
-    assert not link.is_lost(99.0)
-    owner.mode(0, FlightMode.HOLD)
-    clock.now = 105.0
-    assert not link.is_lost(99.0)
-    owner.publishing = 0
-    clock.now = 105.4
-    assert not link.is_lost(99.0)
-    clock.now = 105.6
-    assert link.is_lost(99.0)
-
-
 def test_the_end_is_asked_for_once_with_its_reason(owner, link):
-    link.pass_on("", list, 0.0)
+    link.pass_on("")
     assert owner.sent == []
-    link.pass_on("SIGINT", list, 0.0)
-    link.pass_on("SIGINT", list, 0.0)
+    link.pass_on("SIGINT")
+    link.pass_on("SIGINT")
     assert [(sent.request, sent.run_id, sent.sender) for sent in owner.sent] == [
         (FlightRequest.END, RUN, "simulator was asked to end by SIGINT")
     ]
@@ -164,10 +119,10 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
     monkeypatch.setenv(STARTER, "4711")
     monkeypatch.setattr(command_link.os, "getppid", lambda: 4711)
     link = CommandLink(owner, list)
-    link.pass_on("", list, 0.0)
+    link.pass_on("")
     assert owner.sent == []
     monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
-    link.pass_on("", list, 0.0)
+    link.pass_on("")
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
 
 
@@ -190,7 +145,7 @@ def after(watch, clock, seconds, has_states=True):
     ],
 )
 def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, message, period, limit, said):
-    watch = SetpointWatch(owner, lambda role: period)
+    watch = InputWatch(owner, lambda role: period)
     assert after(watch, clock, 5.0) == ""  # nothing has come yet: the handshake waits for it
     owner.receive(topic, message(run=owner.run))
     assert after(watch, clock, 60.0, has_states=False) == ""  # without states there is nothing to answer
@@ -200,7 +155,7 @@ def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, m
 
 
 def test_setpoints_of_another_run_are_none(owner, clock):
-    watch = SetpointWatch(owner, lambda role: 5)
+    watch = InputWatch(owner, lambda role: 5)
     owner.setpoint()
     for _ in range(8):
         owner.setpoint(run_id="b2")
@@ -209,7 +164,7 @@ def test_setpoints_of_another_run_are_none(owner, clock):
 
 
 def test_a_vehicle_interface_that_stood_still_names_no_node(owner, clock):
-    watch = SetpointWatch(owner, lambda role: 5)
+    watch = InputWatch(owner, lambda role: 5)
     owner.setpoint()
     assert after(watch, clock, 0.1) == ""
     clock.now, owner.slept = clock.now + 5.0, 5.0
@@ -219,18 +174,26 @@ def test_a_vehicle_interface_that_stood_still_names_no_node(owner, clock):
     assert after(watch, clock, 0.3) == ""
 
 
-@pytest.mark.parametrize(
-    "options", [{"lockstep": True}, {"commanded": True}, {"roles": ("simulator", "attitude_controller")}]
-)
-def test_where_another_decides_or_no_node_sends_it_nothing_is_watched(options):
+@pytest.mark.parametrize("options", [{"lockstep": True}, {"roles": ("simulator", "attitude_controller")}])
+def test_in_lockstep_and_where_no_node_sends_it_nothing_is_watched(options):
     owner = Owner(**options)
-    watch = SetpointWatch(owner, lambda role: 5)
+    watch = InputWatch(owner, lambda role: 5)
     assert not owner.callbacks
     assert watch.silent(1e9) == ""
 
 
+def test_a_commander_that_leaves_a_state_unanswered_is_named_after_half_a_second(clock):
+    owner = Owner(commanded=True, roles=(*ROLES, "commander"))
+    watch = InputWatch(owner, lambda role: 5)
+    watch.rest()
+    watch.note("flight/mode")
+    clock.now += 60.0  # without a state: what comes then waits from there on
+    assert after(watch, clock, 0.45) == ""
+    assert after(watch, clock, 0.15) == "commander does not answer: flight/mode older than 0.5 s"
+
+
 def test_a_vehicle_interface_whose_time_waits_for_its_controllers_watches_nothing(owner, clock):
-    watch = SetpointWatch(owner, lambda role: 5)
+    watch = InputWatch(owner, lambda role: 5)
     owner.setpoint()
     watch.rest()
     assert after(watch, clock, 60.0) == ""

@@ -65,7 +65,7 @@ class JoinedInterface(Px4Interface):
         sensors = Sensors(truth_steps=self.settings.truth_period_steps)
         suite = Suite(sensors, node.flight.seed, period, node.vehicle.gravity)
         self.exchange, self.gate = Exchange(mavlink, self._server, suite), Gate(self.settings.gate)
-        node.setpoint_watch.rest()  # the gate waits for them
+        node.input_watch.rest()  # the gate waits for them
         self._period_us, self._dt = period // 1000, seconds(1, period)
         self._truth_out, self._disturbance_out = node.output("truth"), node.output("disturbance")
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
