@@ -3,6 +3,7 @@
 import hashlib
 import json
 import platform
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,16 +24,13 @@ def interface_hash() -> str:
 def versions() -> dict[str, str]:
     """Return the versions that decide the bits of a flight."""
     found = {"python": platform.python_version(), "machine": platform.machine(), "libc": " ".join(platform.libc_ver())}
-    for name, packages in {
-        "quad_stack": ("quad_node",),
-        "rclpy": ("ros-rclpy", "rclpy"),
-        "numpy": ("numpy",),
-        "mcap": ("mcap",),
-    }.items():
-        for package in packages:
-            try:
-                found[name] = version(package)
-                break
-            except PackageNotFoundError:
-                continue
+    for name, package in (
+        ("quad_stack", "quad_node"),
+        ("rclpy", "ros-rclpy"),
+        ("rclpy", "rclpy"),
+        ("numpy", "numpy"),
+        ("mcap", "mcap"),
+    ):
+        with suppress(PackageNotFoundError):  # rclpy has its own name where it is no wheel
+            found.setdefault(name, version(package))
     return found

@@ -30,13 +30,6 @@ def check_arguments(args: list[str]) -> None:
 
     ``args``: the command line, the program first. Raises ParameterError naming the word, or the file and its mistake.
     """
-    check_words(args)
-    for path in _files(args):
-        read_parameter_file(path)
-
-
-def check_words(args: list[str]) -> None:
-    """Raise ParameterError for a word of a command line that is no ROS argument."""
     try:
         stray = remove_ros_args(args)[1:]
     except Exception as error:  # rclpy's own RCLError and UnknownROSArgsError
@@ -44,6 +37,8 @@ def check_words(args: list[str]) -> None:
         raise ParameterError(f"found {text}, expected ROS arguments after --ros-args") from error
     if stray:
         raise ParameterError(f"found {stray[0]!r}, expected --ros-args before it, or nothing (--help explains)")
+    for path in _files(args):
+        read_parameter_file(path)
 
 
 def placed(problem: str, args: list[str], role: str = "") -> str:

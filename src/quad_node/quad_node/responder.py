@@ -7,6 +7,7 @@ Every responder subscribes to ``state``; a ``LawNode`` to the topics that its st
 stage gives and its internals (see the ``stage.py`` of each controller's package).
 """
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -38,7 +39,7 @@ from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
 from quad_node.hot_standby import HotStandby
-from quad_node.state_filter import LARGEST_GAP, SequenceFilter, StartDetector
+from quad_node.state_filter import LARGEST_GAP, SequenceFilter, saw_start
 
 _LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
 _MOST_KEPT = 8192  # values of an input: more than the steps that may lie ahead of the last state
@@ -123,7 +124,8 @@ class Responder(FlightNode):
         """Subscribe to ``state``; raises as FlightNode."""
         self._pending: deque[tuple[int, int, VehicleState]] = deque()
         self._due = 0
-        self._start = StartDetector()
+        self._ready = math.inf
+        self._began: float | None = None
         super().__init__(role)
         self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run_id=self.flight.run_id)
         self.inputs: list[InputTopic] = []
@@ -204,7 +206,7 @@ class Responder(FlightNode):
     def set_status(self, state: int, detail: str) -> None:
         """Change this node's state and publish it."""
         if state == NodeStatus.READY:  # noted before it is sent: the flight may begin at once
-            self._start.on_ready(time.monotonic())
+            self._ready = min(self._ready, time.monotonic())
         super().set_status(state, detail)
 
     def answer_ready(self, is_due: bool = False) -> None:
@@ -247,13 +249,15 @@ class Responder(FlightNode):
     def _on_flight_state(self, message: FlightState) -> None:
         super()._on_flight_state(message)
         if not is_foreign(message.run_id, self.flight.run_id):
-            self._start.on_flight_state(message.state == FlightState.FLYING, message.wall_time, time.monotonic())
+            # a latched message may have been sent long before
+            began = time.monotonic() - message.wall_time if message.state == FlightState.FLYING else math.inf
+            self._began = began if self._began is None else min(self._began, began)
 
     def _joins(self, step: int) -> bool:
         """Return whether to take part, the first state being that of ``step``; asked until it does."""
-        saw_start = self._start.saw_start(self.lockstep, step)
-        if saw_start is not False:
-            return bool(saw_start)
+        saw = saw_start(self.lockstep, step, self._ready, self._began)
+        if saw is not False:
+            return bool(saw)
         begin = self._next_multiple(step)
         if not self.comes_late(begin):
             return False

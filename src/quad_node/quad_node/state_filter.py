@@ -41,33 +41,15 @@ class SequenceFilter:
         return is_back
 
 
-class StartDetector:
-    """When this node was ready, and when the flight began; times in s on the steady clock.
+def saw_start(lockstep: bool, step: int, ready: float, began: float | None) -> bool | None:
+    """Return whether the first state, that of ``step``, is of a flight that began with this node; None: unknown.
 
-    In lockstep the first state shows whether a node was there at the start: a flight begins with step 0. In real time
-    the first state may be a later one (an estimator that was on before the flight, a node that the system stopped), so
-    there the times decide: a flight starts after every node is READY.
+    ``ready``: when this node was READY, inf: never. ``began``: when the flight did by flight/state, inf: not yet, None:
+    none has come. In lockstep a flight begins with step 0. In real time the first state may be a later one (of an
+    estimator that was on before, or to a node that the system stopped); a flight starts after every node is READY.
     """
-
-    def __init__(self) -> None:
-        """Neither is known."""
-        self._ready = self._began = math.inf
-        self._is_informed = False
-
-    def on_ready(self, now: float) -> None:
-        """Note that this node has published READY."""
-        self._ready = min(self._ready, now)
-
-    def on_flight_state(self, is_flying: bool, wall_time: float, now: float) -> None:
-        """Take in flight/state; ``wall_time``: s since step 0. A latched one may have been sent long before ``now``."""
-        self._is_informed = True
-        if is_flying:
-            self._began = min(self._began, now - wall_time)
-
-    def saw_start(self, lockstep: bool, step: int) -> bool | None:
-        """Return whether the first state, that of ``step``, is of a flight that began with this node; None: unknown."""
-        if step == 0:
-            return True
-        if lockstep or self._began < self._ready:
-            return False
-        return True if self._is_informed and self._ready < math.inf else None
+    if step == 0:
+        return True
+    if lockstep or (began is not None and began < ready):
+        return False
+    return None if began is None or ready == math.inf else True

@@ -1,8 +1,10 @@
 """Which state a node accepts next, and whether it saw the start of its flight."""
 
+import math
+
 import pytest
 
-from quad_node.state_filter import LARGEST_GAP, QUIET, SequenceFilter, StartDetector
+from quad_node.state_filter import LARGEST_GAP, QUIET, SequenceFilter, saw_start
 
 pytestmark = pytest.mark.unit
 
@@ -59,37 +61,22 @@ def test_what_is_far_ahead_is_told_from_what_is_old():
     assert [order.is_far_ahead(step) for step in (0, 999, 1000 + largest, 1001 + largest)] == [False] * 3 + [True]
 
 
-def joined(ready=None, states=()):
-    """Return what is known after READY at ``ready`` and ``states`` of (flying, s since step 0, when it came)."""
-    known = StartDetector()
-    if ready is not None:
-        known.on_ready(ready)
-    for state in states:
-        known.on_flight_state(*state)
-    return known
-
-
-def test_step_0_is_the_start_in_both_clocks():
-    assert joined().saw_start(True, 0) is joined().saw_start(False, 0) is True
-
-
-def test_in_lockstep_any_other_first_state_is_late():
-    assert joined(1.0, [(True, 0.0, 2.0)]).saw_start(True, 5) is False
+NOT, NEVER = math.inf, math.inf
 
 
 @pytest.mark.parametrize(
-    ("ready", "states", "saw"),
+    ("lockstep", "step", "ready", "began", "saw"),
     [
-        (1.0, [(False, 0.0, 0.5), (True, 0.0, 2.0)], True),
-        (1.0, [(False, 0.0, 0.5), (True, 0.5, 2.5)], True),  # it slept over the first of them
-        (1.0, [(False, 0.0, 0.5)], True),  # an estimator speaks before the flight
-        (1.0, [(True, 8.0, 2.0)], False),
-        (1.0, [(False, 0.0, 0.9), (True, 0.0, 0.9), (True, 8.0, 1.1)], False),
-        (None, [(False, 0.0, 0.9), (True, 0.0, 0.9)], False),  # its own flight waits until it is ready
-        (None, [(False, 0.0, 0.9)], None),
-        (1.0, [], None),
-        (None, [], None),
+        (True, 0, NEVER, None, True),
+        (False, 0, NEVER, None, True),
+        (True, 5, 1.0, 2.0, False),
+        (False, 5, 1.0, 2.0, True),
+        (False, 5, 1.0, NOT, True),  # an estimator speaks before the flight
+        (False, 5, 1.0, -6.0, False),
+        (False, 5, NEVER, 0.9, False),  # its own flight waits until it is ready
+        (False, 5, NEVER, NOT, None),
+        (False, 5, 1.0, None, None),
     ],
 )
-def test_in_real_time_a_flight_that_is_older_than_the_node_is_ready_is_another_s(ready, states, saw):
-    assert joined(ready, states).saw_start(False, 5) is saw
+def test_in_real_time_a_flight_that_is_older_than_the_node_is_ready_is_another_s(lockstep, step, ready, began, saw):
+    assert saw_start(lockstep, step, ready, began) is saw
