@@ -39,10 +39,6 @@ def test_division_by_zero_does_not_raise_in_compiled_text():
     assert math.isinf(compiled(outer)(Vec3(0.0, 1.0, 1.0), 0.0).z)
 
 
-def test_a_function_is_compiled_once():
-    assert compiled(outer) is compiled(outer)
-
-
 def test_a_function_called_through_a_module_is_refused_by_name():
     with pytest.raises(TypeError, match=r"through_a_module: import functions from geometry by name"):
         compiled(through_a_module)

@@ -46,12 +46,6 @@ def test_a_flight_has_at_least_one_step():
     assert steps_to_cover(1e-12, 2_000_000) == 1
 
 
-def test_by_hand():
-    assert seconds(3, 2_000_000) == 0.006
-    assert steps_to_cover(80.0, 2_000_000) == 40_000
-    assert steps_to_cover(0.0061, 2_000_000) == 4
-
-
 def state_with(index, value):
     numbers = [0.0] * 9 + [1.0] + [0.0] * 3
     numbers[index] = value
@@ -103,10 +97,6 @@ def test_far_without_a_limit_is_no_fault_of_the_reference():
 
 def test_the_limits_met_are_named():
     assert limits_met(PositionInternals(tilt_limited=True, thrust_limited=True)) == "tilt, thrust"
-
-
-def test_no_other_field_is_a_limit():
-    assert {name for name in PositionInternals._fields if "limited" in name} == {*FLAGS}
 
 
 def test_a_law_without_limits_is_not_judged_by_them():

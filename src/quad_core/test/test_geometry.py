@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from quad_core import geometry
-from quad_core.geometry import ZERO, add, clamp, cross, dot, negate, norm, scale, subtract, total
+from quad_core.geometry import ZERO, add, clamp, cross, dot, negate, norm, scale, subtract
 from quad_core.types import Quat, Vec3
 
 PART = st.floats(-1e3, 1e3, allow_subnormal=False)
@@ -28,16 +28,6 @@ def test_numpy_says_the_same(a, b, factor):
     assert cross(a, b) == pytest.approx(np.cross(u, v), rel=1e-12, abs=1e-9)
     assert norm(a) == pytest.approx(np.linalg.norm(u), rel=1e-12)
     assert add(a, ZERO) == a
-
-
-def test_the_total_is_the_sum_of_all_and_zero_of_none():
-    assert total([Vec3(1.0, 2.0, 3.0), Vec3(0.5, -2.0, 4.0), Vec3(0.25, 1.0, -8.0)]) == Vec3(1.75, 1.0, -1.0)
-    assert total([]) == ZERO
-
-
-def test_the_axes_are_right_handed():
-    x, y, z = Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0)
-    assert (cross(x, y), cross(y, z), cross(z, x)) == (z, x, y)
 
 
 @given(value=ANY, low=ANY, high=ANY)

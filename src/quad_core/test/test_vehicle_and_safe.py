@@ -8,17 +8,12 @@ from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import ParameterError, build
 from quad_core.safe import hold_position, level_hover
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_core.vehicle import Layout, Vehicle, check_inertia, max_thrust
+from quad_core.vehicle import Vehicle, check_inertia, max_thrust
 
 
 def test_largest_thrust_is_the_stated_multiple_of_the_weight():
     vehicle = Vehicle()._replace(mass=2.0, gravity=10.0, thrust_to_weight=2.5)
     assert max_thrust(vehicle) == 50.0
-
-
-def test_layouts_have_names():
-    assert build(Vehicle, {"layout": "plus"}).layout == Layout.PLUS
-    assert build(Vehicle, {"layout": "x"}).layout == Layout.X
 
 
 @pytest.mark.parametrize(

@@ -78,13 +78,6 @@ def test_a_vehicle_with_a_ground_is_down_when_its_motors_stopped(tmp_path):
     assert (result.topics["actuation"]["thrust"][2100:-1] > 0.0).all()
 
 
-def test_a_flight_without_guard_flies_on_with_the_last_wrench(tmp_path):
-    lost = events(tmp_path, "link start=4 drop=1")
-    result = flown("hover", "simulator.guard.enabled=false", duration=1.0, scenario=lost)
-    assert result.guard == ""
-    assert result.outcome in ("ended", "diverged")
-
-
 def test_a_frozen_state_is_a_descent_on_a_prediction(tmp_path):
     result = flown("case2", duration=5.0, scenario=events(tmp_path, "freeze start=3 end=3.2"))
     assert result.guard.endswith("no good state")

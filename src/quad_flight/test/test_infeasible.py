@@ -34,10 +34,6 @@ def test_both_engines_fly_it_with_the_same_bits(both):
         assert rows.tobytes() == compiled.topics[name].tobytes(), name
 
 
-def test_the_same_with_tilt_enough_ends():
-    assert flight.fly(flight.from_names("case2", duration=6.0)).outcome == "ended"
-
-
 @pytest.mark.parametrize("preset", ["tuned", "minimal"])
 @pytest.mark.parametrize("case", ["case1", "case2"])
 def test_the_papers_own_start_is_followed(case, preset):

@@ -133,12 +133,6 @@ class twister(stand_in.attitude):  # noqa: N801
         return Wrench(inputs.setpoint.thrust, torque), Memory(memory.count + 1.0), Internals(dt, 0.0)
 
 
-def test_torque_variation_counts_from_t_0():
-    result = fly(small_flight(modules=with_stages(attitude_controller=twister)))
-    # t = 0 at step 10 of 50: every second step answers
-    assert result.score.torque_variation == 20.0
-
-
 class silencer(stand_in.disturbance):  # noqa: N801
     """Loses every command from 0.04 s on."""
 

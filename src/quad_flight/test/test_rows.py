@@ -72,22 +72,3 @@ def test_each_topic_has_the_steps_of_its_publisher(cut):
     assert topics["position_controller/internals"]["number"].tolist() == [0.0, 4.0, 8.0]
     assert topics["position_controller/internals"]["flag"].tolist() == [True] * 3
     assert topics["attitude_controller/internals"]["vector"].tolist() == [[4.0, 5.0, 6.0]] * 6
-
-
-@pytest.mark.parametrize(
-    ("count", "refused", "setpoints", "wrenches"),
-    [
-        (9, 1, 2, 4),  # both were due at step 8: neither answered
-        (9, 2, 3, 4),  # only the second was refused
-        (7, 2, 2, 3),  # the first was not due at step 6
-        (9, 0, 3, 5),
-    ],
-)
-def test_nothing_is_published_from_the_stage_on_that_was_refused(count, refused, setpoints, wrenches):
-    topics = rows.split(STAGES, SCHEDULE, flown(count, 3, rows.writer(STAGES)), refused)
-    found = {name: len(values) for name, values in topics.items()}
-    assert found["attitude_setpoint"] == found["position_controller/internals"] == setpoints
-    assert found["wrench_setpoint"] == found["attitude_controller/internals"] == wrenches
-    assert found["actuation"] == count - (refused > 0)
-    assert found["truth"] == found["state"] == found["disturbance"] == count
-    assert found["reference"] == -(-count // 3)

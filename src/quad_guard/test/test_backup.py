@@ -10,7 +10,7 @@ from quad_core.geometry import quaternion_from_euler
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import BLIND_THRUST, Descent, contact, descend, predict
+from quad_guard.backup import BLIND_THRUST, Descent, descend, predict
 from quad_guard.unknown_torque import UnknownTorque
 
 RULE, VEHICLE = ContactRule(), Vehicle()
@@ -50,10 +50,6 @@ def test_an_unknown_torque_is_taken_off_once_it_was_found():
         memory = FRESH._replace(unknown=UnknownTorque(torque=unknown, found=found))
         # blind, so that the estimate stays
         assert wrench(False, memory=memory).torque_b == pytest.approx(expected)
-
-
-def test_the_heading_is_free():
-    assert wrench(False, angles=(0.0, 0.0, 2.5)).torque_b == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
 
 
 def test_upside_down_it_turns_too():
@@ -113,14 +109,6 @@ def test_above_the_stop_height_they_turn_on_whatever_it_lies_on():
 
 def test_without_velocity_nothing_is_taken_for_contact():
     assert at_rest(0.1, 3.0, knows_velocity=False)[-1] == (pytest.approx(0.94 * WEIGHT), False)
-
-
-def test_what_moves_again_is_flown_again():
-    assert contact(RULE, Descent(0.0, 0.9, 0.3, False), state(0.1, (0.0, 0.0, -0.2)), 0.1, True, 0.002) == (
-        0.0,
-        1.0,
-        False,
-    )
 
 
 def test_the_prediction_is_that_of_free_fall_and_of_a_free_spin():

@@ -250,13 +250,6 @@ def test_kill_is_final():
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
 
-def test_a_descent_on_request_begins_at_once():
-    owner = Owner()
-    owner.run(0.5)
-    owner.once(request=guard.ASK_DESCEND)
-    assert owner.events == [(250, guard.DESCEND, guard.REQUESTED)]
-
-
 numbers = st.one_of(st.floats(), st.floats(-10.0, 10.0))
 
 
