@@ -15,7 +15,7 @@ import time
 from flying import LOW, domain_of, finish, start, stranger, wait_until_flying
 from rclpy.executors import SingleThreadedExecutor
 
-from quad_node.codec import step_of
+from quad_node.codec import head_of
 from quad_node.topics import TOPICS
 
 LIMIT = 0.5  # s
@@ -55,7 +55,7 @@ class Arrivals(threading.Thread):
                 executor.spin_once(timeout_sec=0.1)
 
     def _on_state(self, payload):
-        step = step_of(payload)
+        step = head_of(payload)[0]
         if step > self._newest:
             self._newest = step
             self.times.append(time.monotonic())

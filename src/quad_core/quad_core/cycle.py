@@ -7,12 +7,9 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.geometry import ZERO, dot
+from quad_core.geometry import dot
 from quad_core.types import (
-    ALL_ROTORS,
-    NO_LINK_FAULT,
-    NO_PAYLOAD,
-    NO_SENSOR_FAULT,
+    CALM,
     Conditions,
     Disturbance,
     PositionInternals,
@@ -71,16 +68,7 @@ def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
 
 def pushed(force_w: Vec3, torque_b: Vec3) -> Conditions:
     """Return conditions with an outer force N (world) and torque N m (body), all else calm."""
-    return Conditions(
-        force_w=force_w,
-        torque_b=torque_b,
-        wind_w=ZERO,
-        payload=NO_PAYLOAD,
-        rotor_effectiveness=ALL_ROTORS,
-        thrust_limit=1.0,
-        sensor=NO_SENSOR_FAULT,
-        link=NO_LINK_FAULT,
-    )
+    return Conditions(force_w, torque_b, *CALM[2:])
 
 
 def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceleration_b: Vec3) -> Disturbance:

@@ -35,7 +35,7 @@ _CROWDED = 10
 
 
 class Sample(NamedTuple):
-    """One message: stamp in ns, arrival in s of the steady clock, pose, and the twist as sent or None."""
+    """One message: stamp in ns, arrival in s of the steady clock, pose, and the twist as sent (body) or None."""
 
     stamp_ns: int
     arrived: float
@@ -44,18 +44,17 @@ class Sample(NamedTuple):
     twist_linear: Vec3 | None = None
     twist_angular: Vec3 | None = None
 
+    @property
+    def time(self) -> float:
+        """The stamp in s."""
+        return 1e-9 * self.stamp_ns
+
 
 class News(NamedTuple):
     """Something to be said: its kind and its text."""
 
     kind: str
     text: str
-
-
-class _Seen(NamedTuple):
-    time: float
-    sample: Sample
-    v_w: Vec3 | None
 
 
 class Estimator:
@@ -72,7 +71,7 @@ class Estimator:
         self._last: Sample | None = None
         self._step = -1
         self._crowded = self._skipped = 0  # samples in the step of another one, and steps left empty, since it moved
-        self._seen: deque[_Seen] = deque()
+        self._seen: deque[Sample] = deque()
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
         self._checked = -math.inf
@@ -152,21 +151,18 @@ class Estimator:
         if off:
             self.counts["stamps_off_grid"] += 1
             self.jitter_ns = max(self.jitter_ns, off)
-        time = 1e-9 * sample.stamp_ns
         if last is not None:
-            elapsed = time - 1e-9 * last.stamp_ns
+            elapsed = sample.time - last.time
             self._spacings.append(elapsed)
             self._skipped += step > self._step + 1
             if self.spacing and elapsed > 1.6 * self.spacing:
                 self.counts["missing_samples"] += round(elapsed / self.spacing) - 1
             self._look_for_reset(last, sample, elapsed)
-        given = rotate(sample.q_wb, sample.twist_linear) if sample.twist_linear is not None else None
-        moved = sample._replace(p_w=subtract(sample.p_w, self._offset))
-        self._seen.append(_Seen(time, moved, given))
-        while len(self._seen) > 3 and self._seen[0].time < time - CHECK:
+        self._seen.append(sample._replace(p_w=subtract(sample.p_w, self._offset)))
+        while len(self._seen) > 3 and self._seen[0].time < sample.time - CHECK:
             self._seen.popleft()
         self._step, self._last = step, sample
-        self._check(time)
+        self._check(sample.time)
 
     def _restart(self, last: Sample, sample: Sample) -> None:
         """Go on where the stamps were when they jump: a clock was set, or the first one was stale."""
@@ -181,10 +177,10 @@ class Estimator:
 
     def _look_for_reset(self, last: Sample, sample: Sample, elapsed: float) -> None:
         """Take a jump of the position off; a turn beyond what the rates explain is said only."""
-        move, turn = subtract(sample.p_w, last.p_w), _angle(relative_attitude(last.q_wb, sample.q_wb))
+        move, turn = subtract(sample.p_w, last.p_w), norm(_rotation(relative_attitude(last.q_wb, sample.q_wb)))
         if elapsed <= 0.01 and norm(move) <= 0.5 * RESET_DISTANCE and turn <= RESET_ANGLE:
             return  # nearly every sample, without a slope
-        speed = self._slope(WINDOW).v_w if len(self._seen) >= 3 else ZERO
+        speed = self._slope().v_w if len(self._seen) >= 3 else ZERO
         jump = subtract(move, scale(elapsed, speed))
         if norm(jump) <= RESET_DISTANCE + 10.0 * elapsed * elapsed and turn <= RESET_ANGLE + 20.0 * elapsed:
             return
@@ -199,18 +195,15 @@ class Estimator:
         if v is not None:
             v = rotate(sample.q_wb, v)
         if v is None or w is None or self.derives_velocity or self.derives_rate:
-            slope = self._slope(WINDOW)
+            slope = self._slope()
             if v is None or self.derives_velocity:
                 v, age = slope.v_w, self._delay + slope.age
             if w is None or self.derives_rate:
                 w, rate_age = slope.omega_b, self._delay + slope.age
         return VehicleState(sample.p_w, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
 
-    def _slope(self, window: float) -> "Slope":
-        newest = self._seen[-1] if self._seen else None
-        if newest is None:
-            return Slope(ZERO, ZERO, 0.0)
-        chosen = [one for one in self._seen if one.time >= newest.time - window]
+    def _slope(self) -> "Slope":
+        chosen = [one for one in self._seen if one.time >= self._seen[-1].time - WINDOW]
         return slope(chosen if len(chosen) >= 3 else list(self._seen)[-3:])
 
     def _check(self, time: float) -> None:
@@ -220,17 +213,16 @@ class Estimator:
             return
         self._checked = time
         true = slope(list(self._seen))
-        samples = [one.sample for one in self._seen]
-        q, linear, angular = samples[-1].q_wb, samples[-1].twist_linear, samples[-1].twist_angular
+        q, linear, angular = self._seen[-1].q_wb, self._seen[-1].twist_linear, self._seen[-1].twist_angular
         if linear is not None and not self.derives_velocity:
-            found = _mean([one.v_w or ZERO for one in self._seen])
+            found = _mean([rotate(one.q_wb, one.twist_linear or ZERO) for one in self._seen])
             wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
             if self._lasts("velocity", wrong, time, 0.5 * CHECK):
                 self.derives_velocity = True
                 looks = mistakes(rotate_inverse(q, found), rotate_inverse(q, true.v_w), q, "km/h, expected m/s", 3.6)
                 self._name("linear", found, true.v_w, "m/s", looks)
         if angular is not None and not self.derives_rate:
-            found = _mean([one.twist_angular or ZERO for one in samples])
+            found = _mean([one.twist_angular or ZERO for one in self._seen])
             wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
             if self._lasts("rate", wrong, time, 0.0):
                 self.derives_rate = True
@@ -281,7 +273,7 @@ class Slope(NamedTuple):
     age: float
 
 
-def slope(seen: Sequence[_Seen]) -> Slope:
+def slope(seen: Sequence[Sample]) -> Slope:
     """Return how the pose of ``seen`` changes, by least squares; zero for fewer than two samples."""
     if len(seen) < 2:
         return Slope(ZERO, ZERO, 0.0)
@@ -293,8 +285,8 @@ def slope(seen: Sequence[_Seen]) -> Slope:
     v, w = ZERO, ZERO
     for one in seen:
         share = (one.time - middle) / spread
-        v = add(v, scale(share, one.sample.p_w))
-        w = add(w, scale(share, _rotation(relative_attitude(newest.sample.q_wb, one.sample.q_wb))))
+        v = add(v, scale(share, one.p_w))
+        w = add(w, scale(share, _rotation(relative_attitude(newest.q_wb, one.q_wb))))
     return Slope(v, w, newest.time - middle)
 
 
@@ -308,10 +300,6 @@ def _rotation(q: Quat) -> Vec3:
     sine = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z)
     factor = sign * 2.0 if sine < 1e-9 else sign * 2.0 * math.atan2(sine, abs(q.w)) / sine
     return Vec3(factor * q.x, factor * q.y, factor * q.z)
-
-
-def _angle(q: Quat) -> float:
-    return norm(_rotation(q))
 
 
 def _shown(v: Vec3) -> str:

@@ -84,18 +84,7 @@ def lifted_off(before: LiftOff, state: VehicleState, armed: bool, dt: float) -> 
 
 def marked(state: VehicleState, lift: LiftOff) -> VehicleState:
     """Return ``state`` with the ground and whether the vehicle is on it."""
-    return VehicleState(
-        state.p_w,
-        state.v_w,
-        state.q_wb,
-        state.omega_b,
-        state.position_age,
-        state.velocity_age,
-        state.attitude_age,
-        state.rate_age,
-        lift.ground_z,
-        lift.on_ground,
-    )
+    return VehicleState(*(state[:8] + (lift.ground_z, lift.on_ground)))  # noqa: RUF005 (Numba adds plain tuples)
 
 
 def straight_up(inputs: PositionInputs) -> PositionInputs:
@@ -138,18 +127,8 @@ def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
 
 def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> PositionInputs:
     """Return ``inputs`` with the reference ``distance`` m, ``speed`` m/s and ``pull`` m/s^2 away from where it is."""
-    reference = inputs.reference
-    moved = TrajectoryPoint(
-        reference.trajectory_time,
-        add(reference.p_w, distance),
-        add(reference.v_w, speed),
-        add(reference.a_w, pull),
-        reference.jerk_w,
-        reference.snap_w,
-        reference.yaw,
-        reference.yaw_rate,
-        reference.yaw_acceleration,
-    )
+    time, p, v, a = inputs.reference[:4]
+    moved = TrajectoryPoint(time, add(p, distance), add(v, speed), add(a, pull), *inputs.reference[4:])
     return PositionInputs(inputs.state, moved, inputs.actuation)
 
 

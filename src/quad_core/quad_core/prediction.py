@@ -94,21 +94,14 @@ def predict(
     inputs.
     """
     held = held_for(known, state, dt)
-    known_age = Vec3(
-        said_or(state.position_age, parameters.position_age),
-        said_or(state.attitude_age, parameters.attitude_age),
-        said_or(state.rate_age, parameters.rate_age),
+    longest = parameters.max_age
+    age = Vec3(
+        said_or(state.position_age, parameters.position_age) + held.x,
+        said_or(state.attitude_age, parameters.attitude_age) + held.y,
+        said_or(state.rate_age, parameters.rate_age) + held.z,
     )
-    ages = Vec3(
-        min(parameters.max_age, known_age.x + held.x),
-        min(parameters.max_age, known_age.y + held.y),
-        min(parameters.max_age, known_age.z + held.z),
-    )
-    bounded = (
-        known_age.x + held.x > parameters.max_age
-        or known_age.y + held.y > parameters.max_age
-        or known_age.z + held.z > parameters.max_age
-    )
+    ages = Vec3(min(longest, age.x), min(longest, age.y), min(longest, age.z))
+    bounded = age.x > longest or age.y > longest or age.z > longest
     angular = angular_acceleration(vehicle, known.predicted.omega_b, actuation.torque_b)
     mean = angular if known.initialised else ZERO
     window = ages.y if ages.y > ages.z else ages.z
@@ -129,7 +122,7 @@ def predict(
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
     if state.velocity_age > 0.0 and state.velocity_age != state.position_age:
-        v = add(state.v_w, scale(min(parameters.max_age, state.velocity_age + held.x), acceleration))
+        v = add(state.v_w, scale(min(longest, state.velocity_age + held.x), acceleration))
         p = ahead(state.p_w, subtract(v, scale(ages.x, acceleration)), acceleration, ages.x)
     now = fresh(p, v, q, omega)
     return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
@@ -174,22 +167,10 @@ def held_for(known: Estimate, state: VehicleState, dt: float) -> Vec3:
     if not known.initialised:
         return ZERO
     before, held = known.reading, known.held
-    same_position = (
-        before.p_w.x == state.p_w.x
-        and before.p_w.y == state.p_w.y
-        and before.p_w.z == state.p_w.z
-        and before.v_w.x == state.v_w.x
-        and before.v_w.y == state.v_w.y
-        and before.v_w.z == state.v_w.z
-    )
-    q, r = before.q_wb, state.q_wb
-    same_attitude = q.x == r.x and q.y == r.y and q.z == r.z and q.w == r.w
-    w, u = before.omega_b, state.omega_b
-    same_rates = w.x == u.x and w.y == u.y and w.z == u.z
     return Vec3(
-        held.x + dt if same_position else 0.0,
-        held.y + dt if same_attitude else 0.0,
-        held.z + dt if same_rates else 0.0,
+        held.x + dt if before.p_w == state.p_w and before.v_w == state.v_w else 0.0,
+        held.y + dt if before.q_wb == state.q_wb else 0.0,
+        held.z + dt if before.omega_b == state.omega_b else 0.0,
     )
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from quad_core.geometry import euler_from_quaternion, quaternion_from_euler
+from quad_core.geometry import ZERO, euler_from_quaternion, quaternion_from_euler
 from quad_core.types import AttitudeThrust, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle, max_thrust
 
@@ -19,12 +19,10 @@ def safe_input(topic: str, last: Any, vehicle: Vehicle, state: VehicleState) -> 
 def level_hover(vehicle: Vehicle, state: VehicleState) -> AttitudeThrust:
     """Return level attitude at the present heading with the nominal hover thrust."""
     angles = Vec3(0.0, 0.0, euler_from_quaternion(state.q_wb).z)
-    zero = Vec3(0.0, 0.0, 0.0)
     thrust = vehicle.mass * vehicle.gravity
-    return AttitudeThrust(angles, zero, zero, quaternion_from_euler(angles), thrust, thrust / max_thrust(vehicle))
+    return AttitudeThrust(angles, ZERO, ZERO, quaternion_from_euler(angles), thrust, thrust / max_thrust(vehicle))
 
 
 def hold_position(last: TrajectoryPoint) -> TrajectoryPoint:
     """Return the last reference at rest: its position and heading with all derivatives zero."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return TrajectoryPoint(last.trajectory_time, last.p_w, zero, zero, zero, zero, last.yaw, 0.0, 0.0)
+    return TrajectoryPoint(last.trajectory_time, last.p_w, yaw=last.yaw)

@@ -90,9 +90,7 @@ def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Sco
 def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
     """Return ``score`` with the change of the commanded torque from ``before`` to ``now`` in N m counted in."""
     change = abs(now.x - before.x) + abs(now.y - before.y) + abs(now.z - before.z)
-    return Score(
-        score.samples, score.squared_error, score.largest_error, score.last_error, score.torque_variation + change
-    )
+    return Score(*(score[:4] + (score.torque_variation + change,)))  # noqa: RUF005 (Numba adds plain tuples)
 
 
 class Schedule(NamedTuple):

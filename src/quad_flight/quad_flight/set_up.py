@@ -49,19 +49,18 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     """
     files = [configuration.find(configuration.VEHICLES, request.vehicle)]
     files.append(configuration.find(configuration.CONTROLLERS, request.preset))
-    trajectory = request.case
-    if request.case in configuration.names(configuration.SCENARIOS):
-        files.append(configuration.find(configuration.SCENARIOS, request.case))
-        trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", request.case))
-    elif request.case not in plugins.names(plugins.TRAJECTORY):
-        known = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
+    trajectory, shipped = request.case, configuration.names(configuration.SCENARIOS)
+    if request.case not in (*shipped, *plugins.names(plugins.TRAJECTORY)):
+        known = sorted({*shipped, *plugins.names(plugins.TRAJECTORY)})
         raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
-    if request.scenario is not None:
-        files.append(configuration.find(configuration.SCENARIOS, request.scenario))
-        trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", trajectory))
-    asked = _asked(request, request.trajectory or trajectory)
+    for scenario in (request.case if request.case in shipped else None, request.scenario):
+        if scenario is not None:
+            files.append(configuration.find(configuration.SCENARIOS, scenario))
+            trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", trajectory))
     shadows = shadow_laws(request.shadows)
-    roles = (*ROLES, *_guests(request), *shadows)
+    guests = [role for role, there in ((RELAY, request.relay), (COMMANDER, request.mission is not None)) if there]
+    roles = (*ROLES, *guests, *shadows)
+    asked = _asked(request, request.trajectory or trajectory, roles)
     settings = parse_settings(request.settings, roles)
     for path in files:
         check_reached(path, roles, request.namespace)
@@ -169,11 +168,11 @@ def _read(files: Sequence[Path], role: str, namespace: str) -> dict[str, Value]:
     return overrides_for([read_parameter_file(path) for path in files], role, namespace)
 
 
-def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
+def _asked(request: Request, trajectory: str, roles: Sequence[str]) -> dict[str, dict[str, Value]]:
     choices: list[tuple[str, str, Value | None]] = [
         ("/**", "flight.mode", "realtime" if request.realtime else None),
         ("/**", "flight.seed", request.seed),
-        ("/**", "flight.roles", _roles(request)),
+        ("/**", "flight.roles", ",".join(roles) if len(roles) > len(ROLES) else None),
         ("simulator", "plant", request.plant),
         (COMMANDER, "mission", request.mission),
         ("simulator", "publish_state", False if request.relay else None),
@@ -189,15 +188,6 @@ def _asked(request: Request, trajectory: str) -> dict[str, dict[str, Value]]:
         if value is not None:
             asked.setdefault(role, {})[name] = value
     return asked
-
-
-def _roles(request: Request) -> str | None:
-    more = (*_guests(request), *shadow_laws(request.shadows))
-    return ",".join((*ROLES, *more)) if more else None
-
-
-def _guests(request: Request) -> tuple[str, ...]:
-    return (*((RELAY,) if request.relay else ()), *((COMMANDER,) if request.mission is not None else ()))
 
 
 def _check_whole(resolved: Mapping[str, Resolved]) -> None:

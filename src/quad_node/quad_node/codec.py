@@ -131,11 +131,6 @@ def head_of(payload: bytes) -> tuple[int, int]:
     return _STEP.unpack_from(payload, _BODY + 8)
 
 
-def step_of(payload: bytes) -> int:
-    """Return the step of a payload, -1 of one in another encoding or that is cut."""
-    return head_of(payload)[0]
-
-
 def _numbers(cls: type[Any]) -> list[str]:
     """Return the field of each number of a ``cls``, in order."""
     return [leaf.name.partition(".")[0] for leaf in leaves(cls)]

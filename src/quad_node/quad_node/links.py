@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import qos_policy_name_from_kind
 
 from quad_msgs.msg import FlightEvent
 
@@ -24,11 +25,6 @@ _NO_PAIRS: Pairs = {}
 
 _UNNAMED = "_NODE_NAME_UNKNOWN_"
 """Name in the graph of a node of which only the publisher is known yet."""
-
-_POLICIES = {
-    "RMW_QOS_POLICY_RELIABILITY": "best-effort reliability",
-    "RMW_QOS_POLICY_DURABILITY": "volatile durability",
-}
 
 
 def missing(
@@ -98,8 +94,8 @@ def qos_events(report: Callable[[int, str, str], None], topic: str) -> Subscript
     """Return what calls ``report(severity, kind, text)`` for a publisher of ``topic`` whose QoS does not fit."""
 
     def on_other(info: Any) -> None:
-        policy = _POLICIES.get(str(getattr(info.last_policy_kind, "name", "")), "another policy")
-        report(FlightEvent.WARNING, "other_qos", f"{topic}: a publisher with {policy}; nothing of it is received")
+        policy = qos_policy_name_from_kind(info.last_policy_kind).lower()
+        report(FlightEvent.WARNING, "other_qos", f"{topic}: a publisher of other {policy}; nothing of it is received")
 
     return SubscriptionEventCallbacks(incompatible_qos=on_other)
 

@@ -32,7 +32,6 @@ from quad_node.codec import (
     head_of,
     numbers_packer,
     packer,
-    step_of,
     unpacker,
 )
 from quad_node.conversion import NANOSECONDS
@@ -155,7 +154,7 @@ class Responder(FlightNode):
         unpack, flat = unpacker(kind, message, self.flight.plant_period, self.flight.run_id), flattener(kind)
 
         def keep(payload: bytes) -> None:
-            if self.lockstep and not self._pending and taken.one_step and 0 <= step_of(payload) < self._due - lag:
+            if self.lockstep and not self._pending and taken.one_step and 0 <= head_of(payload)[0] < self._due - lag:
                 return  # no step that this node answers needs it
             try:
                 stamped = unpack(payload)
