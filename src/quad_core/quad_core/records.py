@@ -110,27 +110,11 @@ def columns(kind: type[Any]) -> tuple[Column, ...]:
     return tuple(found)
 
 
-def record_type(kind: type[Any]) -> np.dtype[Any]:
-    """Return the structured dtype of a NamedTuple class; a Vec3 becomes one field of shape (3,)."""
-    return np.dtype([(c.name, c.scalar, (len(c.parts),)) if c.parts else (c.name, c.scalar) for c in columns(kind)])
-
-
 def to_rows(kind: type[Any], items: Sequence[Any]) -> NDArray[np.float64]:
     """Return ``items``, values of class ``kind``, as floats of shape (items, leaves)."""
     # one flat row per item by a getter in C: three times as fast as NumPy on nested tuples
     flat = np.array(list(map(flattener(kind), items)), dtype=np.float64)
     return flat.reshape(len(items), len(leaves(kind)))
-
-
-def from_rows(kind: type[Any], rows: NDArray[np.float64]) -> NDArray[Any]:
-    """Return rows of floats, shape (items, leaves), as an array of ``record_type(kind)``."""
-    filled = np.empty(len(rows), dtype=record_type(kind))
-    start = 0
-    for column in columns(kind):
-        width = len(column.parts) or 1
-        filled[column.name] = rows[:, start : start + width] if column.parts else rows[:, start]
-        start += width
-    return filled
 
 
 def numbers_finite(numbers: Sequence[float]) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR, STAGES, TRAJECTORY
-from quad_core.records import from_rows, leaves
+from quad_core.records import columns, leaves
 from quad_flight.loop import Row, Schedule
 
 Write = Callable[[NDArray[np.float64], int, Row], None]
@@ -72,23 +72,29 @@ def split(stages: Any, schedule: Schedule, blocks: Sequence[Block], refused: int
         end = column + len(leaves(kind))
         # a block may begin between two messages
         parts = [rows[-first % period :: period, column:end] for first, rows in blocks]
-        values = from_rows(kind, np.concatenate(parts))
+        values = np.concatenate(parts)
         first, rows = blocks[-1]
         if refused and (topic == "actuation" or stage >= refused) and (first + len(rows) - 1) % period == 0:
             values = values[:-1]
-        topics[topic] = with_steps(values, period, schedule.plant_period)
+        topics[topic] = with_steps(kind, values, period, schedule.plant_period)
         column = end
     return topics
 
 
-def with_steps(values: NDArray[Any], period_steps: int, plant_period: int) -> NDArray[Any]:
-    """Return ``values`` with ``step``, ``next_step`` and ``stamp_ns`` of their publisher before their own fields."""
-    fields = values.dtype.names or ()
-    head = [("step", np.int64), ("next_step", np.int64), ("stamp_ns", np.int64)]
-    full = np.empty(len(values), dtype=np.dtype([*head, *((name, values.dtype[name]) for name in fields)]))
-    full["step"] = np.arange(len(values)) * period_steps
+def with_steps(kind: type[Any], rows: NDArray[np.float64], period_steps: int, plant_period: int) -> NDArray[Any]:
+    """Return rows of the numbers of a ``kind`` as messages of a publisher from step 0 on.
+
+    Their fields: ``step``, ``next_step``, ``stamp_ns``, and those of ``kind``, of which a Vec3 has shape (3,).
+    """
+    own = [(each.name, each.scalar, (len(each.parts),) if each.parts else ()) for each in columns(kind)]
+    head = [(name, np.int64) for name in ("step", "next_step", "stamp_ns")]
+    full = np.empty(len(rows), dtype=np.dtype([*head, *own]))
+    full["step"] = np.arange(len(rows)) * period_steps
     full["next_step"] = full["step"] + period_steps
     full["stamp_ns"] = full["step"] * plant_period
-    for name in fields:
-        full[name] = values[name]
+    start = 0
+    for name, _, shape in own:
+        end = start + sum(shape or (1,))
+        full[name] = rows[:, start:end].reshape(len(rows), *shape)
+        start = end
     return full

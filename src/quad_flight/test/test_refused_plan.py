@@ -8,7 +8,6 @@ from quad_campaign.batch import row
 from quad_campaign.definition import Definition
 from quad_core import plugins
 from quad_flight.flight import flight_from_parameters, fly
-from quad_flight.many import sweep
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.PLANT), reason="plug-ins are not installed: run scripts/setup"
@@ -28,20 +27,9 @@ def test_a_plan_that_cannot_be_flown_is_a_refused_flight_with_its_reason(flight)
     assert math.isnan(result.rmse)
 
 
-def test_every_seed_of_a_sweep_says_so(flight):
-    results = sweep(flight, (1, 2), compiled=False)
-    assert [result.outcome for result in results] == ["refused", "refused"]
-    assert all("weight" in result.reason for result in results)
-
-
 def test_a_campaign_notes_it_in_the_row_of_the_flight(flight):
     fields = dict.fromkeys(Definition._fields)
     definition = Definition(**{**fields, "success": {"rmse": 0.1}})
     found = row(definition, 7, {"x": 1.0}, fly(flight))
     assert (found["flight"], found["outcome"], found["steps"], found["success"]) == (7, "refused", 0, False)
     assert "weight" in found["reason"]
-
-
-def test_a_flown_flight_has_no_reason():
-    parameters = {"trajectory": {"trajectory": "hover", "hover.duration": 0.1}}
-    assert fly(flight_from_parameters(parameters)).reason == ""
