@@ -195,17 +195,6 @@ def test_each_wrong_twist_is_named_within_half_a_second_and_replaced(mistake, ev
     assert state.omega_b == pytest.approx(w, abs=5e-3)
 
 
-def test_a_rate_in_degrees_is_named_while_the_vehicle_begins_to_turn():
-    one, samples = estimator(), []
-    for k in range(100):
-        t = 0.002 * k
-        yaw, rate = 4.0 * t * t, 8.0 * t
-        q = Quat(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
-        samples.append(Sample(k * PERIOD, t, Vec3(), q, Vec3(), Vec3(0.0, 0.0, math.degrees(rate))))
-    _, said = flown(one, samples)
-    assert "it looks like deg/s, expected rad/s; " in said[0]
-
-
 def test_a_noisy_twist_is_not_called_wrong():
     rng, one = random.Random(2), estimator()
 

@@ -68,14 +68,6 @@ def test_a_position_law_on_the_ground_asks_for_no_tilt_and_for_lift(name):
 
 
 @pytest.mark.parametrize("name", LAWS[ATTITUDE])
-def test_an_attitude_law_on_the_ground_levels_at_the_heading_that_it_has(name):
-    level = STATE._replace(q_wb=quaternion_from_euler(Vec3(0.0, 0.0, YAW)), omega_b=Vec3(), on_ground=True)
-    (wrench, *_), _, _ = steps(ATTITUDE, name, level)
-    assert norm(wrench.torque_b) < 1e-6
-    assert wrench.thrust == pytest.approx(6.0)
-
-
-@pytest.mark.parametrize("name", LAWS[ATTITUDE])
 def test_a_vehicle_on_its_way_up_stays_level_under_a_steady_torque(name):
     """2 rad/s^2 from outside lean it by 2 / 8^2 rad, 1.8 deg: also under a law whose integral holds the angle."""
     vehicle, roll, rate = Vehicle(), 0.0, 0.0

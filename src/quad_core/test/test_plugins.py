@@ -30,12 +30,6 @@ def register(monkeypatch):
     plugins.load.cache_clear()
 
 
-def test_a_complete_module_is_loaded_by_name(register):
-    module = register(plugins.DISTURBANCE, "breeze", Parameters=tuple, draw=len, sample=len)
-    assert plugins.names(plugins.DISTURBANCE) == ["breeze"]
-    assert plugins.load(plugins.DISTURBANCE, "breeze") is module
-
-
 @pytest.mark.parametrize(
     ("group", "given", "missing"),
     [

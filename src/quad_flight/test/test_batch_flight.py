@@ -46,13 +46,6 @@ def test_seed_decides_the_disturbance_and_nothing_else():
     assert one.topics["reference"].tobytes() == two.topics["reference"].tobytes()
 
 
-def test_shared_keys_reach_every_node():
-    flight = flight_from_parameters({"/**": {"flight.seed": 9, "vehicle.mass": 0.7, "flight.plant_period": 1_000_000}})
-    assert flight.seed == 9
-    assert flight.setup.vehicle.mass == 0.7
-    assert flight.setup.schedule.plant_period == 1_000_000
-
-
 def test_parameter_files_are_those_of_the_nodes(tmp_path):
     first, second = tmp_path / "a.yaml", tmp_path / "b.yaml"
     first.write_text(

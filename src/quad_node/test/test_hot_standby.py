@@ -206,15 +206,6 @@ def test_who_has_heard_nothing_of_the_other_does_not_replace_it(make):
     assert called(node) == (False, "nothing heard of shadow_position_controller")
 
 
-@pytest.mark.parametrize(("gap", "accepted"), [(10, True), (15, False)])
-def test_a_gap_is_what_a_controller_would_have_been_replaced_for(make, gap, accepted):
-    node = make()
-    last = warm(node) - 5
-    heard(node, last + gap)
-    answered(node, last + gap)
-    assert called(node)[0] == accepted
-
-
 @pytest.mark.parametrize(("words", "takes_part"), [(["flight.standby:=false"], [True, False]), ([], [True, True])])
 def test_without_a_standby_a_controller_that_comes_late_is_silent_and_a_shadow_computes(make, words, takes_part):
     assert make(*words).comes_late(100) == takes_part[0]
