@@ -124,42 +124,29 @@ def predict(
     if state.velocity_age > 0.0 and state.velocity_age != state.position_age:
         v = add(state.v_w, scale(min(longest, state.velocity_age + held.x), acceleration))
         p = ahead(state.p_w, subtract(v, scale(ages.x, acceleration)), acceleration, ages.x)
-    now = fresh(p, v, q, omega)
-    return _smoothed(parameters, known, state, now, acceleration, held, mean, ages, bounded, dt)
+    p, v, d, residual = _smoothed(parameters, known, p, v, acceleration, dt)
+    predicted = fresh(p, v, q, omega)
+    shown = Shown(ages, subtract(p, state.p_w), residual, 1.0 if bounded else 0.0)
+    return predicted, Estimate(state, held, mean, predicted, d, True), shown
 
 
 def _smoothed(
-    parameters: Prediction,
-    known: Estimate,
-    state: VehicleState,
-    now: VehicleState,
-    acceleration: Vec3,
-    held: Vec3,
-    mean: Vec3,
-    ages: Vec3,
-    bounded: bool,
-    dt: float,
-) -> tuple[VehicleState, Estimate, Shown]:
-    """Return the results of ``predict``, position and velocity of ``now`` filtered if that is asked for."""
-    p, v, d = now.p_w, now.v_w, ZERO
-    residual = ZERO
-    if known.initialised:
-        total = add(acceleration, known.disturbance_w)
-        expected_p = ahead(known.predicted.p_w, known.predicted.v_w, total, dt)
-        residual = subtract(now.p_w, expected_p)
-        if parameters.smoothing > 0.0:
-            z = math.exp(-parameters.smoothing * dt)
-            expected_v = add(known.predicted.v_w, scale(dt, total))
-            miss = subtract(now.v_w, expected_v)
-            slow = z
-            if parameters.position_smoothing > 0.0:
-                slow = math.exp(-parameters.position_smoothing * dt)
-            p = add(expected_p, scale(1.0 - slow, residual))
-            v = add(expected_v, scale(1.0 - z * z, miss))
-            d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
-    predicted = fresh(p, v, now.q_wb, now.omega_b)
-    shown = Shown(ages, subtract(p, state.p_w), residual, 1.0 if bounded else 0.0)
-    return predicted, Estimate(state, held, mean, predicted, d, True), shown
+    parameters: Prediction, known: Estimate, p: Vec3, v: Vec3, acceleration: Vec3, dt: float
+) -> tuple[Vec3, Vec3, Vec3, Vec3]:
+    """Return ``p`` and ``v`` filtered if that is asked for, d, and how far ``p`` is off what was expected."""
+    if not known.initialised:
+        return p, v, ZERO, ZERO
+    total = add(acceleration, known.disturbance_w)
+    expected_p = ahead(known.predicted.p_w, known.predicted.v_w, total, dt)
+    residual = subtract(p, expected_p)
+    if parameters.smoothing <= 0.0:
+        return p, v, ZERO, residual
+    z = math.exp(-parameters.smoothing * dt)
+    slow = math.exp(-parameters.position_smoothing * dt) if parameters.position_smoothing > 0.0 else z
+    expected_v = add(known.predicted.v_w, scale(dt, total))
+    miss = subtract(v, expected_v)
+    d = add(known.disturbance_w, scale((1.0 - z) * (1.0 - z) / dt, miss))
+    return add(expected_p, scale(1.0 - slow, residual)), add(expected_v, scale(1.0 - z * z, miss)), d, residual
 
 
 def held_for(known: Estimate, state: VehicleState, dt: float) -> Vec3:

@@ -27,11 +27,11 @@ SETTLED = 0.05
 
 
 class Grain(NamedTuple):
-    """The smallest change of an estimate, by axis: position m, velocity m/s, body rate rad/s; of a quaternion part."""
+    """The smallest change of an estimate on any axis: m, m/s, rad/s; of a part of the quaternion."""
 
-    p: Vec3
-    v: Vec3
-    omega: Vec3
+    p: float
+    v: float
+    omega: float
     q: float
 
 
@@ -51,8 +51,7 @@ class Missing(NamedTuple):
 
 def coarsest() -> Grain:
     """Return the grain before the first change."""
-    most = Vec3(COARSEST, COARSEST, COARSEST)
-    return Grain(most, most, most, COARSEST)
+    return Grain(COARSEST, COARSEST, COARSEST, COARSEST)
 
 
 def nothing_missing() -> Missing:
@@ -63,27 +62,18 @@ def nothing_missing() -> Missing:
 
 def finer(grain: Grain, before: BodyState, after: VehicleState) -> Grain:
     """Return the grain after a change from ``before`` to ``after``."""
-    q = min(
-        smaller(grain.q, before.q_wb.x, after.q_wb.x),
-        smaller(grain.q, before.q_wb.y, after.q_wb.y),
-        smaller(grain.q, before.q_wb.z, after.q_wb.z),
-        smaller(grain.q, before.q_wb.w, after.q_wb.w),
-    )
+    a, b = before.q_wb, after.q_wb
     return Grain(
         smallest(grain.p, before.p_w, after.p_w),
         smallest(grain.v, before.v_w, after.v_w),
         smallest(grain.omega, before.omega_b, after.omega_b),
-        q,
+        smaller(smaller(smaller(smaller(grain.q, a.x, b.x), a.y, b.y), a.z, b.z), a.w, b.w),
     )
 
 
-def smallest(grain: Vec3, before: Vec3, after: Vec3) -> Vec3:
+def smallest(grain: float, before: Vec3, after: Vec3) -> float:
     """Return the grain of a vector after a change."""
-    return Vec3(
-        smaller(grain.x, before.x, after.x),
-        smaller(grain.y, before.y, after.y),
-        smaller(grain.z, before.z, after.z),
-    )
+    return smaller(smaller(smaller(grain, before.x, after.x), before.y, after.y), before.z, after.z)
 
 
 def smaller(grain: float, before: float, after: float) -> float:
@@ -127,10 +117,7 @@ def missed(
     return Missing(held, time, speed, shift, turn, shows)
 
 
-def exceeds(grain: Vec3, x: float, y: float, z: float) -> bool:
+def exceeds(grain: float, x: float, y: float, z: float) -> bool:
     """Return whether a change of a vector must show on one of its axes."""
-    return (
-        abs(x) >= max(2.0 * grain.x, LEAST)
-        or abs(y) >= max(2.0 * grain.y, LEAST)
-        or abs(z) >= max(2.0 * grain.z, LEAST)
-    )
+    least = max(2.0 * grain, LEAST)
+    return abs(x) >= least or abs(y) >= least or abs(z) >= least

@@ -44,7 +44,6 @@ class HotStandby:
         self._topic, self._other = stage.gives, stage.role if node.shadow else SHADOW + stage.role
         # the newest takeover: from which step on, and whether by the controller; of equal steps that one counts
         self._takeover = (-1, True)
-        self._message: Takeover | None = None
         self._asked, self._from = False, _NEVER
         self._last = self._memory_step = -1
         self._steady = -_NEVER
@@ -124,9 +123,7 @@ class HotStandby:
         node = self.node
         self._stand_by()
         self._newest = step - node.period_steps
-        said = self._message
-        assert said is not None  # the controller that replaces this one has said so
-        text = f"{said.role} flies since step {said.step}: {said.detail}; this node stands by"
+        text = f"{self._other} flies since step {self._takeover[0]}; this node stands by"
         node.event(FlightEvent.WARNING, "replaced", text, step * node.flight.plant_period, always=True)
 
     def _say(self, step: int, why: str) -> None:
@@ -151,9 +148,7 @@ class HotStandby:
         node = self.node
         if message.role not in (node.role, self._other) or is_foreign(message.run_id, node.flight.run_id):
             return
-        found = (int(message.step), (message.role == node.role) != node.shadow)
-        if found > self._takeover:
-            self._takeover, self._message = found, message
+        self._takeover = max(self._takeover, (int(message.step), (message.role == node.role) != node.shadow))
 
     def _on_answer(self, payload: bytes) -> None:
         """Note the newest answer of the other controller."""
