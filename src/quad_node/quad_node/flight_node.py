@@ -33,7 +33,6 @@ _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY = 100, 5
 _STOOD_STILL = 0.2  # s between two ticks
-_STALLED = 4  # ticks without a step, 0.2 s
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
 _NEXT_WAIT = 10.0  # s between two lines of waiting
 
@@ -80,7 +79,7 @@ class FlightNode:
                 "for a controller that does not answer, and the guard lands"
             )
         self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
-        self._stood, self._detail, self._waited_for = 0, "", ""
+        self._detail = self._waited_for = ""
         self._wait_line_at = self.started + _FIRST_WAIT
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
@@ -305,11 +304,12 @@ class FlightNode:
             self._report_waiting()
         if self.role != SIMULATOR:
             self._watch_flight()
-        if self.flying and self.lockstep:
-            self._report_stall()
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
+            if self.flying and self.lockstep and self.current_step == self._last_step:
+                self.publish_status(self._detail)  # the flight stands still: the vehicle's node names who is behind
+            self._last_step = self.current_step
             others = links.second_senders(self.ros, self._in, self.standby_topics, True) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
@@ -320,13 +320,6 @@ class FlightNode:
         if missing != self._waited_for and now >= self._wait_line_at:
             self._waited_for, self._wait_line_at = missing, now + _NEXT_WAIT
             self.log.info(f"waiting for {missing}")
-
-    def _report_stall(self) -> None:
-        """Publish the last step of a node that has stood still: the vehicle's node names the one that is behind."""
-        self._stood = self._stood + 1 if self.current_step == self._last_step else 0
-        self._last_step = self.current_step
-        if self._stood == _STALLED:
-            self.publish_status(self._detail)
 
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.last_heard

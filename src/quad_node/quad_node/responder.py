@@ -62,11 +62,6 @@ class Arrival(NamedTuple):
     value: Any
     arrived: float
 
-    @property
-    def age(self) -> float:
-        """Time since the value came, s on the steady clock."""
-        return time.monotonic() - self.arrived
-
 
 class InputTopic:
     """What has arrived of one topic that a step needs in addition to the state: one value for each step.
@@ -406,8 +401,9 @@ class LawNode(Responder):
         values, replaced = [], 0
         for place, (taken, arrival) in enumerate(zip(self.stage.takes, arrivals, strict=True)):
             value = arrival.value if arrival else SIGNALS[taken.topic].kind()
-            if arrival and not self.lockstep and not taken.lag and arrival.age > self.resolved.node.input_timeout:
-                text = f"{taken.topic}: {arrival.age * 1e3:.0f} ms old; safe output"
+            age = time.monotonic() - arrival.arrived if arrival else 0.0
+            if not self.lockstep and not taken.lag and age > self.resolved.node.input_timeout:
+                text = f"{taken.topic}: {age * 1e3:.0f} ms old; safe output"
                 self.event(FlightEvent.WARNING, "stale_input", text)
                 value = safe_input(taken.topic, value, self.vehicle, sample.state)
                 replaced |= 1 << place

@@ -183,7 +183,7 @@ class VehicleNode(FlightNode):
         self.estimator = "the estimator"
         self._interrupted_by = self._reason = ""
         self._accepted_step = self._heard_step = -1
-        self._leave_by, self._ticks_since_state = 0.0, 0
+        self._leave_by = 0.0
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
         self.link = CommandLink(self, self._on_mode) if self.commanded else None
@@ -317,7 +317,6 @@ class VehicleNode(FlightNode):
 
     def publish_flight_state(self) -> None:
         """Publish phase, step and reason."""
-        self._ticks_since_state = 0
         missing = ", ".join(self.handshake.missing() or self.prepare()) if self.phase == FlightState.WAITING else ""
         message = FlightState(
             step=self.current_step,
@@ -334,7 +333,6 @@ class VehicleNode(FlightNode):
     def on_tick(self) -> None:
         """Watch the start, the flight, the end."""
         now = time.monotonic()
-        self._ticks_since_state += 1
         if self.phase == FlightState.WAITING:
             missing = self.handshake.missing() + self.missing_links() or self.prepare()
             if not missing:
@@ -356,7 +354,7 @@ class VehicleNode(FlightNode):
         elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):
             late = "recorder did not finish in time" if RECORDER in self.roles else "flight ended"
             self.finish(self.exit_code, self._reason or late)
-        if self._ticks_since_state >= _STATE_EVERY:
+        if self._ticks % _STATE_EVERY == 0:
             self.publish_flight_state()
 
     def _is_recorded(self) -> bool:
