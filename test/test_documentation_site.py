@@ -5,7 +5,6 @@ import re
 import documentation_site
 import mode_pages
 import pytest
-import table_pages
 
 from quad_commander.mode_table import FAULTS, Mode
 
@@ -53,13 +52,6 @@ def test_every_decision_has_a_date_and_a_row_in_the_index():
         assert date is not None, f"{path.name}: no date"
         assert f"| {date[1]} |" in row, path.name
     assert index.count("\n| [") == len(list(folder.glob("0*.md")))
-
-
-def test_every_kind_of_event_has_a_meaning_and_every_meaning_a_kind():
-    rows = table_pages.event_rows()
-    assert [kind for kind, _, _, meaning in rows if not meaning] == []
-    sources = "".join(path.read_text("utf-8") for path in documentation_site.ROOT.glob("src/*/quad_*/**/*.py"))
-    assert [kind for kind in table_pages.EVENTS if f'"{kind}"' not in sources] == []
 
 
 def test_limits_are_shown_as_people_read_them():

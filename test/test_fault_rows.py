@@ -1,4 +1,4 @@
-"""The table of faults: every row is there, every test that it names exists, and docs/reference/faults.md shows it."""
+"""The table of faults: every row is there, and every test that it names exists."""
 
 import re
 import sys
@@ -28,11 +28,6 @@ def test_a_claim_without_its_test_is_found():
         "row 3: state 'good', expected one of tested, reasoned, open",
         "row 3: no test accept none",
     ]
-
-
-def test_the_page_shows_every_row():
-    text = (ROOT / "docs" / "reference" / "faults.md").read_text(encoding="utf-8")
-    assert all(f"| {row['fault']} | {row['happens']} |" in text for row in fault_pages.fault_rows())
 
 
 def test_every_test_of_the_first_contact_exists():

@@ -78,14 +78,3 @@ def test_a_flight_beyond_its_limits_fails_and_says_which(tmp_path):
     assert "hover: aibs + abfnitsm, preset x500, vehicle x500, plant rigid_body" in done.stdout
     assert "position_max: found" in done.stderr
     assert "at most 1e-06 m" in done.stderr
-
-
-def test_without_a_case_both_of_the_paper_are_flown(tmp_path):
-    done = finish(start("--duration", "0.2", "--out", "two", cwd=tmp_path))
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert [path.name for path in sorted((tmp_path / "two").iterdir())] == ["case1", "case2"]
-    for case in ("case1", "case2"):
-        text = open_flight(tmp_path / "two" / case).parameters_text
-        parameters_of = yaml.safe_load(text)["/trajectory"]["ros__parameters"]
-        assert parameters_of["trajectory"] == case
-        assert re.search(rf"^metric +{case} ", done.stdout, re.MULTILINE)

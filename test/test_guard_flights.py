@@ -41,8 +41,7 @@ def test_with_a_ground_it_comes_to_rest_and_stops_the_motors_there(name):
     assert ending.tilt < math.radians(2.0)
 
 
-@pytest.mark.parametrize("begin", [1, 100, 400])
-@pytest.mark.parametrize("name", VEHICLES)
+@pytest.mark.parametrize(("name", "begin"), zip(VEHICLES, (1, 100, 400), strict=True))
 def test_a_state_that_stays_away_for_0_4_s_is_bridged(name, begin):
     vehicle = vehicle_named(name)
     start = draw_start(random.Random(begin), vehicle, (5.0, 7.0))
@@ -69,8 +68,7 @@ def rotor_losses(name, working):
         yield descent(Setup(vehicle, conditions=conditions), draw_start(rng, vehicle, (6.0, 8.0), **GENTLE), LONGEST)
 
 
-@pytest.mark.parametrize("name", VEHICLES)
-@pytest.mark.parametrize("working", [0.8, 0.5])
+@pytest.mark.parametrize(("name", "working"), zip(VEHICLES, (0.5, 0.8, 0.5), strict=True))
 def test_with_half_a_rotor_it_lands_softly(name, working):
     for ending in rotor_losses(name, working):
         assert_lands_softly(ending)

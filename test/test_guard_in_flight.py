@@ -47,10 +47,6 @@ def ended(words, out, victim, name):
             ("hover", *LOW, "--realtime"), ATTITUDE, "SIGKILL", f"{ATTITUDE} was killed by SIGKILL", NO_WRENCH,
             id="realtime", marks=pytest.mark.long,
         ),
-        pytest.param(
-            ("hover", *LOW, *REALTIME), "fly", "SIGINT", "interrupted by SIGINT", STOPPED,
-            id="interrupt", marks=[pytest.mark.wall_clock, pytest.mark.long],
-        ),
         # the attitude controller alone would fly on, level
         pytest.param(
             ("hover", *LOW, "--realtime"), POSITION, "SIGKILL", f"{POSITION} was killed by SIGKILL", NO_SETPOINT,

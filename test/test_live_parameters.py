@@ -1,5 +1,6 @@
 """A gain set while the vehicle flies: the bag holds what the law ran with, and the replay gives every bit again."""
 
+import numpy as np
 import pytest
 from flying import PATIENT, finish, start, stranger, wait_until_flying
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -53,3 +54,6 @@ def test_a_live_change_is_recorded_as_it_was_flown(tmp_path, mode, monkeypatch):
     assert change.step > 0
     found = replay(bag, "position_controller")
     assert found.equal, found.differences()
+    # in real time, too, a step has the reference of its own step
+    rows = bag.array("position_controller/internals")
+    assert np.mean(rows["step"] == rows["input_steps"][:, 0]) > 0.9

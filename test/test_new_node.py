@@ -8,7 +8,7 @@ import flying
 
 from quad_bringup.domains import reserved_domain
 
-NEW_NODES, ANNOUNCEMENT = 20, 0.5
+NEW_NODES, ANNOUNCEMENT = 8, 0.5
 
 HOST = """
 import sys, time

@@ -42,19 +42,11 @@ def dependencies(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_what_a_package_imports_is_a_dependency(package):
+def test_a_package_names_what_it_imports_by_keys_that_rosdep_knows_and_is_tested_by_pytest(package):
     needed = {KEYS.get(name, name) for name in imports_at_module_level(package) - UNKNOWN_TO_ROSDEP}
     assert needed <= dependencies(package), needed - dependencies(package)
-
-
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_a_key_of_a_python_package_is_one_that_rosdep_knows(package):
     python = {key for key in dependencies(package) if key.startswith("python3-") or key in KEYS.values()}
     assert python <= {*KEYS.values(), "python3-pytest", "python3-scipy"}
-
-
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_colcon_test_runs_pytest(package):
     setup = package / "setup.py"
     assert not setup.exists() or 'extras_require={"test": ["pytest"]}' in setup.read_text(encoding="utf-8")
 

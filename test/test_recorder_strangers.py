@@ -1,12 +1,16 @@
-"""What a stranger publishes on a flight's topics: the flight goes on, and its bag stays readable for everybody."""
+"""A recorder that stands still, then hears what is no message: nothing is lost, everybody can read its bag."""
 
+import os
 import re
+import signal
 import sys
+import time
 from contextlib import suppress
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from flying import PATIENT, ROOT, finish, start, stranger, wait_until, wait_until_flying
+from flying import PATIENT, ROOT, finish, last_word, start, stranger, wait_until, wait_until_flying
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.serialization import serialize_message
 
@@ -19,6 +23,9 @@ import foreign_readers
 
 pytestmark = pytest.mark.flight
 
+PERIOD = 2_000_000  # ns
+PLANT = ("state", "truth", "disturbance", "actuation")
+
 
 def payloads(kind):
     """Return payloads that are no message of ``kind``: cut, big-endian, empty, too long, no text."""
@@ -30,11 +37,15 @@ def payloads(kind):
 
 
 @pytest.mark.wall_clock
-def test_no_payload_costs_the_flight_or_its_bag(tmp_path):
+def test_neither_a_second_of_standing_still_nor_any_payload_costs_a_message_or_the_bag(tmp_path):
     out = tmp_path / "bag"
-    flight = start("hover", "--realtime", "--duration", "4", "--limits", "position_max=5", *PATIENT, "--out", out)
+    flight = start("hover", "--realtime", "--duration", "5", "--limits", "position_max=5", *PATIENT, "--out", out)
     domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", flight.stdout.readline())[1])
-    wait_until_flying(flight, out)
+    recorder = wait_until_flying(flight, out)["recorder"]
+    time.sleep(0.5)
+    os.kill(recorder, signal.SIGSTOP)
+    time.sleep(1.0)
+    os.kill(recorder, signal.SIGCONT)
     with stranger(domain) as node:
         others = (SHADOW_TOPICS, "flight/plan")  # nobody answers there; what comes there too long would be a plan
         read = [topic for topic in TOPICS.values() if not (topic.only_with or topic.name.startswith(others))]
@@ -51,6 +62,11 @@ def test_no_payload_costs_the_flight_or_its_bag(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     bag = open_flight(out)
     assert (bag.truncated, bag.unreadable) == (False, {})
+    steps = {topic: np.unique(bag.array(topic)["stamp_ns"]) for topic in PLANT}
+    missing = {topic: len(range(0, stamps[-1] + 1, PERIOD)) - len(stamps) for topic, stamps in steps.items()}
+    assert max(missing.values()) <= last_word(bag, "simulator", "overruns"), missing
+    assert [name for name in bag.metadata if name.startswith("missing.")] == []
+    assert int(bag.metadata["steps"]) == steps["truth"][-1] // PERIOD
     assert int(bag.metadata["count.not_recorded"]) >= 6 * len(aims)
     assert "not_recorded" in bag.array("flight/events")["kind"]
     seen = {topic: found for topic, found in foreign_readers.ours(out).items() if found[0]}

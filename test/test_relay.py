@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from flying import flown, fly
+from flying import flown
 
 pytestmark = pytest.mark.flight
 
@@ -17,11 +17,3 @@ def test_a_flight_goes_through_the_relay(tmp_path):
     # twist travels in the body frame: only rounding may differ
     assert np.allclose(state["v_w"], truth["v_w"], rtol=0, atol=1e-12)
     assert not np.array_equal(state["v_w"], truth["v_w"])
-
-
-def test_an_estimator_that_is_refused_is_named_on_the_terminal(tmp_path):
-    frame = ("--set", "odometry_relay.world_frame=odom")
-    done = fly("hover", "--duration", "1", "--relay", *frame, "--out", tmp_path / "bag")
-    assert done.returncode == 1, done.stdout
-    assert "odometry_relay failed: odom: frame 'map', expected 'odom'" in done.stderr
-    assert "n/a" not in done.stdout, "what was not flown has no metrics"

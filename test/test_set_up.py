@@ -107,7 +107,8 @@ esac
 def test_a_copied_environment_is_told_from_one_made_here(checkout, tmp_path):
     """A copy runs, but the first line of its pip names the place that it was copied from."""
     made = tmp_path / "made"
-    subprocess.run([sys.executable, "-m", "venv", str(made)], check=True, timeout=120)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(made)], check=True, timeout=120)
+    (made / "bin" / "pip").write_text(f"#!{made}/bin/python\n", encoding="utf-8")
     shutil.copytree(made, checkout / ".venv", symlinks=True)
     script = (checkout / "scripts/setup").read_text(encoding="utf-8")
     functions = script[script.index("# Where an environment is") : script.index("make_environment() {")]

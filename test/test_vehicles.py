@@ -19,7 +19,7 @@ def flight(vehicle, case, **changes):
     if vehicle in LAGGING:
         changes = {"simulator": {"disturbance": "none"}, **changes}
     files = [CONFIG / f"{name}.yaml" for name in (f"vehicles/{vehicle}", f"controllers/{preset}", f"scenarios/{case}")]
-    overrides = {"trajectory": {f"{case}.duration": 6.0}, **changes}
+    overrides = {"trajectory": {f"{case}.duration": 3.0}, **changes}
     if case == "case1":
         overrides["trajectory"]["case1.position_scale"] = 0.3
     return fly(flight_from_files(files, overrides))

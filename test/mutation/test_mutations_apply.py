@@ -78,7 +78,7 @@ import sys
 sys.path.insert(0, {folder!r})
 import hypothesis, pytest
 import mutation_engine as engine
-engine.SECONDS_PER_MUTANT = 2
+engine.SECONDS_PER_MUTANT = 1
 """
 
 
