@@ -17,9 +17,9 @@ import itertools
 import sys
 
 from law_additions import FLYING, held_by, printed_with, without
+from paper_flight import CASES, FIRST_POINT, PaperCase, paper_flight, worst_rmse
 from tqdm import tqdm
 
-from quad_campaign.paper_flight import CASES, FIRST_POINT, PaperCase, paper_flight, worst_rmse
 from quad_flight.many import sweep
 
 LIMIT = 0.25

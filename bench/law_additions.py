@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
+from paper_flight import PaperCase
+
 from quad_attitude_ctrl import abfnitsm
-from quad_campaign.paper_flight import PaperCase
 from quad_core.parameters import Value, build, flatten
 from quad_position_ctrl import aibs
 

@@ -12,8 +12,8 @@ import argparse
 import sys
 
 import numpy as np
+from paper_flight import CASES, PaperCase, paper_flight
 
-from quad_campaign.paper_flight import CASES, PaperCase, paper_flight
 from quad_core.geometry import body_z
 from quad_core.types import Quat
 from quad_flight.flight import fly

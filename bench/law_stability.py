@@ -15,12 +15,11 @@ import sys
 
 import numpy as np
 from law_surface import convergence
+from paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, PaperCase, paper_flight
 
-from quad_campaign.paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, PaperCase, paper_flight
 from quad_flight.flight import fly
 from quad_flight.many import sweep
 from quad_flight_log.analysis.metrics import flight_metrics
-from quad_position_ctrl.stability import static_error
 
 AXES = ("x", "y", "z")
 ANGLES = ("roll", "pitch", "yaw")
@@ -119,7 +118,7 @@ def adaptation(seeds):
             *((f"fixed at {value:g}", fixed(value), value) for value in (4.0, 7.0, 10.0, 12.0)),
         ):
             cells = [f"{spread(PaperCase(case, preset, position=change), seeds)} m" for case in CASES]
-            row(preset, name, *cells, f"{static_error(XI7, gain, 1.0):.4f} m" if gain else "")
+            row(preset, name, *cells, f"{1.0 / (1.0 + XI7 * gain):.4f} m" if gain else "")  # eqs. 19, 29 at rest
     print()
     table("preset", "estimates Q_hat", *(f"attitude RMSE, {case}" for case in CASES), "Q_hat_1 at the end")
     for preset in ("minimal", "tuned"):

@@ -1,6 +1,12 @@
 """Tracking of both cases over 20 seeds and on each plant, arrival from the printed start and from 50 m off; no ROS."""
 
-from quad_campaign.paper_flight import (
+import sys
+from pathlib import Path
+
+from quad_flight.many import sweep
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
+from paper_flight import (
     ATTITUDE_ADAPTATION_OFF,
     CASES,
     FIRST_POINT,
@@ -9,7 +15,6 @@ from quad_campaign.paper_flight import (
     arrival,
     paper_flight,
 )
-from quad_flight.many import sweep
 
 SEEDS = range(1, 21)
 RMSE_LIMITS = {"tuned": 0.02, "minimal": 0.08}

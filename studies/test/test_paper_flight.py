@@ -3,8 +3,8 @@
 import math
 
 import pytest
+from paper_flight import PaperCase, arrival, paper_flight, worst_rmse
 
-from quad_campaign.paper_flight import PaperCase, arrival, paper_flight, worst_rmse
 from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_parameters
