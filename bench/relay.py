@@ -157,7 +157,7 @@ def main() -> None:
     options = parser.parse_args()
     init([])
     everyone = tuple(topics._ALL)
-    bag = BagWriter(options.record, metadata={}, parameters="") if options.record else None
+    bag = BagWriter(options.record) if options.record else None
     roles = everyone if options.role == "all" else (options.role,)
     relays = [Relay(role, options.steps, everyone, bag) for role in roles]
     settle(0, aside=roles == (RECORDER,))

@@ -110,10 +110,8 @@ def _spared(flight: Planned) -> tuple[str, ...]:
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
-    recorder = flight.nodes["recorder"]
-    settings = recorder._replace(node=recorder.node._replace(parameters_file=str(parameters)))
-    nodes, owners = {**flight.nodes, "recorder": settings}, tuple(OWNERS) if SIMULATOR in flight.own else ()
-    parameters.write_text(parameter_file(nodes, flight.namespace, owners), encoding="utf-8")
+    owners = tuple(OWNERS) if SIMULATOR in flight.own else ()
+    parameters.write_text(parameter_file(flight.nodes, flight.namespace, owners), encoding="utf-8")
     arguments = [*NO_FILES, "--params-file", str(parameters)]
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]

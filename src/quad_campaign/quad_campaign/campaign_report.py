@@ -58,21 +58,9 @@ def worst(frame: pd.DataFrame, count: int = _WORST) -> pd.DataFrame:
     return pd.concat([lost, ended]).head(count)
 
 
-def text(definition: Definition, frame: pd.DataFrame, again: str) -> str:
-    """Return the summary for a terminal; ``again`` is the command that flies a number again, without the number."""
-    lines = [
-        f"{definition.name}: {success(frame).text}{_asked(definition)}",
-        "",
-        "quantiles of the flights that ended",
-        quantiles(frame).to_string(float_format=lambda x: f"{x:.4g}"),
-        "",
-        "worst flights, and how each is flown over ROS with a bag",
-    ]
-    lines += [
-        f"  {row['outcome']:10s} rmse {row['rmse']:.4g} m  {again} {row['flight']}"
-        for row in worst(frame).to_dict("records")
-    ]
-    return "\n".join(lines)
+def text(definition: Definition, frame: pd.DataFrame) -> str:
+    """Return the outcome in one line."""
+    return f"{definition.name}: {success(frame).text}{_asked(definition)}"
 
 
 def write_report(

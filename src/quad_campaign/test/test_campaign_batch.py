@@ -26,10 +26,3 @@ def result(outcome="ended", *, largest=0.2, last=0.1):
 )
 def test_a_success_ended_within_every_limit(flown, good):
     assert row(LIMITED, 7, {"vehicle.mass": 0.5}, flown)["success"] is good
-
-
-def test_a_row_names_its_figures():
-    found = row(LIMITED, 7, {"vehicle.mass": 0.5}, result(largest=0.3, last=0.05))
-    assert (found["flight"], found["vehicle.mass"], found["outcome"], found["steps"]) == (7, 0.5, "ended", 5)
-    assert (found["largest_error"], found["last_error"], found["torque_variation"]) == (0.3, 0.05, 3.0)
-    assert found["rmse"] == pytest.approx(0.2)

@@ -34,7 +34,6 @@ class RecorderParameters(NamedTuple):
     """The recorder node."""
 
     directory: Annotated[str, Text("directory of the bag, empty or none yet; empty: flights/<run id or time>")] = ""
-    parameters_file: Annotated[str, Text("resolved parameters of the flight, attached to the bag; empty: none")] = ""
     ack_steps: Annotated[int, Whole("steps", "between two acknowledgements; below simulator.window", 1, 199)] = 20
     finish_timeout: Annotated[float, Real("s", "time to wait for missing messages after the flight", 0.1, 600.0)] = 10.0
 

@@ -120,9 +120,9 @@ def _export(options: argparse.Namespace) -> int:
     log export flights/case1-1-1 --topic truth --topic reference --out tables
     """
     (flight,) = _opened(options)
-    found = export(flight, options.out or Path(f"{flight.name}-csv"), options.topic)
-    print("\n".join([*map(str, found.paths), *(f"left out: {why}" for why in found.left_out.values())]))
-    return 1 if found.left_out else 0
+    paths, left_out = export(flight, options.out or Path(f"{flight.name}-csv"), options.topic)
+    print("\n".join([*map(str, paths), *(f"left out: {why}" for why in left_out.values())]))
+    return 1 if left_out else 0
 
 
 def _replay(options: argparse.Namespace) -> int:
@@ -181,21 +181,20 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write a layout for Foxglove and a configuration for RViz, and print how they show a bag or a live flight.
+    """Write a configuration for RViz, and print how it shows a bag or a live flight.
 
-    Without --out flight.json and flight.rviz are written into this directory.
+    Without --out flight.rviz is written into this directory.
 
     log view flights/case1-1-1
-    log view --namespace second --out layouts    for a live flight
+    log view --namespace second --out views    for a live flight
     """
-    from quad_flight_log.report.layouts import write_layouts
+    from quad_flight_log.report.rviz import write_rviz
 
     flights = _opened(options)
-    foxglove, rviz = write_layouts(options.out or Path(), flights[0].namespace if flights else options.namespace)
-    print(f"{foxglove}\n{rviz}")
+    path = write_rviz(options.out or Path(), flights[0].namespace if flights else options.namespace)
+    print(path)
     for flight in flights:
-        print(f"Foxglove: open {flight.path} with the layout {foxglove}")
-        print(f"RViz: rviz2 -d {rviz} and, in another shell, ros2 bag play {flight.path.parent}")
+        print(f"rviz2 -d {path} and, in another shell, ros2 bag play {flight.path.parent}")
     return 0
 
 

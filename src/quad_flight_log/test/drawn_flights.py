@@ -67,36 +67,5 @@ def messages(made: dict[str, np.ndarray], trajectory: str = "case1") -> list[tup
     event = flight_samples.message("quad_msgs/msg/FlightEvent", node="/simulator", kind="wind", text="<b>gust</b> & 1")
     flown.append(("/flight/events", event))
     for step in range(len(made["truth"])):
-        stamp = _stamp(step)
-        for topic, kind in (("truth", "VehicleState"), ("reference", "TrajectoryPoint"), ("actuation", "Actuation"),
-                            ("attitude_setpoint", "AttitudeThrust"), ("disturbance", "Disturbance"),
-                            ("position_controller/internals", "PositionInternals"),
-                            ("attitude_controller/internals", "AttitudeInternals")):  # fmt: skip
-            row = made[topic][step]
-            values = {name: _value(row[name]) for name in row.dtype.names if name not in ("stamp_ns", "step")}
-            flown.append(
-                (f"/{topic}", flight_samples.message(f"quad_msgs/msg/{kind}", stamp=stamp, step=step, **values))
-            )
-        flown.append(("/wrench_setpoint", _wrench(made["wrench_setpoint"][step], stamp)))
+        flown += [(f"/{topic}", flight_samples.of_row(topic, table[step])) for topic, table in made.items()]
     return flown
-
-
-def _stamp(step: int) -> Any:
-    seconds, nanoseconds = divmod(step * PERIOD_NS, 1_000_000_000)
-    return flight_samples.message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
-
-
-def _value(cell: Any) -> Any:
-    if isinstance(cell, np.ndarray):
-        return cell
-    return bool(cell) if isinstance(cell, np.bool_) else float(cell)
-
-
-def _wrench(row: Any, stamp: Any) -> Any:
-    header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="base_link")
-    force = flight_samples.message("geometry_msgs/msg/Vector3", z=float(row["thrust"]))
-    torque = flight_samples.message(
-        "geometry_msgs/msg/Vector3", **dict(zip("xyz", row["torque_b"].tolist(), strict=True))
-    )
-    both = flight_samples.message("geometry_msgs/msg/Wrench", force=force, torque=torque)
-    return flight_samples.message("geometry_msgs/msg/WrenchStamped", header=header, wrench=both)

@@ -37,16 +37,18 @@ def definition(type_name: str) -> Definition:
 
 
 def message(type_name: str, **values: Any) -> Any:
-    """Return a rosbags message with ``values``; what is not given is zero, empty or false."""
-    store = typestore()
-    return store.types[type_name](**{**_blank(store, type_name), **values})
+    """Return a rosbags message with ``values``, dicts for the messages in it; the rest is zero, empty or false."""
+    forms = typestore().fielddefs[type_name][1]
+    given = {
+        name: message(form[1], **values[name]) if isinstance(values[name], dict) else values[name]
+        for name, form in forms
+        if name in values
+    }
+    assert given.keys() == values.keys(), f"{type_name} has no {values.keys() - given.keys()}"
+    return typestore().types[type_name](**{name: given.get(name, _blank(form)) for name, form in forms})
 
 
-def _blank(store: Any, type_name: str) -> dict[str, Any]:
-    return {name: _blank_value(store, form) for name, form in store.fielddefs[type_name][1]}
-
-
-def _blank_value(store: Any, form: Any) -> Any:
+def _blank(form: Any) -> Any:
     kind, detail = int(form[0]), form[1]
     if kind == 1:
         return {"string": "", "bool": False}.get(detail[0], 0.0 if detail[0].startswith("float") else 0)
@@ -58,10 +60,15 @@ def _blank_value(store: Any, form: Any) -> Any:
     return np.zeros(0, item[1][0]) if int(item[0]) == 1 and item[1][0] != "string" else []
 
 
+def time_of(stamp_ns: int) -> Any:
+    """Return a stamp in ns as a message."""
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    return message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
+
 def stamp(step: int) -> Any:
     """Return the stamp of a plant step."""
-    seconds, nanoseconds = divmod(step * STEP_NS, 1_000_000_000)
-    return message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+    return time_of(step * STEP_NS)
 
 
 def encoded(sample: Any) -> bytes:
@@ -77,12 +84,38 @@ def state(step: int, rng: np.random.Generator) -> Any:
     )  # fmt: skip
 
 
+def wrench_of(time: Any, thrust: float, torque: Iterable[float] = (0.0, 0.0, 0.0)) -> Any:
+    """Return the vehicle's command in N and N m."""
+    both = {"force": {"z": float(thrust)}, "torque": dict(zip("xyz", map(float, torque), strict=True))}
+    return message("geometry_msgs/msg/WrenchStamped", header={"stamp": time, "frame_id": "base_link"}, wrench=both)
+
+
 def wrench(step: int, rng: np.random.Generator) -> Any:
-    header = message("std_msgs/msg/Header", stamp=stamp(step), frame_id="base_link")
-    force = message("geometry_msgs/msg/Vector3", z=float(rng.normal()))
-    torque = message("geometry_msgs/msg/Vector3", **dict(zip("xyz", rng.normal(size=3).tolist(), strict=True)))
-    both = message("geometry_msgs/msg/Wrench", force=force, torque=torque)
-    return message("geometry_msgs/msg/WrenchStamped", header=header, wrench=both)
+    return wrench_of(stamp(step), rng.normal(), rng.normal(size=3))
+
+
+TYPES = {
+    "state": "quad_msgs/msg/VehicleState",
+    "truth": "quad_msgs/msg/VehicleState",
+    "disturbance": "quad_msgs/msg/Disturbance",
+    "actuation": "quad_msgs/msg/Actuation",
+    "reference": "quad_msgs/msg/TrajectoryPoint",
+    "attitude_setpoint": "quad_msgs/msg/AttitudeThrust",
+    "wrench_setpoint": "geometry_msgs/msg/WrenchStamped",
+    "position_controller/internals": "quad_msgs/msg/PositionInternals",
+    "attitude_controller/internals": "quad_msgs/msg/AttitudeInternals",
+}
+
+
+def of_row(topic: str, row: np.void) -> Any:
+    """Return a row of a topic of TYPES, with ``stamp_ns``, as its message."""
+    stamp = time_of(int(row["stamp_ns"]))
+    if topic == "wrench_setpoint":
+        return wrench_of(stamp, row["thrust"], row["torque_b"])
+    fields = {name for name, _ in typestore().fielddefs[TYPES[topic]][1]}
+    values = {name: row[name] for name in row.dtype.names if name in fields}
+    values = {name: value.item() if value.ndim == 0 else np.array(value) for name, value in values.items()}
+    return message(TYPES[topic], **{**values, "stamp": stamp})
 
 
 def internals(step: int, rng: np.random.Generator) -> Any:
@@ -117,7 +150,6 @@ def write_bag(
     *,
     pause_every: int = 0,
     close: bool = True,
-    parameters: str = "simulator: {ros__parameters: {flight.seed: 7}}\n",
     log_ns: Callable[[int, Any], int] = lambda index, _: index * 1000,
     notes: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
@@ -125,7 +157,6 @@ def write_bag(
     bag = BagWriter(
         directory,
         metadata={"run_id": "test", "seed": "7", **notes},
-        parameters=parameters,
         flush_period=0.05,
     )
     handles: dict[str, int] = {}

@@ -7,23 +7,12 @@ from typing import Any, NamedTuple
 import flight_samples
 import numpy as np
 import yaml
+from flight_samples import TYPES, of_row, time_of
 
 from quad_core.cascade import SIGNALS, STAGE
 from quad_core.resolution import Resolved
 from quad_core.roles import Stage
 from quad_flight.flight import Flight, Result, flight_from_parameters, fly
-
-TYPES = {
-    "state": "quad_msgs/msg/VehicleState",
-    "truth": "quad_msgs/msg/VehicleState",
-    "disturbance": "quad_msgs/msg/Disturbance",
-    "actuation": "quad_msgs/msg/Actuation",
-    "reference": "quad_msgs/msg/TrajectoryPoint",
-    "attitude_setpoint": "quad_msgs/msg/AttitudeThrust",
-    "wrench_setpoint": "geometry_msgs/msg/WrenchStamped",
-    "position_controller/internals": "quad_msgs/msg/PositionInternals",
-    "attitude_controller/internals": "quad_msgs/msg/AttitudeInternals",
-}
 
 
 class FlownFlight(NamedTuple):
@@ -40,7 +29,7 @@ def fly_short(duration: float = 1.0) -> FlownFlight:
     flight = flight_from_parameters(overrides)
     result = fly(flight)
     assert result.outcome == "ended"
-    rows = [(int(row["stamp_ns"]), topic, _message(topic, row)) for topic in TYPES for row in result.topics[topic]]
+    rows = [(int(row["stamp_ns"]), topic, of_row(topic, row)) for topic in TYPES for row in result.topics[topic]]
     for _, topic, sample in rows:
         if topic.endswith("/internals"):
             _note_inputs(STAGE[topic.partition("/")[0]], flight.resolved, sample)
@@ -64,23 +53,14 @@ def parameters_said(flight: Flight) -> list[Any]:
     return found
 
 
-def _stamp(row: np.void) -> Any:
-    sec, nanosec = divmod(int(row["stamp_ns"]), 1_000_000_000)
-    return flight_samples.message("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
-
-
 def _odometry(row: np.void) -> Any:
-    header = flight_samples.message("std_msgs/msg/Header", stamp=_stamp(row), frame_id="world")
-    x, y, z = row["p_w"].tolist()
-    point = flight_samples.message("geometry_msgs/msg/Point", x=x, y=y, z=z)
-    turn = dict(zip("xyzw", row["q_wb"].tolist(), strict=True))
-    pose = flight_samples.message(
-        "geometry_msgs/msg/Pose",
-        position=point,
-        orientation=flight_samples.message("geometry_msgs/msg/Quaternion", **turn),
+    place, turn = (dict(zip("xyzw", row[name].tolist(), strict=False)) for name in ("p_w", "q_wb"))
+    return flight_samples.message(
+        "nav_msgs/msg/Odometry",
+        header={"stamp": time_of(int(row["stamp_ns"])), "frame_id": "world"},
+        child_frame_id="base_link",
+        pose={"pose": {"position": place, "orientation": turn}},
     )
-    pose = flight_samples.message("geometry_msgs/msg/PoseWithCovariance", pose=pose)
-    return flight_samples.message("nav_msgs/msg/Odometry", header=header, child_frame_id="base_link", pose=pose)
 
 
 def _note_inputs(stage: Stage, resolved: Mapping[str, Resolved], sample: Any) -> None:
@@ -98,21 +78,6 @@ def _diagnostics() -> Any:
         for level in (0, 1)
     ]
     return flight_samples.message("diagnostic_msgs/msg/DiagnosticArray", status=status)
-
-
-def _message(topic: str, row: np.void) -> Any:
-    stamp = _stamp(row)
-    if topic == "wrench_setpoint":
-        header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="base_link")
-        force = flight_samples.message("geometry_msgs/msg/Vector3", z=float(row["thrust"]))
-        torque = dict(zip("xyz", row["torque_b"].tolist(), strict=True))
-        torque = flight_samples.message("geometry_msgs/msg/Vector3", **torque)
-        wrench = flight_samples.message("geometry_msgs/msg/Wrench", force=force, torque=torque)
-        return flight_samples.message(TYPES[topic], header=header, wrench=wrench)
-    fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[topic]][1]}
-    values = {name: row[name] for name in row.dtype.names if name in fields}
-    values = {name: value.item() if value.ndim == 0 else np.array(value) for name, value in values.items()}
-    return flight_samples.message(TYPES[topic], **{**values, "stamp": stamp})
 
 
 def write_flight(directory: Path, flown: FlownFlight, *, replace: dict[int, Any] | None = None) -> Path:

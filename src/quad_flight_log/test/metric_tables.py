@@ -2,19 +2,14 @@
 
 import numpy as np
 
+from quad_flight_log.bag.messages import structured
+
 SECOND = 1_000_000_000
 
 
 def table(stamps, **columns):
-    count = len(stamps)
-    forms = [("stamp_ns", np.int64)]
-    for name, values in columns.items():
-        forms.append((name, np.asarray(values).dtype, np.asarray(values).shape[1:]))
-    out = np.zeros(count, forms)
-    out["stamp_ns"] = stamps
-    for name, values in columns.items():
-        out[name] = values
-    return out
+    arrays = {name: np.asarray(values) for name, values in columns.items()}
+    return structured({"stamp_ns": np.asarray(stamps, np.int64), **arrays})
 
 
 def seconds(*times):

@@ -30,12 +30,8 @@ KIND = "geometry_msgs/msg/PoseStamped"
 
 def pose(index: int) -> bytes:
     """Return the payload of a pose ``index`` decimetres along x."""
-    sec, nanosec = divmod(START + index * PERIOD, 1_000_000_000)
-    stamp = flight_samples.message("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
-    header = flight_samples.message("std_msgs/msg/Header", stamp=stamp, frame_id="map")
-    point = flight_samples.message("geometry_msgs/msg/Point", x=0.1 * index, z=1.0)
-    turn = flight_samples.message("geometry_msgs/msg/Quaternion", w=1.0)
-    inside = flight_samples.message("geometry_msgs/msg/Pose", position=point, orientation=turn)
+    header = {"stamp": flight_samples.time_of(START + index * PERIOD), "frame_id": "map"}
+    inside = {"position": {"x": 0.1 * index, "z": 1.0}, "orientation": {"w": 1.0}}
     return flight_samples.encoded(flight_samples.message(KIND, header=header, pose=inside))
 
 
@@ -174,26 +170,6 @@ def named(path: Path, topics: Iterable[str]) -> Path:
         for topic in topics:
             put(writer, topic, range(5))
         writer.finish()
-    return path
-
-
-def longer(path: Path, opcodes: Iterable[int]) -> Path:
-    """Write an unchunked file whose records with one of ``opcodes`` are four bytes longer than the format knows."""
-    mcap(path, use_chunking=False, enable_crcs=False, use_statistics=False, use_summary_offsets=False)
-    data, wanted = path.read_bytes(), set(opcodes)
-    at, out = 8, bytearray(data[:8])
-    while at < len(data) - 8:
-        opcode, size = struct.unpack_from("<BQ", data, at)
-        body = data[at + 9 : at + 9 + size]
-        at += 9 + size
-        if opcode == 0x0F:
-            body = bytes(4)
-        elif opcode == 0x02:
-            body = bytes(20)
-        if opcode in (0x01, 0x02, 0x03, 0x04, 0x05, 0x0F):
-            body += b"\1\2\3\4" if opcode in wanted else b""
-            out += struct.pack("<BQ", opcode, len(body)) + body
-    path.write_bytes(bytes(out) + data[:8])
     return path
 
 

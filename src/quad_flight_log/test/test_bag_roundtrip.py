@@ -43,13 +43,12 @@ def test_bytes_and_times_are_exact(bag, flown):
         assert flight.topics[topic].messages == len(items)
 
 
-def test_metadata_and_parameters_come_back(bag):
+def test_metadata_comes_back(bag):
     flight = open_flight(bag)
     assert flight.metadata["run_id"] == "test"
     assert flight.metadata["seed"] == "7"
     assert flight.metadata["outcome"] == "ended"
     assert flight.metadata["dropped"] == "0"
-    assert flight.parameters_text == "simulator: {ros__parameters: {flight.seed: 7}}\n"
 
 
 def test_rosbags_reads_hashes_counts_and_profiles(bag, flown):
@@ -79,7 +78,7 @@ def test_metadata_yaml_is_rosbag2_version_9(bag, flown):
     assert topic["type_description_hash"].startswith("RIHS01_")
 
 
-def test_mcap_library_finds_chunks_summary_and_attachment(bag):
+def test_mcap_library_finds_chunks_and_summary(bag):
     from mcap.reader import make_reader
 
     with bag.open("rb") as stream:
@@ -90,7 +89,6 @@ def test_mcap_library_finds_chunks_summary_and_attachment(bag):
         summary = reader.get_summary()
         assert summary.statistics.chunk_count >= 2
         assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
-        assert [item.name for item in reader.iter_attachments()] == ["parameters.yaml"]
         assert {item.name for item in reader.iter_metadata()} == {"quad", "quad_end"}
 
 
@@ -105,18 +103,6 @@ def test_empty_directory_may_be_used_and_empty_bag_reads(tmp_path):
     flight = open_flight(path.parent)
     assert flight.topics == {}
     assert flight.metadata["messages"] == "0"
-
-
-def test_topics_resolve_in_a_namespace(tmp_path):
-    rng = np.random.default_rng(3)
-    flown = [("/a/state", flight_samples.state(0, rng)), ("/b/state", flight_samples.state(0, rng))]
-    path = flight_samples.write_bag(tmp_path / "two", flown)
-    with pytest.raises(FlightLogError, match="name a namespace: a, b"):
-        open_flight(path).array("state")
-    table = open_flight(path, namespace="b").array("state")
-    np.testing.assert_array_equal(table["p_w"][0], flown[1][1].p_w)
-    with pytest.raises(TopicError, match="no topic 'truth'"):
-        open_flight(path, namespace="b").array("truth")
 
 
 def test_a_topic_of_another_namespace_names_the_option(tmp_path):

@@ -65,12 +65,6 @@ def test_missing_topics_give_what_is_left(flown, flown_bag, tmp_path, capsys):
     assert cli.main(["replay", str(bag)]) == 2
 
 
-def test_a_recording_without_one_topic_of_ours_is_exported(tmp_path):
-    bag = recorded(tmp_path / "bag", extras())
-    assert cli.main(["export", str(bag), "--out", str(tmp_path / "out")]) == 0
-    assert (tmp_path / "out" / "scan.csv").exists()
-
-
 WORDED = {
     "a comment before": lambda text: f"# other words\n{text}",
     "a comment after a field": lambda text: text.replace("Pose pose", "Pose pose  # where it is"),
@@ -94,13 +88,6 @@ def test_two_definitions_that_differ_in_a_field_are_named_and_the_rest_is_read(t
     capsys.readouterr()
     assert cli.main(["export", str(path), "--out", str(tmp_path)]) == 1
     assert "/pose: two definitions of one topic, whose fields differ" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("opcodes", [(0x01,), (0x03, 0x04), (0x01, 0x02, 0x0F)])
-def test_records_longer_than_the_format_knows_are_read(opcodes, tmp_path):
-    flight = open_flight(other_recorders.longer(tmp_path / "longer.mcap", opcodes))
-    assert len(flight.array("pose")) == 20
-    assert not flight.truncated
 
 
 def test_an_export_writes_what_can_be_read_and_names_the_rest(tmp_path, capsys):
@@ -202,15 +189,14 @@ def test_a_recording_that_begins_in_flight_says_so(share, flown_bag, tmp_path, c
     assert f"the bag begins at {begin:.2f} s of the flight" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("variable", "value"), [("PYTHONIOENCODING", "ascii"), ("PYTHONIOENCODING", "latin-1")])
-@pytest.mark.parametrize("command", [["info"], ["metrics"], ["check", "--limits", "position_rmse=0"]])
-def test_a_terminal_that_lacks_letters_gets_what_it_has(command, variable, value, flown_bag, tmp_path):
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_that_lacks_letters_gets_what_it_has(encoding, flown_bag, tmp_path):
     bag = tmp_path / "Fl\u00fcge (1)" / "erster Flug \u2460"
     shutil.copytree(flown_bag, bag)
     next(bag.glob("*.mcap")).rename(bag / f"{bag.name}_0.mcap")
-    environment = {**os.environ, variable: value, "LC_ALL": "C"}
-    words = [sys.executable, "-m", "quad_flight_log.cli", command[0], str(bag), *command[1:]]
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C"}
+    words = [sys.executable, "-m", "quad_flight_log.cli", "info", str(bag)]
     done = subprocess.run(words, env=environment, capture_output=True, check=False, timeout=60)
-    assert done.returncode in (0, 1), done.stderr
+    assert done.returncode == 0, done.stderr
     assert b"erster Flug" in done.stdout
     assert done.stderr == b""

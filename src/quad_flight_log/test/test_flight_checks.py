@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import yaml
-from flight_samples import message, stamp, write_bag
+from flight_samples import message, stamp, wrench_of, write_bag
 
 from quad_flight_log import cli
 from quad_flight_log.analysis.flight_checks import failed_checks
@@ -29,11 +29,7 @@ def pose(kind_stamp, height=1.0, q=UPRIGHT, y=0.0):
 
 
 def wrench(step, thrust):
-    header = message("std_msgs/msg/Header", stamp=stamp(step), frame_id="base_link")
-    force = message("geometry_msgs/msg/Vector3", z=thrust)
-    return message(
-        "geometry_msgs/msg/WrenchStamped", header=header, wrench=message("geometry_msgs/msg/Wrench", force=force)
-    )
+    return wrench_of(stamp(step), thrust)
 
 
 def status(run_id):
@@ -238,18 +234,12 @@ def test_a_flown_path_with_numbers_that_are_none_is_read_and_refused(tmp_path):
     assert failed_checks(flight) == ["truth: 3 messages with a number that is not finite or absurd"]
 
 
-def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path):
-    what = {"stamp": stamp(300), "mode": 1, "since": 300, "reason_text": "no good wrench", "run_id": "test"}
+@pytest.mark.parametrize(("mode", "name"), [(1, "descend"), (200, "mode 200")])
+def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path, mode, name):
+    what = {"stamp": stamp(300), "mode": mode, "since": 300, "reason_text": "no good wrench", "run_id": "test"}
     flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
-    assert judgement(flight, FlightMetrics(), {}).text == (
-        "Failed: the guard took over at step 300 (descend): no good wrench"
-    )
-
-
-def test_a_mode_of_the_guard_that_there_is_not_is_named_by_its_number(tmp_path):
-    what = {"stamp": stamp(300), "mode": 200, "since": 300, "reason_text": "none", "run_id": "test"}
-    flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
-    assert failed_checks(flight) == ["the guard took over at step 300 (mode 200): none"]
+    text = f"the guard took over at step 300 ({name}): no good wrench"
+    assert judgement(flight, FlightMetrics(), {}).text == f"Failed: {text}"
 
 
 def test_check_and_verdict_ask_the_judge(tmp_path, capsys):

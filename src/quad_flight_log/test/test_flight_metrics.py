@@ -7,7 +7,7 @@ import pytest
 from metric_tables import seconds, table
 
 from quad_flight_log.analysis import metrics
-from quad_flight_log.analysis.metrics import corner_overshoot, yaw_overshoot
+from quad_flight_log.analysis.metrics import corner_overshoot
 
 
 def test_a_flight_of_four_references_by_hand():
@@ -46,20 +46,6 @@ def test_commands_by_hand():
     assert found.chattering_index == 0.0
 
 
-def test_the_chattering_index_is_the_share_of_a_fast_sine():
-    # 2 N m at 5 Hz and 1 N m at 40 Hz over a whole second: energies 4/2 and 1/2, the mean of 7 N m does not count.
-    time = np.arange(500) * 0.002
-    slow, fast = 2.0 * np.sin(2 * np.pi * 5 * time), np.sin(2 * np.pi * 40 * time)
-    torque = np.stack([slow + fast + 7.0, 0 * time, 0 * time], axis=1)
-    high, whole = metrics.band_energy(torque, 0.002)
-    assert high == pytest.approx(0.5, rel=1e-9)
-    assert whole == pytest.approx(2.5, rel=1e-9)
-    assert whole == pytest.approx(0.002 * np.sum((torque - torque.mean(axis=0)) ** 2), rel=1e-9)
-    odd, odd_whole = metrics.band_energy(torque[:-1], 0.002)
-    assert odd_whole == pytest.approx(0.002 * np.sum((torque[:-1] - torque[:-1].mean(axis=0)) ** 2), rel=1e-9)
-    assert odd == pytest.approx(0.5, rel=0.02)
-
-
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [
@@ -71,7 +57,8 @@ def test_the_chattering_index_is_the_share_of_a_fast_sine():
     ],
 )
 def test_settling_is_for_good(errors, expected):
-    assert metrics.settling_time(np.arange(float(len(errors))), np.array(errors), 0.1) == expected
+    times = 2.0 + np.arange(float(len(errors)))
+    assert metrics.settling_time(times, np.array(errors), 0.1) == expected
 
 
 def turned(*yaws):
@@ -110,10 +97,6 @@ def test_only_what_is_after_the_approach_counts_and_only_truth():
     assert found.saturation_time == 1.0
 
 
-def test_time_is_counted_from_where_it_starts():
-    assert metrics.settling_time(np.array([2.0, 3.0, 4.0]), np.array([0.2, 0.05, 0.05])) == 1.0
-
-
 def test_each_command_counts_for_as_long_as_it_holds():
     assert metrics.effort(np.array([1.0, 2.0]), np.array([3.0, 1.0])) == 11.0
     stamps = seconds(0.0, 1.0, 2.0, 4.0)
@@ -130,15 +113,19 @@ def test_a_constant_command_does_not_vary():
     assert metrics.total_variation(np.array([[0.0, 0.0, 0.0], [1.0, -2.0, 4.0]])) == 7.0
 
 
-def test_the_share_of_fast_torque_is_that_of_all_axes_above_the_limit():
-    stamps = list(range(0, 1_000_000_000, 2_000_000))
-    time = np.arange(500) * 0.002
-    torque = np.stack([2.0 * np.sin(2 * np.pi * 15 * time), 0 * time, np.sin(2 * np.pi * 40 * time)], axis=1)
-    reference = table(stamps, p_w=np.zeros((500, 3)), trajectory_time=time)
-    wrench = table(stamps, thrust=np.zeros(500), torque_b=torque)
+@pytest.mark.parametrize("count", [500, 499])
+def test_fast_torque_is_that_of_all_axes_above_the_limit_without_the_mean(count):
+    # 2 N m at 15 Hz and 1 N m at 40 Hz over a whole second: energies 4/2 and 1/2, the mean of 7 N m does not count.
+    time = np.arange(count) * 0.002
+    torque = np.stack([2.0 * np.sin(2 * np.pi * 15 * time) + 7.0, 0 * time, np.sin(2 * np.pi * 40 * time)], axis=1)
+    stamps = [step * 2_000_000 for step in range(count)]
+    reference = table(stamps, p_w=np.zeros((count, 3)), trajectory_time=time)
+    wrench = table(stamps, thrust=np.zeros(count), torque_b=torque)
     found = metrics.flight_metrics({"reference": reference, "wrench_setpoint": wrench})
-    assert found.torque_high_frequency == pytest.approx(0.5, rel=1e-9)
-    assert found.chattering_index == pytest.approx(0.5 / 2.5, rel=1e-9)
+    assert found.torque_high_frequency == pytest.approx(0.5, rel=1e-9 if count == 500 else 0.02)
+    assert found.chattering_index == pytest.approx(0.5 / 2.5, rel=1e-9 if count == 500 else 0.02)
+    whole = metrics.band_energy(torque, 0.002)[1]
+    assert whole == pytest.approx(0.002 * np.sum((torque - torque.mean(axis=0)) ** 2), rel=1e-9)
 
 
 def test_a_wrench_message_gives_force_along_z_and_the_three_torques():
@@ -217,23 +204,11 @@ def test_what_goes_beyond_a_corner_along_the_arrival_counts(moved, expected):
     assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_reference_without_corner_or_step_has_no_overshoot():
+def test_a_reference_without_corner_has_no_overshoot():
     angle = 0.5 * TIMES
     circle = np.stack([np.cos(angle), np.sin(angle), TIMES], 1)
     velocity = np.stack([-0.5 * np.sin(angle), 0.5 * np.cos(angle), np.ones_like(TIMES)], 1)
     assert corner_overshoot(TIMES, circle + 0.1, circle, velocity) is None
-    assert yaw_overshoot(TIMES, np.zeros_like(TIMES), np.zeros_like(TIMES)) is None
-
-
-@pytest.mark.parametrize("turn", [0.0, math.pi])
-def test_yaw_beyond_its_step(turn):
-    """A step from pi/3 to 0 (or across pi) with an overshoot of 0.05 rad; what is before the step does not count."""
-    desired = np.where(TIMES < 10.0, math.pi / 3.0, 0.0) + turn
-    after = TIMES - 10.0
-    yaw = np.where(after < 0.0, desired + 0.4, turn + (math.pi / 3.0) * np.exp(-8.0 * np.maximum(after, 0.0)))
-    yaw = yaw - np.where(after > 0.0, 0.05 * np.exp(-8.0 * (after - 2.0) ** 2), 0.0)
-    wrapped = (yaw + math.pi) % (2.0 * math.pi) - math.pi
-    assert yaw_overshoot(TIMES, wrapped, desired) == pytest.approx(0.05, abs=1e-4)
 
 
 def test_the_farthest_of_all_corners_counts():
@@ -254,19 +229,3 @@ def test_the_way_after_the_next_corner_is_not_beyond_this_one():
         [np.minimum(TIMES, 10.0) + np.maximum(TIMES - 12.0, 0.0), np.clip(TIMES - 10.0, 0.0, 2.0), 0.0 * TIMES], 1
     )
     assert corner_overshoot(TIMES, desired, desired, velocity) == 0.0
-
-
-def test_yaw_steps_and_overshoots_across_half_a_turn():
-    after = TIMES >= 10.0
-    across = np.where(after, -3.0, 3.0)  # 0.283 rad onwards
-    flown = np.where(after & (TIMES < 11.0), -2.95, across)
-    assert yaw_overshoot(TIMES, flown, across) == pytest.approx(0.05)
-    before = np.where(after, 3.1, 2.8)
-    beyond = np.where(after & (TIMES < 11.0), 3.2 - 2.0 * math.pi, before)
-    assert yaw_overshoot(TIMES, beyond, before) == pytest.approx(0.1)
-
-
-def test_who_is_still_on_the_way_to_a_large_step_is_not_beyond_it():
-    desired = np.where(TIMES >= 10.0, 3.0, 0.0)
-    late = np.where(TIMES < 11.0, -0.3, desired)
-    assert yaw_overshoot(TIMES, late, desired) == 0.0

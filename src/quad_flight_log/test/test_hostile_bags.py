@@ -31,18 +31,16 @@ YAML_TEXTS = {
 }
 
 
-def write(path: Path, topics: Topics, parameters: str = "", **notes: str) -> Path:
+def write(path: Path, topics: Topics, **notes: str) -> Path:
     """Write {topic: (type, definition, payloads)} as ``some tool`` would; returns ``path``."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         writer.start("ros2", "some tool")
         if notes:
             writer.add_metadata("quad", notes)
-        if parameters:
-            writer.add_attachment(0, 0, "parameters.yaml", "application/yaml", parameters.encode())
         for name, (kind, text, payloads) in topics.items():
             schema = writer.register_schema(kind, "ros2msg", text.encode())
-            channel = writer.register_channel(name, "cdr", schema, {"offered_qos_profiles": notes.get("qos", "")})
+            channel = writer.register_channel(name, "cdr", schema)
             for index, payload in enumerate(payloads):
                 writer.add_message(channel, index * 1000, payload, index)
         writer.finish()
@@ -133,10 +131,8 @@ def bomb(path: Path, size: int, chunks: int, singly: bool = False) -> Path:
 HOSTILE: dict[str, Callable[[Path], Path]] = {
     "schema that doubles 40 times": lambda path: typed(path, chain(40, 2)),
     "schema 3000 deep": lambda path: typed(path, chain(3000, 1)),
-    "schema that doubles 14 times": lambda path: typed(path, chain(14, 2)),
     "length of 5000 digits": lambda path: typed(path, f"float64[{'9' * 5000}] x"),
     "array of 2^40": lambda path: typed(path, f"float64[{1 << 40}] x"),
-    "array of 2^62": lambda path: typed(path, f"float64[{1 << 62}] x"),
     "arrays of arrays": lambda path: typed(
         path, "B[1000] b\n" + "=" * 80 + "\nMSG: a/B\nC[1000] c\n" + "=" * 80 + "\nMSG: a/C\nfloat64[1000] x"
     ),
@@ -152,19 +148,12 @@ HOSTILE: dict[str, Callable[[Path], Path]] = {
     ),
     "name of a type with escapes": lambda path: write(path, {"/truth": (f"a/msg/{ESCAPE}", "float64 x", [bytes(12)])}),
     "topic with escapes": lambda path: typed(path, "float64 x", bytes(12), f"/{ESCAPE}\nok   forged"),
-    "topic with a zero byte": lambda path: typed(path, "float64 x", bytes(12), "/a\0b"),
     "topic of 5000 letters": lambda path: typed(path, "float64 x", bytes(12), "/" + "a" * 5000),
     "topic that climbs": lambda path: typed(path, "float64 x", bytes(12), "/../../etc/x"),
     "notes with escapes": lambda path: write(path, {}, outcome=f"{ESCAPE}\nok", seed="\x9b31m"),
-    "qos that is deep": lambda path: write(path, {"/truth": ("a/msg/A", "float64 x", [bytes(12)])}, qos="[" * 20_000),
-    "qos of a long integer": lambda path: write(
-        path, {"/truth": ("a/msg/A", "float64 x", [bytes(12)])}, qos=f"[{{depth: {'9' * 5000}}}]"
-    ),
-    "bomb of 2.4 GB": lambda path: bomb(path, 60 << 20, 40),
     "bomb of 240 MB": lambda path: bomb(path, 60 << 20, 4),
     "bomb of 240 MB in single messages": lambda path: bomb(path, 60 << 20, 4, singly=True),
     "empty": lambda path: write(path, {}),
-    "parameters that are no YAML": lambda path: write(path, {}, YAML_TEXTS["deep list"]),
     **{
         f"text on {topic}": lambda path, topic=topic: flight(path, other_type(topic))
         for topic in (
@@ -178,7 +167,6 @@ HOSTILE: dict[str, Callable[[Path], Path]] = {
     "nan inside": lambda path: flight(path, number=float("nan"), of="internals"),
     "infinite inside": lambda path: flight(path, number=float("inf"), of="internals"),
     "1e300 inside": lambda path: flight(path, number=1e300, of="internals"),
-    "1e9": lambda path: flight(path, number=1e9),
     "1e300": lambda path: flight(path, number=1e300),
     "stamps of the far past": lambda path: flight(path, stamped(-(1 << 31), 0)),
     "stamps of the far future": lambda path: flight(path, stamped((1 << 31) - 1, 0xFFFFFFFF)),
@@ -190,7 +178,6 @@ CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 VERBS = {
     "info": [],
     "metrics": [],
-    "metrics --json": [],
     "check": ["--limits", "position_rmse=1"],
     "hash": [],
     "export": ["--out", "csv"],

@@ -44,7 +44,7 @@ def test_flight_page_tells_what_the_bag_holds(text):
     assert sum(key.startswith("figure-") for key in data) == 7
     error = next(trace for trace in data["figure-06-case1-x"]["data"] if trace["yaxis"] == "y2")
     np.testing.assert_allclose(decoded(error["y"]), 0.3, rtol=1e-5)
-    assert "flight.seed: 7" in text
+    assert "seed: 7" in text
     assert "position_rmse" in text
     assert "0.37417" in text  # sqrt(0.3^2 + 0.2^2 + 0.1^2)
     assert "<pre>log report circle</pre>" in text

@@ -3,7 +3,7 @@
 import flight_samples
 import numpy as np
 import pytest
-from loop_flight import TYPES
+from flight_samples import TYPES
 
 from quad_core.safe import hold_position
 from quad_core.types import Actuation, PositionInputs, Quat, Rotors, TrajectoryPoint, Vec3, VehicleState
@@ -62,22 +62,12 @@ def answered(flown, seed):
     return found
 
 
-def internals(step, inside, record):
-    fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[f"{ROLE}/internals"]][1]}
-    values = {name: value for name, value in inside._asdict().items() if name in fields}
-    values = {name: np.array(value) if isinstance(value, tuple) else value for name, value in values.items()}
-    return flight_samples.message(
-        TYPES[f"{ROLE}/internals"], stamp=flight_samples.stamp(step), step=step, **{**values, **record}
-    )
-
-
-def setpoint(step, output):
-    arrays = {name: np.array(getattr(output, name)) for name in ("angles", "rates", "accelerations", "q_wb")}
-    scalars = {"thrust": output.thrust, "thrust_fraction": output.thrust_fraction}
-    stamp = flight_samples.stamp(step)
-    return flight_samples.message(
-        TYPES["attitude_setpoint"], stamp=stamp, step=step, next_step=step + 5, **arrays, **scalars
-    )
+def message_of(topic, step, values):
+    """Return an output or internals of a law as a message; what it has no field for is left out."""
+    fields = {name for name, _ in flight_samples.typestore().fielddefs[TYPES[topic]][1]}
+    given = {name: np.array(value) if isinstance(value, tuple) else value for name, value in values.items()}
+    given = {name: value for name, value in given.items() if name in fields}
+    return flight_samples.message(TYPES[topic], stamp=flight_samples.stamp(step), step=step, **given)
 
 
 @pytest.fixture(scope="module")
@@ -95,8 +85,10 @@ def bag(flown, answers, directory, without=None):
         elif topic in ("state", "reference", "actuation") and (topic, getattr(sample, "step", 0)) != without:
             others.append((f"/{topic}", sample))
     for step, output, inside, record in answers:
-        others.append(("/attitude_setpoint", setpoint(step, output)))
-        others.append((f"/{ROLE}/internals", internals(step, inside, record)))
+        others.append(
+            ("/attitude_setpoint", message_of("attitude_setpoint", step, {"next_step": step + 5, **output._asdict()}))
+        )
+        others.append((f"/{ROLE}/internals", message_of(f"{ROLE}/internals", step, {**inside._asdict(), **record})))
     return open_flight(flight_samples.write_bag(directory, others, log_ns=lambda *_: 0))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quad_flight_log.analysis.takeovers import Flier, Takeover, described, fliers, takeovers
+from quad_flight_log.analysis.takeovers import Flier, Takeover, fliers, takeovers
 
 pytestmark = pytest.mark.unit
 
@@ -62,11 +62,6 @@ def test_a_guard_that_names_no_run_or_another_is_nobody_s():
             Bag.array(bag, topic) if topic == "truth" else np.array([(*PASSES, "ours"), (*LOST, run_id)], dtype=named)
         )
         assert [(one.mode, one.step) for one in takeovers(bag)] == expected
-
-
-def test_takeovers_are_put_into_words():
-    assert described(takeovers(Bag([PASSES, LOST]))) == "the guard took over at step 1525 (descend): no good wrench"
-    assert described([]) == ""
 
 
 class TakenOver(Bag):

@@ -60,20 +60,13 @@ def _published(flight: Flight) -> dict[str, NodeRecord]:
     return found
 
 
-class Phase(NamedTuple):
-    """Parameters of a node from plant step ``step`` on."""
-
-    step: int
-    resolved: Resolved
-
-
-def flown_phases(record: NodeRecord, role: str, law: str | None = None) -> list[Phase]:
-    """Return the parameters of a controller, or of another ``law`` in its place, which has its defaults.
+def flown_phases(record: NodeRecord, role: str, law: str | None = None) -> list[tuple[int, Resolved]]:
+    """Return (plant step, parameters from it on) of a controller, or of another ``law`` with its defaults.
 
     The first phase begins at step 0, each change in flight another. Raises FlightLogError.
     """
     spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
     try:
-        return [Phase(step, resolve(role, with_law(values, law or str(values.get("law"))))) for step, values in spells]
+        return [(step, resolve(role, with_law(values, law or str(values.get("law"))))) for step, values in spells]
     except (ParameterError, PluginError) as error:
         raise FlightLogError(f"{role}: {error}") from error

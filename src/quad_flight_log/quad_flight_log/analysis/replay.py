@@ -72,10 +72,10 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     record = recorded_parameters(flight).get(role)
     if record is None:
         raise FlightLogError(f"{flight.path}: flight/parameters says nothing of {role}")
-    phases, stage = flown_phases(record, role, law), STAGE[role]
-    start = phases[0].resolved
+    (_, start), *waiting = flown_phases(record, role, law)
+    stage = STAGE[role]
     topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
-    tables = {topic: by_stamp(table) for topic, table in flight.arrays(*topics).items()}
+    tables = {topic: by_stamp(flight.array(topic)) for topic in topics}
     empty = [topic for topic, table in tables.items() if len(table) == 0]
     if empty:
         raise TopicError(f"{flight.path}: no message on {', '.join(empty)}: there is nothing to replay {role} with")
@@ -85,11 +85,11 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
         notes.append(f"{taken_over[0].node} flew from step {taken_over[0].step} on: compared up to there")
         for topic in (stage.gives, stage.internals_topic):
             tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over[0].step * period]
-    module, parameters, waiting, memory = start.law.module, start.law.parameters, phases[1:], None
+    module, parameters, memory = start.law.module, start.law.parameters, None
     steps, outputs, internals, incomplete = [], [], [], 0
     for step, dt, inputs, complete in _seen(start, stage, tables, str(flight.path)):
-        while waiting and waiting[0].step <= step:
-            parameters = waiting.pop(0).resolved.law.parameters
+        while waiting and waiting[0][0] <= step:
+            parameters = waiting.pop(0)[1].law.parameters
         if memory is None or inputs.state.on_ground:
             memory = module.init(parameters, start.vehicle)
         output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)

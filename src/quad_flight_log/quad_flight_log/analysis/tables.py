@@ -4,7 +4,6 @@ A bag of others may have a topic of ours with another type, or a type of ours wi
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from quad_core.records import columns
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
-from quad_flight_log.bag.messages import Table
+from quad_flight_log.bag.messages import Table, part_of
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
 
@@ -50,7 +49,7 @@ def flight_tables(flight: Flight) -> dict[str, Table]:
     such a one, a foreign node may. In the flown path the checks reject them too. A vehicle that is no simulator sends
     no truth: ``state`` replaces it, see ``truth_topic``.
     """
-    found = flight.arrays(*(topic for topic in TOPICS if flight.has(topic)))
+    found = {topic: flight.array(topic) for topic in TOPICS if flight.has(topic)}
     for topic, table in found.items():
         _check(flight, topic, table)
     if truth_topic(flight) == "state":
@@ -156,7 +155,7 @@ def _check(flight: Flight, topic: str, table: Table) -> None:
     shapes = {column.name: (len(column.parts),) if column.parts else () for column in columns(_KINDS[topic])}
     optional = [name for name in shapes if name in (table.dtype.names or ())]
     for name in ("stamp_ns", *NEEDED["truth" if topic == "state" else topic], *optional):
-        values = _part(table, name)
+        values = part_of(table, name)
         if values is None or values.dtype.kind not in "biuf" or values.shape[1:] != shapes.get(name, ()):
             raise _wrong(flight, topic, name)
 
@@ -165,17 +164,8 @@ def _usable(topic: str, table: Table) -> NDArray[np.bool_]:
     """Return which rows hold only finite numbers of a size that belongs to a flight, in the fields that are needed."""
     good = np.ones(len(table), dtype=bool)
     for name in NEEDED[topic]:
-        good &= (np.abs(_part(table, name).reshape(len(table), -1)) <= LARGEST).all(axis=1)  # of NaN it is false
+        good &= (np.abs(part_of(table, name).reshape(len(table), -1)) <= LARGEST).all(axis=1)  # of NaN it is false
     return good
-
-
-def _part(table: Any, path: str) -> Any:
-    """Return the values of a field, nested as in ``wrench.force.x``, or None."""
-    for name in path.split("."):
-        if name not in (table.dtype.names or ()):
-            return None
-        table = table[name]
-    return table
 
 
 def _wrong(flight: Flight, topic: str, field: str) -> TopicError:

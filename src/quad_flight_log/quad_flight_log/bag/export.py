@@ -5,7 +5,7 @@ import itertools
 import json
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,38 +17,26 @@ from quad_flight_log.errors import FlightLogError, SchemaError
 _LONGEST_NAME = 200
 
 
-class Exported(NamedTuple):
-    """The files that were written, and {topic: why} of topics that cannot be read."""
+def export(flight: Flight, directory: Path, topics: list[str]) -> tuple[list[Path], dict[str, str]]:
+    """Write ``topics`` (empty: all with messages) into ``directory``; return the files, and {topic: why} of the rest.
 
-    paths: list[Path]
-    left_out: dict[str, str]
-
-
-def export(flight: Flight, directory: Path, topics: list[str]) -> Exported:
-    """Write ``topics`` (empty: all with messages) into ``directory``, in files which must not exist yet.
-
-    A topic that cannot be read is left out and named. Raises FlightLogError for an existing file, TopicError for a
-    topic that the bag has not.
+    A topic that cannot be read is left out. Raises FlightLogError for an existing file, TopicError for a topic that
+    the bag has not.
     """
     names = [flight.resolve(topic) for topic in topics] or [
         name for name, topic in flight.topics.items() if topic.messages
     ]
     directory.mkdir(parents=True, exist_ok=True)
-    taken: set[str] = set()
-    files = {name: directory / f"{_free_name(name, taken)}.csv" for name in names if name not in flight.unreadable}
-    there = next((path for path in files.values() if path.exists()), None)
-    if there:
-        raise FlightLogError(f"{there}: exists; an export never overwrites")
-    found = Exported([], {name: flight.unreadable[name] for name in names if name in flight.unreadable})
-    for name, path in files.items():
+    paths, left_out, taken = list[Path](), dict[str, str](), set[str]()
+    for name in names:
         try:
             table = flight.array(name)
         except SchemaError as error:  # noqa: PERF203
-            found.left_out[name] = str(error)
+            left_out[name] = str(error)
         else:
-            _write(table, path)
-            found.paths.append(path)
-    return found
+            paths.append(directory / f"{_free_name(name, taken)}.csv")
+            _write(table, paths[-1])
+    return paths, left_out
 
 
 def _free_name(topic: str, taken: set[str]) -> str:
@@ -64,13 +52,14 @@ def _free_name(topic: str, taken: set[str]) -> str:
 
 
 def _write(table: Table, path: Path) -> None:
-    part = path.with_name(path.name + ".part")
     columns = dict(flat_columns(table))
-    with part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*map(_cells, columns.values()), strict=True))
-    part.rename(path)
+    try:
+        with path.open("x", newline="", encoding="utf-8", errors="backslashreplace") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(columns)
+            writer.writerows(zip(*map(_cells, columns.values()), strict=True))
+    except FileExistsError as error:
+        raise FlightLogError(f"{path}: exists; an export never overwrites") from error
 
 
 def _cells(values: NDArray[Any]) -> list[Any]:

@@ -27,7 +27,6 @@ _ZSTD = b"\x28\xb5\x2f\xfd"  # no CDR payload begins so: rosbag2 compressed the 
 _RECORD_LIMIT = 80 << 20  # bytes
 _EXPANSION_LIMIT = 50  # bytes unpacked for each byte of the file; the indexes alone keep our bags below 30
 _FREE_SIZE = 16 << 20  # bytes that any file may unpack to
-_SEQUENCES = 1 << 32  # messages after which the numbers of our recorder begin again
 _PACKED = {".zstd": "zstd", ".zst": "zstd", ".lz4": "lz4", ".gz": "gzip", ".bz2": "bzip2", ".xz": "xz"}
 _NUMBERED = re.compile(r"(.*)_(\d+)$")
 _ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
@@ -71,7 +70,6 @@ class BagFile:
         self.written_by = self.damage = ""
         self.channels: dict[int, Channel] = {}
         self.notes: list[tuple[str, dict[str, str]]] = []
-        self.attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Any] = {}
         self._count = self._unpacked = self._file_size = 0
 
@@ -166,8 +164,6 @@ class BagFile:
                 _declare(self.channels, record.id, self._channel(record), f"channel {record.id}")
             case records.Metadata():
                 self.notes.append((record.name, dict(record.metadata)))
-            case records.Attachment():
-                self.attachments[record.name] = record.data
 
     def _channel(self, record: records.Channel) -> Channel:
         schema = self._schemas.get(record.schema_id)
@@ -180,7 +176,7 @@ class BagFile:
         number = record.channel_id
         if number not in self.channels:
             raise _DamageError(f"message on channel {number}, which is not declared")
-        if self._own and record.sequence != self._count % _SEQUENCES:
+        if self._own and record.sequence != self._count:
             raise _DamageError(f"message {record.sequence}, expected {self._count}")
         self._count += 1
         data = record.data

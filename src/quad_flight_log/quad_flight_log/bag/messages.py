@@ -8,7 +8,7 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,14 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from quad_flight_log.errors import FlightLogError, SchemaError, one_line
+from quad_flight_log.errors import SchemaError, one_line
 
 Table = NDArray[np.void]
-Fields = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
 
 TIMES = ("log_ns", "stamp_ns")
 MOST_ITEMS = 1_000_000  # of one sequence
 _NUMBERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64")
 _CODES = {"bool": "?", "byte": "u1", "char": "u1", **{name: np.dtype(name).str[1:] for name in _NUMBERS}}
-_DEEPEST = 30  # levels of messages in messages
-_MOST_FIELDS = 10_000  # of a message with all that it holds
-_LARGEST = 64 << 20  # bytes of the smallest message of a type
 _LONGEST = 256 << 10  # characters of a definition
 _SEPARATOR = re.compile(r"^(={80})\s*^\s*MSG:", re.MULTILINE)
 _MASKED = re.compile(r"^\s*\S+\s+(\w+)\s*#.*@(?:wall|run)\b", re.MULTILINE)
@@ -50,10 +46,12 @@ class MessageType:
     """One type of message and what it is made of. ``fields``: its own field names in order."""
 
     def __init__(self, name: str, store: Typestore, masked: Sequence[str] = ()) -> None:
-        """Take the type ``name`` from ``store``; fields ``masked`` are no part of the payload hash."""
-        self.name, self._store, self._masked = name, store, masked
-        self._dtype = _form(store.fielddefs, name, (), {}).dtype
-        self.fields = tuple(field for field, _ in store.fielddefs[name][1])
+        """Take the type ``name`` from ``store``; numbers ``masked`` are no part of the payload hash."""
+        self.name, self._store = name, store
+        described = store.fielddefs[name][1]
+        self.fields = tuple(field for field, _ in described)
+        numbers = {field: _CODES[detail[0]] for field, (_, detail) in described if detail[0] in _CODES}
+        self._masked = {field: np.dtype(numbers[field]) for field in masked if field in numbers}
         self._places: dict[int, list[int]] = {}
 
     def same_fields(self, other: "MessageType") -> bool:
@@ -72,25 +70,33 @@ class MessageType:
         try:
             for payload in payloads:
                 messages.append(decode(payload, name))  # noqa: PERF401 (how many there are says which one is bad)
-        except Exception as error:  # whatever rosbags raises over bytes that are no message
+            logged, columns = np.array(log_times, np.int64), self._columns(name, messages)
+        except Exception as error:  # whatever rosbags and NumPy raise over bytes that are no message
             raise SchemaError(f"{where}: message {len(messages)}: {one_line(error)}") from error
-        stamp = _stamp_path(self._dtype)
-        taken = next((field for field in TIMES if field in self.fields), None)
+        taken = next((field for field in TIMES if field in columns), None)
         if taken:
             raise SchemaError(f"{where}: has a field {taken!r}, the name under which times of messages are given")
-        times = [("log_ns", np.int64)] + ([("stamp_ns", np.int64)] if stamp else [])
-        described: list[Any] = [*times, *((field, self._dtype[field]) for field in self._dtype.names or ())]
-        out = np.zeros(len(messages), described)
-        logged = np.array(log_times, dtype=np.uint64)
-        if len(logged) and logged.max() > np.iinfo(np.int64).max:
-            raise FlightLogError(f"{where}: log time {logged.max()} is beyond the year 2262")
-        out["log_ns"] = logged.astype(np.int64)
-        _fill(out[list(self.fields)], messages)
-        if stamp:
-            part: Any = out
-            for field in stamp:
-                part = part[field]
-            out["stamp_ns"] = part["sec"].astype(np.int64) * 1_000_000_000 + part["nanosec"].astype(np.int64)
+        return structured({"log_ns": logged, **_stamps(structured(columns)), **columns})
+
+    def _columns(self, name: str, messages: Sequence[Any]) -> dict[str, NDArray[Any]]:
+        """Return {field: values, shape (n, ...)} of messages of the type ``name``; nested ones are structured."""
+        return {
+            field: self._column(kind, detail, [getattr(message, field) for message in messages])
+            for field, (kind, detail) in self._store.fielddefs[name][1]
+        }
+
+    def _column(self, kind: int, detail: Any, values: list[Any]) -> NDArray[Any]:
+        if kind == Nodetype.NAME:
+            return structured(self._columns(detail, values))
+        if kind == Nodetype.BASE:
+            return np.array(values, "O" if detail[0] == "string" else _CODES[detail[0]])
+        (item, inner), count = detail
+        if kind == Nodetype.ARRAY and item == Nodetype.BASE and inner[0] in _CODES:
+            return np.array(values, _CODES[inner[0]]).reshape(len(values), count)
+        out = np.empty(len(values), object)
+        for index, value in enumerate(values):
+            held = isinstance(value, list) and len(value) > 0 and dataclasses.is_dataclass(value[0])
+            out[index] = [dataclasses.asdict(each, dict_factory=_named) for each in value] if held else value
         return out
 
     def hashed(self, payload: bytes) -> bytes:
@@ -108,26 +114,39 @@ class MessageType:
         """Return which bytes differ between a message and the same with all bits of its masked fields turned."""
         message: Any = self._store.deserialize_cdr(payload, self.name)
         changes = {}
-        for field in self._masked:
-            bits = ~np.frombuffer(np.array(getattr(message, field), self._dtype[field]).tobytes(), np.uint8)
-            changes[field] = np.frombuffer(bits.tobytes(), self._dtype[field])[0].item()
+        for field, dtype in self._masked.items():
+            bits = ~np.frombuffer(np.array(getattr(message, field), dtype).tobytes(), np.uint8)
+            changes[field] = np.frombuffer(bits.tobytes(), dtype)[0].item()
         turned = dataclasses.replace(message, **changes)
         one, two = (bytes(self._store.serialize_cdr(each, self.name)) for each in (message, turned))
         return [place for place, (a, b) in enumerate(zip(one, two, strict=True)) if a != b]
 
 
-def _fill(out: Table, messages: Sequence[Any]) -> None:
-    """Write ``messages`` into the rows of ``out``; messages in sequences become dicts."""
-    for field in out.dtype.names or ():
-        values = [getattr(message, field) for message in messages]
-        if out.dtype[field].names is not None:
-            _fill(out[field], values)
-        elif out.dtype[field].hasobject:
-            for index, value in enumerate(values):
-                held = isinstance(value, list) and len(value) > 0 and dataclasses.is_dataclass(value[0])
-                out[field][index] = [dataclasses.asdict(item, dict_factory=_named) for item in value] if held else value
-        elif values:
-            out[field] = np.array(values).reshape(len(values), *out.dtype[field].shape)
+def structured(columns: Mapping[str, NDArray[Any]]) -> Table:
+    """Return columns as one structured array."""
+    count = len(next(iter(columns.values())))
+    out = np.zeros(count, [(name, values.dtype, values.shape[1:]) for name, values in columns.items()])
+    for name, values in columns.items():
+        out[name] = values
+    return out
+
+
+def part_of(table: Any, path: str) -> Any:
+    """Return the values of a field, nested as in ``wrench.force.x``, or None."""
+    for name in path.split("."):
+        if name not in (table.dtype.names or ()):
+            return None
+        table = table[name]
+    return table
+
+
+def _stamps(table: Table) -> dict[str, NDArray[np.int64]]:
+    """Return {"stamp_ns": stamps of messages}, or nothing where their type has none."""
+    for path in ("stamp", "header.stamp", "clock"):
+        time = part_of(table, path)
+        if time is not None and time.dtype.names == ("sec", "nanosec"):
+            return {"stamp_ns": time["sec"].astype(np.int64) * 1_000_000_000 + time["nanosec"].astype(np.int64)}
+    return {}
 
 
 def _named(fields: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -168,62 +187,3 @@ def _full_name(name: str) -> str:
     if len(parts) not in (2, 3) or not all(parts):
         raise SchemaError(f"message type {name!r}: expected package/msg/Type")
     return f"{parts[0]}/msg/{parts[-1]}"
-
-
-class _Form(NamedTuple):
-    """How a type lies in memory: a row of a table, and what its smallest message takes, in fields and bytes."""
-
-    dtype: np.dtype[Any]
-    fields: int
-    bytes: int
-
-
-def _form(types: Fields, name: str, above: tuple[str, ...], known: dict[str, _Form]) -> _Form:
-    """Return the form of a type; raises SchemaError for one that is impossible or too large."""
-    if name in known:
-        return known[name]
-    root = (*above, name)[0]
-    if name not in types:
-        raise SchemaError(f"{root}: {name} is used and not defined")
-    if name in above:
-        raise SchemaError(f"{root}: {name} contains itself")
-    if len(above) > _DEEPEST:
-        raise SchemaError(f"{root}: messages in messages, more than {_DEEPEST} deep")
-    fields, size, described = 0, 0, list[Any]()
-    names = [field for field, _ in types[name][1]]
-    twice = next((field for field in names if names.count(field) > 1), None)
-    if twice:
-        raise SchemaError(f"{root}: two fields of {name} are called {twice!r}")
-    for field, (kind, detail) in types[name][1]:
-        many = kind in (Nodetype.ARRAY, Nodetype.SEQUENCE)
-        item, count = (detail[0], detail[1]) if many else ((kind, detail), 1)
-        if kind == Nodetype.ARRAY and count == 0:
-            raise SchemaError(f"{root}: {field!r} is an array of 0 items, expected at least 1")
-        code = _CODES.get(item[1][0]) if item[0] == Nodetype.BASE else None
-        if item[0] == Nodetype.NAME:
-            inner = _form(types, item[1], (*above, name), known)
-        elif code or item[1][0] == "string":
-            inner = _Form(np.dtype(code or "O"), 1, np.dtype(code or "u4").itemsize)
-        else:
-            raise SchemaError(f"{root}: {field!r} is of type {item[1][0]}, which is not read")
-        fields += inner.fields * (1 if code or kind == Nodetype.SEQUENCE else count)
-        size += 4 if kind == Nodetype.SEQUENCE else inner.bytes * count
-        if fields > _MOST_FIELDS or size > _LARGEST:
-            raise SchemaError(f"{root}: {name} holds more than {_MOST_FIELDS} fields or {_LARGEST} bytes")
-        if kind == Nodetype.ARRAY and code:
-            described.append((field, code, (count,)))
-        else:
-            described.append((field, "O" if many else inner.dtype))
-    known[name] = _Form(np.dtype(described), max(fields, 1), size)
-    return known[name]
-
-
-def _stamp_path(dtype: np.dtype[Any]) -> tuple[str, ...]:
-    """Return where the stamp of a message stands, or empty."""
-    for path in (("stamp",), ("header", "stamp"), ("clock",)):
-        part: Any = dtype
-        for name in path:
-            part = part[name] if part is not None and name in (part.names or ()) else None
-        if part is not None and part.names == ("sec", "nanosec"):
-            return path
-    return ()

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from quad_flight_log.errors import CorruptError
+
 LIBRARY = "quad_flight_log 2"  # how the library string of our recorder begins: its files have every checksum
 METADATA_FILE = "metadata.yaml"
 QUAD = "quad"  # metadata record written at the start
 QUAD_END = "quad_end"  # metadata record written at the end
-PARAMETERS = "parameters.yaml"  # attachment with the resolved parameters
 
 _DIGEST = "sha256"
-_OF_PARAMETERS = "sha256.parameters"
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 
 
@@ -93,20 +93,16 @@ def as_yaml(content: Any) -> str:
     return str(yaml.safe_dump(copied, sort_keys=False))
 
 
-def sealed_notes(values: Mapping[str, str], parameters: bytes = b"") -> dict[str, str]:
-    """Return ``values`` with digests of them and of the attached ``parameters``: a cut file has no other checksum."""
-    noted = {**values, _OF_PARAMETERS: hashlib.sha256(parameters).hexdigest()} if parameters else values
-    return {**noted, _DIGEST: _digest(noted)}
+def sealed_notes(values: Mapping[str, str]) -> dict[str, str]:
+    """Return ``values`` with their digest: a cut file has no other checksum of them."""
+    return {**values, _DIGEST: _digest(values)}
 
 
-def opened_notes(values: Mapping[str, str], parameters: bytes, *, strict: bool) -> dict[str, str]:
-    """Return notes without their digests. Raises ValueError if one does not fit, or is missing although ``strict``."""
+def opened_notes(values: Mapping[str, str], where: str, *, strict: bool) -> dict[str, str]:
+    """Return notes without their digest; raises CorruptError if it does not fit, or is missing although ``strict``."""
     rest = {key: value for key, value in values.items() if key != _DIGEST}
     if (strict or _DIGEST in values) and values.get(_DIGEST) != _digest(rest):
-        raise ValueError("its digest does not fit its content")
-    of_parameters = rest.pop(_OF_PARAMETERS, "")
-    if of_parameters and parameters and of_parameters != hashlib.sha256(parameters).hexdigest():
-        raise ValueError("its digest does not fit the attached parameters")
+        raise CorruptError(f"{where}: its digest does not fit its content")
     return rest
 
 

@@ -19,13 +19,12 @@ def step_rows(flight: Flight, topics: Iterable[str]) -> dict[str, list[tuple[int
 
     Fields marked @wall or @run are masked with zeros. Raises SchemaError if a topic has no stamp.
     """
-    present = [topic for topic in topics if flight.has(topic)]
-    arrays, payloads, found = flight.arrays(*present), flight.payloads(*present), {}
-    for topic, table in arrays.items():
-        name, kind = flight.resolve(topic), flight.type_of(topic)
+    found = {}
+    for topic in filter(flight.has, topics):
+        name, kind, table = flight.resolve(topic), flight.type_of(topic), flight.array(topic)
         if "stamp_ns" not in (table.dtype.names or ()):
             raise SchemaError(f"{flight.path}: {name}: {kind.name} has no stamp, so its steps cannot be told apart")
-        rows = zip(table["stamp_ns"].tolist(), map(kind.hashed, payloads[name][0]), strict=True)
+        rows = zip(table["stamp_ns"].tolist(), map(kind.hashed, flight.payloads(name)[name][0]), strict=True)
         found[topic] = sorted(rows, key=itemgetter(0))
     return found
 

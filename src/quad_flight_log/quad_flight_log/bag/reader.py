@@ -12,8 +12,8 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from quad_flight_log.bag.files import Channel, files_of
 from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
-from quad_flight_log.bag.notes import LIBRARY, PARAMETERS, QUAD, QUAD_END, opened_notes
-from quad_flight_log.errors import CorruptError, FlightLogError, SchemaError, TopicError
+from quad_flight_log.bag.notes import LIBRARY, QUAD, QUAD_END, opened_notes
+from quad_flight_log.errors import FlightLogError, SchemaError, TopicError
 
 MEMORY_LIMIT = 4 << 30  # bytes of payload that a bag may hold: all of it is kept in memory
 
@@ -36,9 +36,9 @@ class Flight:
     """A verified flight log.
 
     ``path``: its first file. ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed,
-    versions, drops, ...). ``parameters_text``: the attached parameter file, YAML. ``truncated``: the bag is cut or
-    lacks a file and what is here is its verified beginning; ``damage`` says where. ``unreadable``: {topic: why} of
-    topics whose definition or encoding is none that can be decoded (their bytes still are in ``payloads``).
+    versions, drops, ...). ``truncated``: the bag is cut or lacks a file and what is here is its verified beginning;
+    ``damage`` says where. ``unreadable``: {topic: why} of topics whose definition or encoding is none that can be
+    decoded (their bytes still are in ``payloads``).
     """
 
     def __init__(self, path: Path, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
@@ -54,8 +54,6 @@ class Flight:
         damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
         self.damage, self.truncated = "; ".join(damage), bool(damage)
         self.metadata = self._notes()
-        attached = (file.attachments[PARAMETERS] for file in self._files if PARAMETERS in file.attachments)
-        self.parameters_text = next(attached, b"").decode("utf-8", errors="replace")
         only = self.vehicles[0] if len(self.vehicles) == 1 else ""
         vehicle = (namespace or self.metadata.get("namespace", "") or only).strip("/")
         self.namespace = f"/{vehicle}" if vehicle else ""
@@ -111,15 +109,10 @@ class Flight:
         Fields: ``log_ns`` (time of recording), ``stamp_ns`` (message stamp; left out where the type has none), then the
         message's own. Raises TopicError or SchemaError.
         """
-        return self.arrays(topic)[topic]
-
-    def arrays(self, *topics: str) -> dict[str, Table]:
-        """Return {topic as given: array} of several topics."""
-        names = {topic: self.resolve(topic) for topic in topics}
-        for name in names.values():
-            if name not in self._cache:
-                self._cache[name] = self.type_of(name).table(*self._rows[name], f"{self.path}: {name}")
-        return {topic: self._cache[name] for topic, name in names.items()}
+        name = self.resolve(topic)
+        if name not in self._cache:
+            self._cache[name] = self.type_of(name).table(*self._rows[name], f"{self.path}: {name}")
+        return self._cache[name]
 
     def payloads(self, *topics: str) -> dict[str, Rows]:
         """Return {full name: (CDR payloads, log times in ns)} of topics, in the order of the bag."""
@@ -159,11 +152,8 @@ class Flight:
         merged: dict[str, str] = {}
         for file in self._files:
             for name, values in (note for note in file.notes if note[0] in (QUAD, QUAD_END)):
-                parameters = file.attachments.get(PARAMETERS, b"") if name == QUAD else b""
-                try:
-                    merged.update(opened_notes(values, parameters, strict=file.written_by.startswith(LIBRARY)))
-                except ValueError as error:
-                    raise CorruptError(f"{self.path}: metadata record {name!r}: {error}") from error
+                where, strict = f"{self.path}: metadata record {name!r}", file.written_by.startswith(LIBRARY)
+                merged.update(opened_notes(values, where, strict=strict))
         return merged
 
     def _find_types(self) -> None:

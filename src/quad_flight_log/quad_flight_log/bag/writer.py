@@ -13,15 +13,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from mcap.records import Message
-from mcap.stream_reader import StreamReader
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
 from quad_flight_log.bag.notes import (
     LIBRARY,
     METADATA_FILE,
-    PARAMETERS,
     QUAD,
     QUAD_END,
     Qos,
@@ -37,7 +34,6 @@ FLUSH_PERIOD = 0.2  # s between two chunks; with the above less than 300 ms are 
 CHUNK_SIZE = 256 << 10  # bytes of a chunk before it is compressed
 SYNC_PERIOD = 1.0  # s; less than 1.5 s are lost with the machine
 BACKLOG_LIMIT = 64 << 20  # bytes waiting for a slow disk before messages are dropped
-SEQUENCES = 1 << 32  # messages after which their numbers begin again
 MESSAGE_LIMIT = 1 << 20  # bytes of one message; the largest of a flight, its parameters, have some 50,000
 
 
@@ -50,7 +46,7 @@ class Definition(NamedTuple):
 
 
 class BagReport(NamedTuple):
-    """How a recording ended. ``error`` is empty if the bag is closed and complete."""
+    """How a recording ended. ``error`` is empty if the bag is closed and complete; else the file may hold less."""
 
     path: Path
     messages: int
@@ -61,7 +57,7 @@ class BagReport(NamedTuple):
 class BagWriter:
     """One recording into a new directory.
 
-    ``metadata`` and ``parameters`` (YAML text) are written first, so that they survive a kill. ``write`` never blocks
+    ``metadata`` is written first, so that it survives a kill. ``write`` never blocks
     on the disk. The first error of the disk ends the recording; everything before it stays readable. ``part_path`` is
     the file while it is written, ``path`` when it is finished.
     """
@@ -71,7 +67,6 @@ class BagWriter:
         directory: str | Path,
         *,
         metadata: Mapping[str, str] | None = None,
-        parameters: str = "",
         flush_period: float = FLUSH_PERIOD,
         backlog_limit: int = BACKLOG_LIMIT,
     ) -> None:
@@ -101,9 +96,7 @@ class BagWriter:
                 self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD, enable_data_crcs=True
             )
             self._writer.start(profile="ros2", library=f"{LIBRARY} with mcap")
-            if parameters:
-                self._writer.add_attachment(0, 0, PARAMETERS, "application/yaml", parameters.encode())
-            self._writer.add_metadata(QUAD, sealed_notes(self._custom, parameters.encode()))
+            self._writer.add_metadata(QUAD, sealed_notes(self._custom))
             self._writer.flush()
         except OSError as error:
             raise BagWriteError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
@@ -161,8 +154,6 @@ class BagWriter:
                 self._finish(dict(metadata or {}))
             with contextlib.suppress(OSError):  # what a full disk did not take at the end
                 self._stream.close()
-            if self.error:
-                self._count_what_is_left()
             path = self.part_path if self.error else self.path
             self._closed = BagReport(path, sum(self._counts), sum(self.dropped.values()), self.error)
         return self._closed
@@ -178,19 +169,16 @@ class BagWriter:
         return stream
 
     def _drain_loop(self) -> None:
-        flushed, period, fresh = time.monotonic(), DRAIN_PERIOD, False
+        flushed, fresh = time.monotonic(), False
         while not self.error:
-            closing = self._closing.wait(period)
+            closing = self._closing.wait(DRAIN_PERIOD)
             try:
                 with self._lock:
-                    moved = self._drain()
-                    fresh = fresh or moved
+                    fresh = self._drain() or fresh
                     if closing or (fresh and time.monotonic() - flushed >= self._flush_period - DRAIN_PERIOD):
                         self._writer.flush()
                         flushed, fresh = time.monotonic(), False
                         self._flushes += 1
-                # an idle recorder wakes less often; the next messages are flushed as soon as they are moved
-                period = DRAIN_PERIOD if moved or fresh else max(DRAIN_PERIOD, self._flush_period)
             except Exception as error:
                 # Whatever it is: a thread that died unseen would leave a bag that only seems to grow.
                 self._give_up(error)
@@ -215,7 +203,7 @@ class BagWriter:
             topic, log_ns, publish_ns, payload = queue.popleft()
             self._counts[topic] += 1
             add(self._channels[topic], log_ns, payload, publish_ns, self._number)
-            self._number = (self._number + 1) % SEQUENCES
+            self._number += 1
             self._taken_size += len(payload)
             if self._start_ns < 0 or log_ns < self._start_ns:
                 self._start_ns = log_ns
@@ -243,19 +231,6 @@ class BagWriter:
             _keep_names(self.directory)
         except OSError as error:
             self.error = f"{self.part_path}: {error.strerror or error}"
-
-    def _count_what_is_left(self) -> None:
-        """Count as dropped what waits, and what was written and is not in the file."""
-        for handle, *_ in self._queue:
-            self.refuse(handle)
-        counts: Counter[int] = Counter()
-        with contextlib.suppress(Exception), self.part_path.open("rb") as stream:  # whatever mcap raises where it ends
-            for record in StreamReader(stream).records:
-                counts[record.channel_id if isinstance(record, Message) else -1] += 1
-        for index, topic in enumerate(self._topics):
-            have = counts[self._channels[index]]
-            self.dropped[topic.name] += self._counts[index] - have
-            self._counts[index] = have
 
 
 def _keep_names(directory: Path) -> None:

@@ -20,7 +20,7 @@ from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_flight_log.recorder.payload_check import payload_check
-from quad_flight_log.recorder.provenance import STOPPED, end_metadata, flight_metadata
+from quad_flight_log.recorder.provenance import STOPPED, flight_metadata
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
 from quad_flight_log.recorder.vehicle_pose import FOLLOWED, PoseOutput
 from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
@@ -82,15 +82,9 @@ class Recorder(FlightNode):
             "namespace": self.ros.get_namespace(),
             "interface_hash": interface_hash(),
         }
-        file = self.settings.parameters_file
         try:
-            text = Path(file).read_text("utf-8") if file else ""
-            directory = Path(self.settings.directory or Path("flights", name))
-            return BagWriter(directory, metadata=flight_metadata(facts, versions()), parameters=text)
-        except UnicodeDecodeError as error:
-            raise ParameterError(f"parameters_file: {file}: not UTF-8") from error
-        except OSError as error:
-            raise ParameterError(f"parameters_file: {file}: {error.strerror}") from error
+            directory = self.settings.directory or Path("flights", name)
+            return BagWriter(directory, metadata=flight_metadata(facts, versions()))
         except FlightLogError as error:
             raise ParameterError(f"directory: {error}") from error
 
@@ -248,8 +242,13 @@ class Recorder(FlightNode):
         self.exit_code = 0 if ended else 1
 
     def _closed(self, ended: bool, reason: str, missing: dict[str, int], wall_time: float) -> BagReport:
-        outcome = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
-        return self.bag.close({**outcome, **end_metadata(self._flight_ns * 1e-9, wall_time, missing, self.counters)})
+        notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
+        if wall_time > 0.0:  # the vehicle interface noted it
+            notes["wall_time"] = f"{wall_time:.6f}"
+            notes["real_time_factor"] = f"{self._flight_ns * 1e-9 / wall_time:.3f}"
+        notes.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
+        notes.update({f"count.{name}": str(count) for name, count in sorted(self.counters.items()) if count})
+        return self.bag.close(notes)
 
     def close(self) -> None:
         """Finish the bag of a recorder that was stopped early."""

@@ -37,15 +37,3 @@ def flight_metadata(facts: Mapping[str, object], versions: Mapping[str, str]) ->
         found["git_commit"] = commit
     found.update({f"version.{name}": value for name, value in versions.items()})
     return found
-
-
-def end_metadata(
-    flight_time: float, wall_time: float, missing: Mapping[str, int], counters: Mapping[str, int]
-) -> dict[str, str]:
-    """Return what a bag notes at its end; times in s, ``wall_time`` 0 where it is not known, counts by name."""
-    found = {}
-    if wall_time > 0.0:
-        found = {"wall_time": f"{wall_time:.6f}", "real_time_factor": f"{flight_time / wall_time:.3f}"}
-    found.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
-    found.update({f"count.{name}": str(count) for name, count in sorted(counters.items()) if count})
-    return found

@@ -107,7 +107,7 @@ def _flown_with(flights: Sequence[Flight], names: Sequence[str]) -> list[str]:
                 for row in text_table(flight, "flight/events")
             ]
             parts.append(folded(f"{name}: events", table(head, rows)))
-        texts = {"parameter file": flight.parameters_text}
+        texts = {}
         if flight.has("flight/parameters"):
             newest = {str(row["node"]): str(row["parameters"]) for row in text_table(flight, "flight/parameters")}
             texts.update({f"{node} as flown": text for node, text in sorted(newest.items())})
