@@ -1,7 +1,6 @@
 """Small functions on arrays of a flight: alignment and gaps by stamp, angles, norms. They know nothing of files."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,24 +9,16 @@ Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 
-class Aligned(NamedTuple):
-    """Rows of two tables that carry the same stamp. ``left`` and ``right`` are indices, ``stamp_ns`` the stamps."""
-
-    stamp_ns: Stamps
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-
-
 def by_stamp(table: NDArray[np.void]) -> NDArray[np.void]:
     """Return a table (field ``stamp_ns``) sorted by stamp, the first of equal stamps kept."""
     _, index = np.unique(table["stamp_ns"], return_index=True)
     return table[index]
 
 
-def aligned(left_ns: Stamps, right_ns: Stamps) -> Aligned:
-    """Return the rows of two sorted tables that carry equal stamps."""
-    stamps, left, right = np.intersect1d(left_ns, right_ns, assume_unique=True, return_indices=True)
-    return Aligned(stamps, left, right)
+def matched(left: NDArray[np.void], right: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    """Return the rows of two tables, sorted by stamp without repeats, that carry equal stamps."""
+    _, here, there = np.intersect1d(left["stamp_ns"], right["stamp_ns"], assume_unique=True, return_indices=True)
+    return left[here], right[there]
 
 
 def norms(vectors: Floats) -> Floats:

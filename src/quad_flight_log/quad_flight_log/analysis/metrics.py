@@ -18,9 +18,9 @@ from quad_core.cascade import COMMAND
 from quad_flight_log.analysis.arrays import (
     Floats,
     Stamps,
-    aligned,
     by_stamp,
     euler_angles,
+    matched,
     norms,
     wrapped,
 )
@@ -193,11 +193,10 @@ def _since(table: NDArray[np.void], start_ns: int) -> NDArray[np.void]:
 
 
 def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:
-    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
-    if len(match.stamp_ns) == 0:
+    truth, reference = matched(truth, reference)
+    if len(truth) == 0:
         return {}
-    error = norms(truth["p_w"][match.left] - reference["p_w"][match.right])
-    times = reference["trajectory_time"][match.right]
+    error, times = norms(truth["p_w"] - reference["p_w"]), reference["trajectory_time"]
     return {
         "position_rmse": rmse(error),
         "position_max": float(error.max()),
@@ -209,10 +208,10 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
 
 
 def _attitude(truth: NDArray[np.void], setpoint: NDArray[np.void]) -> dict[str, float | None]:
-    match = aligned(truth["stamp_ns"], setpoint["stamp_ns"])
-    if len(match.stamp_ns) == 0:
+    truth, setpoint = matched(truth, setpoint)
+    if len(truth) == 0:
         return {}
-    error = wrapped(euler_angles(truth["q_wb"][match.left]) - setpoint["angles"][match.right])
+    error = wrapped(euler_angles(truth["q_wb"]) - setpoint["angles"])
     return {"attitude_rmse": rmse(error)}
 
 
@@ -258,20 +257,18 @@ def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
 
 def _disturbance(inside: NDArray[np.void], lumped: NDArray[np.void]) -> dict[str, float | None]:
     """Return how far the position law's estimate of d is from the recorded D_P; a law without one records zeros."""
-    match = aligned(inside["stamp_ns"], lumped["stamp_ns"])
+    inside, lumped = matched(inside, lumped)
     known = "disturbance_estimate" in (inside.dtype.names or ()) and inside["disturbance_estimate"].any()
-    if len(match.stamp_ns) == 0 or not known:
+    if not known:
         return {}
-    error = inside["disturbance_estimate"][match.left] - lumped["lumped_acceleration_w"][match.right]
-    return {"disturbance_estimate_rmse": rmse(error)}
+    return {"disturbance_estimate_rmse": rmse(inside["disturbance_estimate"] - lumped["lumped_acceleration_w"])}
 
 
 def _overshoot(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:
-    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
-    truth, reference = truth[match.left], reference[match.right]
+    truth, reference = matched(truth, reference)
     if "v_w" not in (reference.dtype.names or ()):
         return {}
-    times = np.asarray(match.stamp_ns * 1e-9, dtype=np.float64)
+    times = np.asarray(truth["stamp_ns"] * 1e-9, dtype=np.float64)
     return {"corner_overshoot": corner_overshoot(times, truth["p_w"], reference["p_w"], reference["v_w"])}
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
 from quad_core.records import columns
 from quad_core.roles import VehicleInterface
-from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, norms
+from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
 from quad_flight_log.bag.messages import Table, part_of
 from quad_flight_log.bag.reader import Flight
@@ -124,8 +124,8 @@ def estimate_note(flight: Flight) -> str:
 
 def _apart(one: Table, other: Table) -> Floats:
     """Return how far in m the places of two tables are apart at the stamps that both have."""
-    both = aligned(one["stamp_ns"], other["stamp_ns"])
-    return norms(one["p_w"][both.left] - other["p_w"][both.right])
+    one, other = matched(one, other)
+    return norms(one["p_w"] - other["p_w"])
 
 
 def truth_note(flight: Flight) -> str:

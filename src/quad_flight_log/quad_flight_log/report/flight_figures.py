@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
-from quad_flight_log.analysis.arrays import Floats, aligned, by_stamp, euler_angles, norms, wrapped
+from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, matched, norms, wrapped
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
 from quad_flight_log.analysis.takeovers import Takeover, takeovers
@@ -46,7 +46,11 @@ class Run:
 
     def times(self, topic: str) -> Floats:
         """Return the times of a topic's rows in s; 0 is the start of the trajectory, or else that of the flight."""
-        return (self.tables[topic]["stamp_ns"] - self.start_ns) * 1e-9
+        return self.since_start(self.tables[topic])
+
+    def since_start(self, table: NDArray[np.void]) -> Floats:
+        """Return the times of a table's rows in s, as ``times``."""
+        return (table["stamp_ns"] - self.start_ns) * 1e-9
 
     @cached_property
     def start_ns(self) -> int:
@@ -172,17 +176,14 @@ def _angle_figure(runs: Sequence[Run], axis: int) -> Figure:
 
 def position_error(run: Run) -> tuple[Floats, Floats]:
     """Return times (n,) in s and e_7, e_9, e_11 = flown minus reference (n, 3) in m (Eq. 18), where both are."""
-    truth, reference = run.tables["truth"], run.tables["reference"]
-    match = aligned(truth["stamp_ns"], reference["stamp_ns"])
-    return run.times("reference")[match.right], truth["p_w"][match.left] - reference["p_w"][match.right]
+    truth, reference = matched(run.tables["truth"], run.tables["reference"])
+    return run.since_start(truth), truth["p_w"] - reference["p_w"]
 
 
 def attitude_error(run: Run) -> tuple[Floats, Floats]:
     """Return times (n,) in s and phi, theta, psi flown minus wanted (n, 3) in rad, wrapped (Eq. 40)."""
-    truth, wanted = run.tables["truth"], run.tables["attitude_setpoint"]
-    match = aligned(truth["stamp_ns"], wanted["stamp_ns"])
-    error = wrapped(euler_angles(truth["q_wb"][match.left]) - wanted["angles"][match.right])
-    return run.times("attitude_setpoint")[match.right], error
+    truth, wanted = matched(run.tables["truth"], run.tables["attitude_setpoint"])
+    return run.since_start(truth), wrapped(euler_angles(truth["q_wb"]) - wanted["angles"])
 
 
 def _references(runs: Sequence[Run]) -> list[tuple[Run, str, str]]:
