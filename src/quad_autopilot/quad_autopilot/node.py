@@ -27,7 +27,7 @@ from quad_autopilot.autopilot import (
     listed,
 )
 from quad_autopilot.parameters import Flier
-from quad_core.cascade import ATTITUDE, POSITION, SIGNALS, STAGE, STAGES
+from quad_core.cascade import ATTITUDE, POSITION, STAGE, STAGES
 from quad_core.geometry import norm
 from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
@@ -36,7 +36,7 @@ from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
-from quad_node.codec import UNUSABLE, packer, unpacker
+from quad_node.codec import UNUSABLE, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
@@ -189,11 +189,6 @@ class AutopilotNode(VehicleNode):
             self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
         self._unpack_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run_id=self.flight.run_id)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
-
-    def output(self, topic: str) -> tuple[Any, Any]:
-        """Return a publisher of a topic of the flight and what packs its messages."""
-        kind = SIGNALS[topic].kind
-        return self.publisher(topic), packer(kind, message_type(kind), self.run)
 
     def on_sample(self, sample: odometry.Sample) -> None:
         """Take an estimate: accept or drop it, and answer it."""

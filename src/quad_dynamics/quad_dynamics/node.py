@@ -14,14 +14,17 @@ import sys
 import time
 from typing import Any
 
+from rclpy.publisher import Publisher
+
 from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
+from quad_core.geometry import rotate_inverse
 from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.plant_output import PlantOutput, announce
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.ending import is_down
 from quad_msgs.msg import FlightEvent, FlightState
+from quad_node.codec import Packer, pack_clock, pack_odometry
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode
 
@@ -29,6 +32,12 @@ _WAITING = 0.05  # s between two messages on odom before a flight in lockstep
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
 _STANDS = "at rest, but too high above the ground for its motors to stop"
 _UNGUARDED_PATIENCE = 1.0  # s without a command after which a flight in real time fails if its guard is off
+
+
+def announce(node: VehicleNode, model: PlantModel, step: int) -> None:
+    """Report as events of ``node`` what begins or ends to act on ``model`` at ``step``."""
+    for kind, text in model.announced(step):
+        node.event(FlightEvent.INFO, kind, text, step * node.flight.plant_period, always=True)
 
 
 class Simulator(VehicleNode):
@@ -40,14 +49,18 @@ class Simulator(VehicleNode):
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved)
         self.model.stand(self.guard.parameters.ground_height)
-        self._output = PlantOutput(self, self.model)
+        self._state_out = self.output("state") if self.settings.publish_state else None
+        self._truth_out, self._actuation_out = self.output("truth"), self.output("actuation")
+        self._disturbance_out = self.output("disturbance")
+        self._odom_out = self.publisher("odom", match=self._state_out is None)
+        self._clock_out = self.publisher("clock", match=False)
         self._published_step = -1
         self._timer: Any = None
         self._clock_start = 0.0
         self._before_flight: Any = None
         if not self.settings.publish_state:  # an estimator has to be seen before it is flown with
             rate = _WAITING if self.lockstep else seconds(1, self.flight.plant_period)
-            self._before_flight = self.every(rate, self._output.show)
+            self._before_flight = self.every(rate, lambda: self._publish_for_tools(0))
 
     def on_plan(self, end_step: int) -> None:
         """Draw what is random for the whole flight, or for the first part of a very long one."""
@@ -57,7 +70,7 @@ class Simulator(VehicleNode):
         """Publish step 0."""
         if self._before_flight is not None:
             self._before_flight.cancel()
-        announce(self, self.model, self.current_step, self.elapsed_ns)
+        announce(self, self.model, self.current_step)
         self._publish_step()
 
     def progress(self) -> None:
@@ -123,11 +136,11 @@ class Simulator(VehicleNode):
         truth = self.model.advance(step, flown)
         ending = self._ending(truth)
         if ending is not None:
-            self._output.publish_actuation()
+            self._send(self._actuation_out, self.model.actuation, step)
             self.end(*ending)
         else:
             self.current_step += 1
-            announce(self, self.model, self.current_step, self.elapsed_ns)
+            announce(self, self.model, self.current_step)
             if publish:
                 self._publish_step()
 
@@ -162,10 +175,31 @@ class Simulator(VehicleNode):
         return None
 
     def _publish_step(self) -> None:
-        if self.current_step > 0:
-            self._output.publish_actuation()
-        self.asked_at, self._published_step = time.monotonic(), self.current_step
-        self._output.publish(self.current_step, self.elapsed_ns)
+        """Publish the state first: what no controller waits for goes out while they compute."""
+        step, model = self.current_step, self.model
+        if step > 0:
+            self._send(self._actuation_out, model.actuation, model.actuated_step)
+        self.asked_at, self._published_step = time.monotonic(), step
+        if self._state_out is None:
+            self._publish_for_tools(step)
+        else:
+            self._send(self._state_out, model.state, step)
+        self._send(self._truth_out, model.truth, step)
+        self._send(self._disturbance_out, model.disturbance(), step)
+        if self._state_out is not None:
+            self._publish_for_tools(step)
+
+    def _send(self, output: tuple[Publisher, Packer], value: Any, step: int) -> None:
+        publisher, pack = output
+        publisher.publish(pack(value, step, step + 1, step * self.flight.plant_period))
+
+    def _publish_for_tools(self, step: int) -> None:
+        """Publish odom (pose in map, twist in base_link) and clock, where they are due; no control depends on them."""
+        state, stamp = self.model.state, step * self.flight.plant_period
+        if step % self.settings.clock_period_steps == 0:
+            self._clock_out.publish(pack_clock(stamp))
+        if step % self.settings.odom_period_steps == 0:
+            self._odom_out.publish(pack_odometry(state, rotate_inverse(state.q_wb, state.v_w), stamp))
 
     def watch(self) -> None:
         """Give up a flight whose step is not answered: in lockstep any, in real time the first."""

@@ -8,7 +8,9 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from quad_core.cascade import COMMAND, COMMANDER, RECORDER, TRAJECTORY
+from rclpy.publisher import Publisher
+
+from quad_core.cascade import COMMAND, COMMANDER, RECORDER, SIGNALS, TRAJECTORY
 from quad_core.cycle import seconds
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import ParameterError
@@ -27,12 +29,13 @@ from quad_guard.ending import described
 from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
-from quad_node.codec import UNUSABLE, Stamped, unpack_wrench
+from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
 from quad_node.command_link import CommandLink, InputWatch
 from quad_node.conversion import set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
 from quad_node.interface import interface_hash
+from quad_node.topics import message_type
 
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
@@ -192,6 +195,11 @@ class VehicleNode(FlightNode):
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
         self.subscribe("flight/recorded", self._on_recorded)
+
+    def output(self, topic: str) -> tuple[Publisher, Packer]:
+        """Return a publisher of a topic of every step and what packs its messages."""
+        kind = SIGNALS[topic].kind
+        return self.publisher(topic), packer(kind, message_type(kind), self.run)
 
     def begin(self) -> None:
         """Start the flight: all nodes are ready."""

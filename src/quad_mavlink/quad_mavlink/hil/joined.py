@@ -17,8 +17,8 @@ from quad_autopilot.node import BEAT, OVER, AutopilotNode
 from quad_core.cascade import COMMAND, COMMANDER, STAGES, TRAJECTORY
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
+from quad_dynamics.node import announce
 from quad_dynamics.plant_model import PlantModel
-from quad_dynamics.plant_output import announce
 from quad_mavlink import link
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
@@ -242,7 +242,7 @@ class JoinedInterface(Px4Interface):
             if step < 0:
                 continue
             stamp = step * node.flight.plant_period
-            announce(self.node, self.model, step, stamp)
+            announce(self.node, self.model, step)
             if step > 0:
                 publisher, pack = node.actuation_out
                 publisher.publish(pack(actuation, step - 1, step, stamp - node.flight.plant_period))
@@ -253,14 +253,6 @@ class JoinedInterface(Px4Interface):
         """End the flight as it is: without its plant PX4 cannot land."""
         self.node.sequence = self.node.sequence._replace(phase=Phase.RELEASED)
         self.node.end(FlightState.FAILED, f"step {self.node.current_step}: {reason}")
-
-    def measurements(self) -> dict[str, float]:
-        """Return what the exchange dropped, and plant steps."""
-        return {
-            "stale_answers": self.exchange.stale,
-            "lost_bytes": self._server.lost,
-            "plant_steps": self._steps,
-        }
 
     def close(self) -> None:
         """Close the connection."""
