@@ -1,4 +1,4 @@
-"""Sensing ``sensor``: what the controllers see of the truth: bias, noise, quantisation, rate, dropouts, then delay.
+"""Sensing ``sensor``: what the controllers see of the truth: bias, noise, rate, dropouts, then delay.
 
 Every ``period_steps`` plant steps a sample of the truth is taken; between samples, and where one drops out, the last
 one holds. Slower channels take a new value from every n-th sample only. What each was ``delay`` s, and its own delay,
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cycle import fresh, is_faulty, seconds
-from quad_core.geometry import add, euler_from_quaternion, quaternion_from_euler, turned
+from quad_core.geometry import add, turned
 from quad_core.parameters import Real, Whole
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 
@@ -47,20 +47,16 @@ class Parameters(NamedTuple):
     dropout: Annotated[float, Real("", "share of the samples that are lost; 0: none", 0.0, 1.0)] = 0.0
     position_noise: Annotated[float, Real("m", "standard deviation of the position noise", 0.0, 100.0)] = 0.0
     position_bias: Annotated[float, Real("m", "standard deviation of the position bias", 0.0, 100.0)] = 0.0
-    position_quantum: Annotated[float, Real("m", "quantum of the position; 0: none", 0.0, 100.0)] = 0.0
     velocity_noise: Annotated[float, Real("m/s", "standard deviation of the velocity noise", 0.0, 100.0)] = 0.0
     velocity_bias: Annotated[float, Real("m/s", "standard deviation of the velocity bias", 0.0, 100.0)] = 0.0
-    velocity_quantum: Annotated[float, Real("m/s", "quantum of the velocity; 0: none", 0.0, 100.0)] = 0.0
     attitude_noise: Annotated[
         float, Real("rad", "standard deviation of the attitude noise about each body axis", 0.0, 1.0)
     ] = 0.0
     attitude_bias: Annotated[
         float, Real("rad", "standard deviation of the attitude bias about each body axis", 0.0, 1.0)
     ] = 0.0
-    attitude_quantum: Annotated[float, Real("rad", "quantum of Z-Y-X angles; 0: none", 0.0, 1.0)] = 0.0
     rate_noise: Annotated[float, Real("rad/s", "standard deviation of the body rate noise", 0.0, 100.0)] = 0.0
     rate_bias: Annotated[float, Real("rad/s", "standard deviation of the body rate bias", 0.0, 100.0)] = 0.0
-    rate_quantum: Annotated[float, Real("rad/s", "quantum of the body rates; 0: none", 0.0, 100.0)] = 0.0
 
 
 class Ages(NamedTuple):
@@ -180,17 +176,10 @@ def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth:
     q = truth.q_wb
     if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
         q = turned(q, turn)
-    if parameters.attitude_quantum > 0.0:
-        q = quaternion_from_euler(rounded(euler_from_quaternion(q), parameters.attitude_quantum))
     position = errors(table, row, 0, parameters.position_bias, parameters.position_noise)
     velocity = errors(table, row, 3, parameters.velocity_bias, parameters.velocity_noise)
     rates = errors(table, row, 9, parameters.rate_bias, parameters.rate_noise)
-    return fresh(
-        rounded(add(truth.p_w, position), parameters.position_quantum),
-        rounded(add(truth.v_w, velocity), parameters.velocity_quantum),
-        q,
-        rounded(add(truth.omega_b, rates), parameters.rate_quantum),
-    )
+    return fresh(add(truth.p_w, position), add(truth.v_w, velocity), q, add(truth.omega_b, rates))
 
 
 def renewed(parameters: Parameters, last: VehicleState, sample: VehicleState, number: int) -> VehicleState:
@@ -213,17 +202,6 @@ def errors(table: NDArray[np.float64], row: int, first: int, bias: float, noise:
         bias * float(table[0, first]) + noise * float(table[row, first]),
         bias * float(table[0, first + 1]) + noise * float(table[row, first + 1]),
         bias * float(table[0, first + 2]) + noise * float(table[row, first + 2]),
-    )
-
-
-def rounded(v: Vec3, quantum: float) -> Vec3:
-    """Return ``v`` rounded to multiples of ``quantum``, itself for 0."""
-    if quantum <= 0.0:
-        return v
-    return Vec3(
-        quantum * math.floor(v.x / quantum + 0.5),
-        quantum * math.floor(v.y / quantum + 0.5),
-        quantum * math.floor(v.z / quantum + 0.5),
     )
 
 

@@ -166,16 +166,6 @@ def test_dropouts_are_as_frequent_as_stated_and_hold_the_last_sample():
     assert set(np.unique(x)) <= set(range(20_000))
 
 
-def test_quantisation_rounds_to_the_nearest_step():
-    reading = seen(Parameters(position_quantum=0.4, velocity_quantum=0.3, rate_quantum=0.25), [HERE])[0]
-    assert reading.p_w == pytest.approx((1.2, -2.0, 3.2), abs=1e-12)
-    assert reading.v_w == pytest.approx((0.6, 0.3, -0.9), abs=1e-12)
-    assert reading.omega_b == pytest.approx((0.0, -0.25, 0.25), abs=1e-12)
-    turned = seen(Parameters(attitude_quantum=0.25), [HERE])[0]
-    angles = Rotation.from_quat(turned.q_wb).as_euler("ZYX")
-    assert angles == pytest.approx([0.75, -0.25, 0.5], abs=1e-12)
-
-
 def test_a_bias_stays_for_a_flight_and_differs_between_flights():
     parameters = Parameters(position_bias=0.5, attitude_bias=0.02, rate_bias=0.1, velocity_bias=0.3)
     readings = seen(parameters, [HERE] * 5)

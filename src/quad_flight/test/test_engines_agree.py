@@ -25,12 +25,9 @@ link start=0.1 end=0.4 delay=0.004 jitter=0.004 drop=0.1"""
 ERRORS = """simulator.sensor.delay=0.01
 simulator.sensor.period_steps=2
 simulator.sensor.position_noise=0.002
-simulator.sensor.position_quantum=0.001
 simulator.sensor.velocity_bias=0.01
-simulator.sensor.attitude_bias=0.005
-simulator.sensor.attitude_quantum=0.0005
-simulator.sensor.rate_quantum=0.002"""
-"""Of the sensor: samples every second step, noise, bias and quanta."""
+simulator.sensor.attitude_bias=0.005"""
+"""Of the sensor: samples every second step, noise and bias."""
 
 
 def compiling(group):
