@@ -135,7 +135,7 @@ class Server:
 
     def __init__(self, mavlink: ModuleType, listen: str) -> None:
         """Open the port; raises ParameterError for a bad address or a port that is taken."""
-        self.lost, self.is_closed = 0, False
+        self.is_closed = False
         self._codec = _codec(mavlink, 1, SIMULATOR)
         self._peer: socket.socket | None = None
         self._waiting: list[Any] = []
@@ -169,7 +169,6 @@ class Server:
                 message = self._waiting.pop(0)
                 if message.get_type() == kind:
                     return message
-                self.lost += message.get_type() == "BAD_DATA"
             if self.is_closed or not self._read(patience):
                 return None
 

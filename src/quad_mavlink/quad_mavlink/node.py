@@ -8,7 +8,7 @@ import sys
 import time
 
 from quad_autopilot import thrust
-from quad_autopilot.arming import Phase, Setpoint
+from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import Request
 from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
 from quad_core.types import AttitudeThrust, VehicleState
@@ -79,9 +79,8 @@ class MavlinkInterface(AutopilotInterface):
         self._is_level_sent = output == Setpoint.LEVEL
 
     def measurements(self) -> dict[str, float]:
-        """Return what the link dropped, and the battery in V."""
-        found: dict[str, float] = {"strangers": self.udp.strangers, "lost_datagrams": self.udp.lost}
-        return {**found, "battery_v": self.mavlink.battery} if self.node.sequence.phase != Phase.STREAM else found
+        """Return what the link dropped."""
+        return {"strangers": self.udp.strangers, "lost_datagrams": self.udp.lost}
 
     def close(self) -> None:
         """Close the port."""

@@ -50,7 +50,7 @@ class MavlinkVehicle:
         self.ack: Ack | None = None
         self.kind = 0
         self.parameters: dict[str, float] = {}
-        self.battery = self._charge = math.nan
+        self._charge = math.nan
         self.refused: list[str] = []
         self._checks_pass = True
         self._texts: tuple[words.Text, ...] = ()
@@ -71,7 +71,6 @@ class MavlinkVehicle:
         elif kind == "SYS_STATUS":
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
-            self.battery = 1e-3 * message.voltage_battery if message.voltage_battery != 65535 else math.nan
             self._charge = 0.01 * message.battery_remaining if message.battery_remaining >= 0 else math.nan
         elif kind == "TIMESYNC":
             self._on_timesync(message, now)

@@ -1,6 +1,5 @@
 """What goes to one autopilot and what is made of its words, without a link."""
 
-import math
 from types import SimpleNamespace
 
 import pytest
@@ -90,4 +89,3 @@ def test_a_thrust_that_would_be_a_climb_rate_is_refused(vehicle, kind, options, 
 def test_px4_has_no_such_parameter(vehicle):
     beat(vehicle, PX4)
     assert (vehicle.refusal(), vehicle.boosts) == ("", False)
-    assert math.isnan(vehicle.battery)

@@ -34,15 +34,11 @@ MOTORS = 12
 """Controls in an ActuatorMotors message; those without a motor are NaN."""
 FLAG_TOLERANCE = 1e-6
 
-Row = tuple[float, float, float, float]
-
-
-Matrix = tuple[Row, Row, Row, Row]
-"""A 4 x 4 matrix, row by row: quicker than NumPy for one product."""
+Array = NDArray[np.float64]
 
 
 class Mapping(NamedTuple):
-    """What stands between a wrench and PX4; made by ``build``.
+    """What stands between a wrench and PX4: 4 x 4 matrices; made by ``build``.
 
     ``rotors_of_wrench`` gives the thrusts in N, in PX4's order, for FRD torque in N m and thrust in N;
     ``wrench_of_rotors`` is its inverse; ``setpoint_of_rotors`` gives normalised torque and thrust for rotor commands
@@ -50,9 +46,9 @@ class Mapping(NamedTuple):
     """
 
     airframe: AirframeParameters
-    rotors_of_wrench: Matrix
-    wrench_of_rotors: Matrix
-    setpoint_of_rotors: Matrix
+    rotors_of_wrench: Array
+    wrench_of_rotors: Array
+    setpoint_of_rotors: Array
     order: tuple[int, int, int, int]
 
 
@@ -83,31 +79,13 @@ def build(airframe: AirframeParameters) -> Mapping:
     mix = np.linalg.inv(px4)
     mix /= _scales(mix)
     first, second, third, fourth = (quadrants.index(quadrant) for quadrant in one_each)
-    return Mapping(
-        airframe,
-        _matrix(np.linalg.inv(true)),
-        _matrix(true),
-        _matrix(np.linalg.inv(mix)),
-        (first, second, third, fourth),
-    )
+    return Mapping(airframe, np.linalg.inv(true), true, np.linalg.inv(mix), (first, second, third, fourth))
 
 
-def _scales(mix: NDArray[np.float64]) -> NDArray[np.float64]:
+def _scales(mix: Array) -> Array:
     """Return by what PX4 divides each column of its mixer."""
     tilting = float(np.sqrt(np.max(np.sum(mix[:, :2] ** 2, axis=0)) / 2.0))
     return np.array([tilting, tilting, np.max(mix[:, 2]), np.mean(np.abs(mix[:, 3]))])
-
-
-def _matrix(values: NDArray[np.float64]) -> Matrix:
-    first, second, third, fourth = ((float(a), float(b), float(c), float(d)) for a, b, c, d in values)
-    return first, second, third, fourth
-
-
-def product(matrix: Matrix, v: Row) -> Row:
-    """Return matrix times v."""
-    a, b, c, d = v
-    first, second, third, fourth = (r[0] * a + r[1] * b + r[2] * c + r[3] * d for r in matrix)
-    return first, second, third, fourth
 
 
 def compensated(airframe: AirframeParameters, fraction: float) -> float:
@@ -124,29 +102,28 @@ def slope(airframe: AirframeParameters, fraction: float) -> float:
     return (2.0 * airframe.thr_mdl_fac * u + 1.0 - airframe.thr_mdl_fac) / made
 
 
-def rotor_commands(mapping: Mapping, wrench: Wrench) -> Row:
+def rotor_commands(mapping: Mapping, wrench: Wrench) -> Array:
     """Return the share of its largest thrust that each rotor (PX4's order) must give for a FLU ``wrench``."""
-    torque = frames.body(wrench.torque_b)
-    return _shares(mapping, (torque.x, torque.y, torque.z, wrench.thrust))
+    return _shares(mapping, *frames.body(wrench.torque_b), wrench.thrust)
 
 
-def _shares(mapping: Mapping, wrench: Row) -> Row:
-    forces, largest = product(mapping.rotors_of_wrench, wrench), mapping.airframe.max_rotor_thrust
-    return forces[0] / largest, forces[1] / largest, forces[2] / largest, forces[3] / largest
+def _shares(mapping: Mapping, *wrench: float) -> Array:
+    forces: Array = mapping.rotors_of_wrench @ np.array(wrench)
+    return forces / mapping.airframe.max_rotor_thrust
 
 
-def allocated(mapping: Mapping, wrench: Wrench) -> Row:
+def allocated(mapping: Mapping, wrench: Wrench) -> Array:
     """Return what each rotor (PX4's order) can give of a FLU ``wrench``, 0..1 of its largest thrust.
 
     Where they cannot give all of it, yaw gives way first, then thrust, which is never raised, then roll and pitch:
     clipped one by one, rotors that yaw takes to their ends would give no roll nor pitch at all.
     """
     whole = rotor_commands(mapping, wrench)
-    if min(whole) >= 0.0 and max(whole) <= 1.0:
+    if whole.min() >= 0.0 and whole.max() <= 1.0:
         return whole
     torque, lift = frames.body(wrench.torque_b), max(wrench.thrust, 0.0)
-    unit = _shares(mapping, (0.0, 0.0, 0.0, 1.0))
-    tilt, yaw = _shares(mapping, (torque.x, torque.y, 0.0, 0.0)), _shares(mapping, (0.0, 0.0, torque.z, 0.0))
+    unit = _shares(mapping, 0.0, 0.0, 0.0, 1.0)
+    tilt, yaw = _shares(mapping, torque.x, torque.y, 0.0, 0.0), _shares(mapping, 0.0, 0.0, torque.z, 0.0)
     part = 1.0
     for t, u in zip(tilt, unit, strict=True):
         if part * t < -lift * u:
@@ -155,21 +132,20 @@ def allocated(mapping: Mapping, wrench: Wrench) -> Row:
             spread = t * its_unit - other * u  # one rotor at its most, the other at rest
             if part * spread > its_unit:
                 part = its_unit / spread
-    tilt = (part * tilt[0], part * tilt[1], part * tilt[2], part * tilt[3])
-    lift = min(lift, *((1.0 - t) / u for t, u in zip(tilt, unit, strict=True)))
-    level = [lift * u + t for t, u in zip(tilt, unit, strict=True)]
+    tilt = part * tilt
+    level = min(lift, *((1.0 - tilt) / unit)) * unit + tilt
     part = 1.0
     for share, turn in zip(level, yaw, strict=True):
         room = max(share if turn < 0.0 else 1.0 - share, 0.0)  # rounding may have left less than none
         if part * abs(turn) > room:
             part = room / abs(turn)
-    a, b, c, d = (clamp(share + part * turn, 0.0, 1.0) for share, turn in zip(level, yaw, strict=True))
-    return a, b, c, d
+    found: Array = np.clip(level + part * yaw, 0.0, 1.0)
+    return found
 
 
 def thrust_torque(mapping: Mapping, wrench: Wrench) -> ThrustTorque:
     """Return the normalised setpoints for a FLU ``wrench`` in N and N m."""
-    x, y, z, collective = product(mapping.setpoint_of_rotors, rotor_commands(mapping, wrench))
+    x, y, z, collective = (mapping.setpoint_of_rotors @ rotor_commands(mapping, wrench)).tolist()
     gain = slope(mapping.airframe, collective)
     torque = Vec3(_unit(gain * x), _unit(gain * y), _unit(gain * z))
     return ThrustTorque(Vec3(0.0, 0.0, -compensated(mapping.airframe, clamp(collective, 0.0, 1.0))), torque)
@@ -177,7 +153,7 @@ def thrust_torque(mapping: Mapping, wrench: Wrench) -> ThrustTorque:
 
 def motors(mapping: Mapping, wrench: Wrench) -> list[float]:
     """Return the controls of ActuatorMotors for a FLU ``wrench``: 0..1 for rotors 0 to 3, NaN for the others."""
-    commands = [compensated(mapping.airframe, u) for u in allocated(mapping, wrench)]
+    commands = [compensated(mapping.airframe, u) for u in allocated(mapping, wrench).tolist()]
     return commands + [math.nan] * (MOTORS - len(commands))
 
 
@@ -194,13 +170,13 @@ def predict(mapping: Mapping, wrench: Wrench) -> Actuation:
     numbers are then only roughly right.
     """
     largest = mapping.airframe.max_rotor_thrust
-    forces = [largest * u for u in allocated(mapping, wrench)]
-    x, y, z, total = product(mapping.wrench_of_rotors, (forces[0], forces[1], forces[2], forces[3]))
+    forces = largest * allocated(mapping, wrench)
+    x, y, z, total = (mapping.wrench_of_rotors @ forces).tolist()
     made, asked = frames.body(Vec3(x, y, z)), wrench.torque_b
     slack = FLAG_TOLERANCE * largest
     return Actuation(
         Rotors(0.0, 0.0, 0.0, 0.0),
-        Rotors(*(forces[place] for place in mapping.order)),
+        Rotors(*forces[list(mapping.order)].tolist()),
         total,
         made,
         total < wrench.thrust - slack,

@@ -18,7 +18,7 @@ from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 from quad_mavlink.hil.sensors import Suite
 from quad_mavlink.link import Server
-from quad_px4.mapping import Mapping, product
+from quad_px4.mapping import Mapping
 from quad_px4.parameters import AirframeParameters, RotorPlace
 
 ARMED, LOCKSTEP = 128, 1
@@ -84,8 +84,8 @@ def wrench(mapping: Mapping, answer: Answer) -> Wrench:
     if not answer.armed:
         return Wrench()
     largest, curve = mapping.airframe.max_rotor_thrust, mapping.airframe.thrust_curve
-    first, second, third, fourth = (largest * (curve * u * u + (1.0 - curve) * u) for u in answer.controls)
-    x, y, z, thrust = product(mapping.wrench_of_rotors, (first, second, third, fourth))
+    forces = [largest * (curve * u * u + (1.0 - curve) * u) for u in answer.controls]
+    x, y, z, thrust = (mapping.wrench_of_rotors @ forces).tolist()
     return Wrench(thrust, frames.body(Vec3(x, y, z)))
 
 
@@ -94,12 +94,11 @@ class RefusedError(ValueError):
 
 
 class Exchange:
-    """Sends what the sensors read, and takes the answer to it; ``stale`` answers were for earlier readings."""
+    """Sends what the sensors read, and takes the answer to it; one to an earlier reading is passed over."""
 
     def __init__(self, mavlink: ModuleType, server: Server, suite: Suite) -> None:
         """Speak through ``server``."""
         self._mavlink, self.server, self.suite = mavlink, server, suite
-        self.stale = 0
         self._due = 0.0
 
     def send(self, truth: VehicleState, wind_w: Vec3) -> None:
@@ -129,7 +128,6 @@ class Exchange:
                 raise RefusedError(refused)
             if newest or found.time_usec == self.suite.time_usec:
                 return found
-            self.stale += 1
 
     def newest(self, patience: float) -> Answer | None:
         """Return the newest outputs, whatever they answer; None if none come in ``patience`` s; raises RefusedError."""

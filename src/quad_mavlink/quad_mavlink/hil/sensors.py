@@ -29,8 +29,6 @@ from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
 
 STREAM_FAMILY = 4
-BLOCK = 4096
-"""Steps whose normals are drawn together."""
 GYRO, GYRO_BIAS, ACCEL, ACCEL_BIAS, MAG, MAG_BIAS, GPS, GPS_VELOCITY = range(0, 24, 3)
 BARO, COLUMNS = 24, 25
 SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE = 101_325.0, 288.15
@@ -149,19 +147,13 @@ class Reading(NamedTuple):
     truth: Fields | None
 
 
-def draw(seed: int, block: int) -> NDArray[np.float64]:
-    """Return the standard normals of ``BLOCK`` steps, shape (4096, 25); blocks of a flight are independent."""
-    sequence = np.random.SeedSequence(seed, spawn_key=(STREAM_FAMILY, block))
-    return np.random.default_rng(sequence).standard_normal((BLOCK, COLUMNS))
-
-
 def normals(row: NDArray[np.float64], first: int) -> Vec3:
-    """Return three standard normals of a row of ``draw`` from column ``first``."""
+    """Return three of the ``COLUMNS`` standard normals of a step from column ``first``."""
     return Vec3(float(row[first]), float(row[first + 1]), float(row[first + 2]))
 
 
 def init(sensors: Sensors, row: NDArray[np.float64]) -> Memory:
-    """Return the biases at step 0; ``row`` of ``draw`` must not be used again."""
+    """Return the biases at step 0 from the normals of ``row``, which must not be used again."""
     return Memory(
         gyro=scale(sensors.gyro.turn_on, normals(row, GYRO_BIAS)),
         accelerometer=scale(sensors.accelerometer.turn_on, normals(row, ACCEL_BIAS)),
@@ -351,11 +343,11 @@ class Suite:
         if plant_period % _MICROSECOND:
             raise ParameterError(f"flight.plant_period: found {plant_period} ns, expected whole microseconds")
         self.time_usec = 0
-        self._sensors, self._seed, self._gravity = sensors, seed, gravity
+        self._sensors, self._gravity = sensors, gravity
         self._period, self._dt = plant_period, seconds(1, plant_period)
         self._count = 0
-        self._table = draw(seed, 0)
-        self._memory = init(sensors, self._table[0])
+        self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM_FAMILY, 0)))
+        self._memory = init(sensors, self._random.standard_normal(COLUMNS))
         late = round(1e9 * sensors.gps_delay / plant_period)
         self._past: deque[VehicleState] = deque(maxlen=late + 1)
         self._before: VehicleState | None = None
@@ -365,9 +357,7 @@ class Suite:
         sensors, dt = self._sensors, self._dt
         self._count += 1
         self.time_usec = self._count * self._period // _MICROSECOND
-        if self._count % BLOCK == 0:
-            self._table = draw(self._seed, self._count // BLOCK)
-        row = self._table[self._count % BLOCK]
+        row = self._random.standard_normal(COLUMNS)
         self._past.append(truth)
         before, self._before = self._before or truth, truth
         felt, self._memory = inertial(sensors, self._memory, before, truth, self._gravity, dt, row)
