@@ -117,6 +117,7 @@ def test_a_mission_takes_off_holds_and_lands(missions):
     assert happened(ended)[-1] == "disarmed"
     assert 1.8 < heights(ended, vehicle)[1].max() < 2.3
     assert not ended.report.get("idle_broken")
+    assert not ended.report.get("refusals")
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body, Fake
@@ -29,14 +30,6 @@ VARIABLES = [(name, "h") for name in NAMES] + [
     ("stateEstimateZ.quat", "I"), ("pm.vbatMV", "H"), ("supervisor.info", "H"),
 ]  # fmt: skip
 WORLD, FLU = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]), np.diag([1.0, -1.0, -1.0])
-
-
-def turn(axis, angle):
-    """Return the rotation by ``angle`` about x, y or z (0 to 2)."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array(
-        [[[1, 0, 0], [0, c, -s], [0, s, c]], [[c, 0, s], [0, 1, 0], [-s, 0, c]], [[c, -s, 0], [s, c, 0], [0, 0, 1]]]
-    )[axis]
 
 
 def packed(q):
@@ -184,8 +177,8 @@ class FakeCrazyflie(Fake):
         rate = self.rate if age <= LEVEL_AFTER else 0.0
         self.yaw += 0.004 * rate
         # on the wire pitch > 0 is nose up; in FLU, about y to the left, it is nose down
-        flu = turn(2, self.yaw) @ turn(1, -pitch) @ turn(0, roll)
-        return self.body.hold_attitude(WORLD @ flu @ FLU, self.thrust)
+        flu = Rotation.from_euler("ZYX", [self.yaw, -pitch, roll])
+        return self.body.hold_attitude(WORLD @ flu.as_matrix() @ FLU, self.thrust)
 
     def info(self):
         flying = self.armed and max(self.body.thrusts) > 0.05

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 GRAVITY = 9.81
 PLACES = np.array(
@@ -100,42 +101,17 @@ class Body:
         self.w = self.w + dt * (torque - np.cross(self.w, self.inertia * self.w)) / self.inertia
         self.v = self.v + dt * acceleration
         self.p = self.p + dt * self.v
-        x, y, z = dt * self.w
-        turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        u, _, vt = np.linalg.svd(self.r @ (np.eye(3) + turn + 0.5 * turn @ turn))
-        self.r = u @ vt
+        self.r = self.r @ Rotation.from_rotvec(dt * self.w).as_matrix()
         if self.p[2] > 0.0 or (self.p[2] >= 0.0 and self.v[2] >= 0.0):
             self.p[2], self.v, self.w = 0.0, np.zeros(3), np.zeros(3)
 
     def quaternion(self):
-        """Return the attitude as wxyz, by the largest of the four ways."""
-        m = self.r
-        squares = 0.25 * np.array([
-            1 + m[0, 0] + m[1, 1] + m[2, 2],
-            1 + m[0, 0] - m[1, 1] - m[2, 2],
-            1 - m[0, 0] + m[1, 1] - m[2, 2],
-            1 - m[0, 0] - m[1, 1] + m[2, 2],
-        ])  # fmt: skip
-        k = int(np.argmax(squares))
-        a = np.sqrt(squares[k])
-        off = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
-        both = {(1, 2): m[0, 1] + m[1, 0], (1, 3): m[0, 2] + m[2, 0], (2, 3): m[1, 2] + m[2, 1]}
-        q = np.zeros(4)
-        q[k] = a
-        for i in range(4):
-            if i != k:
-                part = off[max(i, k) - 1] if 0 in (i, k) else both[(min(i, k), max(i, k))]
-                q[i] = part / (4.0 * a)
-        return q
+        """Return the attitude as wxyz."""
+        return np.roll(Rotation.from_matrix(self.r).as_quat(), 1)
 
     def matrix(self, q):
         """Return the rotation matrix of a quaternion wxyz."""
-        w, x, y, z = np.asarray(q) / np.linalg.norm(q)
-        return np.array([
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ])  # fmt: skip
+        return Rotation.from_quat(np.roll(q, -1)).as_matrix()
 
     def hold_rates(self, rates, thrust):
         """Return motor commands of a rate controller; ``thrust`` is normalised, upwards positive."""

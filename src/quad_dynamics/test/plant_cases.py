@@ -8,7 +8,16 @@ from scipy.spatial.transform import Rotation
 
 from quad_core.types import Actuation, Conditions, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_dynamics.parameters import Effectiveness, InertiaError, PlantParameters
+from quad_dynamics.parameters import (
+    Effectiveness,
+    InertiaError,
+    Initial,
+    InitialAngles,
+    InitialPosition,
+    InitialRates,
+    InitialVelocity,
+    PlantParameters,
+)
 from quad_dynamics.rotors import allocate_within, rotor_limit
 
 ASYMMETRIC = Vehicle(
@@ -36,6 +45,13 @@ NONE = Vec3(0.0, 0.0, 0.0)
 def allocate(vehicle: Vehicle, wrench: Wrench) -> Actuation:
     """Return what four ideal rotors with a full battery make of ``wrench``."""
     return allocate_within(vehicle, wrench, rotor_limit(vehicle))
+
+
+def starting(
+    p: Iterable[float] = NONE, v: Iterable[float] = NONE, angles: Iterable[float] = NONE, omega: Iterable[float] = NONE
+) -> Initial:
+    """Return a state at step 0 in m, m/s, rad and rad/s."""
+    return Initial(InitialPosition(*p), InitialVelocity(*v), InitialAngles(*angles), InitialRates(*omega))
 
 
 def under(force: Vec3 = NONE, torque: Vec3 = NONE) -> Conditions:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, WRONG, allocate, flat, gentle_wrench, motion, vector
+from plant_cases import ASYMMETRIC, WRONG, allocate, flat, gentle_wrench, motion, starting, vector
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
@@ -10,21 +10,12 @@ from test_rotors import PLACES
 from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
 from quad_core.vehicle import Layout
 from quad_dynamics import rigid_body
-from quad_dynamics.parameters import (
-    Effectiveness,
-    Initial,
-    InitialAngles,
-    InitialRates,
-    InitialVelocity,
-    PlantParameters,
-)
+from quad_dynamics.parameters import Effectiveness, PlantParameters
 
 LAGGING = ASYMMETRIC._replace(
     rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0
 )
-START = Initial(
-    v=InitialVelocity(2.0, 1.0, -1.5), angles=InitialAngles(0.4, -0.3, 2.0), omega=InitialRates(2.0, -1.5, 1.0)
-)
+START = starting(v=(2.0, 1.0, -1.5), angles=(0.4, -0.3, 2.0), omega=(2.0, -1.5, 1.0))
 PARCEL = (0.4, np.array([0.05, -0.08, -0.12]), np.diag([1e-3, 2e-3, 1.5e-3]))
 TURNS = np.array([-1.0, 1.0, -1.0, 1.0])
 """Rotation about body z: rotors 1 and 3 turn clockwise seen from above."""

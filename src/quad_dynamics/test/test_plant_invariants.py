@@ -2,29 +2,15 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NO_DRAG, NONE, motion
+from plant_cases import ASYMMETRIC, NO_DRAG, NONE, motion, starting
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import CALM, Wrench
 from quad_core.vehicle import DragSign
 from quad_dynamics import rigid_body
-from quad_dynamics.parameters import (
-    Initial,
-    InitialAngles,
-    InitialPosition,
-    InitialRates,
-    InitialVelocity,
-    PlantParameters,
-)
+from quad_dynamics.parameters import InitialRates, PlantParameters
 
-TUMBLING = PlantParameters(
-    initial=Initial(
-        InitialPosition(1.0, 2.0, 50.0),
-        InitialVelocity(3.0, -2.0, 5.0),
-        InitialAngles(0.3, -0.8, 1.2),
-        InitialRates(5.0, 0.1, 3.0),
-    )
-)
+TUMBLING = PlantParameters(initial=starting((1.0, 2.0, 50.0), (3.0, -2.0, 5.0), (0.3, -0.8, 1.2), (5.0, 0.1, 3.0)))
 IDLE = Wrench(0.0, NONE)
 INERTIA = np.diag([ASYMMETRIC.inertia_xx, ASYMMETRIC.inertia_yy, ASYMMETRIC.inertia_zz])
 
@@ -81,10 +67,10 @@ def test_drag_takes_energy_and_the_printed_sign_adds_it():
 
 def test_spin_about_one_axis_decays_as_the_closed_form():
     # Izz r' = -k_T r abs(r)  =>  r = r0 / (1 + r0 k_T t / Izz)
-    spin = PlantParameters(initial=Initial(omega=InitialRates(0.0, 0.0, -20.0)))
+    spin = PlantParameters(initial=starting(omega=(0.0, 0.0, -20.0)))
     history = fall(ASYMMETRIC, spin, 500)
     rate = 20.0 * ASYMMETRIC.drag_torque_coefficient * 1.0 / ASYMMETRIC.inertia_zz
     assert history[-1, 12] == pytest.approx(-20.0 / (1.0 + rate), rel=1e-9)
     decay = ASYMMETRIC.drag_coefficient / ASYMMETRIC.mass
-    pushed = PlantParameters(initial=Initial(v=InitialVelocity(7.0, -3.0, 0.0)))
+    pushed = PlantParameters(initial=starting(v=(7.0, -3.0, 0.0)))
     assert fall(ASYMMETRIC, pushed, 500)[-1, 3:5] == pytest.approx([7.0 * np.exp(-decay), -3.0 * np.exp(-decay)])

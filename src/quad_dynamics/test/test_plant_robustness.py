@@ -3,20 +3,13 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plant_cases import numbers, under
+from plant_cases import numbers, starting, under
 
 from quad_core.cycle import is_flyable
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle
 from quad_dynamics import paper, rigid_body
-from quad_dynamics.parameters import (
-    Initial,
-    InitialAngles,
-    InitialPosition,
-    InitialRates,
-    InitialVelocity,
-    PlantParameters,
-)
+from quad_dynamics.parameters import PlantParameters
 
 ANY = st.floats(allow_nan=False, allow_infinity=False)
 BOUND = st.sampled_from([-1e3, -1.0, 0.0, 0.5, 1e3])
@@ -35,11 +28,12 @@ VEHICLE = st.fixed_dictionaries(
         "layout": st.sampled_from([Layout.PLUS, Layout.X]),
     }
 ).map(lambda fields: Vehicle(**fields))
-START = st.tuples(
-    st.tuples(BOUND, BOUND, BOUND).map(lambda v: InitialVelocity(*v)),
-    st.sampled_from([-1.5, 0.0, 1.5]).map(lambda theta: InitialAngles(0.3, theta, 3.1)),
-    st.tuples(BOUND, BOUND, BOUND).map(lambda omega: InitialRates(*omega)),
-).map(lambda parts: Initial(InitialPosition(), *parts))
+START = st.builds(
+    starting,
+    v=st.tuples(BOUND, BOUND, BOUND),
+    angles=st.sampled_from([-1.5, 0.0, 1.5]).map(lambda theta: (0.3, theta, 3.1)),
+    omega=st.tuples(BOUND, BOUND, BOUND),
+)
 PARAMETERS = st.tuples(st.sampled_from([1, 2, 20]), st.sampled_from([0, 1]), START).map(
     lambda parts: PlantParameters(substeps=parts[0], drag_sign=parts[1], initial=parts[2])
 )

@@ -2,27 +2,15 @@
 
 import numpy as np
 import pytest
-from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, motion, under, vector
+from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, gentle_wrench, motion, starting, under, vector
 from scipy.integrate import solve_ivp
 
 from quad_core.types import CALM, Vec3, Wrench
 from quad_core.vehicle import DragSign, Layout
 from quad_dynamics import paper, rigid_body
-from quad_dynamics.parameters import (
-    Initial,
-    InitialAngles,
-    InitialPosition,
-    InitialRates,
-    InitialVelocity,
-    PlantParameters,
-)
+from quad_dynamics.parameters import InitialRates, PlantParameters
 
-START = Initial(
-    InitialPosition(1.0, -2.0, 3.0),
-    InitialVelocity(2.0, 1.0, -1.5),
-    InitialAngles(0.4, -0.3, 2.0),
-    InitialRates(2.0, -1.5, 1.0),
-)
+START = starting((1.0, -2.0, 3.0), (2.0, 1.0, -1.5), (0.4, -0.3, 2.0), (2.0, -1.5, 1.0))
 PLANTS = {"rigid_body": rigid_body, "paper": paper}
 CASES = [
     pytest.param(PlantParameters(), 0, id="nominal"),
@@ -89,7 +77,7 @@ def test_substeps_divide_the_period(name):
 
 def test_the_two_plants_agree_for_small_angles_and_part_for_large_ones():
     def apart(size):
-        initial = Initial(angles=InitialAngles(size, -size, 0.0), omega=InitialRates(size, size, size))
+        initial = starting(angles=(size, -size, 0.0), omega=(size, size, size))
         parameters = PlantParameters(substeps=2, initial=initial)
         a, b = rigid_body.init(parameters, ASYMMETRIC), paper.init(parameters, ASYMMETRIC)
         wrench = Wrench(ASYMMETRIC.mass * ASYMMETRIC.gravity, Vec3(0.01 * size, 0.0, 0.01 * size))
