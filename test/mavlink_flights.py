@@ -38,22 +38,15 @@ def hover(state, height):
 
 
 class Flight:
-    """``spoil`` changes each SET_ATTITUDE_TARGET; ``height`` m is flown; without ``commands`` no controller answers."""
+    """``height`` m is flown; without ``commands`` no controller answers."""
 
-    def __init__(self, options=None, spoil=None, height=1.0, commands=True, **settings):
+    def __init__(self, options=None, height=1.0, commands=True, **settings):
         port = free_port()
         settings = {"max_rotor_thrust": 8.549, "listen": f"127.0.0.1:{port}", **settings}
         self.settings = MavlinkBridgeParameters(**settings)
         self.fake = FakeAutopilot(port, options or {})
         self.link = link.Link(link.load(), self.settings.listen, "", 255, self.settings.target_system)
-        self.vehicle, send = vehicle.MavlinkVehicle(self.link, self.settings), self.link.send
-
-        def spoiled(message):
-            if spoil and message.get_type() == "SET_ATTITUDE_TARGET":
-                spoil(message)
-            send(message)
-
-        self.link.send = spoiled
+        self.vehicle = vehicle.MavlinkVehicle(self.link, self.settings)
         self.height, self.commands = height, commands
         self.memory, self.output, self.sample, self.state = arming.Memory(), None, None, None
         self.steps, self.heard, self.commanded, self.stop, self.ended = 0, -9.0, -9.0, "", False

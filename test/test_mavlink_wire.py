@@ -1,6 +1,5 @@
 """MAVLink over UDP against an autopilot that refuses: modes, masks, reasons, landings, both autopilots, no ROS."""
 
-import math
 
 import numpy as np
 import pytest
@@ -34,26 +33,6 @@ def test_from_the_ground_to_a_hover_and_back(options):
         beats = np.diff(flight.fake.report["heartbeats"])
         assert beats == pytest.approx(1.0, abs=0.1)
         assert bool(flight.rejected) == bool(options.get("nan_every"))
-
-
-SPOILED = {
-    "type_mask": lambda t: setattr(t, "type_mask", 0),
-    "quaternion": lambda t: setattr(t, "q", [0.7 * part for part in t.q]),
-    "not finite": lambda t: setattr(t, "q", [math.nan, *t.q[1:]]),
-    "thrust": lambda t: setattr(t, "thrust", -0.1),
-}
-
-
-@pytest.mark.parametrize("name", SPOILED)
-def test_a_planted_mistake_is_refused_and_the_mode_with_it(name):
-    with Flight(spoil=SPOILED[name], **QUICK) as flight:
-        output = flight.run(Phase.FLY)
-        assert output.phase == Phase.RELEASED
-        assert flight.refusals == {name}
-        assert "did not change to OFFBOARD" in output.reason
-        assert "temporarily rejected" in output.reason
-        assert "Offboard: no stream of setpoints" in output.reason
-        assert flight.fake.armed is False
 
 
 def test_targets_are_stamped_in_the_autopilot_s_time_and_stale_ones_are_refused():

@@ -77,11 +77,6 @@ def test_delay_is_that_many_steps_exactly(delay, steps):
     assert [r.p_w.x for r in readings] == [float(max(k - steps, 0)) for k in range(1200)]
 
 
-def test_a_delay_longer_than_the_line_is_refused():
-    with pytest.raises(ValueError, match="delay"):
-        sensor.init(Parameters(delay=1.1), PERIOD)
-
-
 def turning(count):
     """Return states of which every number tells its plant step."""
     turns = Rotation.from_euler("ZYX", [[1e-3 * k, 2e-3 * k, 0.1] for k in range(count)]).as_quat()
@@ -112,19 +107,9 @@ def test_every_channel_is_the_truth_of_its_own_age_and_rate(common, extra, every
         assert np.array_equal(np.array([getattr(one, name) for one in readings]), truth[newest]), name
 
 
-def test_equal_delays_are_one_delay():
-    apart = Parameters(delay=0.002, **{f"{name}_delay": 0.008 for name in ("position", "velocity", "attitude", "rate")})
-    assert seen(apart, turning(60)) == seen(Parameters(delay=0.01), turning(60))
-
-
 def test_a_channel_that_is_too_late_is_named():
     with pytest.raises(ValueError, match="delay and velocity_delay: found 550 plant steps, expected at most 511"):
         sensor.init(Parameters(delay=0.1, velocity_delay=1.0), PERIOD)
-
-
-def test_rate_holds_the_last_sample():
-    readings = seen(Parameters(period_steps=3), moving(9))
-    assert [r.p_w.x for r in readings] == [0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0]
 
 
 def test_each_sample_has_a_noise_of_its_own():

@@ -1,6 +1,5 @@
-"""What SET_ATTITUDE_TARGET carries is what was asked for; of each planted mistake it is not."""
+"""What SET_ATTITUDE_TARGET carries is what was asked for."""
 
-import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,25 +46,6 @@ def test_attitude_and_thrust_arrive_and_rates_are_ignored(rotation, newtons):
     assert (found.inv() * ned_frd(rotation.as_quat())).magnitude() == pytest.approx(0.0, abs=1e-7)
     assert made == pytest.approx(newtons)
     assert (mask, rates) == (0b111, (0.0, 0.0, 0.0))
-
-
-MISTAKES = {
-    "quaternion as xyzw": lambda q, u: ((q[1], q[2], q[3], q[0]), u),
-    "FLU in ENU sent as it is": lambda q, u: ((0.9, 0.1, -0.2, math.sqrt(1 - 0.86)), u),
-    "conjugate": lambda q, u: ((q[0], -q[1], -q[2], -q[3]), u),
-    "N instead of normalised": lambda q, u: (q, u * 4.0 * TM),
-    "one rotor's thrust for four": lambda q, u: (q, u * 4.0),
-    "thrust down": lambda q, u: (q, -u),
-}
-
-
-@pytest.mark.parametrize("mistake", MISTAKES.values(), ids=MISTAKES)
-def test_each_planted_mistake_is_seen(mistake):
-    rotation = Rotation.from_quat([0.1, -0.2, math.sqrt(1 - 0.86), 0.9])
-    _, q, _, thrust = sent(asked(rotation, 9.8))
-    found, made = obeyed(*mistake(q, thrust))
-    angle = (found.inv() * ned_frd(rotation.as_quat())).magnitude()
-    assert max(angle, abs(made - 9.8) / 9.8) > 0.2
 
 
 @given(attitudes)
