@@ -1,6 +1,5 @@
 """MAVLink over UDP against an autopilot that refuses: modes, masks, reasons, landings, both autopilots, no ROS."""
 
-
 import numpy as np
 import pytest
 from mavlink_flights import FakeAutopilot, Flight, hover

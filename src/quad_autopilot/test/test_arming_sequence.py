@@ -9,6 +9,8 @@ from quad_autopilot import arming
 from quad_autopilot.arming import Inputs, Phase, Setpoint
 from quad_autopilot.autopilot import COMMANDS, Ack
 
+LOSSY = PROFILE._replace(loss_limit=0.25, loss_advice="set COM_OF_LOSS_T to 0.1")
+
 
 def test_from_the_ground_to_the_ground():
     flight = Flight()
@@ -147,20 +149,6 @@ def test_who_takes_the_mode_has_it(nav_state, name, failsafe):
     assert len(flight.requests) == before
 
 
-def test_a_pilot_may_take_over_while_arming_and_while_landing():
-    flight = Flight()
-    flight.run(Phase.SPOOL_UP)
-    flight.nav_state = 2
-    assert "POSCTL" in flight.run(Phase.RELEASED, 0.1).reason
-    flight = flying()
-    flight.inputs["ended"] = True
-    flight.run(Phase.LAND)
-    flight.nav_state, flight.due = 2, []
-    output = flight.run(Phase.RELEASED, 0.1)
-    assert output.failed
-    assert "while landing" in output.reason
-
-
 def test_a_mode_that_was_taken_away_is_left_before_it_is_known_who_has_it():
     flight = flying()
     before = len(flight.requests)
@@ -236,29 +224,34 @@ def test_a_disarmed_vehicle_ends_the_flight_and_no_pilot_took_it(nav_state):
     assert math.isinf(flight.memory.left_at)
 
 
-def test_a_vehicle_that_is_disarmed_while_its_rotors_spool_up_ends_the_flight():
-    flight = Flight()
-    flight.run(Phase.SPOOL_UP)
-    flight.arming_state = 1
-    assert "spooled up" in flight.run(Phase.RELEASED, 0.1).reason
+STOP = {"stop": "stopped by SIGINT"}
+ENDS = {
+    "disarmed, spooling up": (Phase.SPOOL_UP, {"arming_state": 1}, {}, Phase.RELEASED, "spooled up"),
+    "pilot, arming": (Phase.SPOOL_UP, {"nav_state": 2}, {}, Phase.RELEASED, "POSCTL"),
+    "pilot, landing": (Phase.LAND, {"nav_state": 2, "due": []}, {}, Phase.RELEASED, "while landing"),
+    "no odometry": (Phase.FLY, {}, {"state_age": 0.3}, Phase.LAND, "vehicle_odometry"),
+    "stopped": (Phase.FLY, {}, STOP, Phase.LAND, "SIGINT"),
+    "stopped on the ground": (Phase.MODE, {}, STOP, Phase.RELEASED, "SIGINT"),
+    "stopped, probing": (Phase.PROBE, {}, STOP, Phase.RELEASED, "SIGINT"),
+    "armed by others, probing": (Phase.PROBE, {"arming_state": 2}, {}, Phase.RELEASED, "was armed in"),
+}
 
 
-def test_lost_odometry_and_a_wish_to_stop_land():
-    for inputs, word in (({"state_age": 0.3}, "vehicle_odometry"), ({"stop": "stopped by SIGINT"}, "SIGINT")):
-        flight = flying()
-        flight.run(Phase.LAND, 0.1, **inputs)
+@pytest.mark.parametrize("name", ENDS)
+def test_what_ends_a_flight_is_named_and_only_a_vehicle_in_the_air_lands(name):
+    phase, px4, inputs, end, word = ENDS[name]
+    flight = Flight(profile=LOSSY, loss_timeout=60.0) if phase == Phase.PROBE else Flight()
+    flight.inputs["ended"] = phase == Phase.LAND
+    flight.run(phase)
+    for attribute, value in px4.items():
+        setattr(flight, attribute, value)
+    output = flight.run(end, 0.1, **inputs)
+    assert (LAND in asked(flight)) == (Phase.LAND in (phase, end))
+    if end == Phase.LAND:
         flight.arming_state = 1
         output = flight.run(Phase.LANDED, 1.0)
-        assert output.failed
-        assert word in output.reason
-
-
-def test_a_wish_to_stop_on_the_ground_needs_no_landing():
-    flight = Flight()
-    flight.run(Phase.MODE)
-    assert flight.tick(stop="stopped by SIGINT").reason == "stopped by SIGINT"
-    assert flight.output.phase == Phase.RELEASED
-    assert LAND not in asked(flight)
+    assert output.failed
+    assert word in output.reason
 
 
 def test_a_landing_that_does_not_end_is_left_to_px4():
@@ -275,9 +268,6 @@ def test_the_clock_of_the_spool_up_is_px4s():
     for _ in range(200):
         flight.autopilot_time = frozen
         assert flight.tick().phase == Phase.SPOOL_UP
-
-
-LOSSY = PROFILE._replace(loss_limit=0.25, loss_advice="set COM_OF_LOSS_T to 0.1")
 
 
 def test_before_arming_the_stream_stops_once_to_see_how_soon_the_autopilot_notices():
@@ -304,16 +294,6 @@ def test_an_autopilot_that_says_nothing_of_the_stream_is_armed_after_a_while():
     began = flight.now
     flight.run(Phase.MODE)
     assert flight.now - began == pytest.approx(arming.PROBE_PATIENCE + 2 * 25 * TICK, abs=0.2)
-
-
-def test_the_probe_ends_with_a_wish_to_stop_or_a_vehicle_that_others_arm():
-    for change, inputs, word in (({}, {"stop": "SIGINT"}, "SIGINT"), ({"arming_state": 2}, {}, "was armed in")):
-        flight = Flight(profile=LOSSY, loss_timeout=60.0)
-        flight.run(Phase.PROBE)
-        for name, value in change.items():
-            setattr(flight, name, value)
-        assert word in flight.run(Phase.RELEASED, 0.1, **inputs).reason
-        assert flight.requests == []
 
 
 def test_reasons_that_stood_when_the_flight_began_do_not_explain_a_take_over():
