@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body, Fake
 
 OPTIONS = {
-    "cannot_arm": False, "tumbles_after": 0.0, "silent_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
+    "cannot_arm": False, "silent_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
     "reset_after": 0.0, "reset_by": 0.0,
 }  # fmt: skip
 PARAM, RPYT, MEM, LOG, GENERIC, HIGH_LEVEL, SUPERVISOR, PLATFORM, LINK = 2, 3, 4, 5, 7, 8, 9, 13, 15
@@ -50,7 +50,7 @@ class FakeCrazyflie(Fake):
         self.options, self.body = {**OPTIONS, **options}, Body()
         self.now, self.peer, self.block, self.next_block = 3.0, None, None, 0.0
         self.identity, self.period = 0, 0.0
-        self.armed = self.unlocked = self.locked = self.tumbled = False
+        self.armed = self.unlocked = self.locked = False
         self.angles, self.thrust, self.yaw, self.last = (0.0, 0.0), 0.0, 0.0, -9.0
         self.released, self.landing = True, None
         self.flown_for, self.millivolts, self.shift, self.taken = 0.0, 3900, np.zeros(3), False
@@ -163,7 +163,7 @@ class FakeCrazyflie(Fake):
 
     def motors(self):
         """Return the commands of the four motors."""
-        if not self.armed or self.locked or self.tumbled:
+        if not self.armed or self.locked:
             return np.zeros(4)
         if self.landing:
             return self.body.land()
@@ -182,14 +182,12 @@ class FakeCrazyflie(Fake):
 
     def info(self):
         flying = self.armed and max(self.body.thrusts) > 0.05
-        bits = (not self.options["cannot_arm"], self.armed, False, self.armed, flying, self.tumbled, self.locked)
+        bits = (not self.options["cannot_arm"], self.armed, False, self.armed, flying, False, self.locked)
         return sum(bool(bit) << place for place, bit in enumerate(bits)) | bool(self.landing) << 8
 
     def step(self):
         """Go on by 4 ms."""
         self.flown_for += 0.004 * bool(self.thrust)
-        if self.happens("tumbles_after"):
-            self.tumbled = True
         if self.happens("battery_after"):
             self.millivolts = 3000
         if self.happens("reset_after"):

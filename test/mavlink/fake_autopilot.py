@@ -20,8 +20,6 @@ OPTIONS = {
     "kind": "px4",  # or ardupilot
     "bad_preflight": False,
     "refused": {},  # {command: result}
-    "lost_acks": [],
-    "ack_delay": 0.02,
     "drop": 0.0,
     "nan_every": 0,
     "child_frame": 1,  # of ODOMETRY's velocity
@@ -37,7 +35,7 @@ OPTIONS = {
 FRESH = 0.5  # s for which a target is fresh
 SET_MODE, ARM, LAND, INTERVAL = 176, 400, 21, 511
 BEATS, OFFBOARD_LOSS, GUIDED_LOSS, GCS_LOSS = 20, 1.0, 3.0, 5.0
-SPOOL = 0.5
+SPOOL, ACK_DELAY = 0.5, 0.02
 
 
 def fault(m, now):
@@ -150,11 +148,10 @@ class FakeAutopilot(Fake):
             self.note(f"command {message.command}")
             result = self.options["refused"].get(str(message.command))
             result = self.carry_out(message) if result is None else result
-        if message.command not in self.options["lost_acks"]:
-            self.acks.append((self.now + self.options["ack_delay"], message.command, result, message.get_srcSystem()))
+        self.acks.append((self.now + ACK_DELAY, message.command, result, message.get_srcSystem()))
 
     def carry_out(self, m):
-        """Return the result of a command; what is refused has no effect."""
+        """Return the result of a command."""
         if m.command == SET_MODE:
             if (m.param1, m.param2) != (1.0, 6.0 if self.is_px4 else 4.0):
                 return 2

@@ -21,8 +21,6 @@ from rclpy.task import Future
 
 OPTIONS = {
     "bad_preflight": False,
-    "ack_delay": 0.02,
-    "lost_acks": [],
     "refused": {},  # {command: result}
     "drop": 0.0,  # share of the odometry
     "reorder": 0.0,
@@ -31,13 +29,10 @@ OPTIONS = {
     "reset_by": 0.1,  # m
     "pilot_after": 0.0,
     "silent_after": 0.0,  # no odometry from then on
-    "spool_up": 1.0,
-    "loss": 0.1,  # COM_OF_LOSS_T
     "battery": 0.9,
     "battery_after": 0.0,  # s in offboard and armed until it is at 5 %; 0: never
     "external": "",  # "": no such topics, "refused", or "accepted"
     "selected_after": 0.0,  # s after a mode of ours was registered until a pilot selects it; 0: never
-    "version": 1,
 }
 SET_MODE, ARM, LAND, TAKEOFF, SET_NAV_STATE = 176, 400, 21, 22, 100001
 OFFBOARD, AUTO_LOITER, AUTO_LAND, POSCTL, AUTO_TAKEOFF, EXTERNAL = 14, 4, 18, 2, 17, 23
@@ -46,6 +41,7 @@ CHECK_EVERY, MISSES = 0.3, 3
 TAKEOFF_HEIGHT = 2.5
 ARMED, DISARMED = 2, 1
 BEATS = 20
+ACK_DELAY, SPOOL_UP, LOSS = 0.02, 1.0, 0.1  # s; COM_SPOOLUP_TIME, COM_OF_LOSS_T
 LEVELS = ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
 
 
@@ -104,7 +100,7 @@ class FakePx4(Fake):
     @property
     def stream_lost(self):
         """Return whether the last heartbeat is too old."""
-        return self.now - self.last_beat > self.options["loss"]
+        return self.now - self.last_beat > LOSS
 
     def on_register(self, message):
         self.report.setdefault("names", []).append(bytes(message.name).rstrip(bytes(1)).decode())
@@ -177,7 +173,7 @@ class FakePx4(Fake):
 
     def setpoint_came(self, sampled):
         self.report["setpoints"].append([round(self.now, 4), sampled])
-        spooling = self.arming_state == ARMED and self.now - self.armed_at < self.options["spool_up"]
+        spooling = self.arming_state == ARMED and self.now - self.armed_at < SPOOL_UP
         if spooling and max(-self.thrust[2], *self.motors, self.attitude_thrust) > 0.01:
             self.report["idle_broken"] += 1
 
@@ -185,14 +181,12 @@ class FakePx4(Fake):
         if message.target_system != 1 or message.target_component != 1:
             return
         self.note(f"command {message.command}")
-        result = self.options["refused"].get(str(message.command), self.carry_out(message))
-        if message.command not in self.options["lost_acks"]:
-            self.acks.append((self.now + self.options["ack_delay"], message.command, result))
+        result = self.options["refused"].get(str(message.command))
+        result = self.carry_out(message) if result is None else result
+        self.acks.append((self.now + ACK_DELAY, message.command, result))
 
     def carry_out(self, message):
-        """Return the result of a command; what is refused has no effect."""
-        if str(message.command) in self.options["refused"]:
-            return 2
+        """Return the result of a command."""
         if message.command == SET_MODE:
             if (message.param1, message.param2) != (1.0, 6.0):
                 return 3
@@ -225,7 +219,7 @@ class FakePx4(Fake):
         return 0
 
     def motor_commands(self):
-        if self.arming_state != ARMED or self.now - self.armed_at < self.options["spool_up"]:
+        if self.arming_state != ARMED or self.now - self.armed_at < SPOOL_UP:
             return np.zeros(4)
         if self.nav_state in (AUTO_TAKEOFF, AUTO_LOITER):
             return self.body.climb(TAKEOFF_HEIGHT)
