@@ -116,6 +116,8 @@ def step(
     answer, blocked_by = NOT_ASKED, NO_REASON
     if request != Request.NONE:
         answer, blocked_by = asked(mode, request, raised)
+        if mode == Mode.LAND and request == Request.HOLD and seen.state.on_ground:
+            answer = NOT_DONE
         if answer == DONE and (mode != GRANTED[request][mode] or request == Request.GOTO):
             mode, reason = GRANTED[request][mode], ON_REQUEST
     worst = most_severe(mode, raised)
