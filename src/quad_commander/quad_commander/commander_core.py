@@ -104,12 +104,13 @@ class CommanderCore:
         news = self._note(seen, request, refusal, decision, before)
         self._sent = reference = self._refer(seen, decision, before.mode, request)
         over = self._is_over(seen)
+        waits_for = "; ".join(self._refusals or []) if self.mode == Mode.ARMING else ""
         return Outputs(
             self._said._replace(is_over=over),
             reference,
             self._text,
             self._last.sender,
-            self._answer_text or self._waits_for(),
+            self._answer_text or waits_for,
             self._outcome(seen) if over else "",
             news,
         )
@@ -250,12 +251,8 @@ class CommanderCore:
         return references.beside(point, beside)
 
     def _takeoff_height(self) -> float:
-        return next(
-            (item.value for item in self._mission if item.request == Request.TAKEOFF), self._parameters.takeoff_height
-        )
-
-    def _waits_for(self) -> str:
-        return "; ".join(self._refusals or []) if self.mode == Mode.ARMING else ""
+        height = self._mission[0].value if self._mission else 0.0  # its first item is the take-off
+        return height or self._parameters.takeoff_height
 
     def _is_over(self, seen: Inputs) -> bool:
         if self.mode == Mode.KILL:

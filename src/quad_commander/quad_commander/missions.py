@@ -14,7 +14,6 @@ from quad_commander.mode_table import Condition, Mode, Request
 from quad_commander.references import Place
 from quad_core.parameters import ParameterError, radians_of
 
-DEFAULT_HEIGHT = 1.5
 LONGEST_HOLD = 3600.0
 HIGHEST = 1000.0
 FARTHEST = 1e4
@@ -23,7 +22,10 @@ LARGEST_YAW = 6.2832
 
 
 class Item(NamedTuple):
-    """What it asks for, a trajectory's name, height in m of a take-off or time in s of a hold, place of a goto."""
+    """What it asks for, a trajectory's name, height in m of a take-off or time in s of a hold, place of a goto.
+
+    A height of 0 is that of the commander's parameters.
+    """
 
     request: Request
     name: str = ""
@@ -72,8 +74,7 @@ def parse(text: str, trajectories: Collection[str]) -> tuple[Item, ...]:
 def _item(word: str, number: int, trajectories: Collection[str]) -> Item:
     name, colon, argument = word.partition(":")
     if name == "takeoff":
-        height = _number(word, argument, HIGHEST, "a height in m") if colon else DEFAULT_HEIGHT
-        return Item(Request.TAKEOFF, value=height)
+        return Item(Request.TAKEOFF, value=_number(word, argument, HIGHEST, "a height in m") if colon else 0.0)
     if name == "hold" and colon:
         return Item(Request.HOLD, value=_number(word, argument, LONGEST_HOLD, "a time in s"))
     if name == "goto" and colon:

@@ -145,12 +145,7 @@ class Commander(Responder):
             return
         self._sent = step
         yield self._reference_out, self._pack(said.reference, step, next_step, sample.stamp_ns)
-        mode = self._mode_message(said, step, next_step, sample.stamp_ns)
-        yield self._mode_out, mode
-        yield self._mode_shown, mode
-
-    def _mode_message(self, said: Outputs, step: int, next_step: int, stamp_ns: int) -> FlightMode:
-        message = FlightMode(
+        mode = FlightMode(
             **said.mode._asdict(),
             step=step,
             next_step=next_step,
@@ -161,8 +156,9 @@ class Commander(Responder):
             outcome=said.outcome,
             run_id=self.flight.run_id,
         )
-        set_stamp(message.stamp, stamp_ns)
-        return message
+        set_stamp(mode.stamp, sample.stamp_ns)
+        yield self._mode_out, mode
+        yield self._mode_shown, mode
 
     def on_tick(self) -> None:
         """Take in a signal; in real time decide also when no state comes any more."""

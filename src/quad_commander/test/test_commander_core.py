@@ -122,6 +122,12 @@ def test_a_mission_is_flown_from_the_ground_to_the_ground():
     assert velocity < 2.5 * DT
 
 
+def test_a_take_off_without_a_height_rises_as_the_parameter_says():
+    flight = Flight("takeoff,hold:60")
+    flight.core = CommanderCore(PARAMETERS._replace(takeoff_height=3.0), parse("takeoff,hold:60", []), GROUND)
+    assert flight.go(10.0).said.reference.p_w.z == pytest.approx(3.0)
+
+
 @pytest.mark.parametrize("ground", [-20.0, 13.2])
 def test_heights_count_from_the_estimate_at_arming(ground):
     """The estimate has the vehicle metres off, adrift while it waits, and holds the place at arming from then on."""
