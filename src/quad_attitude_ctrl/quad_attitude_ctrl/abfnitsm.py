@@ -106,9 +106,7 @@ def step(
     setpoint, omega_b = inputs.setpoint, inputs.state.omega_b
     angles = euler_from_quaternion(inputs.state.q_wb)
     rates = euler_rates(angles, omega_b)
-    filters = memory.filters
-    if not memory.initialised:
-        filters = filters_at_rest(angles)
+    filters = memory.filters if memory.initialised else filters_at_rest(angles)
     goal = desired(parameters.command, filters, setpoint)
     states = _axis_states(parameters, vehicle, goal, angles, rates)
     eta, form = angle_exponents(states), parameters.adaptation_form

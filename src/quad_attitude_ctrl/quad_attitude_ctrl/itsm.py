@@ -106,9 +106,7 @@ def step(
     angles = euler_from_quaternion(inputs.state.q_wb)
     omega_b = inputs.state.omega_b
     rates = euler_rates(angles, omega_b)
-    filters = memory.filters
-    if not memory.initialised:
-        filters = filters_at_rest(angles)
+    filters = memory.filters if memory.initialised else filters_at_rest(angles)
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     layered = parameters.switching == Switching.LAYER
     old = memory.integral

@@ -87,9 +87,7 @@ def step(
     """
     angles = euler_from_quaternion(inputs.state.q_wb)
     omega_b = inputs.state.omega_b
-    filters = memory.filters
-    if not memory.initialised:
-        filters = filters_at_rest(angles)
+    filters = memory.filters if memory.initialised else filters_at_rest(angles)
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     error = Vec3(wrap_angle(angles.x - goal.angles.x), angles.y - goal.angles.y, wrap_angle(angles.z - goal.angles.z))
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw

@@ -53,9 +53,7 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    filters = memory.filters
-    if not memory.initialised:
-        filters = filters_at_rest(euler_from_quaternion(state.q_wb))
+    filters = memory.filters if memory.initialised else filters_at_rest(euler_from_quaternion(state.q_wb))
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 import sympy
-from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from quad_attitude_ctrl import indi
@@ -82,17 +81,6 @@ def test_one_step_is_the_formula_of_its_source():
     assert after.acceleration.second == pytest.approx(a2)
     assert after.torque.second == pytest.approx(t2)
     assert after.omega_b == pytest.approx(omega)
-
-
-def test_the_filter_is_two_equal_lags():
-    gain, state, seen = 1.0 - math.exp(-70.0 * DT), indi.Filtered(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)), []
-    values = np.random.default_rng(2).normal(size=200)
-    for value in values:
-        state = indi.filtered(state, Vec3(float(value), 0.0, -2.0 * float(value)), 70.0, DT)
-        seen.append(state.second.x)
-        assert state.second.z == pytest.approx(-2.0 * state.second.x)
-    once = lfilter([gain], [1.0, gain - 1.0], values)
-    assert seen == pytest.approx(list(lfilter([gain], [1.0, gain - 1.0], once)), abs=1e-12)
 
 
 def settled(parameters, effectiveness, disturbance, seconds=3.0):

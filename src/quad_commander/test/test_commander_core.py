@@ -180,7 +180,7 @@ def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
     assert points[-1].v_w == Vec3()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     st.sampled_from([Request.HOLD, Request.LAND]),
     st.builds(Vec3, *(st.floats(-6.0, 6.0),) * 3),

@@ -64,7 +64,7 @@ def assert_within(start, point, limits):
         assert abs(v) <= max(abs(v0) + 0.5 * a0 * a0 / bound.jerk, bound.speed) + 1e-9
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(points, st.sampled_from(OWN), st.sampled_from(OWN), st.floats(0.0, 8.0))
 def test_no_change_of_mode_steps_the_reference(start, first, second, when):
     """From what any mission flies into ``first``, and from the middle of that into ``second``."""
@@ -110,7 +110,7 @@ def test_the_way_to_a_place_is_within_the_limits_and_ends_there(start, place):
         assert abs(last.yaw - stop) <= math.pi + 1e-9, "the short way"
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(points, points)
 def test_the_way_into_a_mission_has_no_step_either(current, mission):
     assume(abs(current.yaw - mission.yaw) < math.pi)

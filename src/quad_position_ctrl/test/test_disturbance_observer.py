@@ -6,23 +6,12 @@ import pytest
 
 from quad_core.types import Vec3
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl.disturbance_observer import ObservedStep, Observer, estimate, known_acceleration, next_estimate
+from quad_position_ctrl.disturbance_observer import ObservedStep, Observer, estimate, next_estimate
 
 DT = 0.01
 ZERO = Vec3(0.0, 0.0, 0.0)
 UP = Vec3(0.0, 0.0, 1.0)
 VEHICLE = Vehicle(mass=2.0, gravity=10.0)
-
-
-def test_known_acceleration_by_hand():
-    # 12 m/s^2 along a mean axis of 0.5, less gravity, less drag 0.2 * 3
-    assert known_acceleration(12.0, 0.4, 0.6, 9.0, -0.2, 3.0) == pytest.approx(6.0 - 9.0 - 0.6, rel=1e-15)
-
-
-def test_one_step_by_hand():
-    # the velocity says (1.1 - 1) / 0.1 = 1 where 4 is explained: -3; of the way from 0.2 a share 1 - 1/e
-    moved = next_estimate(0.2, 1.0, 1.1, 4.0, 10.0, 5.0, 0.1)
-    assert moved == pytest.approx(0.2 + (1.0 - 1.0 / math.e) * (-3.0 - 0.2), rel=1e-12)
 
 
 def test_estimate_is_bounded_both_ways():
