@@ -1,12 +1,14 @@
 """In real time a node takes what came last, late or replaced: the internals say what that was."""
 
+from typing import get_type_hints
+
 import flight_samples
 import numpy as np
 import pytest
 from flight_samples import TYPES
 
 from quad_core.safe import hold_position
-from quad_core.types import Actuation, PositionInputs, Quat, Rotors, TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import Actuation, PositionInputs, TrajectoryPoint, VehicleState
 from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
@@ -16,25 +18,14 @@ ROLE = "position_controller"
 STALE = 40  # which of the answers is made from a held position
 
 
-def state(row):
-    return VehicleState(
-        Vec3(*row.p_w.tolist()), Vec3(*row.v_w.tolist()), Quat(*row.q_wb.tolist()), Vec3(*row.omega_b.tolist())
-    )
-
-
-def reference(row):
-    vectors = (Vec3(*getattr(row, name).tolist()) for name in ("p_w", "v_w", "a_w", "jerk_w", "snap_w"))
-    return TrajectoryPoint(row.trajectory_time, *vectors, row.yaw, row.yaw_rate, row.yaw_acceleration)
-
-
-def actuation(row):
-    flags = (row.thrust_high, row.thrust_low, row.roll_limited, row.pitch_limited, row.yaw_limited)
-    return Actuation(
-        Rotors(*row.rotor_speed.tolist()),
-        Rotors(*row.rotor_thrust.tolist()),
-        row.thrust,
-        Vec3(*row.torque_b.tolist()),
-        *map(bool, flags),
+def tuple_of(kind, sample):
+    """Return a message as its law takes it."""
+    forms, values = get_type_hints(kind), {name: getattr(sample, name) for name in kind._fields}
+    return kind(
+        **{
+            name: forms[name](*value.tolist()) if isinstance(value, np.ndarray) else value
+            for name, value in values.items()
+        }
     )
 
 
@@ -49,10 +40,14 @@ def answered(flown, seed):
     while step < len(by_topic["state"]):
         late, later = int(rng.integers(0, 4)), int(rng.integers(1, 6))
         given = max(step // 5 - late, 0)
-        seen = reference(by_topic["reference"][given])
+        seen = tuple_of(TrajectoryPoint, by_topic["reference"][given])
         if len(found) == STALE:
             seen = hold_position(seen)
-        inputs = PositionInputs(state(by_topic["state"][step]), seen, actuation(by_topic["actuation"][step - later]))
+        inputs = PositionInputs(
+            tuple_of(VehicleState, by_topic["state"][step]),
+            seen,
+            tuple_of(Actuation, by_topic["actuation"][step - later]),
+        )
         dt = 0.01 if before is None else min(max((step - before) * 2_000_000, 5_000_000), 20_000_000) / 1e9
         output, memory, inside = aibs.step(law, vehicle, memory, inputs, dt)
         taken = [int(by_topic["reference"][given].step), step - later, -1, -1]

@@ -19,19 +19,17 @@ _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 
 
 class Qos(NamedTuple):
-    """The policies of a publisher that matter for a replay, named as in ROS 2 (``reliable``, ``transient_local``)."""
+    """The policies in which the topics of a flight differ, named as in ROS 2 (``volatile``, ``transient_local``)."""
 
     depth: int = 10
-    reliability: str = "reliable"
     durability: str = "volatile"
-    history: str = "keep_last"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the profile as rosbag2 writes it."""
         return {
-            "history": self.history,
+            "history": "keep_last",
             "depth": self.depth,
-            "reliability": self.reliability,
+            "reliability": "reliable",
             "durability": self.durability,
             "deadline": _FOREVER,
             "lifespan": _FOREVER,

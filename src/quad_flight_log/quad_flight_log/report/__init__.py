@@ -1,1 +1,1 @@
-"""A flight for people: tables, figures, HTML report, layouts of viewers."""
+"""A flight for people: tables, figures, HTML report, a view in RViz."""
