@@ -145,13 +145,15 @@ def test_a_campaign_that_was_killed_goes_on_and_ends_as_if_it_had_not(file, tmp_
     assert (out / "report.html").stat().st_size > 1_000_000
 
 
-def test_a_part_holds_its_flights_or_is_not_stored(tmp_path):
+def test_parts_hold_each_flight_once(tmp_path):
     parts = Parts(tmp_path / "out", 5, 2)
     parts.open({"identity": {}}, resume=False)
-    with pytest.raises(ValueError, match=r"found the flights \[0\], expected \[0, 1\]"):
-        parts.write(0, [{"flight": 0}])
+    parts.write(0, [{"flight": 0}])
     parts.write(2, [{"flight": 4}])
-    assert parts.missing() == [0, 1]
+    assert parts.missing() == [1]
+    parts.write(1, [{"flight": 2}, {"flight": 3}])
+    with pytest.raises(ValueError, match="do not hold each of 5 flights once"):
+        parts.joined()
     with pytest.raises(ParameterError, match="--resume"):
         parts.open({"identity": {}}, resume=False)
 

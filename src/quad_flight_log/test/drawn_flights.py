@@ -1,5 +1,6 @@
 """Small made-up flights for figures, reports and viewers: a circle with a known error, as tables and as a bag."""
 
+import base64
 from pathlib import Path
 from typing import Any
 
@@ -69,3 +70,9 @@ def messages(made: dict[str, np.ndarray], trajectory: str = "case1") -> list[tup
     for step in range(len(made["truth"])):
         flown += [(f"/{topic}", flight_samples.of_row(topic, table[step])) for topic, table in made.items()]
     return flown
+
+
+def decoded(column: dict[str, str]) -> np.ndarray:
+    """Return the numbers of a column of a drawn line, as plotly.js reads them."""
+    assert column["dtype"] == "f4"
+    return np.frombuffer(base64.b64decode(column["bdata"]), "<f4")

@@ -1,6 +1,5 @@
 """The page holds its data, escapes what it is given and needs no other file."""
 
-import base64
 import json
 import re
 
@@ -16,11 +15,6 @@ from quad_flight_log.report.page import Page, folded, heading, page_text, table,
 from quad_flight_log.report.pages import comparison_page, flight_page, names_of
 
 plotly = pytest.importorskip("plotly.graph_objects")
-
-
-def decoded(column):
-    assert column["dtype"] == "f4"
-    return np.frombuffer(base64.b64decode(column["bdata"]), "<f4")
 
 
 def data_of(text):
@@ -43,7 +37,7 @@ def test_flight_page_tells_what_the_bag_holds(text):
     assert next(iter(data)) == "figure-05-case1-path"
     assert sum(key.startswith("figure-") for key in data) == 7
     error = next(trace for trace in data["figure-06-case1-x"]["data"] if trace["yaxis"] == "y2")
-    np.testing.assert_allclose(decoded(error["y"]), 0.3, rtol=1e-5)
+    np.testing.assert_allclose(drawn_flights.decoded(error["y"]), 0.3, rtol=1e-5)
     assert "seed: 7" in text
     assert "position_rmse" in text
     assert "0.37417" in text  # sqrt(0.3^2 + 0.2^2 + 0.1^2)

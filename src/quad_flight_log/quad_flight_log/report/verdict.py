@@ -33,16 +33,10 @@ class Judgement(NamedTuple):
         return f"Good: ended as planned, within its limits ({listed})"
 
 
-def recorded_limits(flight: Flight) -> dict[str, float]:
-    """Return the limits that ``fly`` held the flight to, as the recorder noted them; raises LimitsError."""
-    return read_limits(
-        [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
-    )
-
-
 def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float] | None = None) -> Judgement:
-    """Return the judgement on a flight by ``limits``, by default those that the bag notes."""
-    limits_used = recorded_limits(flight) if limits is None else limits
+    """Return the judgement on a flight by ``limits``, by default those that the bag notes; raises LimitsError."""
+    noted = [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
+    limits_used = read_limits(noted) if limits is None else limits
     problems = [f"the bag is cut ({flight.damage})"] if flight.truncated else []
     outcome = flight.metadata.get("outcome", "unknown")  # a recorder of others notes none
     if outcome not in ("ended", "unknown"):
