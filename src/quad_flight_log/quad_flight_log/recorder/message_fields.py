@@ -1,4 +1,4 @@
-"""What installed messages are made of: their fields, and the definition that a bag carries."""
+"""Installed messages: their classes, and the definition that a bag carries."""
 
 import importlib
 import json
@@ -7,35 +7,11 @@ import re
 import sys
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 from quad_flight_log.bag.writer import Definition
 from quad_flight_log.errors import SchemaError
 
-SIZES = {"boolean": 1, "octet": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
-         "int64": 8, "uint64": 8, "float": 4, "double": 8}  # fmt: skip
-_KIND = re.compile(r"(?:sequence<)?(?P<base>[\w/]+(?:<\d+>)?)(?:, \d+)?(?P<end>>|\[(?P<count>\d+)\])?")
-
-
-class Field(NamedTuple):
-    """One field. ``base``: a key of SIZES, ``string`` or ``package/Type``; ``length``: -1 sequence, 0 none, n array."""
-
-    name: str
-    base: str
-    length: int
-
-
-@cache
-def fields_of(kind: type) -> tuple[Field, ...]:
-    """Return the fields of a message class in order; raises SchemaError for a kind of field that is not recorded."""
-    found = []
-    for name, text in kind.get_fields_and_field_types().items():  # type: ignore[attr-defined]
-        match = _KIND.fullmatch(text)
-        base = match["base"].partition("<")[0] if match else ""
-        if match is None or (base not in SIZES and base != "string" and "/" not in base):
-            raise SchemaError(f"{type_name(kind)}: {name}: fields of type {text} are not recorded")
-        found.append(Field(name, base, -1 if match["end"] == ">" else int(match["count"] or 0)))
-    return tuple(found)
+_NESTED = re.compile(r"\w+/\w+")
 
 
 @cache
@@ -64,7 +40,8 @@ def definition_of(kind: type) -> Definition:
     for each in todo:
         head = f"{'=' * 80}\nMSG: {type_name(each).replace('/msg/', '/')}\n" if parts else ""
         parts.append(head + _share(each, ".msg").read_text(encoding="utf-8").rstrip() + "\n")
-        inner = [message_class(field.base) for field in fields_of(each) if "/" in field.base]
+        fields = each.get_fields_and_field_types()  # type: ignore[attr-defined]
+        inner = map(message_class, _NESTED.findall(" ".join(fields.values())))
         todo += [one for one in dict.fromkeys(inner) if one not in todo]
     type_hash = next((item["hash_string"] for item in hashes if item["type_name"] == name), "")
     return Definition(name, "".join(parts), type_hash)

@@ -3,13 +3,17 @@
 Stricter than rclpy: little endian alone, texts in UTF-8 with their zero byte, as readers of others demand.
 """
 
+import re
 from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from quad_flight_log.errors import one_line
-from quad_flight_log.recorder.message_fields import SIZES, fields_of, message_class, type_name
+from quad_flight_log.errors import SchemaError, one_line
+from quad_flight_log.recorder.message_fields import message_class, type_name
 
+SIZES = {"boolean": 1, "octet": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
+         "int64": 8, "uint64": 8, "float": 4, "double": 8}  # fmt: skip
+_KIND = re.compile(r"(?:sequence<)?(?P<base>[\w/]+(?:<\d+>)?)(?:, \d+)?(?P<end>>|\[(?P<count>\d+)\])?")
 _HEADER = 4  # bytes of encapsulation before the data; alignment counts from behind them
 _PLAIN = b"\x00\x01"
 _MOST_ITEMS = 10_000  # messages or texts in one sequence; reading them takes time and memory
@@ -42,12 +46,19 @@ _Part = tuple[str, Any, int]
 
 @cache
 def _parts(kind: type) -> list[_Part]:
-    """Return what a message is made of, its nested messages unfolded, equal numbers in a row taken as one."""
+    """Return what a message is made of, its nested messages unfolded, equal numbers in a row taken as one.
+
+    Raises SchemaError for a kind of field that is not recorded.
+    """
     found: list[_Part] = []
-    for field in fields_of(kind):
-        count = field.length or 1
-        content = SIZES.get(field.base, field.base) if "/" not in field.base else _parts(message_class(field.base))
-        inner: list[_Part] = content if isinstance(content, list) and count == 1 else [(field.name, content, count)]
+    for field, text in kind.get_fields_and_field_types().items():  # type: ignore[attr-defined]
+        match = _KIND.fullmatch(text)
+        base = match["base"].partition("<")[0] if match else ""
+        if match is None or (base not in SIZES and base != "string" and "/" not in base):
+            raise SchemaError(f"{type_name(kind)}: {field}: fields of type {text} are not recorded")
+        count = -1 if match["end"] == ">" else int(match["count"] or 1)
+        content = SIZES.get(base, base) if "/" not in base else _parts(message_class(base))
+        inner: list[_Part] = content if isinstance(content, list) and count == 1 else [(field, content, count)]
         for name, size, number in inner:
             if found and isinstance(size, int) and number > 0 and found[-1][1] == size and found[-1][2] > 0:
                 found[-1] = (name, size, found[-1][2] + number)
