@@ -33,7 +33,9 @@ class Parts:
                     raise ParameterError(f"--resume: {path}: {found}")
             return
         (self.directory / "parts").mkdir(parents=True, exist_ok=True)
-        _replace(path, json.dumps(about, indent=2).encode())
+        temporary = path.with_suffix(".tmp")
+        temporary.write_text(json.dumps(about, indent=2), "utf-8")
+        temporary.replace(path)
 
     def missing(self) -> list[int]:
         """Return the numbers of the parts that are not there."""
@@ -62,9 +64,3 @@ class Parts:
 
     def _path(self, part: int) -> Path:
         return self.directory / "parts" / f"part-{part:06d}.parquet"
-
-
-def _replace(path: Path, content: bytes) -> None:
-    temporary = path.with_suffix(".tmp")
-    temporary.write_bytes(content)
-    temporary.replace(path)

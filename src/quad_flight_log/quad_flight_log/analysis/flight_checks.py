@@ -169,10 +169,7 @@ def stopped_motors(flown: Flown) -> str:
 
 def _has_landed(flight: Flight) -> bool:
     """Return whether the autopilot's own detector saw the ground at the end."""
-    if not flight.has("flight/autopilot"):
-        return False
-    rows = flight.array("flight/autopilot")
-    return len(rows) > 0 and bool(rows["landed"][-1])
+    return flight.has("flight/autopilot") and bool(flight.array("flight/autopilot")["landed"][-1])
 
 
 def recorded_end(flown: Flown) -> str:
@@ -180,7 +177,7 @@ def recorded_end(flown: Flown) -> str:
     if not ends_early(flown.flight) or not flown.flight.has("flight/state") or "truth" not in flown.tables:
         return ""
     states = flown.flight.array("flight/state")
-    if len(states) == 0 or "state" not in (states.dtype.names or ()) or states["state"][-1] in _OVER:
+    if "state" not in (states.dtype.names or ()) or states["state"][-1] in _OVER:
         return ""
     at = int(flown.tables["truth"]["stamp_ns"].max()) * 1e-9
     return f"the bag ends at {at:.2f} s, before the flight: what came after is not recorded"
