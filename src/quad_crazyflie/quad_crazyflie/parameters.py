@@ -17,19 +17,13 @@ class CrazyflieBridgeParameters(NamedTuple):
         float, Real("N", "largest thrust of one rotor at thrust 65535; must be measured; 0 is refused", 0.0, 1e4, "T_m")
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
-    yaw_gain: Annotated[
-        float, Real("1/s", "yaw rate per rad of heading error; 0: none", 0.0, 20.0, "manual setpoint")
-    ] = 3.0
+    yaw_gain: Annotated[float, Real("1/s", "yaw rate per heading error; 0: none", 0.0, 20.0, "manual setpoint")] = 3.0
     yaw_rate_limit: Annotated[float, Real("rad/s", "largest yaw rate that is sent", 0.0, 20.0, "manual setpoint")] = 3.0
-    tilt_limit: Annotated[float, Real("rad", "largest roll and pitch that are sent", 0.05, 1.0, "manual setpoint")] = (
-        0.5
+    tilt_limit: Annotated[float, Real("rad", "largest roll, pitch that are sent", 0.05, 1.0, "manual setpoint")] = 0.5
+    landing_speed: Annotated[float, Real("m/s", "mean speed of its own landing", 0.05, 2.0, "high level commander")] = (
+        0.3
     )
-    landing_speed: Annotated[
-        float, Real("m/s", "mean speed of the Crazyflie's own landing", 0.05, 2.0, "high level commander")
-    ] = 0.3
-    low_battery: Annotated[
-        float, Real("V", "battery voltage below which no flight starts and a flight ends", 0.0, 20.0, "pm.vbatMV")
-    ] = 3.2
+    low_battery: Annotated[float, Real("V", "below it no flight starts, and one ends", 0.0, 20.0, "pm.vbatMV")] = 3.2
     reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()

@@ -32,16 +32,12 @@ class Parameters(NamedTuple):
     """
 
     period_steps: Annotated[int, Whole("steps", "plant steps between two samples", 1, 10_000)] = 1
-    delay: Annotated[float, Real("s", "age of a sample on arrival, rounded to plant steps, at most 511", 0.0, 10.0)] = (
-        0.0
-    )
+    delay: Annotated[float, Real("s", "age of a sample, rounded to plant steps, at most 511", 0.0, 10.0)] = 0.0
     position_delay: Annotated[float, Real("s", "age of the position in addition to `delay`", 0.0, 10.0)] = 0.0
     velocity_delay: Annotated[float, Real("s", "added age of the velocity", 0.0, 10.0)] = 0.0
     attitude_delay: Annotated[float, Real("s", "added age of the attitude", 0.0, 10.0)] = 0.0
     rate_delay: Annotated[float, Real("s", "added age of the body rates", 0.0, 10.0)] = 0.0
-    position_every: Annotated[
-        int, Whole("", "position and velocity change every so many samples; 1: each", 1, 10_000)
-    ] = 1
+    position_every: Annotated[int, Whole("", "position, velocity change every so many samples", 1, 10_000)] = 1
     attitude_every: Annotated[int, Whole("", "the attitude changes every so many samples; 1: each", 1, 10_000)] = 1
     rate_every: Annotated[int, Whole("", "the body rates change every so many samples; 1: each", 1, 10_000)] = 1
     dropout: Annotated[float, Real("", "share of the samples that are lost; 0: none", 0.0, 1.0)] = 0.0
@@ -49,12 +45,8 @@ class Parameters(NamedTuple):
     position_bias: Annotated[float, Real("m", "standard deviation of the position bias", 0.0, 100.0)] = 0.0
     velocity_noise: Annotated[float, Real("m/s", "standard deviation of the velocity noise", 0.0, 100.0)] = 0.0
     velocity_bias: Annotated[float, Real("m/s", "standard deviation of the velocity bias", 0.0, 100.0)] = 0.0
-    attitude_noise: Annotated[
-        float, Real("rad", "standard deviation of the attitude noise about each body axis", 0.0, 1.0)
-    ] = 0.0
-    attitude_bias: Annotated[
-        float, Real("rad", "standard deviation of the attitude bias about each body axis", 0.0, 1.0)
-    ] = 0.0
+    attitude_noise: Annotated[float, Real("rad", "standard deviation of the noise about each axis", 0.0, 1.0)] = 0.0
+    attitude_bias: Annotated[float, Real("rad", "standard deviation of the bias about each axis", 0.0, 1.0)] = 0.0
     rate_noise: Annotated[float, Real("rad/s", "standard deviation of the body rate noise", 0.0, 100.0)] = 0.0
     rate_bias: Annotated[float, Real("rad/s", "standard deviation of the body rate bias", 0.0, 100.0)] = 0.0
 

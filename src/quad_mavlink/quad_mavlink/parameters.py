@@ -10,23 +10,16 @@ from quad_core.parameters import Real, Text, Whole
 class MavlinkBridgeParameters(NamedTuple):
     """The bridge over MAVLink: where the autopilot is, what it is sent, and when it is given up."""
 
-    listen: Annotated[str, Text("host:port on which the bridge takes UDP; 0.0.0.0 takes it from other machines")] = (
-        "127.0.0.1:14540"
-    )
+    listen: Annotated[str, Text("host:port that takes UDP; 0.0.0.0: from other machines, too")] = "127.0.0.1:14540"
     connect: Annotated[str, Text("host:port of an autopilot that waits for a message; empty: the bridge waits")] = ""
     target_system: Annotated[int, Whole("", "the autopilot's system number", 1, 255, "MAV_SYS_ID, SYSID_THISMAV")] = 1
-    source_system: Annotated[
-        int, Whole("", "the bridge's system number; ArduPilot's GCS failsafe watches it", 1, 255, "MAV_GCS_SYSID")
-    ] = 255
-    state_interval: Annotated[
-        float, Real("s", "spacing of states that the bridge requests", 0.002, 0.1, "SET_MESSAGE_INTERVAL")
-    ] = 0.01
+    source_system: Annotated[int, Whole("", "the bridge's number, for GCS failsafes", 1, 255, "MAV_GCS_SYSID")] = 255
+    state_interval: Annotated[float, Real("s", "spacing of states", 0.002, 0.1, "SET_MESSAGE_INTERVAL")] = 0.01
     max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of one of four rotors; must be measured; 0 is refused", 0.0, 1e4, "T_m")
+        float, Real("N", "largest thrust of a rotor, measured; 0: refused", 0.0, 1e4, "T_m")
     ] = 0.0
     autopilot_curve: Annotated[
-        float,
-        Real("", "the thrust curve set in the autopilot; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO"),
+        float, Real("", "the autopilot's curve; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO")
     ] = 0.0
     thrust_curve: ThrustCurve = 0.0
     reset_limit: ResetLimit = 0.3

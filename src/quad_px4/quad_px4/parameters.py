@@ -7,17 +7,8 @@ from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 
-LossLimit = Annotated[
-    float,
-    Real(
-        "s",
-        "modes wrench and motors: time within which PX4 must notice that the stream has stopped, tested before "
-        "arming; 0: not tested",
-        0.0,
-        60.0,
-        "COM_OF_LOSS_T",
-    ),
-]
+_LOSS = "modes wrench and motors: PX4 must notice a lost stream within it, tested before arming; 0: not tested"
+LossLimit = Annotated[float, Real("s", _LOSS, 0.0, 60.0, "COM_OF_LOSS_T")]
 
 
 class Mode(IntEnum):
@@ -40,23 +31,17 @@ class RotorPlace(NamedTuple):
 
     px: Annotated[float, Real("m", "distance in front of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PX")]
     py: Annotated[float, Real("m", "distance right of the centre of gravity", -10.0, 10.0, "CA_ROTORn_PY")]
-    km: Annotated[
-        float, Real("m", "drag torque over thrust as PX4 has it; > 0: counter-clockwise", -10.0, 10.0, "CA_ROTORn_KM")
-    ]
+    km: Annotated[float, Real("m", "drag torque over thrust; > 0: counter-clockwise", -10.0, 10.0, "CA_ROTORn_KM")]
 
 
 class AirframeParameters(NamedTuple):
     """What turns N and N m into PX4's normalised setpoints (``airframe.*``); four rotors in X, counted as PX4 does."""
 
     max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of one rotor; must be measured; 0 is refused", 0.0, 1e4, "T_m")
+        float, Real("N", "largest thrust of a rotor, measured; 0: refused", 0.0, 1e4, "T_m")
     ] = 0.0
-    drag_ratio: Annotated[
-        float, Real("m", "true drag torque over thrust of a rotor; 0: as PX4's KM says", 0.0, 10.0, "k_q")
-    ] = 0.0
-    thr_mdl_fac: Annotated[
-        float, Real("", "the thrust curve set in PX4 (THR_MDL_FAC); 0: linear", 0.0, 1.0, "THR_MDL_FAC")
-    ] = 0.0
+    drag_ratio: Annotated[float, Real("m", "true drag torque over thrust; 0: as PX4's KM", 0.0, 10.0, "k_q")] = 0.0
+    thr_mdl_fac: Annotated[float, Real("", "the thrust curve set in PX4; 0: linear", 0.0, 1.0, "THR_MDL_FAC")] = 0.0
     thrust_curve: ThrustCurve = 0.0
     rotor0: RotorPlace = RotorPlace(0.15, 0.15, 0.05)
     rotor1: RotorPlace = RotorPlace(-0.15, -0.15, 0.05)
@@ -67,18 +52,11 @@ class AirframeParameters(NamedTuple):
 class Px4BridgeParameters(NamedTuple):
     """The bridge to PX4: what it commands, whom, and when it lets go."""
 
-    mode: Annotated[
-        int,
-        Choice(Mode, "what is sent to PX4: thrust and torque, motor commands, or attitude"),
-    ] = Mode.WRENCH.value
+    mode: Annotated[int, Choice(Mode, "what is sent to PX4: thrust and torque, motors, attitude")] = Mode.WRENCH.value
     namespace: Annotated[str, Text("prefix of /fmu, equal to UXRCE_DDS_NS; empty: none", "UXRCE_DDS_NS")] = ""
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
-    external_mode: Annotated[
-        str, Text("name of the bridge's own mode in PX4's list, at most 24 letters; empty: offboard mode")
-    ] = ""
-    chosen_by: Annotated[
-        int, Choice(ChosenBy, "what selects external_mode: the bridge, or a pilot (the bridge waits)")
-    ] = ChosenBy.BRIDGE.value
+    external_mode: Annotated[str, Text("own mode in PX4's list, at most 24 letters; empty: offboard mode")] = ""
+    chosen_by: Annotated[int, Choice(ChosenBy, "what selects external_mode")] = ChosenBy.BRIDGE.value
     reset_limit: ResetLimit = 0.3
     loss_limit: LossLimit = 0.25
     airframe: AirframeParameters = AirframeParameters()

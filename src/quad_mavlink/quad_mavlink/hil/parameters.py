@@ -11,41 +11,28 @@ from quad_px4.parameters import LossLimit, Mode
 class GateParameters(NamedTuple):
     """How long, by the clock on the wall, the plant waits for PX4's states and the controllers (``gate.*``)."""
 
-    settle: Annotated[
-        float, Real("s", "wait for PX4's outputs after a reading (offboard PX4 answers setpoints only)", 0.0, 1.0)
-    ] = 0.002
+    settle: Annotated[float, Real("s", "wait for outputs after a reading in offboard mode", 0.0, 1.0)] = 0.002
     linger: Annotated[
         float, Real("s", "wait for outputs after a wrench, and for a state that may be due", 0.0, 1.0)
     ] = 0.01
-    overdue: Annotated[
-        float,
-        Real("s", "wait for a state that is due, before the plant goes on with an event", 0.01, 600.0),
-    ] = 2.0
-    answer_timeout: Annotated[
-        float, Real("s", "wait for PX4's motor outputs and for the controllers; then the flight fails", 0.1, 600.0)
-    ] = 10.0
+    overdue: Annotated[float, Real("s", "wait for a state that is due; then an event", 0.01, 600.0)] = 2.0
+    answer_timeout: Annotated[float, Real("s", "wait for outputs and controllers; then failed", 0.1, 600.0)] = 10.0
 
 
 class JoinedPlantParameters(NamedTuple):
     """The plant under PX4's simulator interface and the bridge to PX4 in one vehicle interface."""
 
-    mode: Annotated[int, Choice(("wrench", "motors"), "what is sent to PX4: thrust and torque, or motor commands")] = (
-        Mode.WRENCH.value
-    )
-    plant: Annotated[str, Text("plug-in of group quad.plant; its parameters stand under its name")] = "rigid_body"
-    disturbance: Annotated[str, Text("plug-in of group quad.disturbance; its parameters stand under its name")] = "none"
+    mode: Annotated[int, Choice(("wrench", "motors"), "sent to PX4: thrust and torque, or motors")] = Mode.WRENCH.value
+    plant: Annotated[str, Text("plug-in of group quad.plant")] = "rigid_body"
+    disturbance: Annotated[str, Text("plug-in of group quad.disturbance")] = "none"
     sensing: Annotated[str, Text("plug-in of group quad.sensing; not used: `state` is PX4's estimate")] = "sensor"
-    listen: Annotated[str, Text("host:port on which PX4 connects; 0.0.0.0: from other machines, too")] = (
-        "127.0.0.1:4560"
-    )
+    listen: Annotated[str, Text("host:port for PX4; 0.0.0.0: from other machines, too")] = "127.0.0.1:4560"
     namespace: Annotated[str, Text("prefix of /fmu, equal to UXRCE_DDS_NS; empty: none", "UXRCE_DDS_NS")] = ""
     target_system: Annotated[int, Whole("", "PX4's system number", 1, 255, "MAV_SYS_ID")] = 1
     thrust_curve: ThrustCurve = 0.0
     reset_limit: ResetLimit = 0.3
     loss_limit: LossLimit = 0.25
-    truth_period_steps: Annotated[
-        int, Whole("steps", "steps between two HIL_STATE_QUATERNION, the truth in PX4's own log", 1, 1000)
-    ] = 5
+    truth_period_steps: Annotated[int, Whole("steps", "between two HIL_STATE_QUATERNION", 1, 1000)] = 5
     gate: GateParameters = GateParameters()
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()
