@@ -18,9 +18,9 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 import math
 from typing import NamedTuple
 
-from quad_core.geometry import body_z, clamp, cross, dot, norm, normalized, rotate_inverse
+from quad_core.geometry import body_z, clamp, cross, dot, norm, rotate_inverse, scale, turned
 from quad_core.guard_parameters import ContactRule
-from quad_core.types import Quat, Vec3, Wrench
+from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import BodyState, largest_torque
 from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
@@ -133,8 +133,8 @@ def desired_direction(vehicle: Vehicle, state: BodyState) -> Vec3:
     largest = math.tan(limit)
     if tangent > largest:
         x, y = x * (largest / tangent), y * (largest / tangent)
-    scale = 1.0 / math.sqrt(1.0 + x * x + y * y)
-    return Vec3(x * scale, y * scale, scale)
+    factor = 1.0 / math.sqrt(1.0 + x * x + y * y)
+    return Vec3(x * factor, y * factor, factor)
 
 
 def descent_thrust(
@@ -210,19 +210,10 @@ def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: 
     p, v, q, omega = state.p_w, state.v_w, state.q_wb, state.omega_b
     thrust = clamp(wrench.thrust, 0.0, max_thrust(vehicle)) / vehicle.mass
     up = body_z(q)
-    h = 0.5 * dt
-    turned = normalized(
-        Quat(
-            q.x + h * (q.w * omega.x + q.y * omega.z - q.z * omega.y),
-            q.y + h * (q.w * omega.y + q.z * omega.x - q.x * omega.z),
-            q.z + h * (q.w * omega.z + q.x * omega.y - q.y * omega.x),
-            q.w - h * (q.x * omega.x + q.y * omega.y + q.z * omega.z),
-        )
-    )
     return BodyState(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
         Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
-        turned,
+        turned(q, scale(dt, omega)),
         omega if gyro else predicted_rates(vehicle, omega, wrench.torque_b, dt),
     )
 
