@@ -316,7 +316,7 @@ class AutopilotNode(VehicleNode):
         """Return what the flight wants of the autopilot: without a commander always to fly."""
         if self.link is None:
             return Wish.FLY
-        mode = self.link.mode.value.mode if self.link.mode is not None else FlightMode.DISARMED
+        mode = self.link.mode.value.mode
         if mode == FlightMode.PILOT:
             return Wish.GROUND if self.sequence.phase in (Phase.STREAM, Phase.STANDBY) else Wish.FLY
         own = self.settings.arming

@@ -50,19 +50,12 @@ class Sample(NamedTuple):
         return 1e-9 * self.stamp_ns
 
 
-class News(NamedTuple):
-    """Something to be said: its kind and its text."""
-
-    kind: str
-    text: str
-
-
 class Estimator:
-    """Follows one estimator through a flight; ``news`` is what is still to be said of it."""
+    """Follows one estimator through a flight; ``news``: kind and text of what is still to be said of it."""
 
     def __init__(self, name: str, plant_period: int, from_first: bool, lockstep: bool, delay: float) -> None:
         """Begin without a sample; ``name`` is the topic, ``delay`` in s is how old its samples are when they come."""
-        self.name, self.news = name, deque[News]()
+        self.name, self.news = name, deque[tuple[str, str]]()
         self.counts: Counter[str] = Counter()
         self.derives_velocity = self.derives_rate = False
         self.jitter_ns = 0
@@ -245,7 +238,7 @@ class Estimator:
 
     def _say(self, kind: str, text: str) -> None:
         self.counts[kind] += 1
-        self.news.append(News(kind, f"{self.name}: {text}"))
+        self.news.append((kind, f"{self.name}: {text}"))
 
 
 def mistakes(sent: Vec3, true: Vec3, q: Quat, unit: str, factor: float) -> str:

@@ -39,7 +39,7 @@ def flown(one, samples):
     for k, given in enumerate(samples):
         one.owner_is_at(k)
         found.append(one.take(given))
-    return found, [news.text for news in one.news]
+    return found, [text for _, text in one.news]
 
 
 @pytest.mark.parametrize("jitter_ns", [1_000, 200_000, 900_000])
@@ -104,7 +104,7 @@ def test_a_reset_that_undoes_the_motion_over_lost_samples_is_taken_off_too():
     back = [given._replace(p_w=given.p_w._replace(x=given.p_w.x - 0.5)) for given in poses[75:]]
     one = estimator()
     before, after = flown(one, poses[:50])[0], [one.take(given) for given in back]
-    assert [news.text.partition(" and")[0] for news in one.news] == ["est/odom: jumped by 0.50 m"]
+    assert [text.partition(" and")[0] for _, text in one.news] == ["est/odom: jumped by 0.50 m"]
     for step, state in (before[-1], after[0], after[-1]):
         assert state.p_w.x == pytest.approx(0.02 * step, abs=1e-9)
 

@@ -15,7 +15,6 @@ from rclpy.serialization import deserialize_message
 from quad_core.cascade import COMMAND, COMMANDER, STAGES, TRAJECTORY
 from quad_core.cycle import seconds
 from quad_core.types import FlightMode
-from quad_guard.guard import NO_REQUEST
 from quad_msgs.msg import FlightMode as FlightModeMsg
 from quad_msgs.msg import FlightRequest
 from quad_node.codec import UNUSABLE, Stamped, head_of, unpacker
@@ -32,7 +31,7 @@ class CommandLink:
 
     def __init__(self, node: FlightNode, progress: Callable[[], None]) -> None:
         """Take part as ``node``; ``progress`` is called when a mode has come."""
-        self.mode: Stamped | None = None
+        self.mode = Stamped(-1, -1, 0, FlightMode(), True)  # disarmed
         self.outcome = ""
         self._node, self._progress = node, progress
         self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
@@ -44,23 +43,22 @@ class CommandLink:
 
     def holds(self, step: int) -> bool:
         """Return whether the mode of ``step`` is known."""
-        return self.mode is not None and self.mode.step <= step < self.mode.next_step
+        return self.mode.step <= step < self.mode.next_step
 
     @property
     def armed(self) -> bool:
         """Whether the mode lets the motors turn."""
-        quiet = (FlightModeMsg.DISARMED, FlightModeMsg.ARMING, FlightModeMsg.PILOT)
-        return self.mode is not None and self.mode.value.mode not in quiet
+        return self.mode.value.mode not in (FlightModeMsg.DISARMED, FlightModeMsg.ARMING, FlightModeMsg.PILOT)
 
     @property
     def guard_request(self) -> int:
         """What the mode asks of the guard."""
-        return self.mode.value.guard_request if self.mode is not None else NO_REQUEST
+        return int(self.mode.value.guard_request)
 
     @property
     def is_over(self) -> bool:
         """Whether the commander says that the flight may end."""
-        return self.mode is not None and self.mode.value.is_over
+        return bool(self.mode.value.is_over)
 
     def pass_on(self, asked_to_end: str) -> None:
         """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone."""

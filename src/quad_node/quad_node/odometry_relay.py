@@ -144,8 +144,7 @@ class OdometryRelay(FlightNode):
     def _relay(self, sample: Sample, now: float) -> None:
         found, stamp = self.estimator.take(sample), max(sample.stamp_ns, 0)
         while self.estimator.news:
-            news = self.estimator.news.popleft()
-            self.event(FlightEvent.WARNING, news.kind, news.text, stamp)
+            self.event(FlightEvent.WARNING, *self.estimator.news.popleft(), stamp)
         if found is None:
             return
         passed, self._accepted_at = now - self._accepted_at, now
