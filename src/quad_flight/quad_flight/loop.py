@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import Behind, followed, is_flyable, seconds, steps_to_cover
+from quad_core.geometry import dot, subtract
 from quad_core.guard_parameters import GuardParameters
 from quad_core.lift_off import airborne, marked, standing
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState
@@ -78,10 +79,8 @@ NOTHING_SCORED = Score(0, 0.0, 0.0, 0.0, 0.0)
 
 def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Score:
     """Return ``score`` with the distance of ``state`` from ``reference`` counted in."""
-    dx = state.p_w.x - reference.p_w.x
-    dy = state.p_w.y - reference.p_w.y
-    dz = state.p_w.z - reference.p_w.z
-    squared = dx * dx + dy * dy + dz * dz
+    off = subtract(state.p_w, reference.p_w)
+    squared = dot(off, off)
     error = math.sqrt(squared)
     largest = error if error > score.largest_error else score.largest_error
     return Score(score.samples + 1, score.squared_error + squared, largest, error, score.torque_variation)

@@ -48,14 +48,9 @@ def no_unknown_torque() -> UnknownTorque:
     return UnknownTorque(zero, zero, zero, False, False)
 
 
-def momentum_of(vehicle: Vehicle, omega: Vec3) -> Vec3:
-    """Return J omega in N m s of body rates in rad/s."""
-    return Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
-
-
 def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:
     """Return the memory with d at body rates ``omega`` rad/s; while not ``sees``, d stays as it is."""
-    actual = momentum_of(vehicle, omega)
+    actual = Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
     if not (memory.begun and sees):
         held = subtract(actual, scale(1.0 / BANDWIDTH, memory.torque))
         return UnknownTorque(held, memory.made, memory.torque, True, memory.found)
