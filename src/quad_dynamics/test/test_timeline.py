@@ -106,11 +106,6 @@ def test_whether_a_command_is_lost_does_not_depend_on_its_delay():
     assert abs(related) < 4.5 / math.sqrt(10_000)
 
 
-def test_sensors_stay_frozen_when_a_jump_comes_too():
-    text = "freeze start=1\njump start=1.5 offset=0.5,0,-1"
-    assert at(text, 2.0).sensor.frozen
-
-
 def test_an_event_begins_and_ends_at_the_step_that_rounding_puts_just_before():
     assert at("push start=0 end=0.3 force=1,0,0", math.nextafter(0.3, 0.0)).force_w.x == 0.0
     assert at("push start=0.3 end=0.6 force=1,0,0", math.nextafter(0.3, 0.0)).force_w.x == 1.0

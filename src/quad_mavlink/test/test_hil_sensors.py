@@ -245,14 +245,10 @@ def readings(count, parameters=DEFAULT, seed=1):
     return [suite.read(high(1.0), CALM) for _ in range(count)]
 
 
-def test_the_clock_begins_one_period_after_0_and_goes_in_whole_periods():
+def test_the_clock_goes_in_whole_periods_and_each_sensor_is_read_at_its_own_pace():
     found = readings(300)
     assert [reading.sensor[0] for reading in found] == [4000 * (k + 1) for k in range(300)]
     assert {reading.gps[0] for reading in found if reading.gps} == {100_000 * (k + 1) for k in range(12)}
-
-
-def test_each_sensor_is_read_at_its_own_pace():
-    found = readings(300)
     assert sum(bool(reading.sensor[-1] & 0x1C0) for reading in found) == 300 // 4
     assert sum(bool(reading.sensor[-1] & 0x1A00) for reading in found) == 300 // 5
     assert sum(reading.truth is not None for reading in found) == 300 // 5
