@@ -94,10 +94,3 @@ def replaceable(roles: Collection[str]) -> tuple[str, ...]:
 
 
 ALL_ROLES: Mapping[str, Role | VehicleInterface] = {**ROLES, **GUESTS, **OWNERS, **SHADOWS}
-
-
-def takers(topic: str) -> tuple[str, ...]:
-    """Return the roles of the stages that take a topic, in order; all take the state."""
-    return tuple(
-        stage.role for stage in STAGES if topic == "state" or any(taken.topic == topic for taken in stage.takes)
-    )

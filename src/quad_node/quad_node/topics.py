@@ -26,7 +26,6 @@ from quad_core.cascade import (
     STAGES,
     TRAJECTORY,
     Signal,
-    takers,
 )
 from quad_core.types import Wrench
 from quad_msgs.msg import (
@@ -151,19 +150,17 @@ _CONSUMERS = {
     "attitude_setpoint": (COMMANDER,),
     COMMAND: (SIMULATOR, COMMANDER),
 }
-_COMMANDERS = ("mission/reference", "flight/mode")
 
 
 def _step_topic(signal: Signal) -> Topic:
-    name = signal.topic
-    optional = _OPTIONAL_PUBLISHERS.get(name)
+    name, optional = signal.topic, _OPTIONAL_PUBLISHERS.get(signal.topic)
     publishers = (signal.publisher, optional) if optional else (signal.publisher,)
-    stages = takers(name)
+    stages = [stage.role for stage in STAGES if name == "state" or name in [taken.topic for taken in stage.takes]]
     shadows = tuple(SHADOW + role for role in stages)
     subscribers = (*_CONSUMERS.get(name, ()), *stages, *shadows, RECORDER)
     # a mission's trajectory may cease, and the flight goes on
-    step, only_with = name != "mission/reference", COMMANDER if name in _COMMANDERS else ""
-    latched = name == "flight/mode"
+    step, latched = name != "mission/reference", name == "flight/mode"
+    only_with = COMMANDER if latched or not step else ""
     return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
 
 

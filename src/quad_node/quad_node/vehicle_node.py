@@ -180,7 +180,7 @@ class VehicleNode(FlightNode):
         limits = self.resolved.node.guard._replace(has_commander=self.commanded)
         if self.commanded and not limits.enabled:
             raise ParameterError("guard.enabled: found false, expected true: a commander reads what the guard reports")
-        self.guard = VehicleGuard(self, limits, self._commander_period)
+        self.guard = VehicleGuard(self, limits, lambda: self.handshake.period(COMMANDER) if self.commanded else 0)
         self.cause = self.suspect = self.stood_still = ""
         self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
@@ -293,10 +293,6 @@ class VehicleNode(FlightNode):
     def note_pause(self, late: float) -> None:
         """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
         self.stood_still = f"{self.role} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
-
-    def _commander_period(self) -> int:
-        """Return the plant steps between two decisions of the commander, 0 without a commander."""
-        return self.handshake.period(COMMANDER) if self.commanded else 0
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over, empty if it was the flight itself."""
