@@ -5,7 +5,7 @@ Handing lists of NamedTuples from compiled code back to CPython costs a hundred 
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,34 +19,23 @@ Block = tuple[int, NDArray[np.float64]]
 """First plant step and rows of a part of a flight."""
 
 
-class Logged(NamedTuple):
-    """One step topic: where in a ``Row`` it stands, and what it carries.
-
-    ``stage``: number of its stage, from 1; 0 for what the vehicle publishes with the state, and the reference.
-    """
-
-    topic: str
-    path: str
-    kind: type[Any]
-    stage: int
-
-
 @cache
-def logged(stages: Any) -> tuple[Logged, ...]:
-    """Return the step topics of a flight of these ``stages`` (a ``PerStage`` of modules)."""
-    found = [
-        Logged(signal.topic, signal.topic, signal.kind, 0) for signal in SIGNALS.values() if signal.topic in Row._fields
-    ]
+def logged(stages: Any) -> list[tuple[str, str, type[Any], int]]:
+    """Return topic, where in a ``Row`` it stands, what it carries and whose it is, of the step topics of a flight.
+
+    ``stages``: a ``PerStage`` of modules. The last is the number of a stage, from 1; 0: vehicle or reference.
+    """
+    found = [(signal.topic, signal.topic, signal.kind, 0) for signal in SIGNALS.values() if signal.topic in Row._fields]
     for number, (stage, module) in enumerate(zip(STAGES, stages, strict=True), start=1):
-        found.append(Logged(stage.gives, f"signals.{stage.gives}", stage.output, number))
-        found.append(Logged(stage.internals_topic, f"internals.{stage.role}", module.Internals, number))
-    return tuple(found)
+        found.append((stage.gives, f"signals.{stage.gives}", stage.output, number))
+        found.append((stage.internals_topic, f"internals.{stage.role}", module.Internals, number))
+    return found
 
 
 @cache
 def names(stages: Any) -> tuple[str, ...]:
     """Return the dotted name in a ``Row`` of every number of a row, in order."""
-    return tuple(leaf.name for entry in logged(stages) for leaf in leaves(entry.kind, entry.path))
+    return tuple(leaf.name for _, path, kind, _ in logged(stages) for leaf in leaves(kind, path))
 
 
 @cache
