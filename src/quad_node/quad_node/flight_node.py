@@ -31,7 +31,7 @@ from quad_node.interface import interface_hash, versions
 
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
-_EAGER, _LINKS_EVERY = 100, 5
+_EAGER, _LINKS_EVERY, _STALL_EVERY = 100, 5, 5
 _STOOD_STILL = 0.2  # s between two ticks
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
 _NEXT_WAIT = 10.0  # s between two lines of waiting
@@ -304,12 +304,13 @@ class FlightNode:
             self._report_waiting()
         if self.role != SIMULATOR:
             self._watch_flight()
-        self.on_tick()
-        if self._ticks % _DIAGNOSTICS_EVERY == 0:
-            self.publish_diagnostics()
+        if self._ticks % _STALL_EVERY == 0:
             if self.flying and self.lockstep and self.current_step == self._last_step:
                 self.publish_status(self._detail)  # the flight stands still: the vehicle's node names who is behind
             self._last_step = self.current_step
+        self.on_tick()
+        if self._ticks % _DIAGNOSTICS_EVERY == 0:
+            self.publish_diagnostics()
             others = links.second_senders(self.ros, self._in, self.standby_topics, True) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
