@@ -83,7 +83,7 @@ def test_a_killed_fly_leaves_its_flight_and_nothing_elsewhere(tmp_path):
     """Its nodes fly on to the planned end, as without fly."""
     out, elsewhere = tmp_path / "bag", tmp_path / "tmp"
     elsewhere.mkdir()
-    flight = start("hover", "--duration", "3", "--out", out, env={**os.environ, "TMPDIR": str(elsewhere)})
+    flight = start("hover", "--duration", "1", "--out", out, env={**os.environ, "TMPDIR": str(elsewhere)})
     pids = wait_until_flying(flight, out)
     flight.kill()
     flight.communicate()
@@ -95,7 +95,7 @@ def test_a_killed_fly_leaves_its_flight_and_nothing_elsewhere(tmp_path):
 
 def test_with_nohup_a_flight_outlives_its_terminal(tmp_path):
     out = tmp_path / "bag"
-    command = ["nohup", str(FLY), "hover", *LOW, "--duration", "3", "--out", str(out)]
+    command = ["nohup", str(FLY), "hover", *LOW, "--duration", "1", "--out", str(out)]
     flight = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     pids = wait_until_flying(flight, out)
     for pid in (flight.pid, *pids.values()):
