@@ -168,7 +168,7 @@ typed(
     "traceback",
     interrupt=12.0,
 )
-for program, words in (("campaign", "campaign_case2 --out c"), ("tune", "paper --out t"), ("study", "--out s")):
+for program, words in (("campaign", "campaign_case2 --out c"), ("tune", "paper --out t"), ("study", "paper --out s")):
     typed(f"F13 Ctrl-C while {program} imports", f"scripts/{program} {words}", 130, "", "traceback", interrupt=1.0)
 typed("F13 tune of no file", "scripts/tune none.yaml", 2, "none.yaml", "traceback")
 for display in ("", ":99"):
