@@ -62,7 +62,9 @@ class Trajectory(Responder):
             try:
                 plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)
             except ValueError as error:  # a plug-in's plan() refuses what it cannot fly within its limits
-                self._refuse(str(error), sample)
+                text = f"{self._plugin.name}: no plan from this start: {error}"
+                self.event(FlightEvent.ERROR, "plan_refused", text, sample.stamp_ns)
+                self.finish(1, text)
                 return
             yield self._plan_out, plan
         next_step = sample.step + self.period_steps
@@ -85,11 +87,6 @@ class Trajectory(Responder):
     def _is_left(self, sample: Sample) -> bool:
         """Return whether some of the trajectory is still to be flown."""
         return sample.stamp_ns - self._first_stamp < self._length
-
-    def _refuse(self, why: str, sample: Sample) -> None:
-        text = f"{self._plugin.name}: no plan from this start: {why}"
-        self.event(FlightEvent.ERROR, "plan_refused", text, sample.stamp_ns)
-        self.finish(1, text)
 
     def _make_plan(self, sample: Sample, start: VehicleState) -> FlightPlan:
         module, parameters = self._plugin.module, self._plugin.parameters
