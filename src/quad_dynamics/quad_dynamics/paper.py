@@ -119,8 +119,7 @@ def acting_on(
         speeds=actuation.rotor_speed,
         commanded=actuation.rotor_speed,
     )
-    wind_x, wind_y, wind_z = wind_force(body, conditions.wind_w)
-    force_w = add(conditions.force_w, Vec3(wind_x, wind_y, wind_z))
+    force_w = add(conditions.force_w, Vec3(*wind_force(body, conditions.wind_w)))
     return Acting(rotors.thrust, force_w, add(rotors.torque_b, conditions.torque_b))
 
 
@@ -145,8 +144,7 @@ def step(
     for _ in range(parameters.substeps):
         if can_move(s):
             s = rk4(derivative, body, acting, acting, acting, s, h)
-    x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12, _ = s
-    return State(x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12), actuation
+    return State(*s[:12]), actuation
 
 
 def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001

@@ -92,7 +92,6 @@ def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Cond
     """Return what acts over a step under ``conditions``."""
     payload = conditions.payload
     body = true_body(parameters, vehicle, payload)
-    wind_x, wind_y, wind_z = wind_force(body, conditions.wind_w)
     carries = has_lever(payload)
     return Surroundings(
         vehicle=vehicle,
@@ -100,7 +99,7 @@ def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Cond
         body=body,
         load=loaded(body, payload) if carries else NO_LOAD,
         carries=carries,
-        force_w=add(conditions.force_w, Vec3(wind_x, wind_y, wind_z)),
+        force_w=add(conditions.force_w, Vec3(*wind_force(body, conditions.wind_w))),
         torque_b=conditions.torque_b,
         wind_w=conditions.wind_w,
         extended=carries
@@ -178,8 +177,7 @@ def flat(motion: VehicleState) -> Flat:
 
 def nested(s: Flat) -> VehicleState:
     """Return the motion whose numbers are ``s``; inverse of ``flat``."""
-    px, py, pz, vx, vy, vz, x, y, z, w, p, q, r = s
-    return fresh(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
+    return fresh(Vec3(*s[:3]), Vec3(*s[3:6]), Quat(*s[6:10]), Vec3(*s[10:]))
 
 
 def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation) -> tuple[Rotors, Rotors]:

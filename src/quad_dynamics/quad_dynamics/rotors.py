@@ -155,17 +155,7 @@ def reached(vehicle: Vehicle, allocated: Actuation, speeds: Rotors) -> Actuation
     """
     thrusts = rotor_thrusts(vehicle, speeds)
     made = wrench_from_rotors(vehicle, thrusts)
-    return Actuation(
-        speeds,
-        thrusts,
-        made.thrust,
-        made.torque_b,
-        allocated.thrust_high,
-        allocated.thrust_low,
-        allocated.roll_limited,
-        allocated.pitch_limited,
-        allocated.yaw_limited,
-    )
+    return Actuation(speeds, thrusts, made.thrust, made.torque_b, *allocated[4:])
 
 
 def pair_differences(vehicle: Vehicle, roll: float, pitch: float) -> tuple[float, float]:

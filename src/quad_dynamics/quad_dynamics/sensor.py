@@ -148,18 +148,7 @@ def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
     if fault.yaw_offset != 0.0:
         s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
         q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
-    return VehicleState(
-        Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z),
-        reading.v_w,
-        q,
-        reading.omega_b,
-        reading.position_age,
-        reading.velocity_age,
-        reading.attitude_age,
-        reading.rate_age,
-        0.0,
-        False,
-    )
+    return VehicleState(add(p, offset), reading.v_w, q, reading.omega_b, *reading[4:8], 0.0, False)
 
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
