@@ -46,19 +46,6 @@ def test_torque_of_each_rotor_is_its_lever_and_its_spin(layout, index, name, pla
     np.testing.assert_allclose(made.torque_b, [lever[0], lever[1], drag], rtol=1e-14, atol=1e-16)
 
 
-def test_lift_at_the_front_pitches_the_nose_up_which_is_negative_about_y():
-    made = wrench_from_rotors(ASYMMETRIC._replace(layout=Layout.PLUS), Rotors(0.0, 0.0, 1.0, 0.0))
-    assert made.torque_b.y == -D
-    assert made.torque_b.x == 0.0
-
-
-def test_four_rotors_at_their_limit_give_the_largest_thrust():
-    limit = rotor_limit(ASYMMETRIC)
-    made = wrench_from_rotors(ASYMMETRIC, Rotors(limit, limit, limit, limit))
-    assert made.thrust == pytest.approx(3.5 * 1.3 * 9.81, rel=1e-14)
-    assert made.torque_b == (0.0, 0.0, 0.0)
-
-
 LAYOUTS = (Layout.PLUS, Layout.X)
 VEHICLES = [vehicle._replace(layout=layout) for vehicle in (ASYMMETRIC, Vehicle()) for layout in LAYOUTS]
 ANY = st.floats(allow_nan=False, allow_infinity=False)
