@@ -141,3 +141,4 @@ def test_coming_back_to_a_distance_reached_before_is_no_progress():
 def test_it_stays_infeasible_after_the_spell():
     behind = Behind(10**9, 2 * 10**9, 3.0, 5 * 10**9)
     assert followed(behind, 0.0, 10**10) == Behind(-1, -1, 0.0, 5 * 10**9)
+    assert followed(behind, 3.0, 10**10).infeasible_ns == 5 * 10**9

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from quad_core.prediction import Prediction, predict, turned_towards, unknown
+from quad_core.prediction import Prediction, angular_acceleration, predict, turned_towards, unknown
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
@@ -99,6 +99,12 @@ def test_constant_wrench_is_predicted_by_hand():
     assert yaw == pytest.approx(0.02 * 0.11, abs=1e-6)
     assert shown.prediction_ages.x >= 0.02
     assert shown.predicted_shift_w.x == pytest.approx(0.04, abs=1e-6)
+
+
+def test_the_angular_acceleration_is_that_of_eq_1():
+    omega, torque = np.array([1.0, 2.0, 3.0]), np.array([0.01, -0.02, 0.03])
+    expected = (torque - np.cross(omega, INERTIA * omega)) / INERTIA
+    assert angular_acceleration(VEHICLE, Vec3(*omega), Vec3(*torque)) == pytest.approx(tuple(expected))
 
 
 def test_each_channel_has_its_own_age():

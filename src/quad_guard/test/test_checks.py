@@ -11,7 +11,7 @@ from quad_core.geometry import normalized
 from quad_core.guard_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
-from quad_guard import checks, guard
+from quad_guard import checks, frozen, guard
 from quad_guard.checks import WrenchCommand
 
 BAD = (math.nan, math.inf, -math.inf)
@@ -194,6 +194,11 @@ def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
         resting(2.0), lambda k: HOVER._replace(thrust=(1.1 if k >= 100 else 1.0) * HOVER.thrust), 0.5, 0.01
     )
     assert owner.events == [(100 + 11 + 50, guard.DESCEND, guard.STATE_LOST)]
+
+
+def test_a_number_that_stays_the_same_does_not_tell_its_grain():
+    state = flying()
+    assert frozen.finer(frozen.coarsest(), state, state) == frozen.coarsest()
 
 
 def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():
