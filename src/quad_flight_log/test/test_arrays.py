@@ -30,8 +30,8 @@ def test_wrapping_keeps_plus_pi():
 def test_alignment_takes_equal_stamps_only_and_the_first_of_repeats():
     rows = arrays.by_stamp(table([30, 10, 10, 20], value=[3.0, 1.0, 9.0, 2.0]))
     assert rows["value"].tolist() == [1.0, 2.0, 3.0]
-    left, right = arrays.matched(rows, table([5, 20, 30, 40], value=[5.0, 6.0, 7.0, 8.0]))
-    assert (left["value"].tolist(), right["value"].tolist()) == ([2.0, 3.0], [6.0, 7.0])
+    left, right = arrays.matched(rows, table([5, 7, 20, 30], value=[5.0, 6.0, 7.0, 8.0]))
+    assert (left["value"].tolist(), right["value"].tolist()) == ([2.0, 3.0], [7.0, 8.0])
 
 
 def at(steps):
