@@ -77,6 +77,11 @@ def flags(actuation):
     return tuple(actuation[4:])
 
 
+def test_rotors_that_never_stand_still_carry_no_more_than_is_asked_for():
+    vehicle = ASYMMETRIC._replace(rotor_speed_min=5.0)
+    assert allocate(vehicle, Wrench(12.0, Vec3(0.0, 0.0, 0.0))).thrust == pytest.approx(12.0, rel=1e-14)
+
+
 @pytest.mark.parametrize("vehicle", VEHICLES)
 @settings(deadline=None)
 @given(shares=st.tuples(SHARE, SHARE, SHARE, SHARE))
