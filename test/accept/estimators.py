@@ -28,6 +28,7 @@ REAL = "jitter=0.2 lost=0.05 doubled=0.02 swapped=0.02 best_effort=1 wall_clock=
 TUMBLED = "1 us off the grid ended every flight (C1), 100 Hz tumbled (C2), best effort was not received (C4)"
 SHARE = 1.5
 NAMED_WITHIN = 0.5  # s
+UP = ("--mission", "takeoff:1.5,hold:3,land")
 AWAY = ("--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
 
 
@@ -49,7 +50,7 @@ MISTAKES = {
     "C3 frd twist": Mistake("FRD axes, expected FLU", True, FAR),
     "C3 degrees": Mistake("deg/s, expected rad/s", True, FAR),
     "C3 km/h": Mistake("km/h, expected m/s", True, FAR),
-    "C5 ned": Mistake(r"twist\.|height|stands|upside|guard|est/odom", False, BLAMED),
+    "C5 ned": Mistake("sinks at lift-off", False, BLAMED),
     "C5 frame": Mistake("frame 'odom', expected 'map'", False, BLAMED),
     "C5 body frame": Mistake("frame 'imu', expected 'base_link'", False, BLAMED),
     "C5 no attitude": Mistake("a quaternion that is not of length 1", False, BLAMED),
@@ -77,7 +78,8 @@ def flown(figures, case, faults, *extra):
     clock = ("--set", "odometry_relay.stamps=first") if faults.get("wall_clock") == "1" else ()
     with reserved_domain(None) as domain:
         pass
-    flight = start(case, *CASES[case], *RELAY, *clock, *extra, "--domain", str(domain), "--out", bag)
+    what = () if extra == UP else (case, *CASES[case])
+    flight = start(*what, *RELAY, *clock, *extra, "--domain", str(domain), "--out", bag)
     words = [f"{key}={value}" for key, value in faults.items()]
     program = [sys.executable, str(Path(__file__).with_name("estimator.py")), *words]
     estimator = subprocess.Popen(program, env=in_domain(domain))
@@ -143,13 +145,13 @@ def fly_streams(figures):
 
 
 def fly_mistakes(figures):
-    """Fly a hover away from the start on each mistake."""
+    """Fly a hover away from the start on each mistake, NED a take-off: only lifting shows it."""
     for name, mistake in MISTAKES.items():
         if not figures.wants(name):
             continue
         wrong = name.partition(" ")[2]
         faults = {"wrong": wrong, "begins": str(mistake.begins), "wall_clock": str(int("stamp" in wrong))}
-        seen = flown(figures, "hover", faults, *AWAY)
+        seen = flown(figures, "hover", faults, *(UP if wrong == "ned" else AWAY))
         named = re.search(mistake.words, seen.words)
         soon = not seen.named > NAMED_WITHIN or mistake.begins > 0.0
         now = f"exit code {seen.code}, named: {named[0] if named else 'no'}"

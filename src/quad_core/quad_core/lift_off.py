@@ -44,6 +44,9 @@ RETURN = 1.2
 RETURNED = 1e-3
 """m, and m/s, from which on the vehicle counts as back."""
 
+SUNK, SINKING = 0.1, 0.5
+"""m below the ground, and m/s downwards, at lift-off: an estimate whose z points down. It turns a vehicle over."""
+
 
 class LiftOff(NamedTuple):
     """Height in m of the vehicle standing on the ground, and whether it has not risen clear of there.
@@ -80,6 +83,11 @@ def lifted_off(before: LiftOff, state: VehicleState, armed: bool, dt: float) -> 
     # an estimate without a velocity is not to be kept from flying for ever
     on_ground = risen <= CLEAR and height <= 2.0 * CLEAR and hovered <= HOVERS
     return LiftOff(before.ground_z, on_ground, climbed, hovered)
+
+
+def sinks(lift: LiftOff, state: VehicleState) -> bool:
+    """Return whether a vehicle that lifts off is said to move into the ground."""
+    return lift.on_ground and state.p_w.z < lift.ground_z - SUNK and state.v_w.z < -SINKING
 
 
 def marked(state: VehicleState, lift: LiftOff) -> VehicleState:

@@ -6,7 +6,7 @@ import pytest
 
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
-from quad_core.lift_off import lifted_off, lifting, marked, standing
+from quad_core.lift_off import airborne, lifted_off, lifting, marked, sinks, standing
 from quad_core.resolution import resolve
 from quad_core.types import (
     Actuation,
@@ -156,6 +156,14 @@ def test_who_hovers_low_flies_after_two_seconds():
 def test_an_estimate_without_velocity_flies_from_twice_the_height_on():
     seen = risen(0.0, [0.0, 0.0, 0.5, 1.0, 1.39, 1.41], tells=False)
     assert [on for _, on in seen] == [True, True, True, True, True, False]
+
+
+def test_an_estimate_whose_z_points_down_sinks_at_lift_off():
+    falling = VehicleState(Vec3(0.0, 0.0, 1.89), Vec3(0.0, 0.0, -0.6), STATE.q_wb, Vec3())
+    assert sinks(standing(2.0), falling)
+    assert not sinks(airborne(2.0), falling)
+    assert not sinks(standing(2.0), falling._replace(p_w=Vec3(0.0, 0.0, 1.91)))
+    assert not sinks(standing(2.0), falling._replace(v_w=Vec3(0.0, 0.0, -0.4)))  # a drift that passes for rest
 
 
 def test_marking_a_state_keeps_all_else():

@@ -16,7 +16,7 @@ from quad_core.cascade import RELAY
 from quad_core.cycle import is_flyable, seconds
 from quad_core.estimator import Estimator, Sample
 from quad_core.geometry import normalized
-from quad_core.lift_off import airborne, lifted_off, marked
+from quad_core.lift_off import airborne, lifted_off, marked, sinks
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent, FlightMode, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -158,6 +158,10 @@ class OdometryRelay(FlightNode):
         stands = self._settings.on_ground and not self._begun
         self._lift = lifted_off(self._lift, state, self._armed and not stands, dt)
         self._begun, self.current_step = True, step
+        if sinks(self._lift, state):
+            text = f"sinks at lift-off, found {state.v_w.z:.1f} m/s: expected a z axis that points up"
+            self._give_up("estimator_sinks", f"{self._topic}: {text}")
+            return
         state = marked(state, self._lift)
         self._state_out.publish(self._pack(state, step, step + 1, step * self.flight.plant_period))
 

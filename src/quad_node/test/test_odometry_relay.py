@@ -149,6 +149,27 @@ def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
     assert relay.exit_code == 1
 
 
+def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
+    relay._on_message(message_at(0))
+    relay.flying = True
+    relay._begin()
+    for step in range(1, 100):
+        message = odometry((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
+        message.pose.pose.position.z -= 0.002 * step
+        message.header.stamp.nanosec, message.header.frame_id, message.child_frame_id = (
+            2_000_000 * step,
+            "map",
+            "base_link",
+        )
+        relay._on_message(message)
+    assert (
+        "estimator_sinks",
+        "est/odom: sinks at lift-off, found -1.0 m/s: expected a z axis that points up",
+    ) in relay.said
+    assert relay.exit_code == 1
+    assert len(relay._state_out.sent) < 60
+
+
 def test_a_pose_alone_is_a_sample_without_twist():
     pose = PoseStamped()
     pose.pose.orientation.w, pose.pose.position.x = 1.0, 3.0
