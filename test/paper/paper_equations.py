@@ -494,15 +494,6 @@ EQ58 = rows(
         - sum((axis.Q[i] - axis.Q_hat[i]) * axis.Q_hat[i].diff(t) / axis.Delta[i] for i in range(3))
     )
 )
-EQ59 = rows(
-    lambda axis: (
-        -axis.xi * error(axis) ** 2
-        - axis.rho1 * surface(axis) ** 2
-        - axis.rho2 * Abs(surface(axis)) ** (axis.sigma + 1)
-        - phi_of(axis, axis.Q) * Abs(surface(axis))
-    )
-)
-EQ60 = rows(lambda axis: phi_of(axis, axis.Q))
 
 
 def known_rate(axis: Axis) -> Any:

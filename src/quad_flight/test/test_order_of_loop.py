@@ -108,7 +108,7 @@ def test_a_state_out_of_bounds_ends_the_flight_as_diverged():
     ("words", "outcome"), [(DIVERGING, "diverged"), (NOT_FINITE, "refused"), ({"duration": 3.0, "seed": 7}, "ended")]
 )
 def test_both_engines_stop_at_the_same_step_with_the_same_bits(words, outcome):
-    """What they log is compared in test_infeasible: compiling that, too, takes half a minute."""
+    """What they log is compared in test_same_bits: compiling that, too, takes half a minute."""
     plain, fast = (fly(small_flight(**words), compiled=compiled, logging=False) for compiled in (False, True))
     assert plain == fast
     assert plain.outcome == outcome
