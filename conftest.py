@@ -1,5 +1,6 @@
 """What all tests share: which need ROS, and that nothing is skipped unless it is allowed to."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -16,6 +17,17 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("patient")
 
 SKIPS = pytest.StashKey[dict[str, str]]()
+
+
+@pytest.fixture
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Give the nodes of a test's own process a ROS domain that nothing else uses."""
+    from quad_bringup.domains import reserved_domain
+
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    with reserved_domain(None) as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

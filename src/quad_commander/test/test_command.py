@@ -16,9 +16,8 @@ PATIENCE = 2.0
 
 
 @pytest.fixture
-def commander(monkeypatch):
+def commander(monkeypatch, own_domain):
     """Return a function that starts a commander in this process; it gives the list of requests that arrive."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "75")
     executor.init([])
     node = rclpy.create_node("commander")
     modes = node.create_publisher(FlightMode, "flight/mode", topics.latched())

@@ -15,9 +15,9 @@ from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 
 
 @pytest.fixture
-def make(monkeypatch):
+def make(own_domain):
     """Return a function that makes the node with the given ROS parameters."""
-    yield from commanders(monkeypatch)
+    yield from commanders()
 
 
 def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_guard(make):

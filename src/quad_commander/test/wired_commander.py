@@ -95,9 +95,8 @@ class Wired(Commander):
         self.callbacks["battery_state"](BatteryState(percentage=percentage))
 
 
-def commanders(monkeypatch):
+def commanders():
     """Yield a function that makes the node with the given ROS parameters; for a fixture."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "76")
     made = []
 
     def build(*parameters):

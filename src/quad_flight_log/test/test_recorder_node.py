@@ -8,8 +8,7 @@ from quad_flight_log.recorder.node import Recorder
 from quad_node import executor
 
 
-def test_a_recorder_that_is_asked_to_end_waits_for_no_vehicle_that_is_gone(monkeypatch, tmp_path):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "77")
+def test_a_recorder_that_is_asked_to_end_waits_for_no_vehicle_that_is_gone(own_domain, tmp_path):
     executor.init(["--ros-args", "-p", f"directory:={tmp_path / 'bag'}", "-p", "flight.mode:=realtime"])
     node = Recorder()
     try:

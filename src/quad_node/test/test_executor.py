@@ -17,9 +17,8 @@ from quad_node.flight_node import FlightNode
 
 
 @pytest.fixture
-def signals(monkeypatch):
+def signals(own_domain):
     """Give the handlers of signals back afterwards; a node has a domain meanwhile."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever started the tests
     yield

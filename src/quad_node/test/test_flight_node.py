@@ -13,9 +13,8 @@ from quad_node.flight_node import FlightNode
 from quad_node.topics import stream
 
 
-def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits(monkeypatch):
+def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits(own_domain):
     """A plant in lockstep sends each message once; a reader that keeps the last few would lose it."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
     executor.init(["--ros-args", "-p", "flight.mode:=lockstep"])
     node, ours, foreign = FlightNode("position_controller"), Node("ours"), Node("foreign")
     try:

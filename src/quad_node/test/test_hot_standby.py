@@ -21,9 +21,8 @@ STILL = VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
 
 
 @pytest.fixture
-def make(monkeypatch):
+def make(own_domain):
     """Return a function that makes a position controller, or its shadow, with the given ROS parameters."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "71")
     nodes = []
 
     def built(*words, shadow=True):

@@ -28,8 +28,7 @@ class Wire:
 
 
 @pytest.fixture
-def node(monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "72")
+def node(own_domain):
     executor.init(["--ros-args", "-p", "aibs.x.position_gain:=3.5"])
     made = LawNode("position_controller")
     yield made

@@ -71,8 +71,7 @@ class Wire:
 
 
 @pytest.fixture
-def relay(monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "75")
+def relay(monkeypatch, own_domain):
     executor.init(["--ros-args", "-p", "odometry:=est/odom", "-p", "flight.mode:=realtime"])
     made = OdometryRelay()
     made._state_out, made.said = Wire(), []

@@ -65,9 +65,8 @@ class Echo(Responder):
 
 
 @pytest.fixture
-def make(monkeypatch):
+def make(own_domain):
     """Return a function that makes the node with the given ROS parameters."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "71")
     made = []
 
     def build(*parameters):

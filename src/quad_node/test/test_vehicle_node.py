@@ -24,8 +24,7 @@ class Owner(VehicleNode):
 
 
 @pytest.fixture
-def owner(monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "74")
+def owner(own_domain):
     executor.init(["--ros-args", "-p", "flight.mode:=realtime"])
     made = Owner()
     yield made

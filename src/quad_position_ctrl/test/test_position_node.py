@@ -17,10 +17,9 @@ def sample(t):
 
 
 @pytest.fixture
-def node(monkeypatch):
+def node(monkeypatch, own_domain):
     from quad_position_ctrl.node import make
 
-    monkeypatch.setenv("ROS_DOMAIN_ID", "72")
     executor.init([])
     made = make()
     made.said = []

@@ -27,9 +27,8 @@ class Wired(Trajectory):
 
 
 @pytest.fixture
-def make(monkeypatch):
+def make(own_domain):
     """Return a function that makes the node with the given ROS parameters."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "73")
     made = []
 
     def build(*parameters):
