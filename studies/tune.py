@@ -155,7 +155,7 @@ def parameter_file(tuned: Tuned, plan: StudyPlan) -> str:
     scales = f"position RMSE / {objective.rmse_scale} m + torque variation / {objective.variation_scale} N m/s"
     flights = f"seeds {', '.join(map(str, tuning.seeds))}, {', '.join(tuning.cases)}, {', '.join(tuning.plants)}"
     lines = [
-        f"{tuned.controller.title}: gains of scripts/tune, plan {plan.name}, controller {tuned.controller.name}",
+        f"{tuned.controller.title}: gains from scripts/tune {plan.path.name} --only {tuned.controller.name}",
         f"best of {len(tuned.trials)} trials: number {best.number}, cost {best.cost:.4f} (defaults: {first.cost:.4f})",
         f"cost: mean of {scales}",
         f"over {flights}; sampler TPE, seed {tuning.sampler_seed}",
