@@ -1,4 +1,4 @@
-"""`--vehicle-owner` names its bridge, or says in one line what is missing."""
+"""`--vehicle-owner` names its bridge, or says in one line what is missing. It needs the packages of all bridges."""
 
 import argparse
 
