@@ -352,7 +352,9 @@ class VehicleNode(FlightNode):
                 self.link.pass_on(self.asked_to_end)
             if self._interrupted_by:
                 self.give_up(f"{self.role} stopped by {self._interrupted_by}")
-            elif (silent := self.input_watch.silent(self.asked_at)) and self.guard.parameters.enabled:
+            elif (silent := self.input_watch.silent(self.asked_at)) and (
+                self.commanded or self.guard.parameters.enabled
+            ):
                 self.give_up(silent)
             self.watch()
         elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):

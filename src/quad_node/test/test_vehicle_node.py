@@ -78,6 +78,17 @@ def test_a_node_without_a_period_is_refused_by_name_and_divides_nothing(owner):
     assert "position_controller has period_steps 0, expected at least 1" in owner._reason
 
 
+@pytest.mark.parametrize(
+    ("commanded", "phase"), [(True, FlightState.FAILED), (False, FlightState.FLYING)], ids=["commander", "controller"]
+)
+def test_without_a_guard_a_lost_commander_ends_the_flight_and_a_silent_controller_does_not(owner, commanded, phase):
+    owner.phase, owner.commanded = FlightState.FLYING, commanded
+    owner.guard.parameters = owner.guard.parameters._replace(enabled=False)
+    owner.input_watch.silent = lambda asked_at: "it does not answer"
+    owner.on_tick()
+    assert owner.phase == phase
+
+
 def test_a_recorder_that_fails_after_the_end_is_heard(owner):
     owner.end(FlightState.ENDED, "")
     assert not owner.done.done()
