@@ -22,14 +22,14 @@ from quad_core.estimator import MISFIT_SHARE, RATE_MISFIT, VELOCITY_MISFIT
 from quad_flight_log.bag.reader import open_flight
 
 RELAY = ("--relay", "--realtime", "--set", "odometry_relay.odometry=est/odom")
-CASES = {"hover": ("--duration", "10"), "case2": ("--duration", "20")}
+CASES = {"hover": ("hover", "--duration", "10"), "case2": ("case2", "--duration", "20")}
 RATES = (500, 250, 120, 100, 50)
 REAL = "jitter=0.2 lost=0.05 doubled=0.02 swapped=0.02 best_effort=1 wall_clock=1"
 TUMBLED = "1 us off the grid ended every flight (C1), 100 Hz tumbled (C2), best effort was not received (C4)"
 SHARE = 1.5
 NAMED_WITHIN = 0.5  # s
+AWAY = ("hover", "--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
 UP = ("--mission", "takeoff:1.5,hold:3,land")
-AWAY = ("--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
 
 
 class Mistake(NamedTuple):
@@ -39,6 +39,7 @@ class Mistake(NamedTuple):
     flies: bool
     before: str
     begins: float = 0.0
+    flight: tuple[str, ...] = AWAY
 
 
 FAR, BLAMED = "118 m away, no event", "the wrong node blamed; the reason in a log, or nowhere"
@@ -50,7 +51,7 @@ MISTAKES = {
     "C3 frd twist": Mistake("FRD axes, expected FLU", True, FAR),
     "C3 degrees": Mistake("deg/s, expected rad/s", True, FAR),
     "C3 km/h": Mistake("km/h, expected m/s", True, FAR),
-    "C5 ned": Mistake("sinks at lift-off", False, BLAMED),
+    "C5 ned": Mistake("sinks at lift-off", False, BLAMED, flight=UP),
     "C5 frame": Mistake("frame 'odom', expected 'map'", False, BLAMED),
     "C5 body frame": Mistake("frame 'imu', expected 'base_link'", False, BLAMED),
     "C5 no attitude": Mistake("a quaternion that is not of length 1", False, BLAMED),
@@ -72,19 +73,18 @@ class Flown(NamedTuple):
     """s from the moment a mistake shows to the event that names it, NaN without either."""
 
 
-def flown(figures, case, faults, *extra):
-    """Fly ``case`` on the estimator with ``faults`` ({key of Faults: text})."""
-    bag = figures.folder / re.sub(r"\W+", "-", f"{case} {' '.join(faults.values())}")
+def flown(figures, flight, faults):
+    """Fly the words ``flight`` of fly on the estimator with ``faults`` ({key of Faults: text})."""
+    bag = figures.folder / re.sub(r"\W+", "-", " ".join([*flight, *faults.values()]))
     clock = ("--set", "odometry_relay.stamps=first") if faults.get("wall_clock") == "1" else ()
     with reserved_domain(None) as domain:
         pass
-    what = () if extra == UP else (case, *CASES[case])
-    flight = start(*what, *RELAY, *clock, *extra, "--domain", str(domain), "--out", bag)
+    process = start(*flight, *RELAY, *clock, "--domain", str(domain), "--out", bag)
     words = [f"{key}={value}" for key, value in faults.items()]
     program = [sys.executable, str(Path(__file__).with_name("estimator.py")), *words]
     estimator = subprocess.Popen(program, env=in_domain(domain))
     try:
-        done = finish(flight)
+        done = finish(process)
     finally:
         estimator.kill()
         estimator.wait()
@@ -129,14 +129,14 @@ def last_words(words):
 def fly_streams(figures):
     """Fly both cases on each stream."""
     real = dict(word.split("=") for word in REAL.split())
-    for case in CASES:
+    for case, words in CASES.items():
         rows = {rate: f"C1 C2 C4 {case} {rate} Hz" for rate in RATES if figures.wants(f"C1 C2 C4 {case} {rate} Hz")}
         if not rows:
             continue
-        clean = flown(figures, case, {})
+        clean = flown(figures, words, {})
         figures.check(clean.code == 0, f"{case}, clean, 500 Hz: {1e3 * clean.rmse:.2f} mm, {last_words(clean.words)}")
         for rate, name in rows.items():
-            seen = flown(figures, case, {"rate": str(rate), **real})
+            seen = flown(figures, words, {"rate": str(rate), **real})
             refused = re.search(r"samples [\d.]+ ms apart, expected at most", seen.words)
             kept = bool(refused) or (seen.code == 0 and seen.rmse <= SHARE * clean.rmse)
             now = f"{1e3 * seen.rmse:.2f} mm, {seen.rmse / clean.rmse:.2f} of clean, limit {SHARE}"
@@ -145,13 +145,13 @@ def fly_streams(figures):
 
 
 def fly_mistakes(figures):
-    """Fly a hover away from the start on each mistake, NED a take-off: only lifting shows it."""
+    """Fly each mistake: a hover away from the start; NED a take-off, for only lifting shows it."""
     for name, mistake in MISTAKES.items():
         if not figures.wants(name):
             continue
         wrong = name.partition(" ")[2]
         faults = {"wrong": wrong, "begins": str(mistake.begins), "wall_clock": str(int("stamp" in wrong))}
-        seen = flown(figures, "hover", faults, *(UP if wrong == "ned" else AWAY))
+        seen = flown(figures, mistake.flight, faults)
         named = re.search(mistake.words, seen.words)
         soon = not seen.named > NAMED_WITHIN or mistake.begins > 0.0
         now = f"exit code {seen.code}, named: {named[0] if named else 'no'}"
