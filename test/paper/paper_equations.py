@@ -288,26 +288,15 @@ EQ29 = sp.Matrix(
 
 def eq30(damping: tuple[sp.Expr, ...], disturbance: tuple[sp.Expr, ...]) -> sp.Matrix:
     """Eq. 30: U_x, U_y, U_z. ``damping`` holds the drag terms of Eq. 16, ``disturbance`` what stands in for d."""
+    axes = (
+        (x7d, xi7, xi8_hat, k7, Gamma7, e7, e8),
+        (x9d, xi9, xi10_hat, k9, Gamma9, e9, e10),
+        (x11d, xi11, xi12_hat, k11, Gamma11, e11, e12),
+    )
     return sp.Matrix(
         [
-            x7d.diff(t, 2)
-            + (xi7**2 - 1 - k7) * e7
-            - (xi7 + xi8_hat) * e8
-            - damping[3]
-            + xi7 * k7 * Gamma7
-            - disturbance[0],
-            x9d.diff(t, 2)
-            + (xi9**2 - 1 - k9) * e9
-            - (xi9 + xi10_hat) * e10
-            - damping[4]
-            + xi9 * k9 * Gamma9
-            - disturbance[1],
-            x11d.diff(t, 2)
-            + (xi11**2 - 1 - k11) * e11
-            - (xi11 + xi12_hat) * e12
-            - damping[5]
-            + xi11 * k11 * Gamma11
-            - disturbance[2],
+            xd.diff(t, 2) + (xi**2 - 1 - k) * e - (xi + xi_hat) * e_v - drag + xi * k * gamma - d
+            for (xd, xi, xi_hat, k, gamma, e, e_v), drag, d in zip(axes, damping[3:], disturbance, strict=True)
         ]
     )
 
