@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from quad_autopilot import arming, odometry, thrust
+from quad_autopilot import arming, odometry
 from quad_autopilot.arming import Phase, Setpoint, Wish
 from quad_autopilot.autopilot import (
     COMMANDS,
@@ -28,7 +28,6 @@ from quad_autopilot.autopilot import (
 )
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, STAGE, STAGES
-from quad_core.geometry import norm
 from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
@@ -61,7 +60,6 @@ class AutopilotInterface:
     """
 
     profile: Profile
-    max_rotor_thrust: float
     predicted: Actuation
     is_predicting = True
     by_attitude = True
@@ -147,7 +145,7 @@ class AutopilotNode(VehicleNode):
         self._ended = self._is_landing = self._is_waking = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
-        self._hover_thrusts, self._hover_count, self.large_resets = 0.0, 0, 0
+        self.large_resets = 0
         self._told: dict[str, Any] = {}
         self._tell_at = -math.inf
         self._reported: tuple[str, ...] = ()
@@ -304,7 +302,6 @@ class AutopilotNode(VehicleNode):
         self.on_command()
         if self.may_fly() and self.state is not None:
             self.interface.send_attitude(stamped.value, self.state)
-            self.note_sent()
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
@@ -373,14 +370,6 @@ class AutopilotNode(VehicleNode):
             self.event(FlightEvent.WARNING, "autopilot_failsafe", text, self.elapsed_ns, always=True)
         self._reported, self._had_failsafe = said.reasons, said.failsafe
 
-    def note_sent(self) -> None:
-        """Note the thrust just sent if the vehicle hovers."""
-        if self.state is None or self.sequence.phase != Phase.FLY:
-            return
-        if self.state.p_w.z - self.state.ground_z > thrust.AIRBORNE and norm(self.state.v_w) < thrust.AT_REST:
-            self._hover_thrusts += self.interface.predicted.thrust
-            self._hover_count += 1
-
     def on_beat(self) -> None:
         """Ask, answer and keep the autopilot in our mode, 50 times a second, once all nodes are ready."""
         if self.phase in OVER or self.handshake.missing():
@@ -430,11 +419,6 @@ class AutopilotNode(VehicleNode):
             cause = "" if self.cause in reason else self.cause
             reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, cause, unseen))))
             failed = bool(reason)
-        report = thrust.hover_report(
-            self.vehicle, self.interface.max_rotor_thrust, self._hover_thrusts, self._hover_count
-        )
-        if report:
-            self.event(FlightEvent.INFO, "hover_thrust", report, self.elapsed_ns, always=True)
         super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
 
     def _note_pause(self, now: float) -> None:

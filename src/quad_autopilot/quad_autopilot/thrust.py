@@ -11,13 +11,8 @@ from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, Rotors
 from quad_core.vehicle import Vehicle
 
-AT_REST, AIRBORNE = 0.3, 0.3
-"""Speed in m/s below which, and height in m above which, the mean thrust is that of a hover."""
 RESERVE = 1.05
 """Least thrust over weight."""
-HOVER_SAMPLES = 50
-HELD = 0.3
-"""Share of the weight below which a mean thrust is no hover: a person holds the vehicle."""
 _SLACK = 1e-9
 
 
@@ -61,19 +56,3 @@ def weakness(vehicle: Vehicle, max_rotor_thrust: float, key: str) -> str:
     if available >= RESERVE * vehicle.mass * vehicle.gravity:
         return ""
     return f"{key}: four rotors give {available:g} N, too little for {vehicle.mass:g} kg"
-
-
-def hover_report(vehicle: Vehicle, max_rotor_thrust: float, thrusts: float, count: int) -> str:
-    """Return what ``count`` hovering thrusts of sum ``thrusts`` N say of a rotor's largest; empty if they say nothing.
-
-    They do not where there are too few, or where they would not carry the vehicle.
-    """
-    if count < HOVER_SAMPLES:
-        return ""
-    mean, weight = thrusts / count, vehicle.mass * vehicle.gravity
-    if mean < HELD * weight:
-        return ""
-    return (
-        f"mean thrust in hover {mean:.2f} N of our scale, weight {weight:.2f} N: if the mass is right, a rotor's "
-        f"largest thrust is {max_rotor_thrust * weight / mean:.2f} N (given {max_rotor_thrust:g} N)"
-    )

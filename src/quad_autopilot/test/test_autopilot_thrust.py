@@ -1,4 +1,4 @@
-"""From newtons to an autopilot's 0..1, and what a hover says of the scale."""
+"""From newtons to an autopilot's 0..1."""
 
 import math
 
@@ -24,19 +24,6 @@ def test_what_the_autopilot_undoes_is_the_curve_it_believes_in(share, believed, 
 def test_a_curve_that_both_have_changes_nothing_and_another_does():
     assert thrust.compensated(0.3, 0.3, 0.5) == 0.5
     assert thrust.compensated(0.0, 0.6, 0.5) == pytest.approx((math.sqrt(0.16 + 1.2) - 0.4) / 1.2)
-
-
-def test_a_hover_with_too_much_of_our_thrust_says_that_a_rotor_gives_less():
-    vehicle = Vehicle(mass=1.0, gravity=10.0)
-    text = thrust.hover_report(vehicle, 5.0, 100 * 12.5, 100)
-    assert "12.50 N" in text
-    assert "thrust is 4.00 N (given 5 N)" in text
-    assert thrust.hover_report(vehicle, 5.0, 12.5, 1) == ""
-
-
-@pytest.mark.parametrize("thrusts", [0.0, 1.0])
-def test_a_vehicle_held_by_hand_tells_nothing_of_its_rotors(thrusts):
-    assert thrust.hover_report(Vehicle(mass=1.0, gravity=10.0), 5.0, thrusts, 100) == ""
 
 
 def test_rotors_that_cannot_lift_it_are_named():

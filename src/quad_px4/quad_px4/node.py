@@ -45,7 +45,7 @@ class Px4Interface(AutopilotInterface):
         airframe = airframe or self.settings.airframe
         self._mode, self.mapping = Mode(self.settings.mode), mapping.build(airframe)
         self.by_attitude = self._mode == Mode.ATTITUDE
-        self.predicted, self.max_rotor_thrust = mapping.predict(self.mapping, Wrench()), airframe.max_rotor_thrust
+        self.predicted = mapping.predict(self.mapping, Wrench())
         self._status: Any = None
         self._control_mode: Any = None
         self._flags, self._landed, self._battery = Flags(), False, math.nan
@@ -151,7 +151,6 @@ class Px4Interface(AutopilotInterface):
                 wrench = self._flown if node.guard.taken_over else command.wrench
                 sampled = node.origin + command.step * node.flight.plant_period // 1000
                 self._send_wrench(wrench, node.stamps()._replace(sampled=sampled))
-                node.note_sent()
 
     def _step_guard(self) -> None:
         """Bring the guard up to now, in PX4's own time; it rests before the first command and as PX4 lands."""
@@ -186,7 +185,7 @@ class Px4Interface(AutopilotInterface):
         """Return why the vehicle must not fly: rotors that cannot lift it, or no message that tells of a pilot."""
         if self._control_mode is None:
             return "no vehicle_control_mode from PX4: is it among the topics of its uXRCE-DDS client?"
-        return thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "airframe.max_rotor_thrust")
+        return thrust.weakness(self.node.vehicle, self.mapping.airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
 
     def send_heartbeat(self) -> None:
         """Have PX4 stay in offboard."""
