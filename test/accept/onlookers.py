@@ -19,7 +19,7 @@ from quad_node.codec import head_of
 from quad_node.topics import TOPICS
 
 LIMIT = 0.5  # s
-BEFORE = (0.05, 0.4)  # s between two kills
+BEFORE = (0.05, 2.5)  # s between two kills: longer, too, than a recorder waits for a silent shadow
 SHADOWS = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm")
 ROLE = "attitude_controller"
 ONLOOKER = """

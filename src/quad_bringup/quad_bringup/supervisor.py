@@ -149,8 +149,9 @@ class Supervisor:
         if self.state is not None and self.state is not before:
             self._on_news(self.state, before)
         ended = self._processes.reap()
-        if ended.get(RECORDER):  # at once: in lockstep the plant waits for it
-            self._watch.report_failure(RECORDER, describe_exit(ended[RECORDER]))
+        for role in ended.keys() & {RECORDER, *SHADOWS}:  # at once: in lockstep the plant waits for the recorder
+            if ended[role]:  # and the recorder for the shadows
+                self._watch.report_failure(role, describe_exit(ended[role]))
         if any(code for role, code in ended.items() if role not in self._spared):
             # The end of the flight may have been published, but not received here yet.
             self.state = self._watch.poll(_LAST_NEWS)

@@ -290,12 +290,13 @@ def patience_of(roles, mode):
     return Patience.of(resolve("simulator", {"flight.roles": roles, "flight.mode": mode}))
 
 
-def test_a_recorder_killed_after_a_shadow_is_reported_at_once(monkeypatch):
+def test_a_killed_shadow_and_a_recorder_killed_after_it_are_reported_at_once(monkeypatch):
     """In lockstep the plant stands still until then."""
-    killed = [(1, state(FLYING, 1), {}), (2, None, {"shadow": -9}), (2.15, None, {"recorder": -9})]
+    shadow = "shadow_attitude_controller"
+    killed = [(1, state(FLYING, 1), {}), (2, None, {shadow: -9}), (2.15, None, {"recorder": -9})]
     over = (3, state(FAILED, 70, "recorder failed"), {"simulator": 1, "trajectory": 1})
     flight, when = Flight([*killed, over], monkeypatch), []
-    flight.alive.add("shadow")
+    flight.alive.add(shadow)
     monkeypatch.setattr(flight, "report_failure", lambda role, _: when.append((role, flight.now)))
-    Supervisor(flight, flight, PATIENCE, flight, ("shadow",)).run(lambda _: None)
-    assert when == [("recorder", pytest.approx(2.2))]
+    Supervisor(flight, flight, PATIENCE, flight, (shadow,)).run(lambda _: None)
+    assert when == [(shadow, pytest.approx(2.0)), ("recorder", pytest.approx(2.2))]

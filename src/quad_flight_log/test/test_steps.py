@@ -176,5 +176,13 @@ def test_a_shadow_is_waited_for_two_seconds_from_its_last_answer_or_the_beginnin
     assert [complete(found, now) for now in (101.9, 102.1)] == [behind, 1300]
 
 
+def test_a_shadow_whose_process_has_ended_is_not_waited_for_until_it_answers_again():
+    found = with_shadow(1000, 100.0)
+    found.give_up([SHADOW])
+    assert complete(found, 100.0) == 1300
+    found.add(SHADOW, 1005 * PERIOD, 100.0)
+    assert complete(found, 100.1) == 1009
+
+
 def test_what_a_shadow_lacks_is_no_loss_of_the_flight():
     assert with_shadow(1000, 100.0).missing_through(1300 * PERIOD) == {}

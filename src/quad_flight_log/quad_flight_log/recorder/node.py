@@ -13,7 +13,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
-from quad_core.cascade import RECORDER, RELAY
+from quad_core.cascade import RECORDER, RELAY, SHADOWS
 from quad_core.parameters import ParameterError
 from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
@@ -154,6 +154,10 @@ class Recorder(FlightNode):
             status = deserialize_message(payload, NodeStatus)
             if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
                 self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
+                if status.role in SHADOWS and status.state == NodeStatus.FAULT:
+                    self._counter.give_up(
+                        name for name, topic in topics.TOPICS.items() if status.role in topic.publishers
+                    )
 
         return on_message
 

@@ -1,5 +1,6 @@
 """What the recorder knows of the steps of a flight: its time, and which messages came. Memory does not grow."""
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -64,6 +65,10 @@ class StepCounter:
         self._newest[topic] = stamp_ns
         if topic in self._came:
             self._came[topic] = now
+
+    def give_up(self, topics: Iterable[str]) -> None:
+        """Wait for none of ``topics``, each of a shadow whose process has ended, until a message of it comes."""
+        self._came.update(dict.fromkeys(topics, -math.inf))
 
     def complete_through(self, now: float) -> int:
         """Return the last stamp in ns up to which no topic waits for a message, -1 before the first of each."""
