@@ -32,9 +32,12 @@ def installed(tmp_path, monkeypatch):
         (folder / "entry_points.txt").write_text("".join(f"[{group}]{lines}\n" for group, lines in points), "utf-8")
         monkeypatch.syspath_prepend(example.parent)
     monkeypatch.syspath_prepend(tmp_path)
-    plugins.load.cache_clear()
+    caches = (plugins.installed, plugins.load)
+    for kept in caches:
+        kept.cache_clear()
     yield
-    plugins.load.cache_clear()
+    for kept in caches:
+        kept.cache_clear()
 
 
 def test_a_position_law():

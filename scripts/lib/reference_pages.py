@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterable
 from importlib.metadata import EntryPoints
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import diagrams
@@ -197,12 +198,12 @@ def page(parts: Iterable[str]) -> str:
 
 def leave_out_plugins_of_the_user() -> None:
     """Let the plug-ins be those of this repository: the pages do not depend on what else is installed."""
-    installed = plugins.entry_points
+    installed = plugins.installed()
 
     def ours(**wanted: Any) -> EntryPoints:
-        return EntryPoints(point for point in installed(**wanted) if point.value.startswith("quad_"))
+        return EntryPoints(point for point in installed.select(**wanted) if point.value.startswith("quad_"))
 
-    plugins.entry_points = ours  # type: ignore[assignment]
+    plugins.installed = lambda: SimpleNamespace(select=ours)  # type: ignore[assignment]
 
 
 def main() -> int:

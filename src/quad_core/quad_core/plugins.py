@@ -38,7 +38,7 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
 """
 
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoints, entry_points
 from traceback import extract_tb
 from types import ModuleType
 from typing import Any
@@ -70,9 +70,15 @@ class PluginError(ValueError):
     """A plug-in is unknown or lacks what its group demands; the text names it."""
 
 
+@cache
+def installed() -> EntryPoints:
+    """Return the entry points of this environment, read once: each reading opens a file of every package in it."""
+    return entry_points()
+
+
 def names(group: str) -> list[str]:
     """Return the sorted names registered in ``group``."""
-    return sorted({point.name for point in entry_points(group=group)})
+    return sorted({point.name for point in installed().select(group=group)})
 
 
 def named(group: str, name: str) -> Any:
@@ -80,7 +86,7 @@ def named(group: str, name: str) -> Any:
 
     Raises PluginError if nothing has that name, several have it, or it cannot be imported.
     """
-    points = [point for point in entry_points(group=group) if point.name == name]
+    points = [point for point in installed().select(group=group) if point.name == name]
     if not points:
         raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
     values = sorted({point.value for point in points})

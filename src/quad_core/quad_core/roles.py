@@ -9,7 +9,6 @@ the sourced environment register belongs to every flight of that environment; no
 """
 
 from collections.abc import Sequence
-from importlib.metadata import entry_points
 from typing import Any, NamedTuple, TypeVar
 
 from quad_core import plugins
@@ -93,7 +92,7 @@ def registered(group: str, kind: type[Kind]) -> dict[str, Kind]:
     for name in plugins.names(group):
         row = plugins.named(group, name)
         if not isinstance(row, kind):
-            (value,) = {point.value for point in entry_points(group=group, name=name)}
+            (value,) = {point.value for point in plugins.installed().select(group=group, name=name)}
             expected = f"expected a quad_core.roles.{kind.__name__}"
             raise plugins.PluginError(f"{group}: {name} ({value}): found a {type(row).__name__}, {expected}")
         found[name] = row

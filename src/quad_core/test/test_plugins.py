@@ -1,7 +1,7 @@
 """Plug-ins by name: what is missing in one is named, and every installed one keeps the contract."""
 
 import sys
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from types import ModuleType
 from typing import Annotated, NamedTuple
 
@@ -22,8 +22,8 @@ def register(monkeypatch):
         module = ModuleType(f"made_up_{name}")
         vars(module).update(content)
         monkeypatch.setitem(sys.modules, module.__name__, module)
-        points = [EntryPoint(name, module.__name__, group)]
-        monkeypatch.setattr(plugins, "entry_points", lambda group: [point for point in points if point.group == group])
+        points = EntryPoints([EntryPoint(name, module.__name__, group)])
+        monkeypatch.setattr(plugins, "installed", lambda: points)
         return module
 
     yield put
@@ -57,7 +57,8 @@ def test_an_unknown_name_and_an_empty_group_are_said(register):
 
 
 def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkeypatch):
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("kite", "made_up_nowhere", group)])
+    found = EntryPoints([EntryPoint("kite", "made_up_nowhere", plugins.PLANT)])
+    monkeypatch.setattr(plugins, "installed", lambda: found)
     expected = r"quad\.plant: plug-in 'kite' \(made_up_nowhere\) cannot be imported: No module named 'made_up_nowhere'"
     with pytest.raises(plugins.PluginError, match=expected):
         plugins.load(plugins.PLANT, "kite")
@@ -74,7 +75,8 @@ def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkey
 def test_a_module_with_a_mistake_is_said_with_its_line(tmp_path, monkeypatch, text, said):
     (tmp_path / "kite.py").write_text(text, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint("kite", "kite", group)])
+    found = EntryPoints([EntryPoint("kite", "kite", plugins.PLANT)])
+    monkeypatch.setattr(plugins, "installed", lambda: found)
     plugins.load.cache_clear()
     monkeypatch.delitem(sys.modules, "kite", raising=False)
     with pytest.raises(plugins.PluginError, match=r"quad\.plant: plug-in 'kite' \(kite\) cannot be imported: " + said):
@@ -84,7 +86,7 @@ def test_a_module_with_a_mistake_is_said_with_its_line(tmp_path, monkeypatch, te
 def test_a_name_that_two_packages_took_is_refused(register, monkeypatch):
     module = register(plugins.DISTURBANCE, "breeze", Parameters=tuple, draw=len, sample=len)
     found = [EntryPoint("breeze", value, plugins.DISTURBANCE) for value in (module.__name__, "made_up_gale")]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: found)
+    monkeypatch.setattr(plugins, "installed", lambda: EntryPoints(found))
     expected = "'breeze' is the name of several plug-ins: made_up_breeze, made_up_gale; rename one"
     with pytest.raises(plugins.PluginError, match=expected):
         plugins.load(plugins.DISTURBANCE, "breeze")

@@ -4,6 +4,7 @@ import importlib
 
 import pytest
 
+from quad_core import plugins
 from quad_core.plugins import PluginError
 from quad_core.roles import Input, Role, Stage, VehicleInterface, in_order, registered
 from quad_core.types import AttitudeThrust, Wrench
@@ -30,8 +31,10 @@ def package(tmp_path, monkeypatch):
         (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", "utf-8")
         (folder / "entry_points.txt").write_text(f"[quad.made_up]\n{lines}\n", "utf-8")
         importlib.invalidate_caches()
+        plugins.installed.cache_clear()
 
-    return install
+    yield install
+    plugins.installed.cache_clear()
 
 
 def test_a_stage_stands_after_those_whose_output_it_takes():
