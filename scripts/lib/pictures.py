@@ -14,7 +14,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import PALETTE, REFERENCE_COLOUR
 from quad_flight_log.report.flight_figures import Run, run_from_flight
 from quad_flight_log.report.page import write_page
-from quad_flight_log.report.pages import comparison_page, names_of
+from quad_flight_log.report.pages import report_page
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -40,13 +40,13 @@ def main() -> int:
     IMAGES.mkdir(parents=True, exist_ok=True)
     try:
         flights = [open_flight(bag) for bag in options.bags]
-        runs = [run_from_flight(flight, name) for flight, name in zip(flights, names_of(flights), strict=True)]
+        runs = [run_from_flight(flight, flight.name) for flight in flights]
         if options.only in (None, "paths"):
             draw_paths(runs, IMAGES / "flights.png")
         if options.only in (None, "film"):
             film(flights[1], IMAGES / "case2.gif")
         if options.only in (None, "report"):
-            shoot_report(flights, IMAGES / "report.png")
+            shoot_report(flights[1], IMAGES / "report.png")
     except FlightLogError as error:
         print(f"scripts/pictures: {error}", file=sys.stderr)
         return 2
@@ -122,11 +122,10 @@ def film(flight: Any, path: Path) -> None:
     print(f"{path.relative_to(ROOT)}: {size} bytes")
 
 
-def shoot_report(flights: list[Any], path: Path) -> None:
-    """Take a picture of the page that `log report` writes of several flights."""
+def shoot_report(flight: Any, path: Path) -> None:
+    """Take a picture of the page that `log report` writes of Case 2."""
     with tempfile.TemporaryDirectory() as folder:
-        names = [TITLES.get(run_from_flight(flight, "").trajectory, "flight") for flight in flights]
-        page = write_page(comparison_page(flights, names, "log report"), Path(folder, "page.html"))
+        page = write_page(report_page([flight], [TITLES["case2"]], "log report"), Path(folder, "page.html"))
         with Browser(Path(folder, "profile"), (1150, 1250)) as browser:
             browser.open(page.as_uri())
             browser.wait("document.body.dataset.drawn")

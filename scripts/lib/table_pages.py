@@ -70,7 +70,6 @@ FORMULAS = {
     "torque_high_frequency": ("torque_effort of the part above the frequency", "after the approach"),
     "chattering_index": ("torque_high_frequency / torque_effort, mean removed", "after the approach"),
     "saturation_time": ("time with a flag of `actuation` set", "after the approach"),
-    "disturbance_estimate_rmse": ("sqrt(mean of abs(d_hat - D_P)^2)", "after the approach"),
 }
 METRICS_HEAD = """# Metrics
 

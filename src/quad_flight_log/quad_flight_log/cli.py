@@ -155,28 +155,26 @@ def _print_replay(item: Replay) -> None:
 def _report(options: argparse.Namespace) -> int:
     """Write a flight as a self-contained, interactive HTML page: verdict, path, figures, metrics, events.
 
-    Several flights come into one page, comparison.html in this directory or in --out, all in the same figures. Every
-    figure has a button that saves it as SVG.
+    Several flights of one trajectory come into one page, comparison.html in this directory or in --out, all in the
+    same figures. Every figure has a button that saves it as SVG.
 
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
     log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
     """
     from quad_flight_log.report.page import write_page
-    from quad_flight_log.report.pages import comparison_page, flight_page, names_of
+    from quad_flight_log.report.pages import report_page
 
     flights, command = _opened(options), shlex.join(["log", *sys.argv[1:]])
-    names = [name.strip() for name in options.names.split(",")] if options.names else names_of(flights)
-    if len(names) != len(flights) or len(set(names)) != len(names) or not all(names):
-        raise FlightLogError(f"--names: found {options.names!r}, expected {len(flights)} different names")
+    names = options.names.split(",") if options.names else [flight.name for flight in flights]
+    if len(names) != len(flights) or len(set(names)) != len(names):
+        raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
+    page = report_page(flights, names, command, text.read_limits(options.limits) if options.limits else None)
     if len(flights) == 1:
-        limits = text.read_limits(options.limits) if options.limits else None
         path = options.out / f"{flights[0].name}.html" if options.out else flights[0].path.parent / "report.html"
-        print(write_page(flight_page(flights[0], names[0], command, limits), path))
-    elif options.limits:
-        raise FlightLogError(f"--limits: found {len(flights)} flights, expected one: log check judges several")
     else:
+        path = (options.out or Path()) / "comparison.html"
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
-        print(write_page(comparison_page(flights, names, command), (options.out or Path()) / "comparison.html"))
+    print(write_page(page, path))
     return 0
 
 

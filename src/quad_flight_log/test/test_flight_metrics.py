@@ -157,21 +157,6 @@ def test_a_flight_that_was_never_in_mission_has_no_metrics():
     assert metrics.flight_metrics({"reference": reference, "flight/mode": modes}) == metrics.FlightMetrics()
 
 
-def test_the_disturbance_estimate_is_held_against_what_acted_at_equal_stamps_from_the_start_on():
-    stamps = seconds(0.0, 1.0, 2.0)
-    inside = table(stamps, disturbance_estimate=[[9.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
-    acted = [[0.0, 0, 0], [0.0, 0, 0], [9.0, 0, 0], [0.0, 0, 2.0]]
-    tables = {
-        "reference": table(stamps, p_w=np.zeros((3, 3)), trajectory_time=[-1.0, 0.0, 1.0]),
-        "position_controller/internals": inside,
-        "disturbance": table(seconds(0.0, 1.0, 1.5, 2.0), lumped_acceleration_w=acted),
-    }
-    found = metrics.flight_metrics(tables).disturbance_estimate_rmse
-    assert found == pytest.approx(math.sqrt((1.0 + 8.0) / 2))
-    inside["disturbance_estimate"] = 0.0  # as of a law that estimates none
-    assert metrics.flight_metrics(tables).disturbance_estimate_rmse is None
-
-
 TIMES = np.arange(0.0, 20.0, 0.01)
 
 

@@ -12,7 +12,7 @@ from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, page_text, table, verbatim, write_page
-from quad_flight_log.report.pages import comparison_page, flight_page, names_of
+from quad_flight_log.report.pages import report_page
 
 plotly = pytest.importorskip("plotly.graph_objects")
 
@@ -29,7 +29,7 @@ def bag(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def text(bag):
-    return page_text(flight_page(open_flight(bag), "circle", "log report circle"))
+    return page_text(report_page([open_flight(bag)], ["circle"], "log report circle"))
 
 
 def test_flight_page_tells_what_the_bag_holds(text):
@@ -54,13 +54,13 @@ def test_page_is_alone(text):
 
 def test_the_page_opens_with_the_verdict_and_the_limits(bag):
     flight = open_flight(bag)
-    good = page_text(flight_page(flight, "circle", "c", {"position_rmse": 0.5}))
+    good = page_text(report_page([flight], ["circle"], "c", {"position_rmse": 0.5}))
     head = good[good.index("</h1>") : good.index("<pre>")]
     assert '<p class="verdict good">Good: ended as planned, within its limits (position_rmse at most 0.5 m)</p>' in head
-    bad = page_text(flight_page(flight, "circle", "c", {"position_rmse": 0.25}))
+    bad = page_text(report_page([flight], ["circle"], "c", {"position_rmse": 0.25}))
     assert '<p class="verdict bad">Failed: position_rmse: found 0.3742, expected at most 0.25 m</p>' in bad
     flight.metadata["limit.position_max"] = "0.3"
-    noted = page_text(flight_page(flight, "circle", "c"))
+    noted = page_text(report_page([flight], ["circle"], "c"))
     assert "Failed: position_max: found 0.3742, expected at most 0.3 m" in noted
     assert "<th>limit</th>" in noted
 
@@ -92,17 +92,6 @@ def test_two_figures_of_one_key_are_refused():
         page_text(Page("t", "c", (), (figure, figure)))
 
 
-def test_comparison_groups_by_trajectory(bag, tmp_path):
-    other = drawn_flights.bag(tmp_path / "circle", "case2", steps=260)
-    flights = [open_flight(bag), open_flight(other)]
-    names = names_of(flights)
-    assert names == ["circle", "circle (2)"]
-    data = data_of(page_text(comparison_page(flights, names, "log report")))
-    numbered = sorted(key[:9] for key in data if key.startswith("figure-"))
-    assert numbered == [f"figure-{number:02d}" for number in range(5, 19)]
-    assert {trace["meta"]["run"] for trace in data["figure-12-case2-path"]["data"]} == {"circle (2)", "reference"}
-
-
 def test_unwritable_place_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(FlightLogError, match="file"):
@@ -114,9 +103,13 @@ def test_commands_write_where_they_say(bag, tmp_path, capsys):
     assert capsys.readouterr().out.strip() == str(tmp_path / "circle.html")
     assert (tmp_path / "circle.html").stat().st_size > 1_000_000
     assert main(["report", str(bag), str(bag), "--names", "one,two", "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
-    assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", printed)
-    assert "comparison.html" in printed
-    for wrong, said in (("--names=one", "2 different names"), ("--limits=position_max=1", "expected one")):
-        assert main(["report", str(bag), str(bag), wrong, "--out", str(tmp_path)]) == 2
+    assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", capsys.readouterr().out)
+    drawn = data_of((tmp_path / "comparison.html").read_text())["figure-05-case1-path"]["data"]
+    assert {trace["meta"]["run"] for trace in drawn} == {"one", "two", "reference"}
+
+
+def test_several_flights_have_names_of_their_own_and_one_trajectory(bag, tmp_path, capsys):
+    other = drawn_flights.bag(tmp_path / "other", "case2", steps=20)
+    for bags, said in (((bag, bag), "expected 2 different names"), ((bag, other), "'case1', 'case2', expected one")):
+        assert main(["report", *map(str, bags), "--out", str(tmp_path)]) == 2
         assert said in capsys.readouterr().err

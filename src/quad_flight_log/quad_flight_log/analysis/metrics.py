@@ -25,7 +25,6 @@ from quad_flight_log.analysis.arrays import (
     wrapped,
 )
 
-INTERNALS = "position_controller/internals"
 MISSION = 3  # of flight/mode
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
@@ -74,9 +73,6 @@ class FlightMetrics(NamedTuple):
     ] = None
     saturation_time: Annotated[
         Number, "s", "time in which the vehicle did not reach the commanded wrench on some axis"
-    ] = None
-    disturbance_estimate_rmse: Annotated[
-        Number, "m/s^2", "RMSE of the position law's disturbance estimate against D_P"
     ] = None
 
 
@@ -142,8 +138,8 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     """Return the metrics of one flight; one that comes out as no finite number is None.
 
     ``tables``: {relative topic: structured array with ``stamp_ns`` and the fields of its message}, of ``truth``,
-    ``reference``, ``attitude_setpoint``, the vehicle's command, ``actuation``, ``disturbance`` and the internals of
-    both laws. What is not there gives None. With ``flight/mode`` only what was flown in MISSION counts.
+    ``reference``, ``attitude_setpoint``, the vehicle's command and ``actuation``. What is not there gives None. With
+    ``flight/mode`` only what was flown in MISSION counts.
     """
     known = in_mission({name: by_stamp(table) for name, table in tables.items() if len(table)})
     if "reference" not in known:
@@ -164,8 +160,6 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
         values.update(_command(_since(known[COMMAND], start_ns)))
     if "actuation" in known:
         values.update(_saturation(_since(known["actuation"], start_ns)))
-    if {INTERNALS, "disturbance"} <= known.keys():
-        values.update(_disturbance(_since(known[INTERNALS], start_ns), known["disturbance"]))
     return FlightMetrics(
         **{name: value if value is None or isfinite(value) else None for name, value in values.items()}
     )
@@ -253,15 +247,6 @@ def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
     flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
     limited = np.logical_or.reduce([actuation[flag] for flag in flags])
     return {"saturation_time": float(np.sum(hold[limited]))}
-
-
-def _disturbance(inside: NDArray[np.void], lumped: NDArray[np.void]) -> dict[str, float | None]:
-    """Return how far the position law's estimate of d is from the recorded D_P; a law without one records zeros."""
-    inside, lumped = matched(inside, lumped)
-    known = "disturbance_estimate" in (inside.dtype.names or ()) and inside["disturbance_estimate"].any()
-    if not known:
-        return {}
-    return {"disturbance_estimate_rmse": rmse(inside["disturbance_estimate"] - lumped["lumped_acceleration_w"])}
 
 
 def _overshoot(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, OWNERS, SIGNALS, STAGES
+from quad_core.cascade import COMMAND, OWNERS, SIGNALS
 from quad_core.records import columns
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
@@ -24,7 +24,7 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
     "attitude_setpoint": ("angles",),
     COMMAND: tuple(f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"),
     "actuation": ("thrust", "thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited"),
-    "disturbance": ("lumped_acceleration_w", "lumped_angular_acceleration_b"),
+    "disturbance": (),
     "position_controller/internals": (),
     "attitude_controller/internals": (),
     "flight/mode": ("mode",),
@@ -35,10 +35,6 @@ TEXTS: Mapping[str, Mapping[str, str]] = {
     "flight/plan": {"trajectory": "O"},
     "flight/events": {"stamp_ns": "i", "severity": "iu", "node": "O", "kind": "O", "text": "O"},
     "flight/parameters": {"role": "O", "node": "O", "parameters": "O", "internals_names": "O", "step": "iu"},
-}
-_KINDS = {
-    **{topic: signal.kind for topic, signal in SIGNALS.items()},
-    **{stage.internals_topic: stage.internals for stage in STAGES},
 }
 
 
@@ -152,7 +148,7 @@ def text_table(flight: Flight, topic: str) -> Table:
 
 
 def _check(flight: Flight, topic: str, table: Table) -> None:
-    shapes = {column.name: (len(column.parts),) if column.parts else () for column in columns(_KINDS[topic])}
+    shapes = {column.name: (len(column.parts),) if column.parts else () for column in columns(SIGNALS[topic].kind)}
     optional = [name for name in shapes if name in (table.dtype.names or ())]
     for name in ("stamp_ns", *NEEDED["truth" if topic == "state" else topic], *optional):
         values = part_of(table, name)

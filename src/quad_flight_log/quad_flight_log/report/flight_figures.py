@@ -1,10 +1,9 @@
-"""The figures of flights: the paper's section 4 (Figures 5 to 18), and what went on inside the laws and the vehicle."""
+"""The figures of flights: the paper's section 4 (Figures 5 to 18), distance, thrust and torque."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,6 @@ CASES = {"case1": "Case 1: rectangle (Eqs. 61-64)", "case2": "Case 2: helix (Eqs
 FIRST_FIGURE = {"case1": 5, "case2": 12}
 MOTIONS = (("longitudinal", "x"), ("lateral", "y"), ("vertical", "z"))
 ANGLES = (("roll", "φ"), ("pitch", "θ"), ("yaw", "ψ"))
-_POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
-_LIMITS = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
 _ARMING = 1  # of flight/mode
 _SHADES = (0.07, 0.16)  # of modes that follow each other
 _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
@@ -30,7 +27,7 @@ _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
 
 @dataclass(frozen=True)
 class Run:
-    """A flight to be drawn. ``name`` is shown, ``trajectory`` groups runs; ``tables``: sorted arrays by topic.
+    """A flight to be drawn. ``name`` is shown, ``trajectory``: what it flew; ``tables``: sorted arrays by topic.
 
     ``takeovers``: when the guard flew it.
     """
@@ -78,13 +75,6 @@ def run_from_flight(flight: Flight, name: str) -> Run:
     trajectory = str(text_table(flight, "flight/plan")["trajectory"][0]) if flight.has("flight/plan") else ""
     run = run_from_tables(name, trajectory, flight_tables(flight))
     return replace(run, takeovers=tuple(takeovers(flight)))
-
-
-def by_trajectory(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
-    """Return the runs grouped by trajectory, in the order of their first appearance."""
-    order = list(dict.fromkeys(run.trajectory for run in runs))
-    ranked = sorted(runs, key=lambda run: order.index(run.trajectory))
-    return [(name, list(group)) for name, group in groupby(ranked, key=lambda run: run.trajectory)]
 
 
 def with_bands(figures: Sequence[Figure], runs: Sequence[Run]) -> list[Figure]:
@@ -206,77 +196,26 @@ def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
     return (0.0, round(end, 1)) if end >= 0.1 else None
 
 
-class _Curve(NamedTuple):
-    """A field of a topic, or what to compute from its table; ``suffix``: what its label adds to the run's name."""
-
-    topic: str
-    values: str | Callable[[NDArray[np.void]], Floats]
-    suffix: str = ""
-    dashed: bool = False
-
-
-def _saturated(table: NDArray[np.void]) -> Floats:
-    count: Floats = np.sum([table[flag] for flag in _LIMITS], axis=0).astype(float)
-    if not count.any():
-        raise ValueError("never saturated: nothing to draw")
-    return count
-
-
-_THRUST = (
-    _Curve(COMMAND, lambda table: thrust_and_torque(table)[0], ": commanded", dashed=True),
-    _Curve("actuation", "thrust", ": achieved"),
-)
-_TORQUE = (_Curve(COMMAND, lambda table: thrust_and_torque(table)[1]),)
-_LYAPUNOV = (_Curve(_POSITION, lambda table: np.stack([table["lyapunov"], table["lyapunov_rate"]], axis=1)),)
-_DISTURBANCE = (
-    _Curve("disturbance", "lumped_acceleration_w", ": true", dashed=True),
-    _Curve(_POSITION, "disturbance_estimate", ": estimate"),
-)
-_INSIDE: tuple[tuple[str, str, str, Sequence[str], tuple[_Curve, ...]], ...] = (
-    ("thrust", "Thrust along body z (Eq. 38)", "thrust [N]", "", _THRUST),
-    ("torque", "Commanded torque about the body axes (Eq. 56)", "τ{} [N m]", "xyz", _TORQUE),
-    ("saturation", "Saturation: how many limits are met", "limits", "", (_Curve("actuation", _saturated),)),
-    ("adaptive-gains", "Adaptive gains (Eq. 37)", "ξ̂{} [1/s]", "xyz", (_Curve(_POSITION, "adaptive_gain"),)),
-    ("integrals", "Error integrals (Eq. 21)", "Γ{} [m s]", "xyz", (_Curve(_POSITION, "error_integral"),)),
-    ("sliding", "Sliding variables (Eq. 45)", "s{} [rad/s]", "φθψ", (_Curve(_ATTITUDE, "sliding_variable"),)),
-    ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", (_Curve(_ATTITUDE, "adaptive_constant"),)),
-    ("attitude-lyapunov", "Lyapunov functions (Eq. 57, known terms)", "l{}", "φθψ", (_Curve(_ATTITUDE, "lyapunov"),)),
-    ("position-lyapunov", "Lyapunov function (Eqs. 35, 36, known terms)", "L{}", ("", "' bound"), _LYAPUNOV),
-    ("disturbance", "Disturbance (Eqs. 10-12) and the position law's estimate", "D{} [m/s²]", "xyz", _DISTURBANCE),
-)
-"""(key, title, label of a panel, its axes or none, what is drawn in each panel)"""
-
-
 def inside_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return the figures of runs of one trajectory; quantities that no run has are left out."""
-    prefix = runs[0].trajectory or "flight"
-    distances = [(run, *position_error(run)) for run in runs if run.has("truth", "reference")]
-    lines = tuple(Line(run.name, run.name, (times, norms(error))) for run, times, error in distances)
-    figures = [Figure("distance", "Distance from the reference", "", (Panel("distance [m]", lines),))]
-    for key, title, label, axes, curves in _INSIDE:
-        held = key in ("saturation", "disturbance")
-        panels = [
-            Panel(label.format(axis), _curves(runs, curves, at if axes else None), steps=held)
-            for at, axis in enumerate(axes or [""])
-        ]
-        figures.append(Figure(key, title, "", tuple(panels)))
-    return [
-        figure._replace(key=f"{prefix}-{figure.key}")
-        for figure in figures
-        if any(len(panel.lines) for panel in figure.panels)
-    ]
-
-
-def _curves(runs: Sequence[Run], curves: Sequence[_Curve], axis: int | None) -> tuple[Line, ...]:
-    lines = []
+    """Return distance, thrust and torque of runs of one trajectory; quantities that no run has are left out."""
+    distance, thrust, torque = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
     for run in runs:
-        for topic, values, suffix, dashed in curves:
-            if run.has(topic):
-                table = run.tables[topic]
-                try:
-                    column = table[values] if isinstance(values, str) else values(table)
-                    column = column if axis is None else column[:, axis]
-                except (ValueError, IndexError):  # NumPy's, of a field that this law or bag lacks
-                    continue
-                lines.append(Line(run.name, run.name + suffix, (run.times(topic), column), dashed))
-    return tuple(lines)
+        if run.has("truth", "reference"):
+            times, error = position_error(run)
+            distance.append(Line(run.name, run.name, (times, norms(error))))
+        if run.has(COMMAND):
+            times, (force, moments) = run.times(COMMAND), thrust_and_torque(run.tables[COMMAND])
+            thrust.append(Line(run.name, f"{run.name}: commanded", (times, force), dashed=True))
+            for lines, moment in zip(torque, moments.T, strict=True):
+                lines.append(Line(run.name, run.name, (times, moment)))
+        if run.has("actuation"):
+            achieved = (run.times("actuation"), run.tables["actuation"]["thrust"])
+            thrust.append(Line(run.name, f"{run.name}: achieved", achieved))
+    torques = [Panel(f"τ{axis} [N m]", tuple(lines)) for axis, lines in zip("xyz", torque, strict=True)]
+    figures = (
+        Figure("distance", "Distance from the reference", "", (Panel("distance [m]", tuple(distance)),)),
+        Figure("thrust", "Thrust along body z (Eq. 38)", "", (Panel("thrust [N]", tuple(thrust)),)),
+        Figure("torque", "Commanded torque about the body axes (Eq. 56)", "", tuple(torques)),
+    )
+    prefix = runs[0].trajectory or "flight"
+    return [figure._replace(key=f"{prefix}-{figure.key}") for figure in figures if figure.panels[0].lines]

@@ -1,4 +1,4 @@
-"""Reports of one flight and of several in the same figures."""
+"""The report of one flight, or of several in the same figures."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,61 +6,37 @@ from collections.abc import Mapping, Sequence
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import text_table, truth_note
 from quad_flight_log.bag.reader import Flight
+from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
-from quad_flight_log.report.flight_figures import (
-    CASES,
-    Run,
-    by_trajectory,
-    inside_figures,
-    paper_figures,
-    run_from_flight,
-    with_bands,
-)
+from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_flight, with_bands
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim
 from quad_flight_log.report.text import metric_rows
 from quad_flight_log.report.verdict import judgement
 
 _METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
-_FACTS = ("run_id", "outcome", "reason", "seed", "mode", "steps", "real_time_factor", "started", "git_commit")
 
 
-def names_of(flights: Sequence[Flight]) -> list[str]:
-    """Return a short name for each flight, all different: the bag's folder, numbered where two are alike."""
-    short = [flight.name for flight in flights]
-    return [
-        name if name not in short[:at] else f"{name} ({1 + short[:at].count(name)})" for at, name in enumerate(short)
-    ]
+def report_page(
+    flights: Sequence[Flight], names: Sequence[str], command: str, limits: Mapping[str, float] | None = None
+) -> Page:
+    """Return the report of one flight, or of several of one trajectory in the same figures.
 
-
-def flight_page(flight: Flight, name: str, command: str, limits: Mapping[str, float] | None = None) -> Page:
-    """Return the report of one flight: verdict, three numbers and the path, then figures, metrics, events, parameters.
-
-    ``limits``: what to hold it to instead of the limits that the bag notes.
+    One is judged, by ``limits`` or those that its bag notes; the page opens with verdict, three numbers and the path.
+    Raises FlightLogError for different trajectories.
     """
-    run = run_from_flight(flight, name)
-    judged = judgement(flight, run.metrics, limits)
-    facts = [("bag", str(flight.path))] + [
-        (key, flight.metadata[key]) for key in (*_FACTS, "command") if flight.metadata.get(key)
-    ]
-    figures = paper_figures([run])
-    body: list[Figure | str] = [heading("", truth_note(flight)), *figures[:1]]
-    body += _case([run], figures[1:], judged.limits)
-    body += [heading("Inside the flight"), *with_bands(inside_figures([run]), [run]), *_flown_with([flight], [name])]
-    return Page(f"Flight {name}", command, facts, body, (judged.good, judged.text), _numbers(run.metrics))
-
-
-def comparison_page(flights: Sequence[Flight], names: Sequence[str], command: str) -> Page:
-    """Return the report of several flights: one set of figures for each trajectory, all its flights in them."""
     runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
-    notes = [(name, str(flight.path), truth_note(flight)) for flight, name in zip(flights, names, strict=True)]
-    body: list[Figure | str] = []
-    for _, group in by_trajectory(runs):
-        body += _case(group, paper_figures(group))
-    for trajectory, group in by_trajectory(runs):
-        body.append(heading(f"Inside the flights{f' of {trajectory}' if trajectory else ''}"))
-        body += with_bands(inside_figures(group), group)
-    facts = [(name, "; ".join(filter(None, rest))) for name, *rest in notes]
-    return Page(f"Comparison of {', '.join(names)}", command, facts, [*body, *_flown_with(flights, names)])
+    flown = dict.fromkeys(run.trajectory for run in runs)
+    if len(flown) > 1:
+        raise FlightLogError(f"found flights of {', '.join(map(repr, flown))}, expected one trajectory in a report")
+    judged = judgement(flights[0], runs[0].metrics, limits) if len(runs) == 1 else None
+    notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
+    body: list[Figure | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
+    figures = with_bands(paper_figures(runs), runs)
+    body += [*figures[:1], *_tables(runs, (judged.limits if judged else limits) or {}), *figures[1:]]
+    body += [heading("Inside the flight"), *with_bands(inside_figures(runs), runs), *_flown_with(flights, names)]
+    facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
+    page = Page(f"Flight {', '.join(names)}", command, facts, body)
+    return page._replace(verdict=(judged.good, judged.text), numbers=_numbers(runs[0].metrics)) if judged else page
 
 
 def _numbers(metrics: FlightMetrics) -> list[tuple[str, str]]:
@@ -75,25 +51,18 @@ def _numbers(metrics: FlightMetrics) -> list[tuple[str, str]]:
     return found
 
 
-def _case(
-    runs: Sequence[Run], figures: Sequence[Figure], limits: Mapping[str, float] | None = None
-) -> list[Figure | str]:
+def _tables(runs: Sequence[Run], limits: Mapping[str, float]) -> list[str]:
+    """Return what was flown, and the metrics: those of a first look and of ``limits``, and folded the rest."""
     trajectory = runs[0].trajectory
     title = CASES.get(trajectory, f"Trajectory {trajectory}" if trajectory else "The flight")
-    before = any(run.has("reference", "truth") and run.times("truth")[0] < 0.0 for run in runs)
-    hidden = before and any(figure.span for figure in figures)
-    note = "t = 0 is the start of the trajectory." if before else "t = 0 is the start of the flight."
-    note += " Double-click a figure to see what was flown before it." if hidden else ""
+    note = "t = 0 is the start of the flight."
+    if any(run.has("reference", "truth") and run.times("truth")[0] < 0.0 for run in runs):
+        note = "t = 0 is the start of the trajectory. A double click on a figure shows all that was flown."
     names, values = [run.name for run in runs], [run.metrics for run in runs]
-    chosen = {*_METRICS, *(limits or {})}
-    head, *main = metric_rows(names, values, limits or {}, chosen)
-    _, *others = metric_rows(names, values, limits or {}, METRICS.keys() - chosen)
-    return [
-        heading(title, note),
-        table(head, main),
-        folded("More metrics", table(head, others)),
-        *with_bands(figures, runs),
-    ]
+    chosen = {*_METRICS, *limits}
+    head, *main = metric_rows(names, values, limits, chosen)
+    _, *others = metric_rows(names, values, limits, METRICS.keys() - chosen)
+    return [heading(title, note), table(head, main), folded("More metrics", table(head, others))]
 
 
 def _flown_with(flights: Sequence[Flight], names: Sequence[str]) -> list[str]:
