@@ -22,8 +22,9 @@ from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight import configuration
 from quad_flight.set_up import Request, resolve_flight, summary
+from quad_flight_log.analysis.flight_checks import read_limits
+from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import COMMAND
-from quad_flight_log.report.text import LimitsError, read_limits
 from quad_node.middleware import OPEN, close, close_unless_asked
 
 PAPER_CASES = ("case1", "case2")
@@ -60,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with interrupts() as interrupted:
             _fly(options, made, codes, interrupted)
         return max(codes)
-    except (ParameterError, PluginError, LimitsError) as error:
+    except (ParameterError, PluginError, FlightLogError) as error:
         complain(str(error))
         return BAD_SETUP
     except Interrupted as name:

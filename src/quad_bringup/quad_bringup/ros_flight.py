@@ -17,14 +17,13 @@ from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
-from quad_flight_log.analysis.flight_checks import ends_early
+from quad_flight_log.analysis.flight_checks import ends_early, judgement
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.recorder.provenance import LIMITS
 from quad_flight_log.report.text import table
-from quad_flight_log.report.verdict import judgement
 from quad_node.command_link import STARTER
 from quad_node.watch import NO_FILES, PHASES, FlightWatch, Sighting
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TextIO, cast
 
 from quad_core.cascade import STAGE
+from quad_flight_log.analysis.flight_checks import judgement, read_limits
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
@@ -20,7 +21,6 @@ from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError, one_line, printable
 from quad_flight_log.report import text
-from quad_flight_log.report.verdict import judgement
 
 _LONGEST_LINE = 800
 _LONGEST_CELL = 300
@@ -82,7 +82,7 @@ def _check(options: argparse.Namespace) -> int:
 
     log check flights/a flights/b --limits limits.yaml --limits settling_time=5
     """
-    asked, good = text.read_limits(options.limits), True
+    asked, good = read_limits(options.limits), True
     for flight in _opened(options):
         judged = judgement(flight, measured(flight), asked or None)
         lines = [f"FAIL {flight.name}: {problem}" for problem in judged.problems]
@@ -168,7 +168,7 @@ def _report(options: argparse.Namespace) -> int:
     names = options.names.split(",") if options.names else [flight.name for flight in flights]
     if len(names) != len(flights) or len(set(names)) != len(names):
         raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
-    page = report_page(flights, names, command, text.read_limits(options.limits) if options.limits else None)
+    page = report_page(flights, names, command, read_limits(options.limits) if options.limits else None)
     if len(flights) == 1:
         path = options.out / f"{flights[0].name}.html" if options.out else flights[0].path.parent / "report.html"
     else:

@@ -19,10 +19,6 @@ class FlightLogError(Exception):
     """Something is wrong with a flight log; the text names the file, what was found and what was expected."""
 
 
-class NotAFlightError(FlightLogError):
-    """There is no MCAP flight log at that place."""
-
-
 class CorruptError(FlightLogError):
     """The log is not what the recorder wrote, or unpacks to more than its size allows."""
 
@@ -33,7 +29,3 @@ class SchemaError(FlightLogError):
 
 class TopicError(FlightLogError):
     """A topic or field is missing, ambiguous, or of another type than needed."""
-
-
-class BagWriteError(FlightLogError):
-    """A bag cannot be created or finished."""

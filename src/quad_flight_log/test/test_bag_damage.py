@@ -10,7 +10,7 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from quad_flight_log.bag.reader import Flight, open_flight
-from quad_flight_log.errors import CorruptError, FlightLogError, NotAFlightError, SchemaError
+from quad_flight_log.errors import CorruptError, FlightLogError, SchemaError
 
 FLIPS = 600
 Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str]]
@@ -118,14 +118,14 @@ def test_a_garbage_tail_is_an_error(unclosed, tmp_path):
 def test_foreign_files_are_named(data, tmp_path):
     path = tmp_path / "foreign.mcap"
     path.write_bytes(data)
-    with pytest.raises(NotAFlightError, match=r"foreign\.mcap"):
+    with pytest.raises(FlightLogError, match=r"foreign\.mcap"):
         open_flight(path)
 
 
 def test_places_without_a_bag_are_named(tmp_path):
-    with pytest.raises(NotAFlightError, match="no such file"):
+    with pytest.raises(FlightLogError, match="no such file"):
         open_flight(tmp_path / "nowhere")
-    with pytest.raises(NotAFlightError, match=r"no \*\.mcap"):
+    with pytest.raises(FlightLogError, match=r"no \*\.mcap"):
         open_flight(tmp_path)
 
 

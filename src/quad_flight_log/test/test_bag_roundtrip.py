@@ -9,7 +9,7 @@ import yaml
 
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.errors import BagWriteError, FlightLogError, TopicError
+from quad_flight_log.errors import FlightLogError, TopicError
 
 STEPS = 60
 
@@ -93,7 +93,7 @@ def test_mcap_library_finds_chunks_and_summary(bag):
 
 
 def test_a_recording_is_never_overwritten(bag):
-    with pytest.raises(BagWriteError, match="never overwritten"):
+    with pytest.raises(FlightLogError, match="never overwritten"):
         BagWriter(bag.parent)
 
 

@@ -17,7 +17,7 @@ import pytest
 from quad_flight_log.bag import writer as bag_writer
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.errors import BagWriteError
+from quad_flight_log.errors import FlightLogError
 
 FULL_DISK = """
     import resource, sys, time
@@ -99,12 +99,12 @@ def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path
 
 
 def test_places_that_cannot_be_recorded_to_are_named(tmp_path):
-    with pytest.raises(BagWriteError, match="cannot record here"):
+    with pytest.raises(FlightLogError, match="cannot record here"):
         BagWriter("/proc/none/bag")
     (tmp_path / "file").touch()
-    with pytest.raises(BagWriteError, match="file"):
+    with pytest.raises(FlightLogError, match="file"):
         BagWriter(tmp_path / "file")
-    with pytest.raises(BagWriteError, match="never overwritten"):
+    with pytest.raises(FlightLogError, match="never overwritten"):
         BagWriter(tmp_path)
 
 

@@ -1,12 +1,14 @@
-"""Whether a bag shows one flight that stayed safe, whatever its metrics: one table of checks.
+"""Whether a flight counts: one table of checks of its bag, whatever its metrics, and the limits that it was held to.
 
 A check finds a fault in the bag alone, in words, or nothing. ``fly``, ``log check`` and a report's verdict ask for all.
 Times in the words are flight times in s. Bags of flights without a guard (controllers ``printed``) are not held to the
 guard's envelope: they show what the law does.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +17,10 @@ from numpy.typing import NDArray
 from quad_core.cascade import SIGNALS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
+from quad_core.parameter_files import load_yaml
 from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
+from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
 from quad_flight_log.analysis.takeovers import described, takeovers
@@ -24,7 +28,7 @@ from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import STOPPED
+from quad_flight_log.recorder.provenance import LIMIT, STOPPED
 
 IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode", "flight/takeover")
 """Topics whose messages name the run of their sender."""
@@ -213,6 +217,74 @@ CHECKS = (
     guard_in_command,
 )
 """Each returns the fault that a bag shows, or nothing."""
+
+
+class Judgement(NamedTuple):
+    """What speaks against a flight, one line each, and the limits {metric: largest value} that it was held to."""
+
+    problems: tuple[str, ...]
+    limits: Mapping[str, float]
+
+    @property
+    def good(self) -> bool:
+        """Whether the flight counts."""
+        return not self.problems
+
+    @property
+    def text(self) -> str:
+        """The judgement in one line."""
+        if self.problems:
+            return "Failed: " + "; ".join(self.problems)
+        limits = (f"{name} at most {limit:g} {METRICS[name].unit}".rstrip() for name, limit in self.limits.items())
+        listed = ", ".join(limits)
+        if not listed:
+            return "Ended as planned, held to no limits"
+        return f"Good: ended as planned, within its limits ({listed})"
+
+
+def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float] | None = None) -> Judgement:
+    """Return the judgement on a flight by ``limits``, by default those that the bag notes; raises FlightLogError."""
+    noted = [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
+    limits_used = read_limits(noted) if limits is None else limits
+    problems = [f"the bag is cut ({flight.damage})"] if flight.truncated else []
+    outcome = flight.metadata.get("outcome", "unknown")  # a recorder of others notes none
+    if outcome not in ("ended", "unknown"):
+        problems.append(flight.metadata.get("reason", "") or f"the flight did not end as planned: {outcome}")
+    problems += failed_checks(flight)
+    for name, limit in limits_used.items():
+        value = getattr(metrics, name)
+        if value is None or value > limit:
+            found = "not available" if value is None else f"{value:.4g}"
+            problems.append(f"{name}: found {found}, expected at most {limit:g} {METRICS[name].unit}")
+    return Judgement(tuple(problems), limits_used)
+
+
+def read_limits(arguments: Sequence[str]) -> dict[str, float]:
+    """Return {metric: largest allowed value} of ``KEY=VALUE`` arguments and YAML files of such pairs; later ones win.
+
+    Raises FlightLogError naming file or argument and what is wrong.
+    """
+    limits: dict[str, float] = {}
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
+        content: object = {name: value}
+        if not equals or Path(argument).exists():
+            try:
+                content = load_yaml(Path(argument).read_text(encoding="utf-8"))
+            except (OSError, ValueError) as error:
+                raise FlightLogError(f"{argument}: cannot be read: {' '.join(str(error).split())}") from error
+        if not isinstance(content, dict):
+            raise FlightLogError(f"{argument}: found {type(content).__name__}, expected a map of metric to limit")
+        for name, limit in content.items():
+            if name not in METRICS:
+                raise FlightLogError(f"{argument}: {name!r} is no metric; there are {', '.join(METRICS)}")
+            try:
+                limits[name] = float("nan" if isinstance(limit, bool) else limit)
+            except (TypeError, ValueError, OverflowError):
+                limits[name] = math.nan
+            if not math.isfinite(limits[name]):
+                raise FlightLogError(f"{argument}: {name}: found {limit!r}, expected a finite number")
+    return limits
 
 
 class _Spell(NamedTuple):

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import Reader
 
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.bag.notes import LIBRARY, METADATA_FILE
-from quad_flight_log.errors import CorruptError, NotAFlightError, one_line
+from quad_flight_log.errors import CorruptError, FlightLogError, one_line
 
 _MAGIC = b"\x89MCAP0\r\n"
 _ZSTD = b"\x28\xb5\x2f\xfd"  # no CDR payload begins so: rosbag2 compressed the message
@@ -74,7 +74,7 @@ class BagFile:
         self._count = self._unpacked = self._file_size = 0
 
     def messages(self) -> Iterator[Message]:
-        """Yield the messages in the order of the file, once; raises NotAFlightError or CorruptError."""
+        """Yield the messages in the order of the file, once; raises FlightLogError, CorruptError for damage."""
         return self._mcap() if self._base is None else self._sqlite(self._base)
 
     def _sqlite(self, base: Path) -> Iterator[Message]:
@@ -92,12 +92,12 @@ class BagFile:
         try:
             file = self.path.open("rb")
         except OSError as error:
-            raise NotAFlightError(f"{self.path}: {error.strerror or error}") from error
+            raise FlightLogError(f"{self.path}: {error.strerror or error}") from error
         with file:
             stream = _Stream(file, self.path)
             try:
                 yield from self._read(stream)
-            except NotAFlightError:
+            except FlightLogError:
                 raise
             except _CutError:
                 self.damage = f"ends within a record at byte {stream.at}"
@@ -157,7 +157,7 @@ class BagFile:
             case records.Header(profile=profile, library=writer):
                 self.written_by = writer
                 if profile not in (Profile.ROS2, ""):
-                    raise NotAFlightError(f"{self.path}: its profile is {profile!r}, expected ros2")
+                    raise FlightLogError(f"{self.path}: its profile is {profile!r}, expected ros2")
             case records.Schema():
                 _declare(self._schemas, record.id, record, f"schema {record.id}")
             case records.Channel():
@@ -199,11 +199,11 @@ class _Stream:
         head = file.read(len(_MAGIC))
         file.seek(0)
         if not head:
-            raise NotAFlightError(f"{path}: is empty, expected an MCAP file")
+            raise FlightLogError(f"{path}: is empty, expected an MCAP file")
         self.size = 0 if head[:4] == _ZSTD else path.stat().st_size
         self._file = file if self.size else zstandard.ZstdDecompressor().stream_reader(file)
         if self.size and not _MAGIC.startswith(head):
-            raise NotAFlightError(f"{path}: starts with {head!r}, expected an MCAP file ({_MAGIC!r})")
+            raise FlightLogError(f"{path}: starts with {head!r}, expected an MCAP file ({_MAGIC!r})")
 
     def read(self, size: int) -> bytes:
         if self.size and self.at + size > self.size:
@@ -223,22 +223,22 @@ def _declare(known: dict[int, Any], number: int, item: Any, name: str) -> None:
 def files_of(path: Path) -> tuple[list[BagFile], list[str]]:
     """Return the files of a bag in order, and the names that ``metadata.yaml`` lists and that are not there.
 
-    Raises NotAFlightError where no file is there or readable.
+    Raises FlightLogError where no file is there or readable.
     """
     if path.is_file():
         return ([_file(path)], [])
     if not path.is_dir():
-        raise NotAFlightError(f"{path}: no such file or directory")
+        raise FlightLogError(f"{path}: no such file or directory")
     found = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes) and each.is_file()]
     if not found:
-        raise NotAFlightError(f"{path}: no *.mcap and no *.db3 in it, expected a bag directory")
+        raise FlightLogError(f"{path}: no *.mcap and no *.db3 in it, expected a bag directory")
     listed = _listed(path)
     here = {each.name: each for each in sorted(found, key=_place)}
     known = [name for name in listed if name in here]
     names = known or list(here)
     places = [_place(here[name]) for name in names]
     if not known and (len({stem for stem, _ in places}) > 1 or len(set(places)) < len(places)):
-        raise NotAFlightError(f"{path}: holds {', '.join(names)}; expected one bag, name the file to read")
+        raise FlightLogError(f"{path}: holds {', '.join(names)}; expected one bag, name the file to read")
     missing = [name for name in listed if name not in here] if known else []
     first = here[names[0]]
     if ".db3" in first.suffixes:
@@ -249,11 +249,11 @@ def files_of(path: Path) -> tuple[list[BagFile], list[str]]:
 def _file(path: Path) -> BagFile:
     packed = _PACKED.get(path.suffix, "")
     if packed not in ("", "zstd"):
-        raise NotAFlightError(f"{path}: compressed with {packed}, expected zstd or none: unpack the file first")
+        raise FlightLogError(f"{path}: compressed with {packed}, expected zstd or none: unpack the file first")
     if ".db3" not in path.suffixes:
         return BagFile(path)
     if packed:
-        raise NotAFlightError(f"{path}: a compressed SQLite file is read with its metadata.yaml: name the directory")
+        raise FlightLogError(f"{path}: a compressed SQLite file is read with its metadata.yaml: name the directory")
     return BagFile(path, path)
 
 
@@ -273,7 +273,7 @@ def _listed(directory: Path) -> list[str]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
     if kind not in ("", "zstd"):
-        raise NotAFlightError(
+        raise FlightLogError(
             f"{directory}: compressed with {kind!r} ({mode}), expected zstd or none: convert it with `ros2 bag convert`"
         )
     return names

@@ -182,7 +182,7 @@ def open_flight(path: str | Path, *, namespace: str = "", memory_limit: int = ME
     """Open a bag directory or one of its files, and verify it.
 
     Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
-    ends (``truncated``). Raises NotAFlightError or CorruptError, both FlightLogError, and FlightLogError for payloads
-    of more than ``memory_limit`` bytes.
+    ends (``truncated``). Raises FlightLogError for what is no bag or holds more than ``memory_limit`` bytes of payload,
+    CorruptError for a damaged one.
     """
     return Flight(Path(path), namespace, memory_limit)

@@ -27,7 +27,7 @@ from quad_flight_log.bag.notes import (
     bag_metadata,
     sealed_notes,
 )
-from quad_flight_log.errors import BagWriteError
+from quad_flight_log.errors import FlightLogError
 
 DRAIN_PERIOD = 0.05  # s between two moves of the queue into the file
 FLUSH_PERIOD = 0.2  # s between two chunks; with the above less than 300 ms are lost with the process
@@ -70,7 +70,7 @@ class BagWriter:
         flush_period: float = FLUSH_PERIOD,
         backlog_limit: int = BACKLOG_LIMIT,
     ) -> None:
-        """Create the bag; raises BagWriteError if the directory exists and is not empty, or cannot be written."""
+        """Create the bag; raises FlightLogError if the directory exists and is not empty, or cannot be written."""
         self.directory = Path(directory).absolute()
         self.path = self.directory / f"{self.directory.name}_0.mcap"
         self.part_path = self.path.with_name(f"{self.path.name}.part")
@@ -99,7 +99,7 @@ class BagWriter:
             self._writer.add_metadata(QUAD, sealed_notes(self._custom))
             self._writer.flush()
         except OSError as error:
-            raise BagWriteError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
+            raise FlightLogError(f"{self.directory}: cannot record here: {error.strerror or error}") from error
         self._threads = [
             threading.Thread(target=self._drain_loop, name="bag-writer", daemon=True),
             threading.Thread(target=self._sync_loop, name="bag-sync", daemon=True),
@@ -163,7 +163,7 @@ class BagWriter:
         # what the nodes of scripts/fly print is there already
         found = next((path for path in sorted(self.directory.iterdir()) if path.name != "logs"), None)
         if found is not None:
-            raise BagWriteError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
+            raise FlightLogError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
         stream = self.part_path.open("xb")
         _keep_names(self.directory)
         return stream

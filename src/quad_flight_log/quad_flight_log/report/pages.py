@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
+from quad_flight_log.analysis.flight_checks import judgement
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import text_table, truth_note
 from quad_flight_log.bag.reader import Flight
@@ -11,7 +12,6 @@ from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_flight, with_bands
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim
 from quad_flight_log.report.text import metric_rows
-from quad_flight_log.report.verdict import judgement
 
 _METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
 

@@ -1,16 +1,9 @@
-"""Metrics as rows and tables of text, and the limits that flights are held to."""
+"""Metrics as rows and tables of text."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 
-from quad_core.parameter_files import load_yaml
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
-from quad_flight_log.errors import FlightLogError
-
-
-class LimitsError(FlightLogError):
-    """A limits file or argument names no metric or no number."""
 
 
 def metric_rows(
@@ -57,31 +50,3 @@ def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> str:
         "  ".join(f"{cell:{'>' if at in right else '<'}{widths[at]}}" for at, cell in enumerate(row)).rstrip()
         for row in rows
     )
-
-
-def read_limits(arguments: Sequence[str]) -> dict[str, float]:
-    """Return {metric: largest allowed value} of ``KEY=VALUE`` arguments and YAML files of such pairs; later ones win.
-
-    Raises LimitsError naming file or argument and what is wrong.
-    """
-    limits: dict[str, float] = {}
-    for argument in arguments:
-        name, equals, value = argument.partition("=")
-        content: object = {name: value}
-        if not equals or Path(argument).exists():
-            try:
-                content = load_yaml(Path(argument).read_text(encoding="utf-8"))
-            except (OSError, ValueError) as error:
-                raise LimitsError(f"{argument}: cannot be read: {' '.join(str(error).split())}") from error
-        if not isinstance(content, dict):
-            raise LimitsError(f"{argument}: found {type(content).__name__}, expected a map of metric to limit")
-        for name, limit in content.items():
-            if name not in METRICS:
-                raise LimitsError(f"{argument}: {name!r} is no metric; there are {', '.join(METRICS)}")
-            try:
-                limits[name] = float("nan" if isinstance(limit, bool) else limit)
-            except (TypeError, ValueError, OverflowError):
-                limits[name] = math.nan
-            if not math.isfinite(limits[name]):
-                raise LimitsError(f"{argument}: {name}: found {limit!r}, expected a finite number")
-    return limits
