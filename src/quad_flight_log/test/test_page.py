@@ -77,15 +77,6 @@ def test_foreign_text_is_escaped(text):
     assert data_of(found)["k"]["data"][0]["name"] == evil
 
 
-def test_the_lines_of_large_pages_keep_fewer_points(monkeypatch):
-    monkeypatch.setattr("quad_flight_log.report.page._library", lambda: "")
-    monkeypatch.setattr("quad_flight_log.report.page.ROOM", 20_000)
-    rng = np.random.default_rng(1)
-    line = Line("a", "a", (np.arange(9000.0), rng.normal(size=9000)))
-    figures = [Figure(f"k{i}", "", "", (Panel("", (line,)),)) for i in range(5)]
-    assert len(page_text(Page("t", "c", (), figures))) <= 40_000
-
-
 def test_two_figures_of_one_key_are_refused():
     figure = Figure("k", "", "", (Panel("", ()),))
     with pytest.raises(ValueError, match="'k'"):

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import yaml
@@ -39,43 +39,32 @@ class Qos(NamedTuple):
         }
 
 
-class TopicSummary(NamedTuple):
-    """One topic of ``metadata.yaml``."""
-
-    name: str
-    type: str
-    type_hash: str
-    qos: Qos
-    messages: int
+def topic_metadata(name: str, kind: str, type_hash: str, qos: Qos) -> dict[str, Any]:
+    """Return what rosbag2 notes about a topic, without messages yet."""
+    about = {
+        "name": name,
+        "type": kind,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": [qos.as_dict()],
+        "type_description_hash": type_hash,
+    }
+    return {"topic_metadata": about, "message_count": 0}
 
 
 def bag_metadata(
-    file_name: str, topics: Iterable[TopicSummary], start_ns: int, end_ns: int, custom: Mapping[str, str]
+    file_name: str, topics: Sequence[Mapping[str, Any]], start_ns: int, end_ns: int, custom: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return what rosbag2 notes about a bag with one MCAP file (BagMetadata, version 9)."""
-    listed: list[dict[str, Any]] = [
-        {
-            "topic_metadata": {
-                "name": topic.name,
-                "type": topic.type,
-                "serialization_format": "cdr",
-                "offered_qos_profiles": [topic.qos.as_dict()],
-                "type_description_hash": topic.type_hash,
-            },
-            "message_count": topic.messages,
-        }
-        for topic in topics
-    ]
     span = {
         "duration": {"nanoseconds": end_ns - start_ns},
         "starting_time": {"nanoseconds_since_epoch": start_ns},
-        "message_count": sum(item["message_count"] for item in listed),
+        "message_count": sum(topic["message_count"] for topic in topics),
     }
     return {
         "version": 9,
         "storage_identifier": "mcap",
         **span,
-        "topics_with_message_count": listed,
+        "topics_with_message_count": topics,
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [file_name],

@@ -11,7 +11,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
@@ -22,10 +22,10 @@ from quad_flight_log.bag.notes import (
     QUAD,
     QUAD_END,
     Qos,
-    TopicSummary,
     as_yaml,
     bag_metadata,
     sealed_notes,
+    topic_metadata,
 )
 from quad_flight_log.errors import FlightLogError
 
@@ -78,9 +78,8 @@ class BagWriter:
         self.dropped: Counter[str] = Counter()
         self._custom = dict(metadata or {})
         self._flush_period, self._backlog_limit = flush_period, backlog_limit
-        self._topics: list[TopicSummary] = []
+        self._topics: list[dict[str, Any]] = []
         self._channels: list[int] = []
-        self._counts: list[int] = []
         self._schemas: dict[str, int] = {}
         self._queue: deque[tuple[int, int, int, bytes]] = deque()
         self._queued_size = 0
@@ -122,8 +121,7 @@ class BagWriter:
                 self._schemas[definition.name] = schema
             extra = {"offered_qos_profiles": as_yaml([profile.as_dict()]), "topic_type_hash": definition.type_hash}
             self._channels.append(self._writer.register_channel(name, MessageEncoding.CDR, schema, extra))
-            self._topics.append(TopicSummary(name, definition.name, definition.type_hash, profile, 0))
-            self._counts.append(0)
+            self._topics.append(topic_metadata(name, definition.name, definition.type_hash, profile))
         return len(self._topics) - 1
 
     def write(self, topic: int, payload: bytes, log_ns: int, publish_ns: int | None = None) -> bool:
@@ -142,7 +140,7 @@ class BagWriter:
 
     def refuse(self, topic: int) -> None:
         """Count a message that does not enter the bag."""
-        self.dropped[self._topics[topic].name] += 1
+        self.dropped[self._topics[topic]["topic_metadata"]["name"]] += 1
 
     def close(self, metadata: Mapping[str, str] | None = None) -> BagReport:
         """Write what is left, close, rename and write metadata.yaml. ``metadata`` is noted at the end."""
@@ -155,7 +153,7 @@ class BagWriter:
             with contextlib.suppress(OSError):  # what a full disk did not take at the end
                 self._stream.close()
             path = self.part_path if self.error else self.path
-            self._closed = BagReport(path, sum(self._counts), sum(self.dropped.values()), self.error)
+            self._closed = BagReport(path, self._number, sum(self.dropped.values()), self.error)
         return self._closed
 
     def _create(self) -> BinaryIO:
@@ -201,7 +199,7 @@ class BagWriter:
         waiting = len(queue)
         for _ in range(waiting):
             topic, log_ns, publish_ns, payload = queue.popleft()
-            self._counts[topic] += 1
+            self._topics[topic]["message_count"] += 1
             add(self._channels[topic], log_ns, payload, publish_ns, self._number)
             self._number += 1
             self._taken_size += len(payload)
@@ -214,11 +212,10 @@ class BagWriter:
         self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
 
     def _finish(self, last: dict[str, str]) -> None:
-        topics = [topic._replace(messages=count) for topic, count in zip(self._topics, self._counts, strict=True)]
         counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
-        last = {**last, "messages": str(sum(self._counts)), "dropped": str(sum(self.dropped.values())), **counted}
+        last = {**last, "messages": str(self._number), "dropped": str(sum(self.dropped.values())), **counted}
         start, end = max(self._start_ns, 0), max(self._end_ns, 0)
-        about = bag_metadata(self.path.name, topics, start, end, {**self._custom, **last})
+        about = bag_metadata(self.path.name, self._topics, start, end, {**self._custom, **last})
         try:
             self._writer.flush()
             self._writer.add_metadata(QUAD_END, sealed_notes(last))

@@ -22,9 +22,7 @@ _MOST_PADDING = 3  # bytes behind the last field
 
 def payload_check(kind: type) -> Callable[[bytes], str]:
     """Return a function that says what is wrong with a CDR payload of the message class ``kind``, empty if nothing."""
-    parts, name = _parts(kind), type_name(kind)
-    fixed = all(isinstance(size, int) and count > 0 for _, size, count in parts)
-    whole = _end(parts, bytes(1 << 16)) if fixed else -1
+    name, whole = type_name(kind), _end(kind, bytes(1 << 16), _HEADER) if _is_fixed(kind) else -1
 
     def problem_of(payload: bytes) -> str:
         if payload[:2] != _PLAIN:
@@ -32,7 +30,7 @@ def payload_check(kind: type) -> Callable[[bytes], str]:
         if len(payload) == whole:
             return ""
         try:
-            left = len(payload) - _end(parts, payload)
+            left = len(payload) - _end(kind, payload, _HEADER)
         except ValueError as error:
             return f"{one_line(error)} in {len(payload)} bytes of {name}"
         return f"found {left} bytes behind the last field of {name}" if left > _MOST_PADDING else ""
@@ -40,46 +38,44 @@ def payload_check(kind: type) -> Callable[[bytes], str]:
     return problem_of
 
 
-_Part = tuple[str, Any, int]
-"""Name of a field; bytes of one number, ``string``, or the parts of a message; how many, -1 for a sequence."""
-
-
 @cache
-def _parts(kind: type) -> list[_Part]:
-    """Return what a message is made of, its nested messages unfolded, equal numbers in a row taken as one.
+def _fields(kind: type) -> list[tuple[str, Any, int]]:
+    """Return (name; bytes of one number, ``string`` or a message class; how many, -1 for a sequence) of each field.
 
     Raises SchemaError for a kind of field that is not recorded.
     """
-    found: list[_Part] = []
+    found: list[tuple[str, Any, int]] = []
     for field, text in kind.get_fields_and_field_types().items():  # type: ignore[attr-defined]
         match = _KIND.fullmatch(text)
         base = match["base"].partition("<")[0] if match else ""
         if match is None or (base not in SIZES and base != "string" and "/" not in base):
             raise SchemaError(f"{type_name(kind)}: {field}: fields of type {text} are not recorded")
-        count = -1 if match["end"] == ">" else int(match["count"] or 1)
-        content = SIZES.get(base, base) if "/" not in base else _parts(message_class(base))
-        inner: list[_Part] = content if isinstance(content, list) and count == 1 else [(field, content, count)]
-        for name, size, number in inner:
-            if found and isinstance(size, int) and number > 0 and found[-1][1] == size and found[-1][2] > 0:
-                found[-1] = (name, size, found[-1][2] + number)
-            else:
-                found.append((name, size, number))
+        content = message_class(base) if "/" in base else SIZES.get(base, base)
+        found.append((field, content, -1 if match["end"] == ">" else int(match["count"] or 1)))
     return found or [("nothing", 1, 1)]
 
 
-def _end(parts: list[_Part], payload: bytes, at: int = _HEADER) -> int:
+def _is_fixed(kind: type) -> bool:
+    """Return whether all messages of a class have one length."""
+    return all(
+        count > 0 and (isinstance(content, int) or (content != "string" and _is_fixed(content)))
+        for _, content, count in _fields(kind)
+    )
+
+
+def _end(kind: type, payload: bytes, at: int) -> int:
     """Return where a message that begins at ``at`` ends; raises ValueError."""
-    for name, size, count in parts:
+    for name, content, count in _fields(kind):
         number = count
         if count < 0:
             number, at = _length(payload, at)
-        if isinstance(size, int):
-            at = at - (at - _HEADER) % -size + size * number if number else at
+        if isinstance(content, int):
+            at = at - (at - _HEADER) % -content + content * number if number else at
         elif number > _MOST_ITEMS:
             raise ValueError(f"{name}: found more than {_MOST_ITEMS} items")
         else:
             for _ in range(number):
-                at = _text_end(payload, at, name) if size == "string" else _end(size, payload, at)
+                at = _text_end(payload, at, name) if content == "string" else _end(content, payload, at)
                 if at > len(payload):
                     break
         if at > len(payload):

@@ -117,13 +117,13 @@ def colours(runs: list[str]) -> dict[str, str]:
     return {**{run: PALETTE[at % len(PALETTE)] for at, run in enumerate(flown)}, REFERENCE: REFERENCE_COLOUR}
 
 
-def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) -> dict[str, Any]:
+def specification(figure: Figure, colour: dict[str, str]) -> dict[str, Any]:
     """Return {"data": [...], "layout": {...}} for Plotly; every trace says in ``meta.run`` what toggles it."""
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     for index, panel in enumerate(figure.panels):
         for line in sorted(panel.lines, key=lambda each: not each.dashed):
-            trace = _trace(thin(line, points), panel, index, colour[line.run], figure.spatial)
+            trace = _trace(thin(line), panel, index, colour[line.run], figure.spatial)
             data.append({**trace, "showlegend": line.label not in named})
             named.add(line.label)
     layout: dict[str, Any] = {
@@ -134,7 +134,6 @@ def specification(figure: Figure, colour: dict[str, str], points: int = POINTS) 
         "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "bgcolor": _CLEAR},
         "modebar": {"bgcolor": _CLEAR},
         "hovermode": "x" if figure.over_time else "closest",
-        "uirevision": figure.key,
         **(_scene(figure.panels[0]) if figure.spatial else _axes(figure)),
     }
     if figure.bands and figure.over_time:

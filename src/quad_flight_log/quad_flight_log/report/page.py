@@ -8,12 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import POINTS, REFERENCE, Figure, colours, runs_of, specification
+from quad_flight_log.report.figures import REFERENCE, Figure, colours, runs_of, specification
 
 _POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
-_FEWEST = 100  # points of a line, however large the page
-ROOM = 9_000_000  # bytes of all lines; a bigger page is slow to open
-_BYTES = 11  # of a point: its columns in single precision, as base64
 
 
 class Page(NamedTuple):
@@ -64,17 +61,15 @@ def write_page(page: Page, path: Path) -> Path:
 
 
 def page_text(page: Page) -> str:
-    """Return the HTML of a page; the more lines it has, the fewer points each keeps, so that all fit into ``ROOM``."""
+    """Return the HTML of a page."""
     figures = [part for part in page.body if isinstance(part, Figure)]
     runs = runs_of(figures)
     colour = colours(runs)
-    lines = sum(len(panel.lines) for figure in figures for panel in figure.panels)
-    points = min(POINTS, max(_FEWEST, ROOM // (_BYTES * max(1, lines))))
     data: dict[str, Any] = {}
     for figure in figures:
         if figure.key in data:
             raise ValueError(f"two figures with the key {figure.key!r}")
-        data[figure.key] = {**specification(figure, colour, points), "time": figure.over_time}
+        data[figure.key] = {**specification(figure, colour), "time": figure.over_time}
     # no JSON may end the script element that holds it
     drawn = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     body = "\n".join(_figure(part) if isinstance(part, Figure) else part for part in page.body)
