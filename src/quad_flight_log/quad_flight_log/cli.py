@@ -121,7 +121,7 @@ def _export(options: argparse.Namespace) -> int:
     """
     (flight,) = _opened(options)
     paths, left_out = export(flight, options.out or Path(f"{flight.name}-csv"), options.topic)
-    print("\n".join([*map(str, paths), *(f"left out: {why}" for why in left_out.values())]))
+    print("\n".join([*map(str, paths), *(f"left out: {why}" for why in left_out)]))
     return 1 if left_out else 0
 
 

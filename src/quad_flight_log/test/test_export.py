@@ -17,7 +17,7 @@ TOPICS = ["truth", "wrench_setpoint", "attitude_controller/internals", "flight/p
 def test_csv_keeps_every_digit(flown, flown_bag, tmp_path):
     paths = export(open_flight(flown_bag), tmp_path, TOPICS)[0]
     assert [path.name for path in paths] == [
-        "truth.csv", "wrench_setpoint.csv", "attitude_controller_internals.csv", "flight_parameters.csv",
+        "truth.csv", "wrench_setpoint.csv", "attitude_controller.internals.csv", "flight.parameters.csv",
     ]  # fmt: skip
     rows = list(csv.DictReader(paths[0].open()))
     truth = flown.result.topics["truth"]

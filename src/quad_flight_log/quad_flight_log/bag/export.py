@@ -1,11 +1,10 @@
 """A flight for other tools: one CSV file per topic."""
 
 import csv
-import itertools
 import json
-import re
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,38 +16,23 @@ from quad_flight_log.errors import FlightLogError, SchemaError
 _LONGEST_NAME = 200
 
 
-def export(flight: Flight, directory: Path, topics: list[str]) -> tuple[list[Path], dict[str, str]]:
-    """Write ``topics`` (empty: all with messages) into ``directory``; return the files, and {topic: why} of the rest.
+def export(flight: Flight, directory: Path, topics: list[str]) -> tuple[list[Path], list[str]]:
+    """Write ``topics`` (empty: all with messages) into ``directory``; return the files, and why the rest is left out.
 
-    A topic that cannot be read is left out. Raises FlightLogError for an existing file, TopicError for a topic that
-    the bag has not.
+    The topic /a/b becomes a.b.csv. Raises FlightLogError for an existing file, TopicError for a topic that the bag has
+    not.
     """
-    names = [flight.resolve(topic) for topic in topics] or [
-        name for name, topic in flight.topics.items() if topic.messages
-    ]
+    names = list(map(flight.resolve, topics)) or [name for name, topic in flight.topics.items() if topic.messages]
     directory.mkdir(parents=True, exist_ok=True)
-    paths, left_out, taken = list[Path](), dict[str, str](), set[str]()
+    paths, left_out = list[Path](), list[str]()
     for name in names:
+        plain = quote(name.strip("/").replace("/", "."), safe="", errors="backslashreplace")[:_LONGEST_NAME]
         try:
-            table = flight.array(name)
-        except SchemaError as error:  # noqa: PERF203
-            left_out[name] = str(error)
-        else:
-            paths.append(directory / f"{_free_name(name, taken)}.csv")
-            _write(table, paths[-1])
+            _write(flight.array(name), directory / f"{plain}.csv")
+            paths.append(directory / f"{plain}.csv")
+        except SchemaError as error:
+            left_out.append(str(error))
     return paths, left_out
-
-
-def _free_name(topic: str, taken: set[str]) -> str:
-    """Return a topic as a file name: /a/b becomes a_b, or a_b_2 where another topic has that name already.
-
-    Names that differ in capitals alone count as equal: on some file systems they are.
-    """
-    plain = re.sub(r"[^\w.-]", "_", topic.strip("/"))[:_LONGEST_NAME] or "_"
-    names = itertools.chain([plain], (f"{plain}_{number}" for number in itertools.count(2)))
-    name = next(name for name in names if name.casefold() not in taken)
-    taken.add(name.casefold())
-    return name
 
 
 def _write(table: Table, path: Path) -> None:
