@@ -65,15 +65,15 @@ MAIN, SHADOW = "attitude_controller", "shadow_attitude_controller"
 
 def test_a_replaced_controller_may_fly_again_and_a_repetition_is_none():
     rows = [
-        (1000, SHADOW, "silent", 0),
-        (1000, SHADOW, "silent", 0),
-        (2500, "shadow_position_controller", "silent", 0),
-        (3000, MAIN, "asked", 1400),
-        (2000, SHADOW, "late news", 0),  # the highest step counts
+        (1000, SHADOW, 0),
+        (1000, SHADOW, 0),
+        (2500, "shadow_position_controller", 0),
+        (3000, MAIN, 1400),
+        (2000, SHADOW, 0),  # the highest step counts
     ]
-    names = [("step", "u8"), ("role", "O"), ("detail", "O"), ("memory_step", "u8")]
+    names = [("step", "u8"), ("role", "O"), ("memory_step", "u8")]
     assert fliers(Bag({"flight/takeover": np.array(rows, names)}), MAIN) == [
-        Flier(MAIN, 0, 0, ""),
-        Flier(SHADOW, 1000, 0, "silent"),
-        Flier(MAIN, 3000, 1400, "asked"),
+        Flier(MAIN, 0, 0),
+        Flier(SHADOW, 1000, 0),
+        Flier(MAIN, 3000, 1400),
     ]

@@ -23,7 +23,7 @@ from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, 
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
-from quad_flight_log.analysis.takeovers import described, takeovers
+from quad_flight_log.analysis.takeovers import takeovers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
@@ -201,7 +201,8 @@ def infeasible_reference(flown: Flown) -> str:
 
 def guard_in_command(flown: Flown) -> str:
     """Name the times in which the guard flew; a flight that failed says by itself why."""
-    return "" if flown.failed else described(takeovers(flown.flight))
+    found = () if flown.failed else takeovers(flown.flight)
+    return "; ".join(f"the guard took over at step {one.step} ({one.mode}): {one.reason}" for one in found)
 
 
 CHECKS = (

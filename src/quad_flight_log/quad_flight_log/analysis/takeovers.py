@@ -1,6 +1,5 @@
 """When the guard flew instead of the controller (``flight/guard``), or another controller (``flight/takeover``)."""
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 from quad_core.cascade import SHADOW
@@ -20,12 +19,11 @@ class Takeover(NamedTuple):
 
 
 class Flier(NamedTuple):
-    """A node that flew a stage from plant step ``step`` on with a memory that began at ``memory_step``; ``why``."""
+    """A node that flew a stage from plant step ``step`` on with a memory that began at ``memory_step``."""
 
     node: str
     step: int
     memory_step: int
-    why: str
 
 
 def takeovers(flight: Flight) -> list[Takeover]:
@@ -49,17 +47,12 @@ def takeovers(flight: Flight) -> list[Takeover]:
 
 def fliers(flight: Flight, role: str) -> list[Flier]:
     """Return which nodes flew the stage of ``role`` in order: the controller, then each that took over."""
-    found = [Flier(role, 0, 0, "")]
-    for row in _of_its_run(flight, "flight/takeover", ("role", "detail", "step", "memory_step")):
+    found = [Flier(role, 0, 0)]
+    for row in _of_its_run(flight, "flight/takeover", ("role", "step", "memory_step")):
         node, step = str(row["role"]), int(row["step"])
         if node.removeprefix(SHADOW) == role and node != found[-1].node and step > found[-1].step:
-            found.append(Flier(node, step, int(row["memory_step"]), str(row["detail"])))
+            found.append(Flier(node, step, int(row["memory_step"])))
     return found
-
-
-def described(found: Iterable[Takeover]) -> str:
-    """Return takeovers as one line for people, empty for none."""
-    return "; ".join(f"the guard took over at step {one.step} ({one.mode}): {one.reason}" for one in found)
 
 
 def _of_its_run(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | list[Table]:

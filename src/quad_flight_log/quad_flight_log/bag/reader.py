@@ -41,14 +41,14 @@ class Flight:
     decoded (their bytes still are in ``payloads``).
     """
 
-    def __init__(self, path: Path, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> None:
+    def __init__(self, path: Path, namespace: str = "") -> None:
         """Read the bag at ``path`` once; raises as ``open_flight``."""
         self._files, missing = files_of(path)
         self.path = self._files[0].path
         self._rows: dict[str, Rows] = {}
         self._cache: dict[str, Table] = {}
         self.topics: dict[str, Topic] = {}
-        self._read_all(memory_limit)
+        self._read_all()
         self.written_by = self._files[0].written_by
         self.size = sum(file.path.stat().st_size for file in self._files)
         damage = [file.damage for file in self._files if file.damage] + [f"{name} is missing" for name in missing]
@@ -128,20 +128,15 @@ class Flight:
     def _channels(self) -> Iterator[Channel]:
         return (channel for file in self._files for channel in file.channels.values())
 
-    def _read_all(self, memory_limit: int) -> None:
+    def _read_all(self) -> None:
         size = 0
         for message in (each for file in self._files for each in file.messages()):
             size += len(message.data)
-            if size > memory_limit:  # go on and count
-                continue
+            if size > MEMORY_LIMIT:
+                raise FlightLogError(f"{self.path}: too large: found more than {MEMORY_LIMIT} bytes of payload")
             payloads, times = self._rows.setdefault(message.channel.topic, ([], []))
             payloads.append(message.data)
             times.append(message.log_time)
-        if size > memory_limit:
-            raise FlightLogError(
-                f"{self.path}: too large: found {size} bytes of payload, expected at most {memory_limit}, which are "
-                "kept in memory (open_flight in Python takes another memory_limit)"
-            )
         for channel in sorted(self._channels(), key=lambda each: each.topic):
             payloads, times = self._rows.setdefault(channel.topic, ([], []))
             span = (min(times, default=0), max(times, default=0))
@@ -178,11 +173,11 @@ def _type_of(channel: Channel) -> MessageType:
     return known_type(channel.type)
 
 
-def open_flight(path: str | Path, *, namespace: str = "", memory_limit: int = MEMORY_LIMIT) -> Flight:
+def open_flight(path: str | Path, *, namespace: str = "") -> Flight:
     """Open a bag directory or one of its files, and verify it.
 
     Bags of rosbag2 may be split, SQLite, or compressed with zstd. A file that was not closed is read up to where it
-    ends (``truncated``). Raises FlightLogError for what is no bag or holds more than ``memory_limit`` bytes of payload,
+    ends (``truncated``). Raises FlightLogError for what is no bag or holds more than MEMORY_LIMIT bytes of payload,
     CorruptError for a damaged one.
     """
-    return Flight(Path(path), namespace, memory_limit)
+    return Flight(Path(path), namespace)

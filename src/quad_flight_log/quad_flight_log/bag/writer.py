@@ -162,9 +162,7 @@ class BagWriter:
         found = next((path for path in sorted(self.directory.iterdir()) if path.name != "logs"), None)
         if found is not None:
             raise FlightLogError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
-        stream = self.part_path.open("xb")
-        _keep_names(self.directory)
-        return stream
+        return self.part_path.open("xb")
 
     def _drain_loop(self) -> None:
         flushed, fresh = time.monotonic(), False
@@ -225,15 +223,5 @@ class BagWriter:
             self.part_path.rename(self.path)
             text = as_yaml({"rosbag2_bagfile_information": about})
             (self.directory / METADATA_FILE).write_text(text, encoding="utf-8")
-            _keep_names(self.directory)
         except OSError as error:
             self.error = f"{self.part_path}: {error.strerror or error}"
-
-
-def _keep_names(directory: Path) -> None:
-    """Make the disk keep which files are in ``directory``."""
-    number = os.open(directory, os.O_RDONLY)
-    try:
-        os.fsync(number)
-    finally:
-        os.close(number)

@@ -37,7 +37,7 @@
   }
 
   function linkTime(source, event) {
-    if (linking || !document.getElementById("link-time").checked) return;
+    if (linking) return;
     const range = event["xaxis.range"] || [event["xaxis.range[0]"], event["xaxis.range[1]"]];
     const change = event["xaxis.autorange"] ? { "xaxis.autorange": true } : { "xaxis.range": range };
     if (!event["xaxis.autorange"] && !range.every(Number.isFinite)) return;

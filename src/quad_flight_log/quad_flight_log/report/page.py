@@ -87,7 +87,7 @@ def page_text(page: Page) -> str:
 <body>
 <header><h1>{escape(page.title)}</h1>
 {_opening(page)}</header>
-{_bar(runs, colour, any(figure.over_time for figure in figures))}
+{_bar(runs, colour)}
 <main>
 {body}
 {_source(page)}
@@ -111,14 +111,12 @@ def _opening(page: Page) -> str:
     return "\n".join(parts)
 
 
-def _bar(runs: list[str], colour: dict[str, str], zooms: bool) -> str:
+def _bar(runs: list[str], colour: dict[str, str]) -> str:
     boxes = []
     for run in runs:
         swatch = f'<span class="swatch" style="background:{colour[run]}"></span>'
         label = escape("the reference" if run == REFERENCE else run)
         boxes.append(f'<label><input type="checkbox" checked data-run="{escape(run)}">{swatch}{label}</label>')
-    if zooms:
-        boxes.append('<label><input type="checkbox" id="link-time" checked>zoom time in all figures</label>')
     return f'<nav id="bar"><form autocomplete="off">{"".join(boxes)}</form></nav>' if boxes else ""
 
 
