@@ -47,8 +47,7 @@ def success(frame: pd.DataFrame) -> Success:
 
 def quantiles(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the quantiles of each figure over the flights that ended; NaN if none did."""
-    ended = frame[frame["outcome"] == "ended"]
-    return pd.DataFrame({name: [ended[name].quantile(q) for q in QUANTILES] for name in FIGURES}, index=list(QUANTILES))
+    return frame[frame["outcome"] == "ended"][list(FIGURES)].quantile(list(QUANTILES))
 
 
 def worst(frame: pd.DataFrame, count: int = _WORST) -> pd.DataFrame:

@@ -153,7 +153,6 @@ def flight_metrics(tables: Mapping[str, NDArray[np.void]]) -> FlightMetrics:
     values: dict[str, float | None] = {"duration": (end_ns - start_ns) * 1e-9}
     if "truth" in known:
         values.update(_position(known["truth"], flown))
-        values.update(_overshoot(known["truth"], flown))
         if "attitude_setpoint" in known:
             values.update(_attitude(known["truth"], _since(known["attitude_setpoint"], start_ns)))
     if COMMAND in known:
@@ -191,6 +190,7 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
     if len(truth) == 0:
         return {}
     error, times = norms(truth["p_w"] - reference["p_w"]), reference["trajectory_time"]
+    velocity = reference["v_w"] if "v_w" in (reference.dtype.names or ()) else np.zeros((len(times), 3))
     return {
         "position_rmse": rmse(error),
         "position_max": float(error.max()),
@@ -198,6 +198,7 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
         "position_iae": _integral(times, error),
         "position_itae": _integral(times, times * error),
         "settling_time": settling_time(times, error),
+        "corner_overshoot": corner_overshoot(times, truth["p_w"], reference["p_w"], velocity),
     }
 
 
@@ -247,14 +248,6 @@ def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
     flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
     limited = np.logical_or.reduce([actuation[flag] for flag in flags])
     return {"saturation_time": float(np.sum(hold[limited]))}
-
-
-def _overshoot(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str, float | None]:
-    truth, reference = matched(truth, reference)
-    if "v_w" not in (reference.dtype.names or ()):
-        return {}
-    times = np.asarray(truth["stamp_ns"] * 1e-9, dtype=np.float64)
-    return {"corner_overshoot": corner_overshoot(times, truth["p_w"], reference["p_w"], reference["v_w"])}
 
 
 def corner_overshoot(times: Floats, position: Floats, desired: Floats, desired_velocity: Floats) -> float | None:

@@ -45,20 +45,31 @@ def flight_tables(flight: Flight) -> dict[str, Table]:
     such a one, a foreign node may. In the flown path the checks reject them too. A vehicle that is no simulator sends
     no truth: ``state`` replaces it, see ``truth_topic``.
     """
-    found = {topic: flight.array(topic) for topic in TOPICS if flight.has(topic)}
-    for topic, table in found.items():
-        _check(flight, topic, table)
-    if truth_topic(flight) == "state":
-        found["truth"] = flight.array("state")
-        _check(flight, "state", found["truth"])
-    for topic, table in found.items():
+    return _tables(flight)[0]
+
+
+def unusable_messages(flight: Flight) -> dict[str, int]:
+    """Return {topic: messages that the metrics leave out}; raises TopicError as ``flight_tables``."""
+    return _tables(flight)[1]
+
+
+def _tables(flight: Flight) -> tuple[dict[str, Table], dict[str, int]]:
+    tables, left_out = dict[str, Table](), dict[str, int]()
+    for topic in TOPICS:
+        source = truth_topic(flight) if topic == "truth" else topic
+        if not flight.has(source):
+            continue
+        table = flight.array(source)
+        _check(flight, source, table)
         good = _usable(topic, table)
-        if topic == "truth" and len(good) and not good.any():
-            where = f"{flight.path}: {truth_topic(flight)}"
+        if topic == "truth" and not good.any():
+            where = f"{flight.path}: {source}"
             raise TopicError(f"{where}: every message holds a number that is not finite, or larger than {LARGEST:g}")
         if not good.all():
-            found[topic] = table[good]
-    return {topic: table for topic, table in found.items() if len(table)}
+            left_out[source] = int((~good).sum())
+        if good.any():
+            tables[topic] = table[good]
+    return tables, left_out
 
 
 def measured(flight: Flight) -> FlightMetrics:
@@ -70,18 +81,6 @@ def measured(flight: Flight) -> FlightMetrics:
     if not tables:
         raise flight.without_topics("there is nothing to measure")
     return flight_metrics(tables)
-
-
-def unusable_messages(flight: Flight) -> dict[str, int]:
-    """Return {topic: messages that the metrics leave out}; raises TopicError as ``flight_tables``."""
-    tables = flight_tables(flight)
-    sources = {topic: truth_topic(flight) if topic == "truth" else topic for topic in TOPICS}
-    lost = {
-        source: flight.topics[flight.resolve(source)].messages - len(tables.get(topic, ()))
-        for topic, source in sources.items()
-        if flight.has(source)
-    }
-    return {topic: count for topic, count in lost.items() if count > 0}
 
 
 def truth_topic(flight: Flight) -> str:
