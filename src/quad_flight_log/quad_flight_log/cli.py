@@ -168,7 +168,7 @@ def _report(options: argparse.Namespace) -> int:
     names = options.names.split(",") if options.names else [flight.name for flight in flights]
     if len(names) != len(flights) or len(set(names)) != len(names):
         raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
-    page = report_page(flights, names, command, read_limits(options.limits) if options.limits else None)
+    page = report_page(flights, names, command)
     if len(flights) == 1:
         path = options.out / f"{flights[0].name}.html" if options.out else flights[0].path.parent / "report.html"
     else:
@@ -218,7 +218,7 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--out")),
     "replay": (_replay, 1, ()),
-    "report": (_report, "+", ("--names", "--limits", "--out")),
+    "report": (_report, "+", ("--names", "--out")),
     "view": (_view, "*", ("--out",)),
 }
 """{command: (function, how many bags, flags)}. A function's docstring is its help, the last paragraph examples.

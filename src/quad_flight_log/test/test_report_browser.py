@@ -138,7 +138,7 @@ def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_scre
 @pytest.mark.parametrize(("size", "theme"), [(PHONE, "dark"), (DESK, "light")])
 def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, theme, tmp_path):
     flight = open_flight(drawn_flights.bag(tmp_path / "bag", steps=400))
-    path = write_page(report_page([flight], ["circle"], "command", {"position_rmse": 0.5}), tmp_path / "page.html")
+    path = write_page(report_page([flight], ["circle"], "command"), tmp_path / "page.html")
     with Browser(tmp_path / "profile", size, theme=theme) as browser:
         browser.open(path.as_uri())
         browser.wait("document.body.dataset.drawn")

@@ -237,7 +237,7 @@ class Recorder(FlightNode):
         if listed:
             severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
             self.event(severity, "incomplete", listed, self._flight_ns)
-        report = self._closed(ended, last.reason, missing, last.wall_time)
+        report = self._closed(ended, last.reason, missing)
         problem = report.error or (listed if fault else "")
         if report.error or (ended and problem):
             self.finish(1, problem)
@@ -245,18 +245,15 @@ class Recorder(FlightNode):
         self.finish(0, f"{report.messages} messages in {report.path.name}")
         self.exit_code = 0 if ended else 1
 
-    def _closed(self, ended: bool, reason: str, missing: dict[str, int], wall_time: float) -> BagReport:
+    def _closed(self, ended: bool, reason: str, missing: dict[str, int]) -> BagReport:
         notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
-        if wall_time > 0.0:  # the vehicle interface noted it
-            notes["wall_time"] = f"{wall_time:.6f}"
-            notes["real_time_factor"] = f"{self._flight_ns * 1e-9 / wall_time:.3f}"
         notes.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
         notes.update({f"count.{name}": str(count) for name, count in sorted(self.counters.items()) if count})
         return self.bag.close(notes)
 
     def close(self) -> None:
         """Finish the bag of a recorder that was stopped early."""
-        self._closed(False, STOPPED, {}, 0.0)
+        self._closed(False, STOPPED, {})
 
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""

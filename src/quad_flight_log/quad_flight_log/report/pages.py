@@ -16,23 +16,21 @@ from quad_flight_log.report.text import metric_rows
 _METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
 
 
-def report_page(
-    flights: Sequence[Flight], names: Sequence[str], command: str, limits: Mapping[str, float] | None = None
-) -> Page:
+def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -> Page:
     """Return the report of one flight, or of several of one trajectory in the same figures.
 
-    One is judged, by ``limits`` or those that its bag notes; the page opens with verdict, three numbers and the path.
-    Raises FlightLogError for different trajectories.
+    One is judged by the limits that its bag notes; the page opens with verdict, three numbers and the path. Raises
+    FlightLogError for different trajectories.
     """
     runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
     flown = dict.fromkeys(run.trajectory for run in runs)
     if len(flown) > 1:
         raise FlightLogError(f"found flights of {', '.join(map(repr, flown))}, expected one trajectory in a report")
-    judged = judgement(flights[0], runs[0].metrics, limits) if len(runs) == 1 else None
+    judged = judgement(flights[0], runs[0].metrics) if len(runs) == 1 else None
     notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
     body: list[Figure | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
     figures = with_bands(paper_figures(runs), runs)
-    body += [*figures[:1], *_tables(runs, (judged.limits if judged else limits) or {}), *figures[1:]]
+    body += [*figures[:1], *_tables(runs, judged.limits if judged else {}), *figures[1:]]
     body += [heading("Inside the flight"), *with_bands(inside_figures(runs), runs), *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
     page = Page(f"Flight {', '.join(names)}", command, facts, body)
