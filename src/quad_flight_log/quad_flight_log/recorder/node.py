@@ -99,8 +99,6 @@ class Recorder(FlightNode):
         is_stepped = topic.step or _of_shadow(topic.name)
         if is_stepped:
             keep = self._stepped(topic.name, handle)
-            if topic.name in FOLLOWED:
-                keep = self._poses.following(keep, topic.name, lambda: self._flight_ns)
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
         take: Callable[..., None] = self._checked(topic.name, topic.type, handle, keep)
@@ -132,6 +130,7 @@ class Recorder(FlightNode):
 
     def _stepped(self, name: str, handle: int) -> Keep:
         write, steady, wall, clock = self.bag.write, time.monotonic, time.time_ns, self._stamps
+        followed = name in FOLLOWED
 
         def keep(payload: bytes) -> None:
             self._arrived = steady()
@@ -145,6 +144,8 @@ class Recorder(FlightNode):
             write(handle, payload, clock.newest, wall())
             if clock.newest >= self._due_ns:
                 self._acknowledge()
+            if followed:
+                self._poses.take(name, payload, clock.newest)
 
         return keep
 

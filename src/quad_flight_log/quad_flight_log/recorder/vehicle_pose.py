@@ -5,7 +5,6 @@ without a message of this workspace.
 """
 
 import time
-from collections.abc import Callable
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
@@ -56,39 +55,30 @@ class PoseOutput:
     def __init__(self, node: Node, bag: BagWriter, live: bool) -> None:
         """Declare the topics."""
         self._bag, self._live, self._truth = bag, live, False
+        self._due_ns = {**dict.fromkeys(FOLLOWED, 0), "state": TRUTH_WITHIN_NS}
+        self._shown = dict.fromkeys(FOLLOWED, 0.0)
         self._body = f"{node.get_namespace().strip('/')}/base_link".lstrip("/")
         self._outputs: dict[str, tuple[int, Publisher]] = {}
         for topic, kind in (("pose", PoseStamped), ("/tf", TFMessage), ("reference_pose", PoseStamped)):
             handle = bag.add_topic(node.resolve_topic_name(topic), definition_of(kind), Qos(10))
             self._outputs[topic] = handle, node.create_publisher(kind, topic, 10)
 
-    def following(
-        self, keep: Callable[[bytes], None], topic: str, log_ns: Callable[[], int]
-    ) -> Callable[[bytes], None]:
-        """Return ``keep`` of a topic of FOLLOWED that also gives poses; ``log_ns`` returns the time of the bag."""
-        kind = TrajectoryPoint if topic == "reference" else VehicleState
-        due_ns, shown = TRUTH_WITHIN_NS if topic == "state" else 0, 0.0
-
-        def on_message(payload: bytes) -> None:
-            nonlocal due_ns, shown
-            keep(payload)
-            self._truth |= topic == "truth"
-            now_ns = log_ns()
-            if now_ns < due_ns or (self._truth and topic == "state"):
-                return
-            due_ns = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
-            pose = pose_of(deserialize_message(payload, kind))
-            if topic == "reference":
-                messages = {"reference_pose": pose}
-            else:
-                messages = {"pose": pose, "/tf": TFMessage(transforms=[transform_of(pose, self._body)])}
-            wall, now = time.time_ns(), time.monotonic()
-            shows = self._live and now - shown >= LIVE_PERIOD
-            shown = now if shows else shown
-            for name, message in messages.items():
-                (handle, publisher), data = self._outputs[name], serialize_message(message)
-                self._bag.write(handle, data, now_ns, wall)
-                if shows:
-                    publisher.publish(data)
-
-        return on_message
+    def take(self, topic: str, payload: bytes, now_ns: int) -> None:
+        """Take in a message of a topic of FOLLOWED at ``now_ns`` of the bag, and give its pose if one is due."""
+        self._truth |= topic == "truth"
+        if now_ns < self._due_ns[topic] or (self._truth and topic == "state"):
+            return
+        self._due_ns[topic] = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
+        if topic == "reference":
+            messages = {"reference_pose": pose_of(deserialize_message(payload, TrajectoryPoint))}
+        else:
+            pose = pose_of(deserialize_message(payload, VehicleState))
+            messages = {"pose": pose, "/tf": TFMessage(transforms=[transform_of(pose, self._body)])}
+        wall, now = time.time_ns(), time.monotonic()
+        shows = self._live and now - self._shown[topic] >= LIVE_PERIOD
+        self._shown[topic] = now if shows else self._shown[topic]
+        for name, message in messages.items():
+            (handle, publisher), data = self._outputs[name], serialize_message(message)
+            self._bag.write(handle, data, now_ns, wall)
+            if shows:
+                publisher.publish(data)
