@@ -62,7 +62,6 @@ FORMULAS = {
     "position_iae": ("integral of abs(p - p_d) dt", "after the approach"),
     "position_itae": ("integral of t abs(p - p_d) dt", "after the approach"),
     "settling_time": ("least T with abs(p - p_d) < band for all t >= T", "after the approach"),
-    "corner_overshoot": ("max of (p - corner) along the arrival", "after each corner"),
     "attitude_rmse": ("sqrt(mean of abs(phi, theta, psi - setpoint)^2)", "after the approach"),
     "thrust_effort": ("sum of F_T^2 times hold time", "after the approach"),
     "torque_effort": ("sum of abs(tau)^2 times hold time", "after the approach"),

@@ -166,11 +166,11 @@ def test_summary_pairs_by_seed_whatever_the_order():
 def test_tables_show_medians_and_differences(plan, flown, tmp_path, capsys):
     out = tmp_path / "out"
     study.run(plan, 3, out, "c")
-    text = study_table.tables(out, metrics=["position_rmse", "corner_overshoot"])
+    text = study_table.tables(out, metrics=["position_rmse", "attitude_rmse"])
     assert "### case1, plant `rigid_body`" in text
     assert "| metric | Mine | Other |" in text
     assert "| position_rmse [m] | 0.101 (0.1 .. 0.102) | 0.601 (0.6 .. 0.602)<br>+0.5 [+0.5, +0.5] |" in text
-    assert "corner_overshoot" not in text  # nobody has one
+    assert "attitude_rmse" not in text  # nobody has one
     assert "| flown to the end | 3 of 3 | 2 of 3 |" in text
     turned = study_table.tables(out, metrics=["position_rmse"], against="other")
     assert "| metric | Other | Mine |" in turned

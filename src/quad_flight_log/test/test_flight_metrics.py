@@ -7,7 +7,6 @@ import pytest
 from metric_tables import seconds, table
 
 from quad_flight_log.analysis import metrics
-from quad_flight_log.analysis.metrics import corner_overshoot
 
 
 def test_a_flight_of_four_references_by_hand():
@@ -155,62 +154,3 @@ def test_a_flight_that_was_never_in_mission_has_no_metrics():
     reference = table(seconds(0.0), p_w=np.zeros((1, 3)), trajectory_time=[0.0])
     modes = table(seconds(0.0), mode=np.array([4], dtype=np.uint8))
     assert metrics.flight_metrics({"reference": reference, "flight/mode": modes}) == metrics.FlightMetrics()
-
-
-TIMES = np.arange(0.0, 20.0, 0.01)
-
-
-def square_corner():
-    """Along +x at 0.5 m/s until t = 10 s, then along +y."""
-    turned = TIMES >= 10.0
-    desired = np.stack(
-        [np.minimum(TIMES, 10.0) * 0.5, np.maximum(TIMES - 10.0, 0.0) * 0.5, np.full_like(TIMES, 3.0)], 1
-    )
-    velocity = np.where(turned[:, None], [0.0, 0.5, 0.0], [0.5, 0.0, 0.0])
-    return desired, velocity
-
-
-AFTER = TIMES - 10.0
-
-
-@pytest.mark.parametrize(
-    ("moved", "expected"),
-    [
-        ([np.where(AFTER > 0.0, 0.2 * np.exp(-((AFTER - 1.0) ** 2)), 0.0), 0.0 * TIMES, 0.0 * TIMES], 0.2),
-        ([np.where(AFTER > 0.0, 0.2 * np.exp(-((AFTER - 1.0) ** 2)), 0.0), 0.7 + 0.0 * TIMES, 0.0 * TIMES], 0.2),
-        ([-0.1 + 0.0 * TIMES, 0.0 * TIMES, 0.0 * TIMES], 0.0),
-        ([np.where(TIMES > 15.5, 0.9, -0.1), 0.0 * TIMES, 0.0 * TIMES], 0.0),
-    ],
-    ids=["beyond along the arrival", "and sideways, which is none", "nothing beyond", "too late"],
-)
-def test_what_goes_beyond_a_corner_along_the_arrival_counts(moved, expected):
-    desired, velocity = square_corner()
-    flown = desired + np.stack(moved, 1)
-    assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(expected, abs=1e-6)
-
-
-def test_a_reference_without_corner_has_no_overshoot():
-    angle = 0.5 * TIMES
-    circle = np.stack([np.cos(angle), np.sin(angle), TIMES], 1)
-    velocity = np.stack([-0.5 * np.sin(angle), 0.5 * np.cos(angle), np.ones_like(TIMES)], 1)
-    assert corner_overshoot(TIMES, circle + 0.1, circle, velocity) is None
-
-
-def test_the_farthest_of_all_corners_counts():
-    desired = np.stack([np.clip(TIMES, 0.0, 5.0), np.clip(TIMES - 5.0, 0.0, 5.0), np.clip(TIMES - 10.0, 0.0, 9.0)], 1)
-    steps = [TIMES < 5.0, (TIMES >= 5.0) & (TIMES < 10.0), TIMES >= 10.0]
-    velocity = np.stack(steps, 1).astype(float)
-    flown = desired.copy()
-    flown[(TIMES > 5.5) & (TIMES < 6.0), 0] += 0.3
-    flown[(TIMES > 10.5) & (TIMES < 11.0), 1] += 0.1
-    assert corner_overshoot(TIMES, flown, desired, velocity) == pytest.approx(0.3)
-
-
-def test_the_way_after_the_next_corner_is_not_beyond_this_one():
-    """Along x, for 2 s along y, along x again: what is flown there is beyond the first corner, and meant to be."""
-    along_y = (TIMES >= 10.0) & (TIMES < 12.0)
-    velocity = np.where(along_y[:, None], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-    desired = np.stack(
-        [np.minimum(TIMES, 10.0) + np.maximum(TIMES - 12.0, 0.0), np.clip(TIMES - 10.0, 0.0, 2.0), 0.0 * TIMES], 1
-    )
-    assert corner_overshoot(TIMES, desired, desired, velocity) == 0.0

@@ -28,8 +28,6 @@ from quad_flight_log.analysis.arrays import (
 MISSION = 3  # of flight/mode
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
-OVERSHOOT_WINDOW = 5.0  # s
-VELOCITY_STEP = 0.1  # m/s, a corner of the reference
 
 
 class Metric(NamedTuple):
@@ -53,9 +51,6 @@ class FlightMetrics(NamedTuple):
     position_itae: Annotated[Number, "m s^2", "integral of trajectory time times the 3-D position error"] = None
     settling_time: Annotated[
         Number, "s", f"time until the 3-D position error stays below {SETTLING_BAND} m to the end"
-    ] = None
-    corner_overshoot: Annotated[
-        Number, "m", f"farthest beyond a corner of the reference, along the arrival, within {OVERSHOOT_WINDOW:g} s"
     ] = None
     attitude_rmse: Annotated[
         Number, "rad", "root of the mean squared error of phi, theta, psi together against the setpoint"
@@ -190,7 +185,6 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
     if len(truth) == 0:
         return {}
     error, times = norms(truth["p_w"] - reference["p_w"]), reference["trajectory_time"]
-    velocity = reference["v_w"] if "v_w" in (reference.dtype.names or ()) else np.zeros((len(times), 3))
     return {
         "position_rmse": rmse(error),
         "position_max": float(error.max()),
@@ -198,7 +192,6 @@ def _position(truth: NDArray[np.void], reference: NDArray[np.void]) -> dict[str,
         "position_iae": _integral(times, error),
         "position_itae": _integral(times, times * error),
         "settling_time": settling_time(times, error),
-        "corner_overshoot": corner_overshoot(times, truth["p_w"], reference["p_w"], velocity),
     }
 
 
@@ -248,21 +241,3 @@ def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
     flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
     limited = np.logical_or.reduce([actuation[flag] for flag in flags])
     return {"saturation_time": float(np.sum(hold[limited]))}
-
-
-def corner_overshoot(times: Floats, position: Floats, desired: Floats, desired_velocity: Floats) -> float | None:
-    """Return the farthest that any corner was passed by, in m along the direction of arrival, >= 0; (n, 3) arrays.
-
-    A corner is a jump of the reference's velocity that is larger than VELOCITY_STEP, arrived at in motion. It counts
-    until the next one, for at most OVERSHOOT_WINDOW. None: the reference has none.
-    """
-    jumps = np.flatnonzero(norms(np.diff(desired_velocity, axis=0)) > VELOCITY_STEP) + 1
-    found = None
-    for jump, following in zip(jumps, [*jumps[1:], len(times)][: len(jumps)], strict=True):
-        end = min(int(following), int(np.searchsorted(times, times[jump] + OVERSHOOT_WINDOW)))
-        arrival = desired_velocity[jump - 1]
-        speed = float(np.linalg.norm(arrival))
-        if speed > 0.0:
-            beyond = (position[jump:end] - desired[jump]) @ (arrival / speed)
-            found = max(0.0, float(beyond.max()), found or 0.0)
-    return found
