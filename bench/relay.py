@@ -19,7 +19,6 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
-from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_node import topics
@@ -97,7 +96,7 @@ class Relay(Node):
     def on_raw(self, name: str) -> Callable[[bytes], None]:
         """Return what keeps or counts the messages of a topic, and acknowledges now and then."""
         kind: Any = topics.TOPICS[name].type
-        handle = self.bag.add_topic(f"/{name}", definition_of(kind), Qos(10)) if self.bag else 0
+        handle = self.bag.add_topic(f"/{name}", definition_of(kind)) if self.bag else 0
 
         def keep(payload: bytes) -> None:
             self.count += 1

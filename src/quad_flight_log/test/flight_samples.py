@@ -172,9 +172,9 @@ def write_bag(
         copy = directory.parent / f"{directory.name}_part"
         copy.mkdir()
         target = copy / f"{copy.name}_0.mcap.part"
-        target.write_bytes(bag.part_path.read_bytes())
+        target.write_bytes(bag.path.read_bytes())
         bag.close()
         return target
-    report = bag.close({"outcome": "ended", **notes})
-    assert report.error == ""
-    return report.path
+    bag.close({"outcome": "ended", **notes})
+    assert bag.error == ""
+    return bag.path

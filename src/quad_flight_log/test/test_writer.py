@@ -41,8 +41,8 @@ FULL_DISK = """
         resource.setrlimit(resource.RLIMIT_FSIZE, (unlimited, unlimited))
     taken = [bag.write(topic, bytes(124), step) for _ in range(3)]
     time.sleep(0.2)
-    report = bag.close({"outcome": "ended"})
-    print(any(taken), report.dropped, report.path.name, report.error)
+    bag.close({"outcome": "ended"})
+    print(any(taken), bag.dropped.total(), bag.path.name, bag.error)
 """
 
 
@@ -94,7 +94,8 @@ def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path
     assert sum(name == "bag-sync" for _, name in synced) >= 3
     in_flight = [name for at, name in synced if at > began]
     assert set(in_flight) == {"bag-sync"}
-    assert bag.close().error == ""
+    bag.close()
+    assert bag.error == ""
     assert bag_writer.FLUSH_PERIOD + bag_writer.DRAIN_PERIOD < 0.3
 
 
@@ -118,9 +119,9 @@ def test_a_backlog_beyond_its_limit_is_dropped_and_counted_per_topic(tmp_path, m
     assert [sum(column) for column in zip(*taken, strict=True)] == [5, 4]
     assert bag.dropped == {"/state": 5, "/truth": 6}
     monkeypatch.undo()
-    report = bag.close()
-    assert (report.messages, report.dropped, report.error) == (9, 11, "")
-    facts = open_flight(report.path).metadata
+    bag.close()
+    assert (bag.messages, bag.error) == (9, "")
+    facts = open_flight(bag.path).metadata
     assert (facts["dropped"], facts["dropped./state"], facts["dropped./truth"]) == ("11", "5", "6")
 
 
@@ -137,10 +138,10 @@ def test_any_error_of_the_thread_ends_the_recording(error, tmp_path, monkeypatch
         thread.join(timeout=5.0)
     assert not bag.write(topic, bytes(124), 1)
     assert bag.backlog == 0  # a plant that waits for the disk would wait for ever
-    report = bag.close()
-    assert (getattr(error, "strerror", None) or str(error)) in report.error
-    assert report.dropped == 1
-    assert open_flight(report.path).truncated
+    bag.close()
+    assert (getattr(error, "strerror", None) or str(error)) in bag.error
+    assert bag.dropped == {"/state": 1}
+    assert open_flight(bag.path).truncated
 
 
 def test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written(tmp_path):
@@ -149,9 +150,9 @@ def test_a_message_that_no_reader_would_unpack_is_refused_when_it_is_written(tmp
     assert bag.write(topic, flight_samples.encoded(flight_samples.event(0, "before")), 0)
     assert not bag.write(topic, flight_samples.encoded(flight_samples.event(1, "x" * 70_000_000)), 1)
     assert bag.write(topic, flight_samples.encoded(flight_samples.event(2, "after")), 2)
-    report = bag.close()
-    assert (report.messages, report.dropped, report.error) == (2, 1, "")
-    flight = open_flight(report.path)
+    bag.close()
+    assert (bag.messages, bag.dropped.total(), bag.error) == (2, 1, "")
+    flight = open_flight(bag.path)
     assert flight.array("flight/events")["text"].tolist() == ["before", "after"]
     assert flight.metadata["dropped./flight/events"] == "1"
 
@@ -177,4 +178,5 @@ def test_memory_grows_by_the_index_of_its_chunks_alone(tmp_path, monkeypatch):
 
     grown(100)
     assert grown(400) < 400 * 2_000
-    assert bag.close().error == ""
+    bag.close()
+    assert bag.error == ""

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
@@ -18,34 +18,28 @@ _DIGEST = "sha256"
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 
 
-class Qos(NamedTuple):
-    """The policies in which the topics of a flight differ, named as in ROS 2 (``volatile``, ``transient_local``)."""
-
-    depth: int = 10
-    durability: str = "volatile"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the profile as rosbag2 writes it."""
-        return {
-            "history": "keep_last",
-            "depth": self.depth,
-            "reliability": "reliable",
-            "durability": self.durability,
-            "deadline": _FOREVER,
-            "lifespan": _FOREVER,
-            "liveliness": "automatic",
-            "liveliness_lease_duration": _FOREVER,
-            "avoid_ros_namespace_conventions": False,
-        }
+def qos_profile(*, latched: bool) -> dict[str, Any]:
+    """Return the QoS of a topic as rosbag2 writes it."""
+    return {
+        "history": "keep_last",
+        "depth": 1 if latched else 10,
+        "reliability": "reliable",
+        "durability": "transient_local" if latched else "volatile",
+        "deadline": _FOREVER,
+        "lifespan": _FOREVER,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _FOREVER,
+        "avoid_ros_namespace_conventions": False,
+    }
 
 
-def topic_metadata(name: str, kind: str, type_hash: str, qos: Qos) -> dict[str, Any]:
+def topic_metadata(name: str, kind: str, type_hash: str, profile: Mapping[str, Any]) -> dict[str, Any]:
     """Return what rosbag2 notes about a topic, without messages yet."""
     about = {
         "name": name,
         "type": kind,
         "serialization_format": "cdr",
-        "offered_qos_profiles": [qos.as_dict()],
+        "offered_qos_profiles": [profile],
         "type_description_hash": type_hash,
     }
     return {"topic_metadata": about, "message_count": 0}

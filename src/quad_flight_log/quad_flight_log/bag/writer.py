@@ -21,9 +21,9 @@ from quad_flight_log.bag.notes import (
     METADATA_FILE,
     QUAD,
     QUAD_END,
-    Qos,
     as_yaml,
     bag_metadata,
+    qos_profile,
     sealed_notes,
     topic_metadata,
 )
@@ -45,21 +45,12 @@ class Definition(NamedTuple):
     type_hash: str
 
 
-class BagReport(NamedTuple):
-    """How a recording ended. ``error`` is empty if the bag is closed and complete; else the file may hold less."""
-
-    path: Path
-    messages: int
-    dropped: int
-    error: str
-
-
 class BagWriter:
     """One recording into a new directory.
 
     ``metadata`` is written first, so that it survives a kill. ``write`` never blocks
-    on the disk. The first error of the disk ends the recording; everything before it stays readable. ``part_path`` is
-    the file while it is written, ``path`` when it is finished.
+    on the disk. The first error of the disk ends the recording, and is its ``error``; everything before it stays
+    readable. ``path`` is the file, ``dropped`` {topic: messages that did not enter it}, ``messages`` those that did.
     """
 
     def __init__(
@@ -72,8 +63,7 @@ class BagWriter:
     ) -> None:
         """Create the bag; raises FlightLogError if the directory exists and is not empty, or cannot be written."""
         self.directory = Path(directory).absolute()
-        self.path = self.directory / f"{self.directory.name}_0.mcap"
-        self.part_path = self.path.with_name(f"{self.path.name}.part")
+        self.path = self.directory / f"{self.directory.name}_0.mcap.part"
         self.error = ""
         self.dropped: Counter[str] = Counter()
         self._custom = dict(metadata or {})
@@ -84,11 +74,10 @@ class BagWriter:
         self._queue: deque[tuple[int, int, int, bytes]] = deque()
         self._queued_size = 0
         self._taken_size = 0
-        self._flushes = self._number = 0
+        self._flushes = self.messages = 0
         self._start_ns = self._end_ns = -1
         self._lock = threading.Lock()
         self._closing = threading.Event()
-        self._closed: BagReport | None = None
         try:
             self._stream = self._create()
             self._writer = Writer(
@@ -111,15 +100,15 @@ class BagWriter:
         """Bytes that wait for the disk; none after it failed, so that no node waits for it."""
         return 0 if self.error else self._queued_size - self._taken_size
 
-    def add_topic(self, name: str, definition: Definition, qos: Qos | None = None) -> int:
+    def add_topic(self, name: str, definition: Definition, *, latched: bool = False) -> int:
         """Declare a topic (full name) and return its handle."""
-        profile = qos or Qos()
+        profile = qos_profile(latched=latched)
         with self._lock:
             schema = self._schemas.get(definition.name)
             if schema is None:
                 schema = self._writer.register_schema(definition.name, SchemaEncoding.ROS2, definition.text.encode())
                 self._schemas[definition.name] = schema
-            extra = {"offered_qos_profiles": as_yaml([profile.as_dict()]), "topic_type_hash": definition.type_hash}
+            extra = {"offered_qos_profiles": as_yaml([profile]), "topic_type_hash": definition.type_hash}
             self._channels.append(self._writer.register_channel(name, MessageEncoding.CDR, schema, extra))
             self._topics.append(topic_metadata(name, definition.name, definition.type_hash, profile))
         return len(self._topics) - 1
@@ -142,19 +131,20 @@ class BagWriter:
         """Count a message that does not enter the bag."""
         self.dropped[self._topics[topic]["topic_metadata"]["name"]] += 1
 
-    def close(self, metadata: Mapping[str, str] | None = None) -> BagReport:
-        """Write what is left, close, rename and write metadata.yaml. ``metadata`` is noted at the end."""
-        if self._closed is None:
-            self._closing.set()
-            for thread in self._threads:
-                thread.join()
-            if not self.error:
-                self._finish(dict(metadata or {}))
-            with contextlib.suppress(OSError):  # what a full disk did not take at the end
-                self._stream.close()
-            path = self.part_path if self.error else self.path
-            self._closed = BagReport(path, self._number, sum(self.dropped.values()), self.error)
-        return self._closed
+    def close(self, metadata: Mapping[str, str] | None = None) -> None:
+        """Write what is left, close, rename and write metadata.yaml. ``metadata`` is noted at the end.
+
+        With an ``error`` the file keeps its name ``*.part`` and may hold less than was written.
+        """
+        if self._stream.closed:
+            return
+        self._closing.set()
+        for thread in self._threads:
+            thread.join()
+        if not self.error:
+            self._finish(dict(metadata or {}))
+        with contextlib.suppress(OSError):  # what a full disk did not take at the end
+            self._stream.close()
 
     def _create(self) -> BinaryIO:
         self.directory.mkdir(parents=True, exist_ok=True)
@@ -162,7 +152,7 @@ class BagWriter:
         found = next((path for path in sorted(self.directory.iterdir()) if path.name != "logs"), None)
         if found is not None:
             raise FlightLogError(f"{self.directory}: holds {found.name} already; a recording is never overwritten")
-        return self.part_path.open("xb")
+        return self.path.open("xb")
 
     def _drain_loop(self) -> None:
         flushed, fresh = time.monotonic(), False
@@ -198,8 +188,8 @@ class BagWriter:
         for _ in range(waiting):
             topic, log_ns, publish_ns, payload = queue.popleft()
             self._topics[topic]["message_count"] += 1
-            add(self._channels[topic], log_ns, payload, publish_ns, self._number)
-            self._number += 1
+            add(self._channels[topic], log_ns, payload, publish_ns, self.messages)
+            self.messages += 1
             self._taken_size += len(payload)
             if self._start_ns < 0 or log_ns < self._start_ns:
                 self._start_ns = log_ns
@@ -207,21 +197,22 @@ class BagWriter:
         return waiting > 0
 
     def _give_up(self, error: Exception) -> None:
-        self.error = f"{self.part_path}: {getattr(error, 'strerror', None) or error}"
+        self.error = f"{self.path}: {getattr(error, 'strerror', None) or error}"
 
     def _finish(self, last: dict[str, str]) -> None:
         counted = {f"dropped.{name}": str(count) for name, count in sorted(self.dropped.items())}
-        last = {**last, "messages": str(self._number), "dropped": str(sum(self.dropped.values())), **counted}
+        last = {**last, "messages": str(self.messages), "dropped": str(sum(self.dropped.values())), **counted}
         start, end = max(self._start_ns, 0), max(self._end_ns, 0)
-        about = bag_metadata(self.path.name, self._topics, start, end, {**self._custom, **last})
+        closed = self.path.with_suffix("")
+        about = bag_metadata(closed.name, self._topics, start, end, {**self._custom, **last})
         try:
             self._writer.flush()
             self._writer.add_metadata(QUAD_END, sealed_notes(last))
             self._writer.finish()
             self._stream.flush()
             os.fsync(self._stream.fileno())
-            self.part_path.rename(self.path)
+            self.path = self.path.rename(closed)
             text = as_yaml({"rosbag2_bagfile_information": about})
             (self.directory / METADATA_FILE).write_text(text, encoding="utf-8")
         except OSError as error:
-            self.error = f"{self.part_path}: {error.strerror or error}"
+            self.error = f"{self.path}: {error.strerror or error}"

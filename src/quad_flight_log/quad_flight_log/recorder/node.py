@@ -15,8 +15,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from quad_core.cascade import RECORDER, RELAY, SHADOWS
 from quad_core.parameters import ParameterError
-from quad_flight_log.bag.notes import Qos
-from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagReport, BagWriter
+from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_flight_log.recorder.payload_check import payload_check
@@ -89,8 +88,7 @@ class Recorder(FlightNode):
             raise ParameterError(f"directory: {error}") from error
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
-        qos = Qos(1, durability="transient_local") if latched else Qos(10)
-        return self.bag.add_topic(self.ros.resolve_topic_name(name), definition_of(kind), qos)
+        return self.bag.add_topic(self.ros.resolve_topic_name(name), definition_of(kind), latched=latched)
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
@@ -238,23 +236,23 @@ class Recorder(FlightNode):
         if listed:
             severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
             self.event(severity, "incomplete", listed, self._flight_ns)
-        report = self._closed(ended, last.reason, missing)
-        problem = report.error or (listed if fault else "")
-        if report.error or (ended and problem):
+        self._close_bag(ended, last.reason, missing)
+        problem = self.bag.error or (listed if fault else "")
+        if self.bag.error or (ended and problem):
             self.finish(1, problem)
             return
-        self.finish(0, f"{report.messages} messages in {report.path.name}")
+        self.finish(0, f"{self.bag.messages} messages in {self.bag.path.name}")
         self.exit_code = 0 if ended else 1
 
-    def _closed(self, ended: bool, reason: str, missing: dict[str, int]) -> BagReport:
+    def _close_bag(self, ended: bool, reason: str, missing: dict[str, int]) -> None:
         notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
         notes.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
         notes.update({f"count.{name}": str(count) for name, count in sorted(self.counters.items()) if count})
-        return self.bag.close(notes)
+        self.bag.close(notes)
 
     def close(self) -> None:
         """Finish the bag of a recorder that was stopped early."""
-        self._closed(False, STOPPED, {})
+        self._close_bag(False, STOPPED, {})
 
     def measurements(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""

@@ -14,7 +14,6 @@ from tf2_msgs.msg import TFMessage
 
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Quat, Vec3
-from quad_flight_log.bag.notes import Qos
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_msgs.msg import TrajectoryPoint, VehicleState
@@ -60,7 +59,7 @@ class PoseOutput:
         self._body = f"{node.get_namespace().strip('/')}/base_link".lstrip("/")
         self._outputs: dict[str, tuple[int, Publisher]] = {}
         for topic, kind in (("pose", PoseStamped), ("/tf", TFMessage), ("reference_pose", PoseStamped)):
-            handle = bag.add_topic(node.resolve_topic_name(topic), definition_of(kind), Qos(10))
+            handle = bag.add_topic(node.resolve_topic_name(topic), definition_of(kind))
             self._outputs[topic] = handle, node.create_publisher(kind, topic, 10)
 
     def take(self, topic: str, payload: bytes, now_ns: int) -> None:
