@@ -128,7 +128,7 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     facts = {"command": said, "flights": len(frame), "steps": int(frame["steps"].sum()), "wall time, s": f"{took:.1f}"}
     whole = {**facts, **about["identity"], "file text": about["definition"]}
     write_report(out / "report.html", definition, batch.variation, frame, whole)
-    sys.stdout.write(text(definition, frame) + "\n")
+    sys.stdout.write(f"{definition.name}: {text(definition, frame)}\n")
     sys.stdout.write(f"{len(frame)} flights, {facts['steps']} steps in {took:.1f} s; {out / 'report.html'}\n")
     return GOOD
 

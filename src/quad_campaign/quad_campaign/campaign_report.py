@@ -29,12 +29,6 @@ class Success(NamedTuple):
     low: float
     high: float
 
-    @property
-    def text(self) -> str:
-        """The rate in one line."""
-        bounds = f"95 % bounds {100 * self.low:.2f} to {100 * self.high:.2f} % (Clopper-Pearson)"
-        return f"{self.good} of {self.flights} flights succeeded: {100 * self.share:.2f} %, {bounds}"
-
 
 def success(frame: pd.DataFrame) -> Success:
     """Return how many flights succeeded, with exact bounds."""
@@ -58,8 +52,12 @@ def worst(frame: pd.DataFrame, count: int = _WORST) -> pd.DataFrame:
 
 
 def text(definition: Definition, frame: pd.DataFrame) -> str:
-    """Return the outcome in one line."""
-    return f"{definition.name}: {success(frame).text}{_asked(definition)}"
+    """Return the outcome in one line, and what was asked for."""
+    good, flights, share, low, high = success(frame)
+    bounds = f"95 % bounds {100 * low:.2f} to {100 * high:.2f} % (Clopper-Pearson)"
+    limits = ", ".join(f"{name} at most {limit:g} m" for name, limit in definition.success.items())
+    asked = f" (a success ended, {limits})" if limits else ""
+    return f"{good} of {flights} flights succeeded: {100 * share:.2f} %, {bounds}{asked}"
 
 
 def write_report(
@@ -93,13 +91,8 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
     if len(ended):
         numbers += [(f"{1000 * ended['rmse'].median():.3g} mm", "RMSE, median")]
         numbers += [(f"{1000 * ended['rmse'].quantile(0.95):.3g} mm", "RMSE, 95 % of the flights")]
-    verdict = (found.good == found.flights, found.text + _asked(definition))
+    verdict = (found.good == found.flights, text(definition, frame))
     return Page(f"Campaign {definition.name}", str(about["command"]), facts, body, verdict, numbers)
-
-
-def _asked(definition: Definition) -> str:
-    limits = ", ".join(f"{name} at most {limit:g} m" for name, limit in definition.success.items())
-    return f" (a success ended, {limits})" if limits else ""
 
 
 def _refly(definition: Definition, row: dict[str, Any]) -> str:

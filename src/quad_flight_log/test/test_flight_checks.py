@@ -7,7 +7,6 @@ import pytest
 import yaml
 from flight_samples import message, stamp, wrench_of, write_bag
 
-from quad_flight_log import cli
 from quad_flight_log.analysis.flight_checks import failed_checks, judgement
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import measured, truth_note
@@ -239,11 +238,3 @@ def test_a_flight_that_the_guard_took_over_is_not_good(tmp_path, mode, name):
     flight = flight_of(tmp_path, [*hover(), ("/flight/guard", message("quad_msgs/msg/GuardStatus", **what))])
     text = f"the guard took over at step 300 ({name}): no good wrench"
     assert judgement(flight, FlightMetrics(), {}).text == f"Failed: {text}"
-
-
-def test_check_and_verdict_ask_the_judge(tmp_path, capsys):
-    flight = flight_of(tmp_path, [*hover(), ("/flight/nodes", status("other"))])
-    assert cli.main(["check", str(flight.path), "--limits", "position_max=1"]) == 1
-    assert "FAIL bag: messages of 2 runs" in capsys.readouterr().out
-    verdict = judgement(flight, FlightMetrics(), {})
-    assert (verdict.good, verdict.text) == (False, "Failed: messages of 2 runs: 'other', 'test'")

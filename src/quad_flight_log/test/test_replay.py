@@ -60,15 +60,21 @@ def test_a_bag_without_inputs_or_parameters_is_named(flown, tmp_path):
         replay(without("c", "position_controller/internals"), "position_controller")
 
 
-def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
-    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller", step=100)
+def said_later(flown, tmp_path, step):
+    """Return the flight whose attitude controller says another gain later, from ``step`` on."""
+    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller", step=step)
     text = next(s.parameters for t, s in flown.messages if t == "flight/parameters" and s.role == later.role)
     gain = "abfnitsm.roll.linear_gain: 20.0"
     assert gain in text
     later.parameters = text.replace(gain, "abfnitsm.roll.linear_gain: 19.0")
     messages = [(f"/{topic}", sample) for topic, sample in flown.messages] + [("/flight/parameters", later)]
-    path = flight_samples.write_bag(tmp_path / "bag", messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
-    found = replay(open_flight(path), "attitude_controller")
+    directory = tmp_path / "bag"
+    flight_samples.write_bag(directory, messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
+    return open_flight(directory)
+
+
+def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
+    found = replay(said_later(flown, tmp_path, step=100), "attitude_controller")
     assert any("changes them at step 100" in note for note in found.notes)
     # the flight itself kept its gain, so a replay with the change must differ from that step on, and not before
     assert not found.equal
@@ -90,14 +96,7 @@ def test_where_another_controller_flew_the_comparison_ends(flown, tmp_path):
 
 
 def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown, tmp_path):
-    later = flight_samples.message("quad_msgs/msg/NodeParameters", role="attitude_controller", step=0)
-    later.parameters = next(
-        s.parameters for t, s in flown.messages if t == "flight/parameters" and s.role == later.role
-    )
-    later.parameters = later.parameters.replace("abfnitsm.roll.linear_gain: 20.0", "abfnitsm.roll.linear_gain: 19.0")
-    messages = [(f"/{topic}", sample) for topic, sample in flown.messages] + [("/flight/parameters", later)]
-    path = flight_samples.write_bag(tmp_path / "bag", messages, log_ns=lambda index, _: 1_500_000_000 if index else 0)
-    assert recorded_parameters(open_flight(path))["attitude_controller"].changes == ()
+    assert recorded_parameters(said_later(flown, tmp_path, step=0))["attitude_controller"].changes == ()
 
 
 def test_the_command_proves(flown_bag, capsys):
