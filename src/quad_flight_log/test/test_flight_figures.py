@@ -113,6 +113,13 @@ def test_insides(two):
     assert thrust["pid: achieved"] == 5.25
     torques = [panel.lines[1].columns[1][0] for panel in figures["case1-torque"].panels]
     assert torques == [pytest.approx(0.02), 0.0, 0.0]
+    gains = [panel.lines[1].columns[1][0] for panel in figures["case1-adaptive-gains"].panels]
+    assert gains == [7.0, 5.0, 5.0]
+    wind = {line.label: (line.columns[1][0], line.dashed) for line in figures["case1-disturbance"].panels[2].lines}
+    assert wind["proposed: true"] == (0.5, True)
+    assert wind["proposed"] == (0.4, False)
+    assert "case1-sliding" in figures
+    assert "case1-adaptive-constants" not in figures
 
 
 MODES = np.array([0, 1, 2, 2, 4, 3, 3, 5, 0], dtype=np.uint8)

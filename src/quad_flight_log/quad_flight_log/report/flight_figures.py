@@ -1,4 +1,4 @@
-"""The figures of flights: the paper's section 4 (Figures 5 to 18), distance, thrust and torque."""
+"""The figures of flights: the paper's section 4 (Figures 5 to 18), and what went on inside the laws and the vehicle."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -196,8 +196,37 @@ def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
     return (0.0, round(end, 1)) if end >= 0.1 else None
 
 
+_POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
+_ESTIMATED = "Disturbance (Eqs. 10-12), broad and pale, and the position law's estimate"
+_LAWS: tuple[tuple[str, str, str, str, str, str], ...] = (
+    ("adaptive-gains", "Adaptive gains (Eq. 37)", "ξ̂{} [1/s]", "xyz", _POSITION, "adaptive_gain"),
+    ("sliding", "Sliding variables (Eq. 45)", "s{} [rad/s]", "φθψ", _ATTITUDE, "sliding_variable"),
+    ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", _ATTITUDE, "adaptive_constant"),
+    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", "disturbance", "lumped_acceleration_w"),
+    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", _POSITION, "disturbance_estimate"),
+)
+"""(key, title, label of a panel, its axes, topic, field); rows of one key share a figure."""
+
+
+def _law_figures(runs: Sequence[Run]) -> list[Figure]:
+    """Return the figures of _LAWS; a field that a law or a bag lacks gives no line."""
+    lines: dict[tuple[str, str], list[Line]] = {}
+    figures = {}
+    for key, title, label, axes, topic, field in _LAWS:
+        for run in runs:
+            dtype = run.tables[topic].dtype if run.has(topic) else np.dtype([])
+            if field in (dtype.names or ()) and dtype[field].shape == (len(axes),):
+                true = topic == "disturbance"
+                for axis, column in zip(axes, run.tables[topic][field].T, strict=True):
+                    line = Line(run.name, run.name + ": true" * true, (run.times(topic), column), dashed=true)
+                    lines.setdefault((key, axis), []).append(line)
+        panels = (Panel(label.format(axis), tuple(lines.get((key, axis), ()))) for axis in axes)
+        figures[key] = Figure(key, title, "", tuple(panels))
+    return list(figures.values())
+
+
 def inside_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return distance, thrust and torque of runs of one trajectory; quantities that no run has are left out."""
+    """Return distance, thrust, torque and the laws' own quantities of runs of one trajectory, those that a run has."""
     distance, thrust, torque = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
     for run in runs:
         if run.has("truth", "reference"):
@@ -212,10 +241,11 @@ def inside_figures(runs: Sequence[Run]) -> list[Figure]:
             achieved = (run.times("actuation"), run.tables["actuation"]["thrust"])
             thrust.append(Line(run.name, f"{run.name}: achieved", achieved))
     torques = [Panel(f"τ{axis} [N m]", tuple(lines)) for axis, lines in zip("xyz", torque, strict=True)]
-    figures = (
+    figures = [
         Figure("distance", "Distance from the reference", "", (Panel("distance [m]", tuple(distance)),)),
         Figure("thrust", "Thrust along body z (Eq. 38)", "", (Panel("thrust [N]", tuple(thrust)),)),
         Figure("torque", "Commanded torque about the body axes (Eq. 56)", "", tuple(torques)),
-    )
+        *_law_figures(runs),
+    ]
     prefix = runs[0].trajectory or "flight"
     return [figure._replace(key=f"{prefix}-{figure.key}") for figure in figures if figure.panels[0].lines]
