@@ -44,6 +44,8 @@ pre{overflow-x:auto}
 @media(max-width:700px){table:has(th:nth-child(5)){min-width:46em}article h1{font-size:1.8em}}
 @media(max-width:700px){article p:has(img[src$=svg]){overflow-x:auto}article img[src$=svg]{max-width:none;width:720px}}
 """
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+TITLE = 'style="font: bold 1em monospace; overflow-wrap: anywhere"'
 CONFIGURATION = """
 project = "Quadrotor flight stack"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
@@ -188,7 +190,10 @@ def write_sources() -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         text = (ROOT / name).read_text(encoding="utf-8")
         form = HtmlFormatter(full=True, title=name, linenos="inline", lineanchors="L", cssstyles="overflow-x: auto")
-        target.write_text(highlight(text, lexer, form), encoding="utf-8")
+        page = (
+            highlight(text, lexer, form).replace("<head>", f"<head>{VIEWPORT}", 1).replace("<h2>", f"<h2 {TITLE}>", 1)
+        )
+        target.write_text(page, encoding="utf-8")
 
 
 def inline_math(visitor: Any, node: Any) -> None:
