@@ -12,11 +12,13 @@ ROOT = Path(__file__).resolve().parents[2]
 STYLE = """<style>
 text{font:16px system-ui,"Segoe UI",Helvetica,Arial,sans-serif;fill:#1f2328}
 .small{font-size:13px}.bold{font-weight:600}.mid{text-anchor:middle}.end{text-anchor:end}
+.over{paint-order:stroke;stroke:#fff;stroke-width:6px;stroke-linejoin:round}
 .box{fill:#f6f8fa;stroke:#59636e}.main{fill:#ddf4ff;stroke:#0969da}.note{fill:#fff8c5;stroke:#9a6700}
 .line{stroke:#59636e;fill:none;stroke-width:1.4}.blue{stroke:#0969da;fill:none;stroke-width:2}
 .red{stroke:#cf222e;fill:none;stroke-width:2}.green{stroke:#1a7f37;fill:none;stroke-width:2}.dash{stroke-dasharray:5 4}
 .tip{fill:#59636e;stroke:none}.tblue{fill:#0969da}.tred{fill:#cf222e}.tgreen{fill:#1a7f37}
-@media (prefers-color-scheme:dark){text{fill:#f0f6fc}.box{fill:#212830;stroke:#9198a1}.main{fill:#0c2d5e;stroke:#4493f8}
+@media (prefers-color-scheme:dark){text{fill:#f0f6fc}.over{stroke:#0d1117}
+.box{fill:#212830;stroke:#9198a1}.main{fill:#0c2d5e;stroke:#4493f8}
 .note{fill:#3a2d06;stroke:#d29922}.line{stroke:#9198a1}.blue{stroke:#4493f8}.red{stroke:#f85149}.green{stroke:#3fb950}
 .tip{fill:#9198a1}.tblue{fill:#4493f8}.tred{fill:#f85149}.tgreen{fill:#3fb950}}
 </style>"""
@@ -139,14 +141,14 @@ def frames() -> str:
     drawing = Drawing(860, 330, "World and body frames: ENU and FLU here, NED and FRD in PX4")
     for x, title, world, body in (
         (215, "this stack: ENU world, FLU body",
-         (("x east", 90, 0, "red"), ("y north", 50, -50, "green"), ("z up", 0, -90, "blue")),
-         (("x forward", 60, -50, "red"), ("y left", -85, -12, "green"), ("z up", 0, -85, "blue"))),
+         (("x east", 60, 0, "red"), ("y north", 45, -45, "green"), ("z up", 0, -90, "blue")),
+         (("x forward", 60, -50, "red"), ("y left", -60, -9, "green"), ("z up", 0, -85, "blue"))),
         (645, "PX4: NED world, FRD body",
-         (("x north", 50, -50, "red"), ("y east", 90, 0, "green"), ("z down", 0, 90, "blue")),
-         (("x forward", 60, -50, "red"), ("y right", 85, 12, "green"), ("z down", 0, 85, "blue"))),
+         (("x north", 45, -45, "red"), ("y east", 60, 0, "green"), ("z down", 0, 90, "blue")),
+         (("x forward", 60, -50, "red"), ("y right", 60, 9, "green"), ("z down", 0, 85, "blue"))),
     ):  # fmt: skip
         drawing.text(x, 24, title, "mid bold")
-        axes(drawing, x - 140, 170, world)
+        axes(drawing, x - 150, 170, world)
         drawing.text(x - 110, 312, "world", "mid bold")
         axes(drawing, x + 90, 170, body)
         drawing.add(f'<path d="M {x + 50} 185 L {x + 150} 130 M {x + 60} 135 L {x + 135} 185" class="line dash"/>')
@@ -195,7 +197,7 @@ def sequence(title: str, actors: Sequence[str], steps: Sequence[tuple[int, int, 
             drawing.add(f'<rect x="{x:g}" y="{y - 18:g}" width="{width:g}" height="26" rx="4" class="note"/>')
             drawing.text(x + width / 2, y, words, "mid small")
         else:
-            drawing.text((middle[start] + middle[goal]) / 2, y - 6, words, "mid small")
+            drawing.text((middle[start] + middle[goal]) / 2, y - 6, words, "mid small over")
             drawing.arrow([(middle[start], y), (middle[goal], y)], "blue")
     return drawing.done()
 
@@ -210,7 +212,7 @@ def step_lockstep() -> str:
         (3, 0, "wrench_setpoint[k]"),
         (0, 0, "waits for exactly this stamp, then integrates 2 ms"),
         (0, 4, "truth[k], disturbance[k]"),
-        (4, 0, "flight/recorded: at most `window` steps behind"),
+        (4, 0, "flight/recorded: at most simulator.window steps behind"),
         (0, 3, "state[k+1]"),
     )
     return sequence("One step in lockstep: the simulator owns time", actors, steps)
@@ -248,7 +250,7 @@ def modes() -> str:
     drawing.arrow([(535, 200), (490, 200)], "red")
     drawing.arrow([(560, 220), (560, 264), (5, 264), (5, 80), (10, 80)], "line")
     drawing.arrow([(400, 220), (400, 264)], "line")
-    drawing.text(300, 256, "contact with the ground: DISARMED", "mid small")
+    drawing.text(200, 256, "contact with the ground: DISARMED", "mid small")
     faults = "A fault leads to a more severe mode: HOLD, LAND, DESCEND, PILOT, KILL. Only a request leads back."
     drawing.text(430, 296, faults, "mid small")
     drawing.text(
@@ -266,10 +268,10 @@ def bag() -> str:
     drawing.text(280, 82, "case2-1-1_0.mcap", "mid bold")
     for number, (name, detail) in enumerate((
         ("step topics", "one message per step: hashed"), ("flight topics", "plan, state, guard, events"),
-        ("parameters", "what each node resolved"), ("record", "command, seed, commit, versions"),
+        ("parameters", "what each node resolved"), ("record", "command, seed, commit"),
     )):  # fmt: skip
         drawing.box(46 + 240 * (number % 2), 98 + 58 * (number // 2), 228, 48, [name, detail])
-    files = (("metadata.yaml", "rosbag2 reads it"), ("report.html", "of `log report`"), ("logs/", "what nodes printed"))
+    files = (("metadata.yaml", "rosbag2 reads it"), ("report.html", "by log report"), ("logs/", "what nodes printed"))
     for number, (name, detail) in enumerate(files):
         drawing.box(560, 60 + 56 * number, 270, 46, [name, detail])
     return drawing.done()

@@ -38,7 +38,7 @@ SECTIONS = {
 """{caption: folder of docs/}; docs/README.md is the first page and names every page but parameters and decisions."""
 SOURCES: set[str] = set()
 STYLE = """.table-wrapper{overflow-x:auto}table.docutils{font-size:.85em}
-td{overflow-wrap:anywhere;min-width:3.6em}td:nth-child(2){min-width:5.4em}
+td{overflow-wrap:anywhere;min-width:5em}td:nth-child(2){min-width:5.4em}td:first-child:has(code){min-width:7em}
 article img{max-width:100%;height:auto}.equation{overflow-x:auto;margin:.9em 0}
 pre{overflow-x:auto}
 @media(max-width:700px){table:has(th:nth-child(5)){min-width:46em}article h1{font-size:1.8em}}
