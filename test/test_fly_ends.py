@@ -11,7 +11,6 @@ import pytest
 from flying import (
     FLY,
     LONGEST,
-    LOW,
     PATIENT,
     ROLES,
     alive,
@@ -79,29 +78,24 @@ def test_an_interrupted_flight_leaves_no_orphans_and_a_closed_bag_that_names_the
     assert "SIGINT" in bag.metadata["reason"]  # what fly sends its nodes, whichever signal it got
 
 
-def test_a_killed_fly_leaves_its_flight_and_nothing_elsewhere(tmp_path):
-    """Its nodes fly on to the planned end, as without fly."""
+def test_with_nohup_a_flight_outlives_its_terminal_and_its_nodes_a_killed_fly(tmp_path):
+    """They fly on to the planned end, as without fly, and nothing is left elsewhere."""
     out, elsewhere = tmp_path / "bag", tmp_path / "tmp"
     elsewhere.mkdir()
-    flight = start("hover", "--duration", "1", "--out", out, env={**os.environ, "TMPDIR": str(elsewhere)})
+    command = ["nohup", str(FLY), "hover", "--duration", "1", "--out", str(out)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    flight = subprocess.Popen(command, env={**os.environ, "TMPDIR": str(elsewhere)}, **pipes)
     pids = wait_until_flying(flight, out)
+    for pid in (flight.pid, *pids.values()):
+        os.kill(pid, signal.SIGHUP)
+    time.sleep(0.3)
+    assert [pid for pid in (flight.pid, *pids.values()) if not alive(pid)] == []
     flight.kill()
     flight.communicate()
     wait_until(lambda: not [pid for pid in pids.values() if alive(pid)], LONGEST, "all nodes have left")
     assert open_flight(out).metadata["outcome"] == "ended"
     assert (out / "logs" / "simulator.log").read_text().endswith("ended: flown as planned\n")
     assert list(elsewhere.iterdir()) == []
-
-
-def test_with_nohup_a_flight_outlives_its_terminal(tmp_path):
-    out = tmp_path / "bag"
-    command = ["nohup", str(FLY), "hover", *LOW, "--duration", "1", "--out", str(out)]
-    flight = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    pids = wait_until_flying(flight, out)
-    for pid in (flight.pid, *pids.values()):
-        os.kill(pid, signal.SIGHUP)
-    done = finish(flight)
-    assert done.returncode == 0, done.stderr
 
 
 def test_a_pipe_that_nobody_reads_any_more_costs_the_words_alone(tmp_path):

@@ -38,7 +38,7 @@ def set_parameter(node_name, name, value):
 )
 def test_a_live_change_is_recorded_as_it_was_flown(tmp_path, mode, monkeypatch):
     out = tmp_path / "bag"
-    flying = start("case2", "--duration", "2", *mode, "--domain", str(DOMAIN), "--out", out)
+    flying = start("hover", "--duration", "2", *mode, "--domain", str(DOMAIN), "--out", out)
     wait_until_flying(flying, out)
     assert set_parameter("/position_controller", "aibs.x.position_gain", 2.25)
     # what is out of range, or protects the vehicle, is nobody's to change in flight

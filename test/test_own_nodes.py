@@ -52,6 +52,8 @@ def test_a_vehicle_that_sends_only_what_it_must_flies_and_every_step_is_recorded
     rows = states[np.searchsorted(states["stamp_ns"], poses["stamp_ns"])]
     assert abs(int(poses["stamp_ns"][0]) - 100_000_000) <= 10_000_000
     np.testing.assert_array_equal(rows["p_w"][:, 2], poses["pose"]["position"]["z"])
+    shown = flight.array("/tf")["transforms"][-1][0]  # what RViz and Foxglove show
+    assert (shown["header"]["frame_id"], shown["child_frame_id"]) == ("map", "base_link")
 
 
 def test_every_verb_of_log_reads_a_bag_without_truth_and_says_so(bag, tmp_path, capsys):

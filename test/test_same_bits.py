@@ -87,7 +87,12 @@ def assert_same(bag, result):
 @pytest.mark.parametrize(
     ("case", "choices", "compiled"),
     [
-        pytest.param("case1", {"seed": 4, "plant": "paper", "preset": "minimal"}, False, id="case1"),
+        pytest.param(
+            "case1",
+            {"seed": 4, "plant": "paper", "preset": "minimal", "start": "printed", "duration": 2.0},
+            False,
+            id="case1",
+        ),
         pytest.param("case2", {"seed": 3, "settings": LATE}, True, id="case2, predicted, compiled"),
         pytest.param("hover", {"seed": 5, "plant": "mujoco"}, False, id="hover, MuJoCo"),
         pytest.param("flight", {"seed": 3, "vehicle": "x500", "preset": "x500"}, False, id="outdoor"),
@@ -95,7 +100,7 @@ def assert_same(bag, result):
 )
 def test_ros_flight_has_the_bits_of_the_flight_without_ros_and_replays(tmp_path, case, choices, compiled):
     choices = {"duration": 1.0, **choices}
-    bag = flown(*words_of(case, **choices), "--limits", "position_max=5", "--out", tmp_path / "bag")
+    bag = flown(*words_of(case, **choices), "--limits", "position_max=15", "--out", tmp_path / "bag")
     planned = without_ros.from_names(case, **choices)
     result = without_ros.fly(planned)
     assert result.outcome == "ended"

@@ -56,10 +56,7 @@ class Browser:
             self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
             for domain in ("Page", "Runtime", "Log", "Network"):
                 self._call(f"{domain}.enable")
-            self._call(
-                "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
-            )
-            self._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
+            self.show_as(size, theme)
         except BaseException:
             self._stop()
             raise
@@ -69,6 +66,12 @@ class Browser:
 
     def __exit__(self, *_: object) -> None:
         self._stop()
+
+    def show_as(self, size: tuple[int, int], theme: str) -> None:
+        """Let pages that are opened from now on have a screen of this size, and a light or dark theme."""
+        width, height = size
+        self._call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
 
     def open(self, url: str) -> None:
         """Load a page and wait until its scripts have been read."""

@@ -30,9 +30,12 @@ def kinds_of(path: Path, source: str) -> set[str]:
 
 
 def main() -> None:
-    """Print the test files that hold tests of the kind that the first argument names."""
-    files = [*ROOT.glob("src/*/test/**/test_*.py"), *WHOLE_STACK.glob("**/test_*.py")]
-    print("\n".join(str(file) for file in sorted(files) if sys.argv[1] in kinds_of(file, file.read_text("utf-8"))))
+    """Print the test files that hold tests of the kind that the first argument names.
+
+    In reverse order those of the whole stack, which take longest, come first.
+    """
+    files = sorted([*ROOT.glob("src/*/test/**/test_*.py"), *WHOLE_STACK.glob("**/test_*.py")], reverse=True)
+    print("\n".join(str(file) for file in files if sys.argv[1] in kinds_of(file, file.read_text("utf-8"))))
 
 
 if __name__ == "__main__":

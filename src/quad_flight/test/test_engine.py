@@ -6,7 +6,7 @@ from enum import IntEnum
 
 import pytest
 import stand_in
-from stand_in import Internals, small_flight, with_stages
+from stand_in import small_flight, with_stages
 
 from quad_flight import engine
 from quad_flight.flight import fly
@@ -52,13 +52,13 @@ def test_cache_is_used_again_and_knows_every_source_that_it_holds(tmp_path, monk
 
 
 def test_a_plugin_that_cannot_be_compiled_is_named():
-    class Difficult(stand_in.position):
+    class Difficult(stand_in.trajectory):  # the first of all plug-ins that is asked, so nothing else is compiled
         @staticmethod
-        def step(parameters, vehicle, memory, inputs, dt):
-            return {"no": "answer"}[dt], memory, Internals(dt, 0.0)
+        def plan(parameters, vehicle, start):
+            return {"no": "plan"}[start.p_w.z]
 
     with pytest.raises(engine.EngineError, match="Difficult"):
-        fly(small_flight(modules=with_stages(position_controller=Difficult)), compiled=True)
+        fly(small_flight(modules=stand_in.MODULES._replace(trajectory=Difficult)), compiled=True)
 
 
 @pytest.mark.parametrize("value", ["", "relative/cache"])

@@ -29,13 +29,24 @@ def figures():
 
 
 @pytest.fixture(scope="module")
-def page(figures, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("browser")
-    path = write_page(Page("Title", "command", (), figures), folder / "page.html")
-    with Browser(folder / "profile") as browser:
-        browser.open(path.as_uri())
-        browser.wait("document.body.dataset.drawn")
+def browser(tmp_path_factory):
+    with Browser(tmp_path_factory.mktemp("browser")) as browser:
         yield browser
+
+
+def opened(browser, path, size=(1200, 900), theme="light"):
+    """Return the browser once it has drawn a page."""
+    browser.show_as(size, theme)
+    browser.open(path.as_uri())
+    browser.wait("document.body.dataset.drawn")
+    return browser
+
+
+@pytest.fixture(scope="module")
+def page(figures, browser, tmp_path_factory):
+    return opened(
+        browser, write_page(Page("Title", "command", (), figures), tmp_path_factory.mktemp("p") / "page.html")
+    )
 
 
 def visible(page, run):
@@ -117,7 +128,7 @@ LEAST_CONTRAST = """(() => {
 
 
 @pytest.mark.parametrize("size", [PHONE, DESK])
-def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_screen(size, tmp_path):
+def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_screen(size, browser, tmp_path):
     times = np.array([0.0, 1.0, 2.0, 2.3, 2.6, 5.5, 5.8, 6.2, 8.0])
     modes = np.array([0, 1, 2, 4, 3, 4, 5, 6, 0], dtype=np.uint8)
     names = np.array(["DISARMED", "ARMING", "TAKEOFF", "HOLD", "MISSION", "HOLD", "RETURN", "LAND", "DISARMED"], object)
@@ -127,26 +138,22 @@ def test_labels_of_short_modes_do_not_overlap_and_nothing_is_wider_than_the_scre
     figure = Figure("height", "Height", "", (Panel("z [m]", (line,)),), span=(0.0, 8.0))
     figures = with_bands([figure], [Run("a", "hover", flown, (takeover,))])
     path = write_page(Page("Title", "command", (), figures), tmp_path / "page.html")
-    with Browser(tmp_path / "profile", size) as browser:
-        browser.open(path.as_uri())
-        browser.wait("document.body.dataset.drawn")
-        assert browser.value("document.querySelectorAll('.annotation-text').length") == 7
-        assert browser.value(OVERLAPPING) == 0
-        assert browser.value("document.documentElement.scrollWidth") == size[0]
+    opened(browser, path, size)
+    assert browser.value("document.querySelectorAll('.annotation-text').length") == 7
+    assert browser.value(OVERLAPPING) == 0
+    assert browser.value("document.documentElement.scrollWidth") == size[0]
 
 
 @pytest.mark.parametrize(("size", "theme"), [(PHONE, "dark"), (DESK, "light")])
-def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, theme, tmp_path):
+def test_the_first_screen_of_a_flight_is_verdict_numbers_and_path(size, theme, browser, tmp_path):
     flight = open_flight(drawn_flights.bag(tmp_path / "bag", steps=400))
     path = write_page(report_page([flight], ["circle"], "command"), tmp_path / "page.html")
-    with Browser(tmp_path / "profile", size, theme=theme) as browser:
-        browser.open(path.as_uri())
-        browser.wait("document.body.dataset.drawn")
-        places = "[...document.querySelectorAll('.verdict, .numbers b, figure:first-of-type .plot')]"
-        tops = browser.value(f"{places}.slice(0, 5).map(each => each.getBoundingClientRect().top)")
-        assert len(tops) == 5
-        assert tops == sorted(tops)
-        assert tops[-1] < 0.6 * size[1]
-        assert browser.value("document.documentElement.scrollWidth") == size[0]
-        assert browser.value("[...document.querySelectorAll('details')].every(each => !each.open)")
-        assert browser.value(LEAST_CONTRAST) > 4.5
+    opened(browser, path, size, theme)
+    places = "[...document.querySelectorAll('.verdict, .numbers b, figure:first-of-type .plot')]"
+    tops = browser.value(f"{places}.slice(0, 5).map(each => each.getBoundingClientRect().top)")
+    assert len(tops) == 5
+    assert tops == sorted(tops)
+    assert tops[-1] < 0.6 * size[1]
+    assert browser.value("document.documentElement.scrollWidth") == size[0]
+    assert browser.value("[...document.querySelectorAll('details')].every(each => !each.open)")
+    assert browser.value(LEAST_CONTRAST) > 4.5
