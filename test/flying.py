@@ -231,12 +231,18 @@ def last_word(flight: Flight, node: str, key: str) -> int:
     return values[-1] if values else 0
 
 
+def landing(bag: Flight) -> tuple[float, float, float]:
+    """Return height m, speed m/s and tilt deg of the last true state."""
+    last = bag.array("truth")[-1]
+    x, y = last["q_wb"][:2]
+    tilt = math.degrees(math.acos(1.0 - 2.0 * (x * x + y * y)))
+    return float(last["p_w"][2]), float(np.linalg.norm(last["v_w"])), tilt
+
+
 def assert_landed(bag):
     """The vehicle was in the air and its last true state is a soft landing."""
-    truth = bag.array("truth")
-    assert float(truth["p_w"][:, 2].max()) > 0.3
-    last = truth[-1]
-    x, y = last["q_wb"][0], last["q_wb"][1]
-    assert float(last["p_w"][2]) < 0.02
-    assert float(np.linalg.norm(last["v_w"])) < 1.5
-    assert math.acos(1.0 - 2.0 * (x * x + y * y)) < math.radians(15.0)
+    assert float(bag.array("truth")["p_w"][:, 2].max()) > 0.3
+    height, speed, tilt = landing(bag)
+    assert height < 0.02
+    assert speed < 1.5
+    assert tilt < 15.0

@@ -1,6 +1,5 @@
 """The table of faults: every row is there, and every test that it names exists."""
 
-import re
 import sys
 
 import pytest
@@ -28,12 +27,3 @@ def test_a_claim_without_its_test_is_found():
         "row 3: state 'good', expected one of tested, reasoned, open",
         "row 3: no test accept none",
     ]
-
-
-def test_every_test_of_the_first_contact_exists():
-    text = (ROOT / "test" / "accept" / "first_contact.py").read_text(encoding="utf-8")
-    folders = dict(zip(("LOG", "BRINGUP", "CORE"), re.findall(r'"(src/\w+/test)"', text), strict=False))
-    named = re.findall(r'"(?:\{(\w+)\}|([\w/]*test))/(test_\w+\.py)"', text)
-    assert len(named) > 10
-    for short, folder, file in named:
-        assert (ROOT / (folders[short] if short else folder) / file).is_file(), file

@@ -82,44 +82,23 @@ def test_unknown_words_are_refused(package, name, words):
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("text", "words"),
     [
-        ("vehicle: {mass: -1.0}", ["vehicle.mass", "-1.0", "0.001"]),
-        ("hover: {duration: long}", ["hover.duration", "long"]),
+        ("/**:\n  ros__parameters: {vehicle: {mass: -1.0}}\n", ["vehicle.mass", "-1.0", "0.001"]),
+        ("/**:\n  ros__parameters: {hover: {duration: long}}\n", ["hover.duration", "long"]),
+        ("trajectry:\n  ros__parameters: {a: 1}\n", ["trajectry"]),
+        ("trajectory:\n  ros__parameters: {period_steps: 5, period_steps: 6}\n", ["twice"]),
     ],
 )
-def test_a_wrong_value_is_refused_with_its_file(tmp_path, values, words):
+def test_a_bad_parameter_file_is_refused_by_name(tmp_path, text, words):
     good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
     good.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
-    bad.write_text(f"/**:\n  ros__parameters: {{{values}}}\n", encoding="utf-8")
+    bad.write_text(text, encoding="utf-8")
     done = call("trajectory", "--ros-args", "--params-file", str(good), "--params-file", str(bad))
     assert done.returncode == 2, done.stderr
     assert done.stderr.startswith(f"trajectory: {bad}: "), done.stderr
     assert all(word in done.stderr for word in words), done.stderr
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-
-
-def test_a_wrong_value_of_the_command_line_is_not_put_down_to_a_file(tmp_path):
-    good = tmp_path / "good.yaml"
-    good.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
-    done = call("trajectory", "--ros-args", "--params-file", str(good), "-p", "trajectory:vehicle.mass:=-1.0")
-    assert done.returncode == 2
-    assert "good.yaml" not in done.stderr, done.stderr
-
-
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
-        ("trajectry:\n  ros__parameters: {a: 1}\n", "trajectry"),
-        ("trajectory:\n  ros__parameters: {period_steps: 5, period_steps: 6}\n", "twice"),
-    ],
-)
-def test_a_bad_parameter_file_is_refused_by_name(tmp_path, text, word):
-    path = tmp_path / "flight.yaml"
-    path.write_text(text, encoding="utf-8")
-    done = call("trajectory", "--ros-args", "--params-file", str(path))
-    assert done.returncode == 2, done.stderr
-    assert word in done.stderr
 
 
 def wait_for_handler(node, number, patience=60.0):

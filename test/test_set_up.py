@@ -53,13 +53,6 @@ def test_a_python_that_does_not_run_is_refused(checkout, name):
     assert seconds < QUICK
 
 
-def test_a_python_that_is_asked_for_is_not_ignored_because_all_is_ready(checkout):
-    """The stand-in of .venv is another Python than the one that is asked for: it must not be kept without a word."""
-    code, said, _ = run([checkout / "scripts/setup"], PYTHON="/usr/bin/false")
-    assert code == 2
-    assert "/usr/bin/false" in said
-
-
 @pytest.mark.parametrize("where", ["scripts/setup", "scripts/fly"])
 def test_another_checkout_s_environment_is_named_at_once(checkout, other, where):
     code, said, seconds = run([checkout / where], AMENT_PREFIX_PATH=f"{other}/install/quad_core:{other}/.venv")

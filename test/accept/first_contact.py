@@ -1,8 +1,11 @@
 """What people bring on their first day: each case as a command, its exit code, the line expected, and what was before.
 
 The cases are those of public reports (C) and of a new ROS user's day (F); each kind has further members. Rows are
-commands as a user types them, tests of the suite, or flights on a faulty estimator (``estimators``). ``--only PATTERN``
-takes rows whose name holds it, such as ``--only "^C1"`` or ``--only "hover.*100"``.
+commands as a user types them or flights on a faulty estimator (``estimators``). ``--only PATTERN`` takes rows whose
+name holds it, such as ``--only "^C1"`` or ``--only "hover.*100"``. What tests of the suite reproduce is run there: C0
+test_infeasible; C8 test_waypoints; C10 test_files; C11 to C15, C20, C22 test_bags_of_others; C16, C18, C19, C21, F17
+test_fly_usage; C17 test_parameter_files; C23 test_same_bits; F1 test_topics_table; F3, F5 to F7 test_package_xml; F4
+test_launch_file; F8, F11 test_report_browser; F9 test_steps; F16 test_fly_by_hand.
 """
 
 import os
@@ -10,7 +13,6 @@ import re
 import shlex
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +23,6 @@ from flying import ROOT
 
 CRASH = "Traceback"
 LONGEST = 400.0  # s
-LOG, BRINGUP, CORE = "src/quad_flight_log/test", "src/quad_bringup/test", "src/quad_core/test"
 
 
 class Row(NamedTuple):
@@ -70,27 +71,9 @@ def typed(name, words, code, line, before, *, say="", settings=None, files=None,
     ROWS.append(Row(name, say or shown, before, now))
 
 
-def proven(name, done, before, *tests):
-    """Add a case that ``tests`` of the suite reproduce."""
-
-    def now(_folder):
-        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *tests]
-        ended = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
-        last = (ended.stdout.strip() or ended.stderr.strip()).splitlines()[-1][-160:]
-        return ended.returncode == 0, f"exit {ended.returncode}: {last}"
-
-    ROWS.append(Row(name, f"{done} ({', '.join(tests)})", before, now))
-
-
 WAYPOINTS = "scripts/fly waypoints --set trajectory.waypoints.points='{}'"
 
 # The paper's own experiment
-proven(
-    "C0 printed start, both cases, tuned and minimal",
-    "step of 6 to 13 m at the start",
-    "failed: the reference asked for more than the vehicle has",
-    "src/quad_flight/test/test_infeasible.py",
-)
 typed("C0 case2 printed", "scripts/fly case2 --start printed --duration 25 --limits position_max=20", 0, "case2: good",
       "failed, exit 1")  # fmt: skip
 
@@ -106,53 +89,33 @@ typed(
     "hover.yaw: found '90degrees'",
     "",
 )
-proven("C8 3.1 to -3.1 rad", "short way round, the long one said", "6.2 rad the long way",
-       "src/quad_trajectory/test/test_waypoint_text.py", "src/quad_trajectory/test/test_waypoints.py")  # fmt: skip
 
 # Bags of others
-proven("C10 split, compressed, sqlite", "rosbag2's kinds, read or named", "refused, or 'no *.mcap'",
-       f"{LOG}/test_files.py")  # fmt: skip
-proven("C11 C12 C13 C14 C15 C20 C22", "encodings, names, definitions, padding, two vehicles, losses, no flight, ascii",
-       "stopped at the first topic; refused; 20 times n/a; 'ok' with 72 steps missing; equal; UnicodeEncodeError",
-       f"{LOG}/test_bags_of_others.py")  # fmt: skip
 typed("C10 a text file named .mcap", "scripts/log info b/x.mcap", 2, r"x\.mcap", "", files={"b/x.mcap": "hello"})
 typed("C10 a folder without a bag", "scripts/log info b", 2, "b: .*mcap", "no *.mcap", files={"b/notes.txt": "hello"})
 typed("C10 a database that is none", "scripts/log info b", 2, "db3", "", files={"b/x.db3": "hello"})
 typed("C20 no bag", "scripts/log metrics none", 2, "none", "")
 
 # Surroundings
-proven("C16 C18 C19 C21 F17 what lets nothing fly", "named in one line, exit code 2",
-       "rcl's raw line, exit 102; waited without end; traceback; good, exit 0", "test/test_fly_usage.py")  # fmt: skip
 VEHICLE = "/**:\n  ros__parameters:\n    vehicle:\n      mass: {}\n"
 for text in ("6e-1", "0.6", "+.6"):
     typed(f"C17 mass: {text}", "scripts/fly hover --duration 1 --vehicle v.yaml", 0, "hover: good",
           "refused what nodes take", files={"v.yaml": VEHICLE.format(text)})  # fmt: skip
 typed("C17 a section that reaches nobody", "scripts/fly hover --duration 1 --vehicle v.yaml", 2, "simulater",
       "dropped in silence", files={"v.yaml": VEHICLE.format(0.6).replace("/**", "simulater")})  # fmt: skip
-proven("C17 one reading", "files as rclpy reads them", "fly, nodes and Python differed",
-       f"{CORE}/test_parameter_files.py")  # fmt: skip
 typed("C18 log folder", "scripts/fly hover --duration 1", 0, "hover: good", "is /dev/shm full?",
       settings={"ROS_LOG_DIR": "/proc/none"})  # fmt: skip
 typed("C18 domain", "scripts/fly hover --duration 1", 2, "ROS_DOMAIN_ID", "", settings={"ROS_DOMAIN_ID": "300"})
 typed("C18 no discovery", "scripts/fly hover --duration 1", 2, "ROS_AUTOMATIC_DISCOVERY_RANGE", "waited without end",
       settings={"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"})  # fmt: skip
-proven("C23 10 ms of delay, nothing set", "prediction by the state's age", "53.9 mm",
-       "test/test_same_bits.py::test_ros_flight_has_the_bits_of_the_flight_without_ros_and_replays")  # fmt: skip
 typed("C23 case2, 10 ms", "scripts/fly case2 --duration 20 --set simulator.sensor.delay=0.01 --limits "
       "position_rmse=0.012", 0, "case2: good", "53.9 mm")  # fmt: skip
 typed("C21 a trajectory that is not flown", "scripts/fly hover --set trajectory.case1.radius=2", 2, "case1.radius", "")
 typed("C23 hover, 20 ms", "scripts/fly hover --duration 5 --set simulator.sensor.delay=0.02", 0, "hover: good", "fell")
 
 # A new ROS user's day
-proven("F1 latched mode", "the newest mode", "18 to 20 s old", "src/quad_node/test/test_topics_table.py")
 typed("F2 Ctrl-C of a mission", "scripts/fly --mission takeoff:3,hold:60,land --realtime", 1,
       r"second signal .* stops the motors", "silent; a second one dropped the vehicle", interrupt=15.0)  # fmt: skip
-proven("F3 F5 F6 F7", "dependencies, rosdep keys, COLCON_IGNORE, colcon test", "four errors",
-       "test/test_package_xml.py")  # fmt: skip
-proven("F4 ros2 launch", "exit codes 0, 1, 2", "success of anything", f"{BRINGUP}/test_launch_file.py")
-proven("F8 F11 pages in a browser", "drawn whole, labels apart", "half of it blank; labels on each other",
-       f"{LOG}/test_report_browser.py")  # fmt: skip
-proven("F9 missing steps", "losses only", "a pause counted", f"{LOG}/test_arrays.py", f"{LOG}/test_steps.py")
 typed(
     "F10 a campaign says what it does", "scripts/campaign campaign_case2 --flights 20 --out c", 0, "", "0 % for 152 s"
 )
@@ -175,7 +138,6 @@ for display in ("", ":99"):
     typed(f"F14 log view with DISPLAY={display}", "scripts/log view", 0, "flight.rviz", "an EventLoopError, exit 0",
           settings={"DISPLAY": display, "WAYLAND_DISPLAY": ""})  # fmt: skip
 typed("F15 scripts/docs --check", "scripts/docs --check", 0, "", "5 pages not up to date with own plug-ins installed")
-proven("F16 fly_by_hand.sh", "again and again, unsourced", "worked once", "test/test_fly_by_hand.py")
 AGAIN = f"{ROOT}/scripts/fly hover --duration 1 --out b"
 typed("F16 a bag that exists", f"bash -c '{AGAIN}; {AGAIN}'", 2, "--out: b exists", "11 s of silence")
 typed("F17 two limits", "scripts/fly hover --duration 1 --limits position_max=1 --limits position_rmse=1", 0,

@@ -6,7 +6,6 @@ of each kind, by default 2 of the 30 with a signal and 5 of the others (270 flig
 kinds whose name holds this regular expression, say 'Case 2, .* killed$' or 'lockstep, .* SIG'.
 """
 
-import math
 import os
 import random
 import re
@@ -14,8 +13,7 @@ import signal
 import time
 from typing import NamedTuple
 
-import numpy as np
-from flying import finish, node_pids, start, wait_until_flying
+from flying import finish, landing, node_pids, start, wait_until_flying
 
 from quad_core.guard_parameters import GuardParameters
 from quad_flight_log.analysis.flight_checks import Flown, equal_stamps, run_ids, stopped_motors
@@ -76,14 +74,6 @@ def flight(kind, moment, out):
         time.sleep(moment)
         process.send_signal(getattr(signal, kind.signal))
     return finish(process, 300.0)
-
-
-def landing(bag):
-    """Return height m, speed m/s and tilt deg of the last true state."""
-    last = bag.array("truth")[-1]
-    x, y = last["q_wb"][:2]
-    tilt = math.degrees(math.acos(1.0 - 2.0 * (x * x + y * y)))
-    return float(last["p_w"][2]), float(np.linalg.norm(last["v_w"])), tilt
 
 
 def slowest(bag):
