@@ -15,6 +15,6 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["commander = quad_commander.node:main", "command = quad_commander.command:main"],
-        "quad.nodes": ["commander = quad_commander.role:ROLE"],
+        "quad.nodes": ["commander = quad_commander.parameters:ROLE"],
     },
 )

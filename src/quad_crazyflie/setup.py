@@ -15,6 +15,6 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["crazyflie_bridge = quad_crazyflie.node:main"],
-        "quad.vehicles": ["crazyflie_bridge = quad_crazyflie.interface:INTERFACE"],
+        "quad.vehicles": ["crazyflie_bridge = quad_crazyflie.parameters:INTERFACE"],
     },
 )

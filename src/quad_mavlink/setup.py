@@ -19,8 +19,8 @@ setup(
             "mavlink_bridge = quad_mavlink.node:main",
         ],
         "quad.vehicles": [
-            "joined_plant = quad_mavlink.interface:JOINED_PLANT",
-            "mavlink_bridge = quad_mavlink.interface:BRIDGE",
+            "joined_plant = quad_mavlink.hil.parameters:INTERFACE",
+            "mavlink_bridge = quad_mavlink.parameters:INTERFACE",
         ],
     },
 )

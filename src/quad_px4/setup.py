@@ -15,6 +15,6 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["px4_bridge = quad_px4.node:main"],
-        "quad.vehicles": ["px4_bridge = quad_px4.interface:INTERFACE"],
+        "quad.vehicles": ["px4_bridge = quad_px4.parameters:INTERFACE"],
     },
 )

@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Flag, Real, Text, Whole
+from quad_core.roles import Role
 from quad_core.types import Vec3
 
 
@@ -135,3 +136,6 @@ class CommanderParameters(NamedTuple):
     fence: Fence = Fence()
     limits: FlightLimits = FlightLimits()
     references: ReferenceLimits = ReferenceLimits()
+
+
+ROLE = Role("quad_commander", CommanderParameters, {})

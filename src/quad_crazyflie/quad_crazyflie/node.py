@@ -15,7 +15,7 @@ from quad_autopilot.parameters import Flier
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_crazyflie import setpoints
-from quad_crazyflie.interface import CRAZYFLIE
+from quad_crazyflie.parameters import CRAZYFLIE
 from quad_crazyflie.vehicle import PROFILE, CrazyflieVehicle
 from quad_msgs.msg import FlightState
 from quad_node.main import run

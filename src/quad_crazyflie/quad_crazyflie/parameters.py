@@ -2,9 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text
+from quad_core.roles import VehicleInterface
 
 
 class CrazyflieBridgeParameters(NamedTuple):
@@ -27,3 +28,15 @@ class CrazyflieBridgeParameters(NamedTuple):
     reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()
+
+
+CRAZYFLIE = "crazyflie_bridge"
+INTERFACE = VehicleInterface(
+    "quad_crazyflie",
+    CrazyflieBridgeParameters,
+    {},
+    "crazyflie",
+    "docs/how_to/crazyflie.md",
+    rates(5_000_000),
+    autopilot_lands=True,
+)

@@ -13,7 +13,7 @@ from quad_autopilot.autopilot import Request
 from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, words
-from quad_mavlink.interface import MAVLINK
+from quad_mavlink.parameters import MAVLINK
 from quad_mavlink.vehicle import MavlinkVehicle
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run

@@ -2,9 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text, Whole
+from quad_core.roles import VehicleInterface
 
 
 class MavlinkBridgeParameters(NamedTuple):
@@ -25,3 +26,15 @@ class MavlinkBridgeParameters(NamedTuple):
     reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()
+
+
+MAVLINK = "mavlink_bridge"
+INTERFACE = VehicleInterface(
+    "quad_mavlink",
+    MavlinkBridgeParameters,
+    {},
+    "mavlink",
+    "docs/how_to/mavlink.md",
+    rates(4_000_000),
+    autopilot_lands=True,
+)

@@ -26,8 +26,7 @@ from quad_node.vehicle_node import Command
 from quad_px4 import mapping, messages
 from quad_px4.autopilot import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.external_mode import ExternalMode
-from quad_px4.interface import PX4
-from quad_px4.parameters import AirframeParameters, ChosenBy, Mode
+from quad_px4.parameters import PX4, AirframeParameters, ChosenBy, Mode
 
 
 class Px4Interface(AutopilotInterface):

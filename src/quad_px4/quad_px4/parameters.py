@@ -3,9 +3,10 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
+from quad_core.roles import VehicleInterface
 
 _LOSS = "modes wrench and motors: PX4 must notice a lost stream within it, tested before arming; 0: not tested"
 LossLimit = Annotated[float, Real("s", _LOSS, 0.0, 60.0, "COM_OF_LOSS_T")]
@@ -62,3 +63,9 @@ class Px4BridgeParameters(NamedTuple):
     airframe: AirframeParameters = AirframeParameters()
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()
+
+
+PX4 = "px4_bridge"
+INTERFACE = VehicleInterface(
+    "quad_px4", Px4BridgeParameters, {}, "px4", "docs/how_to/px4.md", rates(4_000_000), autopilot_lands=True
+)

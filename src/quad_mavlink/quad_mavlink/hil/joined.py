@@ -23,8 +23,8 @@ from quad_mavlink import link
 from quad_mavlink.hil import motors
 from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
 from quad_mavlink.hil.motors import Exchange, RefusedError
+from quad_mavlink.hil.parameters import JOINED
 from quad_mavlink.hil.sensors import Sensors, Suite
-from quad_mavlink.interface import JOINED
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node.codec import head_of
 from quad_node.main import run

@@ -2,9 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
+from quad_core.roles import PLANT_SLOTS, VehicleInterface
 from quad_px4.parameters import LossLimit, Mode
 
 
@@ -36,3 +37,17 @@ class JoinedPlantParameters(NamedTuple):
     gate: GateParameters = GateParameters()
     arming: ArmingParameters = ArmingParameters()
     guard: GuardParameters = GuardParameters()
+
+
+JOINED = "joined_plant"
+INTERFACE = VehicleInterface(
+    "quad_mavlink",
+    JoinedPlantParameters,
+    PLANT_SLOTS,
+    "joined",
+    "docs/how_to/px4.md",
+    # s of wall time: the plant waits for the autopilot, so nothing ages meanwhile
+    (*rates(4_000_000), "position_controller.input_timeout=60", "attitude_controller.input_timeout=60"),
+    autopilot_lands=True,
+    flies_on_estimate=True,
+)
