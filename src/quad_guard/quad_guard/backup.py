@@ -18,12 +18,12 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 import math
 from typing import NamedTuple
 
-from quad_core.geometry import body_z, clamp, cross, dot, norm, rotate_inverse, scale, turned
+from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, scale, turned
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import BodyState, largest_torque
-from quad_guard.unknown_torque import UnknownTorque, advanced, estimated, no_unknown_torque, within_thrust
+from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated, within_thrust
 
 ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
 """Natural frequency in rad/s and damping ratio of roll and pitch; bandwidth of the yaw rate in rad/s."""
@@ -58,12 +58,11 @@ class Descent(NamedTuple):
     rest_time: float = 0.0
     ramp: float = 1.0
     stopped: bool = False
-    unknown: UnknownTorque = UnknownTorque()
+    unknown: UnknownTorque = NO_UNKNOWN_TORQUE
 
 
-def fresh_descent() -> Descent:
-    """Return the memory of a descent that begins."""
-    return Descent(0.0, 0.0, 1.0, False, no_unknown_torque())
+FRESH_DESCENT = Descent()
+"""The memory of a descent that begins."""
 
 
 def descend(
@@ -80,9 +79,8 @@ def descend(
 
     ``blind_thrust``: thrust over weight where the velocity is not known.
     """
-    zero = Vec3(0.0, 0.0, 0.0)
     if memory.stopped:
-        return Wrench(0.0, zero), memory
+        return Wrench(0.0, ZERO), memory
     up = body_z(state.q_wb)
     sinking = sink_speed(state) if knows_velocity else 0.0
     thrust, lift = descent_thrust(vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, blind_thrust, up.z, dt)
@@ -98,7 +96,7 @@ def descend(
     thrust = ramp * thrust
     torque = Vec3(ramp * torque.x, ramp * torque.y, ramp * torque.z)
     if stopped:
-        thrust, torque = 0.0, zero
+        thrust, torque = 0.0, ZERO
     unknown = advanced(vehicle, unknown, state.omega_b, torque, dt)
     return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped, unknown)
 

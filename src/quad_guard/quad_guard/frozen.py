@@ -49,15 +49,10 @@ class Missing(NamedTuple):
     shows: bool
 
 
-def coarsest() -> Grain:
-    """Return the grain before the first change."""
-    return Grain(COARSEST, COARSEST, COARSEST, COARSEST)
-
-
-def nothing_missing() -> Missing:
-    """Return what is missing at a change."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return Missing(Wrench(0.0, zero), 0.0, 0.0, 0.0, zero, False)
+COARSEST_GRAIN = Grain(COARSEST, COARSEST, COARSEST, COARSEST)
+"""The grain before the first change."""
+NOTHING_MISSING = Missing(Wrench(), 0.0, 0.0, 0.0, Vec3(), False)
+"""What is missing at a change."""
 
 
 def finer(grain: Grain, before: BodyState, after: VehicleState) -> Grain:
@@ -96,7 +91,7 @@ def missed(
     thrust, weight = clamp(flown.thrust, 0.0, max_thrust(vehicle)), vehicle.mass * vehicle.gravity
     low = height <= rule.stop_height
     if low and thrust <= weight and norm(last.v_w) < rule.speed:
-        return nothing_missing()
+        return NOTHING_MISSING
     held = missing.held if missing.time >= SETTLED else flown
     before = weight if low else clamp(held.thrust, 0.0, max_thrust(vehicle))
     speed = missing.speed + dt * (thrust - before) / vehicle.mass

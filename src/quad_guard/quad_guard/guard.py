@@ -23,9 +23,9 @@ from typing import NamedTuple
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import BLIND_THRUST, UNSEEN_THRUST, Descent, descend, fresh_descent
+from quad_guard.backup import BLIND_THRUST, FRESH_DESCENT, UNSEEN_THRUST, Descent, descend
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
-from quad_guard.state import Estimate, Refusals, is_full, is_gone, no_estimate, observe
+from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, observe
 
 PASS = 0
 DESCEND = 1
@@ -126,11 +126,11 @@ def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG0
         command_step=-1,
         answered_step=-1,
         refused_commands=0,
-        estimate=no_estimate(),
+        estimate=NO_ESTIMATE,
         refusals=Refusals(0, 0, 0, False),
         timers=Timers(0.0, 0.0, 0.0, 0.0),
         flown=none,
-        descent=fresh_descent(),
+        descent=FRESH_DESCENT,
     )
 
 
@@ -203,7 +203,7 @@ def fly(
         return wrench, memory.descent
     if mode == KILL:
         return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
-    descent = memory.descent if memory.mode == DESCEND else fresh_descent()
+    descent = memory.descent if memory.mode == DESCEND else FRESH_DESCENT
     return descend(
         parameters.contact,
         vehicle,

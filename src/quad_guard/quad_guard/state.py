@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
+from quad_core.geometry import ZERO
 from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -15,7 +16,7 @@ from quad_guard.checks import (
     StateSample,
     sample_refusal,
 )
-from quad_guard.frozen import Grain, Missing, coarsest, finer, missed, nothing_missing
+from quad_guard.frozen import COARSEST_GRAIN, NOTHING_MISSING, Grain, Missing, finer, missed
 
 COUNTED = (False, True, False, True, True, True, False)
 """By refusal: whether it counts towards the end of the controller's flight. Repetitions and frozen samples: no."""
@@ -54,11 +55,9 @@ class Refusals(NamedTuple):
     reset: bool
 
 
-def no_estimate() -> Estimate:
-    """Return what is known before the first sample: nothing, written as rest in the origin."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    rest = BodyState(zero, zero, Quat(0.0, 0.0, 0.0, 1.0), zero)
-    return Estimate(rest, rest, 0.0, -1, -1, zero, coarsest(), nothing_missing())
+_REST = BodyState(ZERO, ZERO, Quat(), ZERO)
+NO_ESTIMATE = Estimate(_REST, _REST, 0.0, -1, -1, ZERO, COARSEST_GRAIN, NOTHING_MISSING)
+"""What is known before the first sample: nothing, written as rest in the origin."""
 
 
 def observe(
@@ -90,12 +89,12 @@ def observe(
         if refusal == ACCEPTED:
             if is_new:
                 grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain
-                missing = nothing_missing()
+                missing = NOTHING_MISSING
             return accepted(sample, grain, missing), refusals, refusal
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            return accepted(sample, grain, nothing_missing()), reset, refusal
+            return accepted(sample, grain, NOTHING_MISSING), reset, refusal
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
         gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats

@@ -42,10 +42,8 @@ class UnknownTorque(NamedTuple):
     found: bool = False
 
 
-def no_unknown_torque() -> UnknownTorque:
-    """Return the memory before the first step."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    return UnknownTorque(zero, zero, zero, False, False)
+NO_UNKNOWN_TORQUE = UnknownTorque()
+"""The memory before the first step."""
 
 
 def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:

@@ -198,7 +198,7 @@ def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
 
 def test_a_number_that_stays_the_same_does_not_tell_its_grain():
     state = flying()
-    assert frozen.finer(frozen.coarsest(), state, state) == frozen.coarsest()
+    assert frozen.finer(frozen.COARSEST_GRAIN, state, state) == frozen.COARSEST_GRAIN
 
 
 def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from quad_core.types import Vec3
 from quad_core.vehicle import Layout, Vehicle
-from quad_guard.unknown_torque import advanced, estimated, no_unknown_torque, thrust_for, within_thrust
+from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, advanced, estimated, thrust_for, within_thrust
 
 PLUS = Vehicle(inertia_xx=2e-3, inertia_yy=3e-3, inertia_zz=7e-3)
 X = PLUS._replace(layout=Layout.X.value, rotor_speed_min=2.0)
@@ -18,7 +18,7 @@ DT = 0.002
 
 def watched(vehicle, commanded, true, seconds, sees=True, memory=None):
     """Let a body turn about x and y under ``true`` N m while ``commanded`` N m is believed."""
-    memory, omega = memory or no_unknown_torque(), Vec3(0.0, 0.0, 0.0)
+    memory, omega = memory or NO_UNKNOWN_TORQUE, Vec3(0.0, 0.0, 0.0)
     for _ in range(round(seconds / DT)):
         memory = estimated(vehicle, memory, omega, sees)
         memory = advanced(vehicle, memory, omega, commanded, DT)
@@ -56,7 +56,7 @@ def test_it_stays_as_it_is_while_nothing_is_seen_and_goes_on_without_a_jump():
 
 
 def test_a_spinning_body_is_explained_by_eulers_equations():
-    omega, memory = Vec3(1.0, 2.0, 3.0), no_unknown_torque()
+    omega, memory = Vec3(1.0, 2.0, 3.0), NO_UNKNOWN_TORQUE
     for _ in range(500):
         memory = advanced(PLUS, estimated(PLUS, memory, omega, True), omega, Vec3(0.0, 0.0, 0.0), 1e-4)
         p, q, r = omega
