@@ -14,7 +14,10 @@ import sys
 import time
 from typing import Any
 
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from nav_msgs.msg import Odometry
 from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
 
 from quad_core.cascade import COMMAND, COMMANDING, RECORDER, SIMULATOR
 from quad_core.cycle import is_flyable, seconds
@@ -24,7 +27,8 @@ from quad_dynamics.plant_model import PlantModel
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.ending import is_down
 from quad_msgs.msg import FlightEvent, FlightState
-from quad_node.codec import Packer, pack_clock, pack_odometry
+from quad_node.codec import Packer
+from quad_node.conversion import set_stamp
 from quad_node.main import run
 from quad_node.vehicle_node import VehicleNode
 
@@ -195,11 +199,13 @@ class Simulator(VehicleNode):
 
     def _publish_for_tools(self, step: int) -> None:
         """Publish odom (pose in map, twist in base_link) and clock, where they are due; no control depends on them."""
-        state, stamp = self.model.state, step * self.flight.plant_period
+        stamp = step * self.flight.plant_period
         if step % self.settings.clock_period_steps == 0:
-            self._clock_out.publish(pack_clock(stamp))
+            clock = Clock()
+            set_stamp(clock.clock, stamp)
+            self._clock_out.publish(clock)
         if step % self.settings.odom_period_steps == 0:
-            self._odom_out.publish(pack_odometry(state, rotate_inverse(state.q_wb, state.v_w), stamp))
+            self._odom_out.publish(odometry(self.model.state, stamp))
 
     def watch(self) -> None:
         """Give up a flight whose step is not answered: in lockstep any, in real time the first."""
@@ -212,6 +218,18 @@ class Simulator(VehicleNode):
             self.progress()
         else:
             self.give_up(self.blame())
+
+
+def odometry(state: VehicleState, stamp: int) -> Odometry:
+    """Return the pose of base_link in map and the twist in base_link; the covariances are zero."""
+    message = Odometry(child_frame_id="base_link")
+    message.header.frame_id = "map"
+    set_stamp(message.header.stamp, stamp)
+    pose, twist = message.pose.pose, message.twist.twist
+    pose.position, pose.orientation = Point(**state.p_w._asdict()), Quaternion(**state.q_wb._asdict())
+    twist.linear = Vector3(**rotate_inverse(state.q_wb, state.v_w)._asdict())
+    twist.angular = Vector3(**state.omega_b._asdict())
+    return message
 
 
 def main() -> None:

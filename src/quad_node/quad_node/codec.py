@@ -13,7 +13,7 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from quad_core.records import builder, flattener, leaves, numbers_finite
-from quad_core.types import Vec3, VehicleState, Wrench
+from quad_core.types import Vec3, Wrench
 from quad_node.conversion import NANOSECONDS
 from quad_node.handshake import run_number
 
@@ -168,13 +168,10 @@ def _aligned(code: str, size: int) -> str:
 
 
 # geometry_msgs/WrenchStamped: stamp, frame name with its length, force, torque
-FRAME, MAP = b"base_link", b"map"
+FRAME = b"base_link"
 _NAME = struct.Struct("<iII")
 _WRENCH = struct.Struct("<4siII10s2x6d")
 _SIX = struct.Struct("<6d")
-_CLOCK = struct.Struct("<4siI")
-# nav_msgs/Odometry: stamp, both frame names, pose and its covariance, twist and its covariance
-_ODOMETRY = struct.Struct(f"<4siII4sI10s2x7d{36 * 8}x6d{36 * 8}x")
 
 
 def pack_wrench(wrench: Wrench, stamp: int) -> bytes:
@@ -199,14 +196,3 @@ def unpack_wrench(payload: bytes, plant_period: int) -> Stamped:
     stamp = sec * NANOSECONDS + nanosec
     step, wrench = stamp // plant_period, Wrench(numbers[0], Vec3(*numbers[1:]))
     return Stamped(step, step + 1, stamp, wrench, numbers_finite(numbers))
-
-
-def pack_clock(stamp: int) -> bytes:
-    """Return the rosgraph_msgs/Clock payload of ``stamp`` ns."""
-    return _CLOCK.pack(HEADER, *divmod(stamp, NANOSECONDS))
-
-
-def pack_odometry(state: VehicleState, velocity_b: Vec3, stamp: int) -> bytes:
-    """Return the nav_msgs/Odometry payload: pose of base_link in map, twist in base_link, covariances zero."""
-    head = (HEADER, *divmod(stamp, NANOSECONDS), len(MAP) + 1, MAP, len(FRAME) + 1, FRAME)
-    return _ODOMETRY.pack(*head, *state.p_w, *state.q_wb, *velocity_b, *state.omega_b)

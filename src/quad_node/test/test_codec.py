@@ -8,9 +8,7 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
-from rosgraph_msgs.msg import Clock
 
 from quad_core import types
 from quad_core.types import Vec3
@@ -19,8 +17,6 @@ from quad_node.codec import (
     ForeignRunError,
     extra_names,
     head_of,
-    pack_clock,
-    pack_odometry,
     pack_wrench,
     packer,
     unpack_wrench,
@@ -139,27 +135,6 @@ def test_wrench_is_physical_in_base_link():
         types.Wrench(5.0, Vec3(0.1, 0.2, 0.3)),
         True,
     )
-
-
-def test_odometry_and_clock_are_those_of_rclpy_to_the_bit():
-    state = types.VehicleState(
-        Vec3(1.0, 2.0, 3.0), Vec3(4.0, 5.0, 6.0), types.Quat(0.1, 0.2, 0.3, 0.4), Vec3(7.0, 8.0, 9.0)
-    )
-    payload = pack_odometry(state, Vec3(10.0, 11.0, 12.0), STAMP)
-    message = deserialize_message(payload, Odometry)
-    assert same_payload(serialize_message(message), payload, Odometry)
-    expected = Odometry(child_frame_id="base_link")
-    expected.header.frame_id = "map"
-    set_stamp(expected.header.stamp, STAMP)
-    pose, twist = expected.pose.pose, expected.twist.twist
-    pose.position.x, pose.position.y, pose.position.z = 1.0, 2.0, 3.0
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = 0.1, 0.2, 0.3, 0.4
-    twist.linear.x, twist.linear.y, twist.linear.z = 10.0, 11.0, 12.0
-    twist.angular.x, twist.angular.y, twist.angular.z = 7.0, 8.0, 9.0
-    assert message == expected
-    clock = Clock()
-    set_stamp(clock.clock, STAMP)
-    assert pack_clock(STAMP) == serialize_message(clock)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

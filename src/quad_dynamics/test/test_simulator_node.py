@@ -1,0 +1,17 @@
+"""What the simulator publishes for tools."""
+
+from quad_core.types import Quat, Vec3, VehicleState
+from quad_dynamics.node import odometry
+
+
+def test_odom_has_the_pose_in_map_and_the_twist_in_base_link():
+    turned_left = Quat(0.0, 0.0, 0.5**0.5, 0.5**0.5)
+    state = VehicleState(Vec3(1.0, 2.0, 3.0), Vec3(4.0, 5.0, 6.0), turned_left, Vec3(7.0, 8.0, 9.0))
+    found = odometry(state, 3_000_000_007)
+    assert (found.header.frame_id, found.child_frame_id) == ("map", "base_link")
+    assert (found.header.stamp.sec, found.header.stamp.nanosec) == (3, 7)
+    pose, twist = found.pose.pose, found.twist.twist
+    assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 2.0, 3.0)
+    assert (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w) == turned_left
+    assert [round(part, 12) for part in (twist.linear.x, twist.linear.y, twist.linear.z)] == [5.0, -4.0, 6.0]
+    assert (twist.angular.x, twist.angular.y, twist.angular.z) == (7.0, 8.0, 9.0)
