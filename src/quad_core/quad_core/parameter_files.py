@@ -71,6 +71,13 @@ def _mapping(loader: StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
 StrictLoader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
 
 
+def plain_value(text: str) -> Value:
+    """Return the value of a plain scalar as in a file, of an empty text or any other the text itself."""
+    loader = StrictLoader("")
+    tag = loader.resolve(yaml.ScalarNode, text, (True, False))
+    return loader.construct_object(yaml.ScalarNode(tag, text)) if text else text  # type: ignore[no-any-return]
+
+
 def dump_yaml(content: Any, *, sort_keys: bool = False) -> str:
     """Return ``content``, made of plain Python values, as YAML; raises yaml.YAMLError for anything else."""
     return str(yaml.dump(content, Dumper=_SafeDumper, sort_keys=sort_keys))
@@ -179,22 +186,17 @@ def _sections(content: Mapping[Any, Any], prefix: str) -> Iterator[tuple[str, An
     """Yield each node pattern and what stands under it; rcl accepts namespaces as keys around it."""
     for name, body in content.items():
         pattern = f"{prefix}{name}"
-        if isinstance(body, dict) and body and "ros__parameters" not in body and _is_nested(body):
+        if isinstance(body, dict) and body and "ros__parameters" not in body:
             yield from _sections(body, f"{pattern.rstrip('/')}/")
         else:
             yield pattern, body
 
 
-def _is_nested(body: Any) -> bool:
-    return isinstance(body, dict) and any(name == "ros__parameters" or _is_nested(one) for name, one in body.items())
-
-
 def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
-    role = pattern.rsplit("/", 1)[-1]
-    if role not in (*ALL_ROLES, "*", "**"):
-        raise ParameterError(f"{path}: node {pattern!r} is not one of {', '.join(ALL_ROLES)} or /**")
     if not isinstance(body, dict) or set(body) != {"ros__parameters"}:
         raise ParameterError(f"{path}: {pattern}: expected one key ros__parameters")
+    if pattern.rsplit("/", 1)[-1] not in (*ALL_ROLES, "*", "**"):
+        raise ParameterError(f"{path}: node {pattern!r} is not one of {', '.join(ALL_ROLES)} or /**")
     return _dotted(path, pattern, body["ros__parameters"] or {}, "")
 
 

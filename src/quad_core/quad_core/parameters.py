@@ -137,10 +137,10 @@ def checked(field: Field, value: Any) -> Value:
     if isinstance(spec, Real) and spec.unit == "rad" and isinstance(value, str):
         value = radians_of(value)
     kind = float if isinstance(spec, Real) else int
-    expected = f"{'a float' if kind is float else 'an integer'} in [{spec.low}, {spec.high}] {spec.unit}".rstrip()
-    if type(value) is not kind:
+    expected = f"{'a number' if kind is float else 'an integer'} in [{spec.low}, {spec.high}] {spec.unit}".rstrip()
+    if type(value) not in (kind, int):
         raise ParameterError(f"{field.name}: found {value!r} ({type(value).__name__}), expected {expected}")
-    if not (math.isfinite(value) and spec.low <= value <= spec.high):
+    if not (spec.low <= value <= spec.high and math.isfinite(value)):
         raise ParameterError(f"{field.name}: found {value!r}, expected {expected}")
     found: float | int = kind(value)
     return found

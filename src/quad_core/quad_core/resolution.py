@@ -11,7 +11,8 @@ from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
 from quad_core.flight_parameters import FlightParameters
 from quad_core.lift_off import lifting
-from quad_core.parameters import Field, Flag, ParameterError, Real, Value, Whole, build, fields, flatten, nearest
+from quad_core.parameter_files import plain_value
+from quad_core.parameters import Field, ParameterError, Value, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
 from quad_core.prediction import predicting
 from quad_core.vehicle import Vehicle, check_inertia
@@ -120,12 +121,12 @@ def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
 SHARED = ("flight", "vehicle")
 
 
-def parse_settings(settings: Sequence[str], roles: Collection[str] = ALL_ROLES) -> dict[str, dict[str, str]]:
-    """Return {role or "/**": {parameter: text}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
+def parse_settings(settings: Sequence[str], roles: Collection[str] = ALL_ROLES) -> dict[str, dict[str, Value]]:
+    """Return {role or "/**": {parameter: value}} of NODE.PARAM=VALUE; NODE `flight` and `vehicle` mean all nodes.
 
     Raises ParameterError for another form, an unknown node, or one that is not among the flight's ``roles``.
     """
-    found: dict[str, dict[str, str]] = {}
+    found: dict[str, dict[str, Value]] = {}
     for setting in settings:
         name, equals, value = setting.partition("=")
         node, dot, parameter = name.partition(".")
@@ -136,7 +137,7 @@ def parse_settings(settings: Sequence[str], roles: Collection[str] = ALL_ROLES) 
         elif node not in roles:
             known = ", ".join((*roles, *SHARED))
             raise ParameterError(f"--set {setting}: {_why_no_node(node)}; expected one of {known}")
-        found.setdefault(node, {})[parameter] = value
+        found.setdefault(node, {})[parameter] = plain_value(value)
     return found
 
 
@@ -155,26 +156,3 @@ def with_law(values: Mapping[str, Value], law: str) -> dict[str, Value]:
         return dict(values)
     others = {name: value for name, value in values.items() if before is None or not name.startswith(f"{before}.")}
     return {**others, "law": law, "preset": "tuned"}
-
-
-def typed(role: str, base: Mapping[str, Value], texts: Mapping[str, str]) -> dict[str, Value]:
-    """Return ``texts`` as the types of the node's parameters; the choice of plug-ins among them decides which."""
-    slots = {*ALL_ROLES[role].slots, "preset"}
-    chosen = {name: text for name, text in texts.items() if name in slots}
-    known = {field.name: field for field in resolve(role, {**base, **chosen}).all_fields()}
-    return {name: _value(known.get(name), text) for name, text in texts.items()}
-
-
-def _value(field: Field | None, text: str) -> Value:
-    if field is None:
-        return text
-    try:
-        if isinstance(field.spec, Real):
-            return float(text)
-        if isinstance(field.spec, Whole):
-            return int(text)
-    except ValueError:
-        return text
-    if isinstance(field.spec, Flag):
-        return {"true": True, "false": False}.get(text.lower(), text)
-    return text

@@ -60,8 +60,8 @@ def test_leaves_are_named_by_their_path_and_keep_the_defaults_of_the_instance():
 
 
 def test_values_go_where_their_names_say_and_nothing_else_moves():
-    built = build(Outer, {"y.gain": 0.5, "form": "round", "on": False, "name": "other", "x.count": 9})
-    assert built == Outer(Inner(1.0, 9), Inner(0.5, 3), 0, False, "other")
+    built = build(Outer, {"y.gain": 2, "form": "round", "on": False, "name": "other", "x.count": 9})
+    assert repr(built) == repr(Outer(Inner(1.0, 9), Inner(2.0, 3), 0, False, "other"))
 
 
 def test_an_instance_gives_the_defaults():
@@ -82,9 +82,8 @@ def test_what_is_built_and_flattened_comes_back(gain, count, form, on):
         ({"x": 1.0}, ["p.x", "unknown"]),
         ({"x.gain": 4.0001}, ["p.x.gain", "4.0001", "[0.5, 4.0] 1/s"]),
         ({"x.gain": 0.4999}, ["p.x.gain", "0.4999"]),
-        ({"x.gain": 1}, ["p.x.gain", "1 (int)", "a float"]),
-        ({"x.gain": True}, ["p.x.gain", "True (bool)", "a float"]),
-        ({"x.gain": "1.0"}, ["p.x.gain", "'1.0'", "a float"]),
+        ({"x.gain": True}, ["p.x.gain", "True (bool)", "a number"]),
+        ({"x.gain": "1.0"}, ["p.x.gain", "'1.0'", "a number"]),
         ({"x.gain": math.nan}, ["p.x.gain", "nan"]),
         ({"y.gain": math.inf}, ["p.y.gain", "inf"]),
         ({"x.count": 10}, ["p.x.count", "10", "an integer", "[1, 9] steps"]),
@@ -125,5 +124,5 @@ def test_an_angle_may_be_written_in_degrees(text, angle):
 
 @pytest.mark.parametrize("values", [{"tilt": "90"}, {"tilt": "90 deg"}, {"tilt": "500deg"}, {"gain": "90deg"}])
 def test_degrees_are_read_only_with_their_unit_and_only_for_angles(values):
-    with pytest.raises(ParameterError, match=r"(tilt|gain): found .*, expected a float in"):
+    with pytest.raises(ParameterError, match=r"(tilt|gain): found .*, expected a number in"):
         build(Angles, values)

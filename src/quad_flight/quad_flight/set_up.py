@@ -9,7 +9,7 @@ from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES
 from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, fields, flatten
 from quad_core.plugins import PluginError
-from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, typed, with_law
+from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, with_law
 from quad_dynamics.ground import SINK
 from quad_flight import configuration
 from quad_guard.ending import stands
@@ -73,7 +73,7 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
         try:
             if role in shadows:
                 base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
-            values = {**base, **typed(role, base, {**settings.get("/**", {}), **settings.get(role, {})})}
+            values = {**base, **settings.get("/**", {}), **settings.get(role, {})}
             values = {**values, **identity.get("/**", {}), **identity.get(role, {})}
             resolved[role] = resolve(role, values)
             if role == SIMULATOR and request.mission is not None:
