@@ -24,14 +24,6 @@ class Leaf(NamedTuple):
     kind: type[Any]
 
 
-class Column(NamedTuple):
-    """One field of a NamedTuple: its scalar type and the names of its parts, none for a plain number."""
-
-    name: str
-    scalar: np.dtype[Any]
-    parts: tuple[str, ...]
-
-
 def field_kinds(kind: type[Any], name: str = "") -> dict[str, type[Any]]:
     """Return {field: class} of a NamedTuple class; raises TypeError, naming the value ``name``, for any other class."""
     if not hasattr(kind, "_fields"):
@@ -94,8 +86,8 @@ def builder(kind: type[Any]) -> Callable[[Sequence[Any]], Any]:
     return lambda numbers: make([numbers[at] if inner is None else inner(numbers[at:end]) for inner, at, end in plan])
 
 
-def columns(kind: type[Any]) -> tuple[Column, ...]:
-    """Return the columns of a NamedTuple class.
+def dtype_of(kind: type[Any]) -> np.dtype[Any]:
+    """Return NumPy's type of the columns of a NamedTuple class.
 
     Raises TypeError naming a field that is neither a number nor a NamedTuple of numbers of one type.
     """
@@ -106,8 +98,8 @@ def columns(kind: type[Any]) -> tuple[Column, ...]:
         scalar = _SCALARS.get(kinds.pop()) if len(kinds) == 1 else None
         if scalar is None:
             raise TypeError(f"{kind.__name__}.{name}: found {inner}, expected a number or a NamedTuple of numbers")
-        found.append(Column(name, scalar, parts))
-    return tuple(found)
+        found.append((name, scalar, (len(parts),) if parts else ()))
+    return np.dtype(found)
 
 
 def to_rows(kind: type[Any], items: Sequence[Any]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, SIMULATOR, STAGES, TRAJECTORY
-from quad_core.records import columns, leaves
+from quad_core.records import dtype_of, leaves
 from quad_flight.loop import Row, Schedule
 
 Write = Callable[[NDArray[np.float64], int, Row], None]
@@ -75,14 +75,15 @@ def with_steps(kind: type[Any], rows: NDArray[np.float64], period_steps: int, pl
 
     Their fields: ``step``, ``next_step``, ``stamp_ns``, and those of ``kind``, of which a Vec3 has shape (3,).
     """
-    own = [(each.name, each.scalar, (len(each.parts),) if each.parts else ()) for each in columns(kind)]
+    own = dtype_of(kind)
     head = [(name, np.int64) for name in ("step", "next_step", "stamp_ns")]
-    full = np.empty(len(rows), dtype=np.dtype([*head, *own]))
+    full = np.empty(len(rows), dtype=np.dtype([*head, *own.descr]))
     full["step"] = np.arange(len(rows)) * period_steps
     full["next_step"] = full["step"] + period_steps
     full["stamp_ns"] = full["step"] * plant_period
     start = 0
-    for name, _, shape in own:
+    for name in own.names or ():
+        shape = own[name].shape
         end = start + sum(shape or (1,))
         full[name] = rows[:, start:end].reshape(len(rows), *shape)
         start = end

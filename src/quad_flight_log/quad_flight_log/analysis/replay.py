@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import SIGNALS, STAGE
-from quad_core.records import builder, columns, leaves, to_rows
+from quad_core.records import builder, dtype_of, field_kinds, leaves, to_rows
 from quad_core.resolution import Resolved
 from quad_core.roles import Stage
 from quad_core.safe import safe_input
@@ -162,15 +162,15 @@ def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] =
         thrust, torque = thrust_and_torque(table)
         return [Wrench(up, Vec3(*turn)) for up, turn in zip(thrust.tolist(), torque.tolist(), strict=True)]
     numbers: list[list[Any]] = []
-    names = table.dtype.names or ()
-    for column in columns(kind):
-        parts = [f"{column.name}.{part}" for part in column.parts] or [column.name]
-        if column.name in names and table.dtype[column.name].shape == ((len(parts),) if column.parts else ()):
-            numbers += table[column.name].reshape(len(table), -1).T.tolist()
+    names, own = table.dtype.names or (), dtype_of(kind)
+    for name, inner in field_kinds(kind).items():
+        parts = [leaf.name for leaf in leaves(inner, name)]
+        if name in names and table.dtype[name].shape == own[name].shape:
+            numbers += table[name].reshape(len(table), -1).T.tolist()
         elif "extra" in names and set(parts) <= set(extra) and all(len(row) == len(extra) for row in table["extra"]):
             numbers += [[float(row[extra.index(part)]) for row in table["extra"]] for part in parts]
         else:
-            raise SchemaError(f"{where}: has no field {column.name!r} of {len(parts)} numbers")
+            raise SchemaError(f"{where}: has no field {name!r} of {len(parts)} numbers")
     return list(map(builder(kind), zip(*numbers, strict=True)))
 
 

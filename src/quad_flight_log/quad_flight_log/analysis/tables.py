@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND, OWNERS, SIGNALS
-from quad_core.records import columns
+from quad_core.records import dtype_of
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
@@ -147,7 +147,8 @@ def text_table(flight: Flight, topic: str) -> Table:
 
 
 def _check(flight: Flight, topic: str, table: Table) -> None:
-    shapes = {column.name: (len(column.parts),) if column.parts else () for column in columns(SIGNALS[topic].kind)}
+    kind = dtype_of(SIGNALS[topic].kind)
+    shapes = {name: kind[name].shape for name in kind.names or ()}
     optional = [name for name in shapes if name in (table.dtype.names or ())]
     for name in ("stamp_ns", *NEEDED["truth" if topic == "state" else topic], *optional):
         values = part_of(table, name)
