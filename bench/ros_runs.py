@@ -172,11 +172,11 @@ def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:
     before: dict[str, float] = {}
     while time.monotonic() < deadline:
         seen = watch.poll(0.2)
-        if seen is not None and seen.phase == FLYING and not before:
+        if seen is not None and seen.state == FLYING and not before:
             before = cpu_time(processes.pids())
-        if seen is not None and seen.phase == ENDED:
+        if seen is not None and seen.state == ENDED:
             return Run(seen.step + 1, seen.wall_time, spent(before, cpu_time(processes.pids())))
-        if seen is not None and seen.phase == FAILED:
+        if seen is not None and seen.state == FAILED:
             raise RuntimeError(f"the flight failed: {seen.reason}")
         processes.reap()
         if not processes.running():

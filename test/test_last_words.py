@@ -8,7 +8,7 @@ import pytest
 from flying import alive, domain_of, finish, node_pids, run_id_of, start, wait_until
 
 from quad_flight_log.bag.reader import open_flight
-from quad_node.watch import FlightWatch
+from quad_node.watch import FlightWatch, is_over
 
 pytestmark = pytest.mark.flight
 
@@ -20,7 +20,7 @@ def test_a_recorder_does_not_leave_before_the_simulator_has_read_that_the_bag_is
     wait_until(lambda: list(out.glob("*.part")), 60.0, "a recorder")
     pids = node_pids(flight.pid)
     watch = FlightWatch(run_id_of(flight.pid), domain_of(flight.pid))
-    wait_until(lambda: (seen := watch.poll(0.01)) is not None and seen.over, 60.0, "the end of the flight")
+    wait_until(lambda: (seen := watch.poll(0.01)) is not None and is_over(seen), 60.0, "the end of the flight")
     watch.close()
     os.kill(pids["simulator"], signal.SIGSTOP)
     wait_until(lambda: (out / "metadata.yaml").exists(), 60.0, "a closed bag")

@@ -14,6 +14,7 @@ from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
+from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
@@ -24,8 +25,10 @@ from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.recorder.provenance import LIMITS
 from quad_flight_log.report.text import table
+from quad_msgs.msg import FlightState
 from quad_node.command_link import STARTER
-from quad_node.watch import NO_FILES, PHASES, FlightWatch, Sighting
+from quad_node.conversion import stamp_ns
+from quad_node.watch import NO_FILES, PHASES, FlightWatch, is_over
 
 GOOD, FAILED, BAD_SETUP = 0, 1, 2
 
@@ -88,7 +91,7 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     return _judge(flight, processes, outcome, watch.newest)
 
 
-def _show(progress: Progress, watch: FlightWatch, state: Sighting | None) -> None:
+def _show(progress: Progress, watch: FlightWatch, state: FlightState | None) -> None:
     while watch.changes:
         progress.tell(*watch.changes.popleft())
     progress.show(state)
@@ -130,7 +133,7 @@ def started(command: Sequence[str | Path], arguments: Sequence[str]) -> list[str
     return [*command[:own], *arguments, *command[own:]]
 
 
-def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighting | None) -> int:
+def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: FlightState | None) -> int:
     """Print the table and what went wrong; returns the exit code. ``seen``: the last news of the flight itself."""
     for role, code in processes.codes.items():
         if code == BAD_SETUP:
@@ -148,8 +151,9 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Sighti
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
     problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
-    if found.ends_early and seen is not None and seen.over:
-        problems.insert(0, f"the flight itself went on to {seen.flight_time:.2f} s: {seen.reason or seen.phase}")
+    if found.ends_early and seen is not None and is_over(seen):
+        until = seconds(stamp_ns(seen.stamp), 1)
+        problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
     lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
     lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(_spared(flight))]
     for line in (*lines, *problems):

@@ -13,7 +13,8 @@ from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
 from quad_core.signals import ONE_REQUEST, ending, repeats
-from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, Sighting
+from quad_msgs.msg import FlightState
+from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, is_over
 
 _POLL = 0.1
 _LAST_NEWS = 1.0
@@ -129,14 +130,14 @@ class Supervisor:
         """Begin with what was started; ``spared``: roles without which the flight goes on."""
         self._processes, self._watch, self._patience = processes, watch, patience
         self._interrupted, self._spared = interrupted, spared
-        self.state: Sighting | None = None
+        self.state: FlightState | None = None
         self.cause = self._early = ""
         self.late: tuple[str, ...] = ()
         self._deadline = time.monotonic() + patience.start
         self._heeded, self._landed_by = 0, 0.0
         self._lands = False
 
-    def run(self, show: Callable[[Sighting | None], None]) -> Outcome:
+    def run(self, show: Callable[[FlightState | None], None]) -> Outcome:
         """Return when all processes have left, stopping those that do not; ``show`` gets the news."""
         while self._processes.running():
             self.look()
@@ -164,29 +165,29 @@ class Supervisor:
             self._end()
 
     @property
-    def _phase(self) -> str:
-        return self.state.phase if self.state is not None else WAITING
+    def _phase(self) -> int:
+        return self.state.state if self.state is not None else WAITING
 
     @property
     def _over(self) -> bool:
-        return self.state is not None and self.state.over
+        return self.state is not None and is_over(self.state)
 
     @property
     def _can_land(self) -> bool:
         return bool(self._patience.landing) and not self._over and self._processes.has_owner()
 
-    def _on_news(self, state: Sighting, before: Sighting | None) -> None:
+    def _on_news(self, state: FlightState, before: FlightState | None) -> None:
         """Move the deadline; a phase that lasts moves it only in flight."""
         patience, now = self._patience, time.monotonic()
-        lasts = before is not None and state.phase == before.phase
-        if state.phase != FLYING and (lasts or (self._early and state.phase == WAITING)):
+        lasts = before is not None and state.state == before.state
+        if state.state != FLYING and (lasts or (self._early and state.state == WAITING)):
             return
-        if self._lands and state.phase == FLYING:
+        if self._lands and state.state == FLYING:
             self._deadline = min(self._landed_by, now + patience.silence)
-        elif not self.cause or state.over or not patience.landing:
+        elif not self.cause or is_over(state) or not patience.landing:
             flying = patience.answer if self.cause else patience.silence
             over = max(_WIND_UP, patience.silence)
-            self._deadline = now + {WAITING: patience.start, FLYING: flying}.get(state.phase, over)
+            self._deadline = now + {WAITING: patience.start, FLYING: flying}.get(state.state, over)
 
     def _on_signal(self) -> None:
         """The first signal lands what can be landed, or leaves a landing alone; the second one stops."""
@@ -242,9 +243,9 @@ class Supervisor:
     def _silent(self) -> str:
         """Return why a flight that is not heard of any more was stopped."""
         state = self.state
-        if state is None or state.phase == WAITING:
+        if state is None or state.state == WAITING:
             why = state.reason if state else "no flight/state from the simulator"
             return self._early or f"the flight did not start: {why}"
-        if state.over:
+        if is_over(state):
             return f"the nodes did not leave after the flight had failed: {state.reason}"
         return f"flight/state: nothing from the simulator after step {state.step}"

@@ -11,7 +11,7 @@ from typing import Any
 from quad_bringup.domains import occupied
 from quad_core.parameters import ParameterError
 from quad_node.middleware import RANGE, TRANSPORTS, choices
-from quad_node.watch import NO_FILES
+from quad_node.watch import node_of_its_own
 
 PROBE = "flight_probe"
 MEETING = 5.0  # s in which two nodes find each other, where a server tells them
@@ -46,19 +46,12 @@ def is_full(directory: Path) -> bool:
 @contextmanager
 def _probe(domain: int, namespace: str = "") -> Iterator[Any]:
     """Give a node that looks around in ``domain``, a participant of its own."""
-    import rclpy
-    from rclpy.context import Context
-    from rclpy.node import Node
-    from rclpy.signals import SignalHandlerOptions
-
-    context = Context()
-    rclpy.init(args=NO_FILES, context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    node = Node(PROBE, context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False)
+    node = node_of_its_own(PROBE, domain, namespace)
     try:
         yield node
     finally:
         node.destroy_node()
-        context.try_shutdown()
+        node.context.try_shutdown()
 
 
 def check_discovery(domain: int, chosen: str) -> None:

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from quad_core.cycle import seconds
 from quad_flight_log.errors import printable
-from quad_node.watch import WAITING, Sighting
+from quad_msgs.msg import FlightState
+from quad_node.conversion import stamp_ns
 
 _CLEAR = "\r\033[K"
 _PLAIN_EVERY = 5.0
@@ -59,7 +61,7 @@ class Progress:
         self._next = 0.0
         self._shown = False
 
-    def show(self, state: Sighting | None) -> None:
+    def show(self, state: FlightState | None) -> None:
         """Show ``state`` if it is time to."""
         now = time.monotonic()
         if now < self._next:
@@ -82,15 +84,16 @@ class Progress:
             write(_CLEAR, self._out)
 
 
-def describe(state: Sighting | None) -> str:
+def describe(state: FlightState | None) -> str:
     """Return one line about ``state``."""
     if state is None:
         return "starting"
-    if state.phase == WAITING:
+    if state.state == FlightState.WAITING:
         return state.reason
+    flown = seconds(stamp_ns(state.stamp), 1)
     if not state.end_step or not state.step:
-        return f"{state.flight_time:.1f} s"
+        return f"{flown:.1f} s"
     done = min(state.step / state.end_step, 1.0)
     bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
-    total = state.flight_time * state.end_step / state.step
-    return f"[{bar}] {state.flight_time:.1f} of {total:.1f} s, {state.real_time_factor:.1f} x real time"
+    factor = flown / state.wall_time if state.wall_time > 0.0 else 0.0
+    return f"[{bar}] {flown:.1f} of {flown * state.end_step / state.step:.1f} s, {factor:.1f} x real time"

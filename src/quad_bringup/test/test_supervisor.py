@@ -8,7 +8,8 @@ import pytest
 from quad_bringup import supervisor
 from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, Supervisor, interrupts
 from quad_core.resolution import resolve
-from quad_node.watch import ENDED, FAILED, FLYING, WAITING, Sighting
+from quad_msgs.msg import FlightState
+from quad_node.watch import ENDED, FAILED, FLYING, WAITING
 
 PATIENCE = Patience(start=10.0, silence=5.0, answer=2.0)
 LANDS = PATIENCE._replace(landing=8.0)
@@ -29,7 +30,7 @@ def hang_ups_are_heeded():
 
 
 def state(phase, step=0, reason=""):
-    return Sighting(phase, reason, step, 1000, step * 0.002, step * 0.001)
+    return FlightState(state=phase, reason=reason, step=step, end_step=1000, wall_time=step * 0.001)
 
 
 def flies(first, last, codes=None):

@@ -7,7 +7,8 @@ import pytest
 
 from quad_bringup import terminal
 from quad_bringup.terminal import Progress, busy, complain, describe, say, write
-from quad_node.watch import ENDED, FLYING, WAITING, Sighting
+from quad_msgs.msg import FlightState
+from quad_node.conversion import set_stamp
 
 
 class Terminal(io.StringIO):
@@ -33,14 +34,23 @@ def test_words_that_nobody_reads_any_more_are_lost_and_harm_nobody():
         write("third\n", out)
 
 
+def flight_state(phase, step, end_step, wall_time):
+    state = FlightState(state=phase, reason="waiting for recorder", step=step, end_step=end_step, wall_time=wall_time)
+    set_stamp(state.stamp, step * 2_000_000)
+    return state
+
+
+FLYING, ENDED = FlightState.FLYING, FlightState.ENDED
+
+
 @pytest.mark.parametrize(
     ("state", "text"),
     [
         (None, "starting"),
-        (Sighting(WAITING, "waiting for recorder", 0, 0, 0.0, 0.0), "waiting for recorder"),
-        (Sighting(FLYING, "", 250, 0, 0.5, 1.0), "0.5 s"),
-        (Sighting(FLYING, "", 500, 1000, 1.0, 0.5), "[############............] 1.0 of 2.0 s, 2.0 x real time"),
-        (Sighting(ENDED, "", 1000, 1000, 2.0, 4.0), "[########################] 2.0 of 2.0 s, 0.5 x real time"),
+        (flight_state(FlightState.WAITING, 0, 0, 0.0), "waiting for recorder"),
+        (flight_state(FLYING, 250, 0, 1.0), "0.5 s"),
+        (flight_state(FLYING, 500, 1000, 0.5), "[############............] 1.0 of 2.0 s, 2.0 x real time"),
+        (flight_state(ENDED, 1000, 1000, 4.0), "[########################] 2.0 of 2.0 s, 0.5 x real time"),
     ],
 )
 def test_line(state, text):

@@ -2,7 +2,6 @@
 
 import time
 from collections import deque
-from typing import NamedTuple
 
 import rclpy
 from rclpy.context import Context
@@ -20,34 +19,20 @@ from quad_node.executor import destroy
 NO_FILES = ["--ros-args", "--disable-external-lib-logs"]
 """Arguments of ROS for a process that writes no log file: no folder is needed for one."""
 _HUNG = 1  # exit code of a process that hangs while it gives its node back
-WAITING, FLYING, ENDED, FAILED = "waiting", "flying", "ended", "failed"
-PHASES = {
-    FlightState.WAITING: WAITING,
-    FlightState.FLYING: FLYING,
-    FlightState.ENDED: ENDED,
-    FlightState.FAILED: FAILED,
-}
+WAITING, FLYING, ENDED, FAILED = FlightState.WAITING, FlightState.FLYING, FlightState.ENDED, FlightState.FAILED
+PHASES = {WAITING: "waiting", FLYING: "flying", ENDED: "ended", FAILED: "failed"}
 
 
-class Sighting(NamedTuple):
-    """The newest ``flight/state``. Times in s; ``end_step`` 0 while not known."""
+def is_over(state: FlightState) -> bool:
+    """Return whether the flight is over, well or not."""
+    return state.state in (ENDED, FAILED)
 
-    phase: str
-    reason: str
-    step: int
-    end_step: int
-    flight_time: float
-    wall_time: float
 
-    @property
-    def over(self) -> bool:
-        """Whether the flight is over, well or not."""
-        return self.phase in (ENDED, FAILED)
-
-    @property
-    def real_time_factor(self) -> float:
-        """Flight time over wall-clock time, 0 before the first step."""
-        return self.flight_time / self.wall_time if self.wall_time > 0.0 else 0.0
+def node_of_its_own(name: str, domain: int, namespace: str = "") -> Node:
+    """Return a node in ``domain`` with a context, and so a participant, of its own."""
+    context = Context()
+    rclpy.init(args=NO_FILES, context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    return Node(name, context=context, namespace=namespace, enable_rosout=False, start_parameter_services=False)
 
 
 class FlightWatch:
@@ -58,20 +43,10 @@ class FlightWatch:
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:
         """Join ``domain``; a process may watch several flights one after the other."""
-        self.newest: Sighting | None = None
+        self.newest: FlightState | None = None
         self.changes: deque[tuple[float, str]] = deque()
         self._run_id = run_id
-        self._context = Context()
-        rclpy.init(
-            args=NO_FILES, context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
-        )
-        self._node = Node(
-            "flight_watch",
-            context=self._context,
-            namespace=namespace,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
+        self._node = node_of_its_own("flight_watch", domain, namespace)
         entry = topics.TOPICS["flight/state"]
         self._states = self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
         entry = topics.TOPICS["flight/events"]
@@ -80,10 +55,10 @@ class FlightWatch:
         self._statuses: dict[str, NodeStatus] = {}
         self._node.create_subscription(entry.type, entry.name, self._on_status, entry.qos(64))
         self._status_out = self._node.create_publisher(entry.type, entry.name, entry.qos())
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
 
-    def poll(self, patience: float) -> Sighting | None:
+    def poll(self, patience: float) -> FlightState | None:
         """Wait up to ``patience`` s for news and return the newest state of the run, None before the first."""
         self._executor.spin_once(timeout_sec=patience)
         # A flight that is found late tells all it has said, the oldest first.
@@ -112,7 +87,7 @@ class FlightWatch:
         """Leave the domain."""
         self._executor.shutdown()
         destroy(self._node, _HUNG)
-        self._context.try_shutdown()
+        self._node.context.try_shutdown()
 
     def _on_event(self, message: FlightEvent) -> None:
         if message.kind == "mode":
@@ -124,11 +99,4 @@ class FlightWatch:
 
     def _on_state(self, message: FlightState) -> None:
         if message.run_id == self._run_id:
-            self.newest = Sighting(
-                PHASES.get(message.state, FAILED),
-                message.reason,
-                message.step,
-                message.end_step,
-                seconds(stamp_ns(message.stamp), 1),
-                message.wall_time,
-            )
+            self.newest = message

@@ -33,7 +33,7 @@ def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
         assert seen is not None
         time.sleep(0.2)  # what was said before is sent one after the other
         seen = late.poll(0.1)
-        assert (seen.phase, seen.step) == (watch.FLYING, 5)
+        assert (seen.state, seen.step) == (watch.FLYING, 5)
     finally:
         late.close()
         node.destroy_node()
