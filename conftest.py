@@ -1,7 +1,8 @@
 """What all tests share: which need ROS, and that nothing is skipped unless it is allowed to."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -28,6 +29,27 @@ def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     with reserved_domain(None) as domain:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
         yield
+
+
+@pytest.fixture
+def start_node(own_domain: None) -> Iterator[Callable[..., Any]]:  # noqa: ARG001
+    """Return ``start(make, *parameters, name="")``, which makes a node in this process with NAME:=VALUE parameters."""
+    import rclpy
+
+    from quad_node import executor
+
+    nodes: list[Any] = []
+
+    def start(make: Callable[[], Any], *parameters: str, name: str = "") -> Any:
+        words = [word for text in parameters for word in ("-p", text)] + (["-r", f"__node:={name}"] if name else [])
+        executor.init(["--ros-args", *words])
+        nodes.append(make())
+        return nodes[-1]
+
+    yield start
+    for node in nodes:
+        node.ros.destroy_node()
+    rclpy.try_shutdown()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -2,11 +2,12 @@
 
 import math
 import time
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
 from std_srvs.srv import Trigger
-from wired_commander import commanders
+from wired_commander import wired
 
 from quad_commander import node as commander_node
 from quad_commander.mode_table import Condition, Request
@@ -15,9 +16,9 @@ from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 
 
 @pytest.fixture
-def make(own_domain):
+def make(start_node):
     """Return a function that makes the node with the given ROS parameters."""
-    yield from commanders()
+    return partial(wired, start_node)
 
 
 def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_guard(make):

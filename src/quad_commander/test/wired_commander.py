@@ -3,7 +3,6 @@
 import zlib
 from types import SimpleNamespace
 
-import rclpy
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import BatteryState
 
@@ -11,7 +10,6 @@ from quad_commander.node import Commander
 from quad_core.types import NOT_BEGUN
 from quad_msgs import msg
 from quad_msgs.msg import FlightMode, FlightRequest, TrajectoryPoint
-from quad_node import executor
 from quad_node.conversion import set_stamp
 
 PERIOD = 2_000_000
@@ -95,21 +93,11 @@ class Wired(Commander):
         self.callbacks["battery_state"](BatteryState(percentage=percentage))
 
 
-def commanders():
-    """Yield a function that makes the node with the given ROS parameters; for a fixture."""
-    made = []
-
-    def build(*parameters):
-        roles = "flight.roles:=simulator,trajectory,commander,position_controller,attitude_controller,recorder"
-        given = [roles, f"flight.run_id:={RUN_ID}", *parameters]
-        executor.init(["--ros-args", *(part for text in given for part in ("-p", text))])
-        made.append(Wired())
-        for role, period in (("position_controller", 5), ("attitude_controller", 1)):
-            status = msg.NodeStatus(node=f"/{role}", role=role, run_id=RUN_ID, interface_hash="x", period_steps=period)
-            made[-1].callbacks["flight/nodes"](status)
-        return made[-1]
-
-    yield build
-    for node in made:
-        node.ros.destroy_node()
-    rclpy.try_shutdown()
+def wired(start_node, *parameters):
+    """Return the node with the given ROS parameters, made by the fixture ``start_node``."""
+    roles = "flight.roles:=simulator,trajectory,commander,position_controller,attitude_controller,recorder"
+    node = start_node(Wired, roles, f"flight.run_id:={RUN_ID}", *parameters)
+    for role, period in (("position_controller", 5), ("attitude_controller", 1)):
+        status = msg.NodeStatus(node=f"/{role}", role=role, run_id=RUN_ID, interface_hash="x", period_steps=period)
+        node.callbacks["flight/nodes"](status)
+    return node

@@ -108,26 +108,23 @@ def test_no_step_waits_for_the_recorder_nor_with_a_commander_for_the_trajectory(
     assert handshake.behind(7) == ""
 
 
+NO_WRENCH = "attitude_controller does not answer step 7: no wrench_setpoint"
+
+
 @pytest.mark.parametrize(
-    ("commander", "answered", "planned", "blame"),
+    ("guests", "answered", "planned", "blame"),
     [
-        ([], False, True, "attitude_controller does not answer step 7: no wrench_setpoint"),
+        ([], False, True, NO_WRENCH),
+        (["odometry_relay"], False, True, f"{NO_WRENCH}; its states come through odometry_relay"),
         ([], True, False, "trajectory does not answer step 7: no flight/plan"),
         (["commander"], True, False, "commander does not answer step 7: no flight/mode"),
         ([], True, True, "recorder does not answer: flight/recorded is at step 6, the plant at 7"),
     ],
 )
-def test_what_the_plant_misses_names_the_node_that_gives_it(commander, answered, planned, blame):
-    roles = [*ROLES, *commander]
+def test_what_the_plant_misses_names_the_node_that_gives_it(guests, answered, planned, blame):
+    roles = [*ROLES, *guests]
     handshake, _ = shake(*(Said(role) for role in roles), roles=roles)
     assert handshake.blame(7, 6, answered, planned) == blame
-
-
-def test_where_states_come_through_a_relay_the_blame_says_so():
-    handshake, _ = shake(*(Said(role) for role in ROLES), roles=[*ROLES, "odometry_relay"])
-    reason = handshake.blame(7, 6, answered=False, planned=True)
-    said = "attitude_controller does not answer step 7: no wrench_setpoint; its states come through odometry_relay"
-    assert reason == said
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from rclpy.serialization import serialize_message
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import AttitudeThrust, Takeover
-from quad_node import executor
 from quad_node.responder import Arrival, LawNode, Sample
 
 SHADOW, MAIN = "shadow_position_controller", "position_controller"
@@ -21,25 +20,14 @@ STILL = VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
 
 
 @pytest.fixture
-def make(own_domain):
+def make(start_node):
     """Return a function that makes a position controller, or its shadow, with the given ROS parameters."""
-    nodes = []
 
     def built(*words, shadow=True):
-        name = ["-r", f"__node:={SHADOW}"] if shadow else []
-        given = [
-            word
-            for each in (f"flight.roles:={ROLES}", "flight.mode:=realtime", "flight.standby:=true", *words)
-            for word in ("-p", each)
-        ]
-        executor.init(["--ros-args", *name, *given])
-        nodes.append(LawNode(MAIN))
-        return nodes[-1]
+        given = (f"flight.roles:={ROLES}", "flight.mode:=realtime", "flight.standby:=true", *words)
+        return start_node(lambda: LawNode(MAIN), *given, name=SHADOW if shadow else "")
 
-    yield built
-    for node in nodes:
-        node.ros.destroy_node()
-    rclpy.try_shutdown()
+    return built
 
 
 def answered(node, step):

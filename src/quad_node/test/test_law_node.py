@@ -1,39 +1,24 @@
 """A node that runs a law: what is not finite is not sent, and parameters change live only where that is safe."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
-import rclpy
 import yaml
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 
 from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import PositionInternals
-from quad_node import executor
 from quad_node.responder import Arrival, LawNode, Sample
 from quad_position_ctrl import aibs
 
 SAMPLE = Sample(7, 14_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
 
 
-class Wire:
-    """Stands in for a publisher and keeps what was sent."""
-
-    def __init__(self):
-        self.sent = []
-
-    def publish(self, message):
-        self.sent.append(message)
-
-
 @pytest.fixture
-def node(own_domain):
-    executor.init(["--ros-args", "-p", "aibs.x.position_gain:=3.5"])
-    made = LawNode("position_controller")
-    yield made
-    made.ros.destroy_node()
-    rclpy.try_shutdown()
+def node(start_node):
+    return start_node(lambda: LawNode("position_controller"), "aibs.x.position_gain:=3.5")
 
 
 @pytest.fixture
@@ -104,11 +89,12 @@ def outcome(node, name, value):
 
 
 def test_what_is_published_and_recorded_of_a_live_change_is_what_the_law_runs_with(node):
-    node._parameters_out = wire = Wire()
+    sent = []
+    node._parameters_out = SimpleNamespace(publish=sent.append)
     node._due = 15
     assert outcome(node, "aibs.x.position_gain", 2.5).successful
     assert not outcome(node, "aibs.x.position_gain", 1e6).successful
-    (message,) = wire.sent  # a change that is refused publishes nothing
+    (message,) = sent  # a change that is refused publishes nothing
     recorded = yaml.safe_load(message.parameters)["/position_controller"]["ros__parameters"]
     assert recorded["aibs.x.position_gain"] == 2.5 == node.law.parameters.x.position_gain
     assert message.step == 15

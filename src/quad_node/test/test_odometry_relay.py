@@ -2,19 +2,20 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rclpy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message
 from scipy.spatial.transform import Rotation
 
 from quad_core.estimator import Estimator
-from quad_msgs.msg import VehicleState
-from quad_node import executor
+from quad_msgs.msg import FlightState, VehicleState
 from quad_node.odometry_relay import OdometryRelay, sample_of
+
+BEGUN = FlightState(state=FlightState.FLYING)
 
 
 def odometry(q, v_b=(0.0, 0.0, 0.0), scale=1.0):
@@ -60,25 +61,15 @@ def test_without_an_attitude_there_is_no_state(q):
     assert state_from_odometry(odometry(q)) is None
 
 
-class Wire:
-    """Stands in for a publisher and keeps the states that were sent."""
-
-    def __init__(self):
-        self.sent = []
-
-    def publish(self, payload):
-        self.sent.append(deserialize_message(payload, VehicleState))
-
-
 @pytest.fixture
-def relay(monkeypatch, own_domain):
-    executor.init(["--ros-args", "-p", "odometry:=est/odom", "-p", "flight.mode:=realtime"])
-    made = OdometryRelay()
-    made._state_out, made.said = Wire(), []
+def relay(monkeypatch, start_node):
+    made = start_node(OdometryRelay, "odometry:=est/odom", "flight.mode:=realtime")
+    made.sent, made.said = [], []
+    made._state_out = SimpleNamespace(
+        publish=lambda payload: made.sent.append(deserialize_message(payload, VehicleState))
+    )
     monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((kind, text)))
-    yield made
-    made.ros.destroy_node()
-    rclpy.try_shutdown()
+    return made
 
 
 def message_at(ns, frame="map", child="base_link", q=(0.0, 0.0, 0.0, 1.0)):
@@ -91,15 +82,14 @@ def message_at(ns, frame="map", child="base_link", q=(0.0, 0.0, 0.0, 1.0)):
 def test_before_the_flight_nothing_is_sent_and_in_it_steps_on_the_grid(relay):
     for ns in (0, 0, 0):
         relay._on_message(message_at(ns))
-    assert relay._state_out.sent == []
-    relay.flying = True
-    relay._begin()
+    assert relay.sent == []
+    relay._on_flight_state(BEGUN)
     for ns in (0, 2_000_700, 4_000_001, 2_000_700):
         relay._on_message(message_at(ns))
-    assert [state.step for state in relay._state_out.sent] == [0, 1, 2], "one state for each step"
-    assert [state.stamp.nanosec for state in relay._state_out.sent] == [0, 2_000_000, 4_000_000]
+    assert [state.step for state in relay.sent] == [0, 1, 2], "one state for each step"
+    assert [state.stamp.nanosec for state in relay.sent] == [0, 2_000_000, 4_000_000]
     # it stands where it was first seen
-    assert all(state.on_ground and state.ground_z == -2.0 for state in relay._state_out.sent)
+    assert all(state.on_ground and state.ground_z == -2.0 for state in relay.sent)
     assert relay.measurements()["swapped_samples"] == 1
 
 
@@ -124,8 +114,7 @@ def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, chan
 
 def test_an_estimator_that_is_late_in_flight_is_named(relay):
     relay._on_message(message_at(0))
-    relay.flying = True
-    relay._begin()
+    relay._on_flight_state(BEGUN)
     relay._on_message(message_at(2_000_000))
     assert relay.said == []
     relay._accepted_at -= 0.088
@@ -150,8 +139,7 @@ def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
 
 def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
     relay._on_message(message_at(0))
-    relay.flying = True
-    relay._begin()
+    relay._on_flight_state(BEGUN)
     for step in range(1, 100):
         message = odometry((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
         message.pose.pose.position.z -= 0.002 * step
@@ -166,7 +154,7 @@ def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
         "est/odom: sinks at lift-off, found -1.0 m/s: expected a z axis that points up",
     ) in relay.said
     assert relay.exit_code == 1
-    assert len(relay._state_out.sent) < 60
+    assert len(relay.sent) < 60
 
 
 def test_a_pose_alone_is_a_sample_without_twist():

@@ -3,30 +3,20 @@
 import math
 import time
 import zlib
+from functools import partial
+from types import SimpleNamespace
 
 import pytest
-import rclpy
 from rclpy.serialization import serialize_message
 
 from quad_core.types import TrajectoryPoint
 from quad_msgs import msg
 from quad_msgs.msg import NodeStatus
-from quad_node import executor
 from quad_node.conversion import set_stamp
 from quad_node.responder import Responder
 
 FLYING = msg.FlightState.FLYING
 PERIOD = 2_000_000
-
-
-class Wire:
-    """Stands in for a publisher and keeps what was sent."""
-
-    def __init__(self):
-        self.sent = []
-
-    def publish(self, message):
-        self.sent.append(message)
 
 
 class Echo(Responder):
@@ -35,7 +25,7 @@ class Echo(Responder):
     def __init__(self):
         self.callbacks = {}
         super().__init__("position_controller")
-        self.wire, self.samples = Wire(), []
+        self.sent, self.samples = [], []
         self.take("reference")
         self.take("actuation", lag=1)
 
@@ -44,7 +34,7 @@ class Echo(Responder):
 
     def answer(self, sample, arrivals):
         self.samples.append((sample, [arrival.value if arrival else None for arrival in arrivals]))
-        return [(self.wire, len(self.samples))]
+        return [(SimpleNamespace(publish=self.sent.append), len(self.samples))]
 
     def state(self, step, x=0.0, stamp=None, run=0):
         message = msg.VehicleState(step=step, run=run)
@@ -65,19 +55,9 @@ class Echo(Responder):
 
 
 @pytest.fixture
-def make(own_domain):
+def make(start_node):
     """Return a function that makes the node with the given ROS parameters."""
-    made = []
-
-    def build(*parameters):
-        executor.init(["--ros-args", *(part for text in parameters for part in ("-p", text))])
-        made.append(Echo())
-        return made[-1]
-
-    yield build
-    for node in made:
-        node.ros.destroy_node()
-    rclpy.try_shutdown()
+    return partial(start_node, Echo)
 
 
 def test_a_step_waits_for_its_reference_and_the_actuation_before_it(make):
@@ -128,7 +108,7 @@ def test_a_state_that_comes_twice_is_answered_once(make):
     for _ in range(3):
         node.state(0)
     assert node.steps() == [0]
-    assert node.wire.sent == [1]
+    assert node.sent == [1]
 
 
 @pytest.mark.parametrize("mode", ["lockstep", "realtime"])

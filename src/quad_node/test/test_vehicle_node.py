@@ -1,13 +1,11 @@
 """What the owner of a vehicle believes of the other nodes."""
 
 import pytest
-import rclpy
 
 from quad_core.cascade import SIMULATOR
 from quad_core.types import Vec3, Wrench
 from quad_guard import guard
 from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
-from quad_node import executor
 from quad_node.codec import pack_wrench
 from quad_node.vehicle_node import VehicleNode
 
@@ -24,12 +22,8 @@ class Owner(VehicleNode):
 
 
 @pytest.fixture
-def owner(own_domain):
-    executor.init(["--ros-args", "-p", "flight.mode:=realtime"])
-    made = Owner()
-    yield made
-    made.ros.destroy_node()
-    rclpy.try_shutdown()
+def owner(start_node):
+    return start_node(Owner, "flight.mode:=realtime")
 
 
 STILL = "simulator stood still for 1.00 s"

@@ -1,12 +1,11 @@
 """The position controller's node says once when a reference asks for too much."""
 
 import pytest
-import rclpy
 
 from quad_core.types import PositionInternals, Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent
-from quad_node import executor
 from quad_node.responder import Sample
+from quad_position_ctrl.node import make
 
 STATE = VehicleState(Vec3(), Vec3(), Quat(), Vec3())
 
@@ -17,16 +16,11 @@ def sample(t):
 
 
 @pytest.fixture
-def node(monkeypatch, own_domain):
-    from quad_position_ctrl.node import make
-
-    executor.init([])
-    made = make()
+def node(monkeypatch, start_node):
+    made = start_node(make)
     made.said = []
     monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((severity, kind, text)))
-    yield made
-    made.ros.destroy_node()
-    rclpy.try_shutdown()
+    return made
 
 
 def test_two_seconds_at_a_limit_without_coming_nearer_are_said_once(node):

@@ -1,14 +1,13 @@
 """The trajectory node: a start from which no plan keeps its limits ends the flight with the reason."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
-import rclpy
 from rclpy.serialization import serialize_message
 
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightMode
-from quad_node import executor
 from quad_node.responder import Sample
 from quad_trajectory.node import Trajectory
 
@@ -27,19 +26,9 @@ class Wired(Trajectory):
 
 
 @pytest.fixture
-def make(own_domain):
+def make(start_node):
     """Return a function that makes the node with the given ROS parameters."""
-    made = []
-
-    def build(*parameters):
-        executor.init(["--ros-args", *(part for text in parameters for part in ("-p", text))] if parameters else [])
-        made.append(Wired())
-        return made[-1]
-
-    yield build
-    for node in made:
-        node.ros.destroy_node()
-    rclpy.try_shutdown()
+    return partial(start_node, Wired)
 
 
 @pytest.fixture
