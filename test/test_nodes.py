@@ -30,12 +30,10 @@ def call(role: str, *args: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command(role, *args), capture_output=True, text=True, timeout=30, check=False)
 
 
-@pytest.mark.parametrize("role", ["simulator", "recorder"])
-def test_help_says_unit_range_and_default_of_each_parameter(role):
-    done = call(role, "--help")
+def test_help_says_where_the_parameters_are():
+    done = call("recorder", "--help")
     assert done.returncode == 0
-    assert "flight.plant_period = 2000000 in [100000, 1e+09] ns" in done.stdout
-    assert "examples:" in done.stdout
+    assert "docs/reference/parameters/recorder.md" in done.stdout
 
 
 @pytest.mark.parametrize(

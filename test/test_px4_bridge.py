@@ -270,4 +270,4 @@ def test_what_cannot_fly_ends_with_one_line_and_2(given):
         assert named in done.stderr
     shown = subprocess.run([BRIDGE, "--help"], env=given, capture_output=True, text=True, timeout=60, check=False)
     assert shown.returncode == 0
-    assert "max_rotor_thrust" in shown.stdout
+    assert "px4_bridge.md" in shown.stdout

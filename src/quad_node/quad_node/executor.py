@@ -9,6 +9,7 @@ import ctypes
 import gc
 import os
 import signal
+import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -91,19 +92,6 @@ def _schedule(policy: str, priority: int) -> str:
     return ""
 
 
-class _Event(ctypes.Structure):
-    """Glibc's ``sigevent``: call ``function`` with ``value`` in a thread of its own."""
-
-    _fields_ = (
-        ("value", ctypes.c_longlong),
-        ("signal", ctypes.c_int),
-        ("notify", ctypes.c_int),
-        ("function", ctypes.c_void_p),
-        ("attributes", ctypes.c_void_p),
-        ("padding", ctypes.c_char * 32),
-    )
-
-
 def destroy(node: Node, exit_code: int) -> None:
     """Destroy ``node``; a process that hangs meanwhile ends with ``exit_code``. No executor may spin it any more."""
     with limited(exit_code):
@@ -114,9 +102,10 @@ def destroy(node: Node, exit_code: int) -> None:
 def limited(exit_code: int, patience: int = PATIENCE) -> Iterator[None]:
     """End the process with ``exit_code`` if the body takes longer than ``patience`` s, by a timer of glibc."""
     timer, libc = ctypes.c_void_p(), ctypes.CDLL(None)
-    event = _Event(exit_code, 0, _SIGEV_THREAD, ctypes.cast(libc._exit, ctypes.c_void_p))
+    # struct sigevent of glibc: value, signal, notify, function, attributes
+    event = struct.pack("qiiPP32x", exit_code, 0, _SIGEV_THREAD, ctypes.cast(libc._exit, ctypes.c_void_p).value, 0)
     once = (ctypes.c_long * 4)(0, 0, patience, 0)
-    armed = libc.timer_create(_CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
+    armed = libc.timer_create(_CLOCK_MONOTONIC, event, ctypes.byref(timer)) == 0
     armed = armed and libc.timer_settime(timer, 0, ctypes.byref(once), None) == 0
     try:
         yield

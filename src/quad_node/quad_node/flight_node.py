@@ -79,8 +79,7 @@ class FlightNode:
                 "for a controller that does not answer, and the guard lands"
             )
         self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
-        self._detail = self._waited_for = ""
-        self._wait_line_at = self.started + _FIRST_WAIT
+        self._detail = ""
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
@@ -300,8 +299,8 @@ class FlightNode:
         if self.status == NodeStatus.STARTING and look and not self.missing_links():
             self.set_status(NodeStatus.READY, "ready")
             self.on_ready()
-        if look and not (self.flying or self.over or self.done.done()):
-            self._report_waiting()
+        if look and now - self.started > _FIRST_WAIT and not (self.flying or self.over or self.done.done()):
+            self.log.info(f"waiting for {', '.join(self.waits_for())}", throttle_duration_sec=_NEXT_WAIT)
         if self.role != SIMULATOR:
             self._watch_flight()
         if self._ticks % _STALL_EVERY == 0:
@@ -314,13 +313,6 @@ class FlightNode:
             others = links.second_senders(self.ros, self._in, self.standby_topics, True) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
-
-    def _report_waiting(self) -> None:
-        """Print what the flight waits for when that has changed, and not too often."""
-        missing, now = ", ".join(self.waits_for()), time.monotonic()
-        if missing != self._waited_for and now >= self._wait_line_at:
-            self._waited_for, self._wait_line_at = missing, now + _NEXT_WAIT
-            self.log.info(f"waiting for {missing}")
 
     def _watch_flight(self) -> None:
         quiet = time.monotonic() - self.last_heard

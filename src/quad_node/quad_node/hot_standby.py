@@ -58,7 +58,7 @@ class HotStandby:
         """Stand by with a memory that begins now, whatever the role."""
         node = self.node
         self._steady = _NEVER
-        self._stand_by()
+        self.flies, self._heard = False, time.monotonic()
         text = f"step {step}: the flight is under way; {node.role} stands by, its memory begins"
         node.event(FlightEvent.WARNING, "stands_by", text, step * node.flight.plant_period, always=True)
         # latched, for the event may come before others have found this node; no node waits for its links
@@ -82,7 +82,7 @@ class HotStandby:
             self._from = max(step, self._newest) + _AHEAD * self.node.period_steps
             self._say(self._from, "asked for by service")
         if step >= self._from:
-            self._fly()
+            self.flies, self._asked, self._from = True, False, _NEVER
 
     def _remember(self, step: int) -> None:
         """Note since when this node has answered without a gap."""
@@ -110,18 +110,12 @@ class HotStandby:
             self.node.event(FlightEvent.WARNING, "not_warm", text, step * self.node.flight.plant_period)
             return
         self._say(step, why)
-        self._fly()
-
-    def _fly(self) -> None:
-        self.flies, self._asked, self._from = True, False, _NEVER
-
-    def _stand_by(self) -> None:
-        self.flies, self._heard = False, time.monotonic()
+        self._from = step
 
     def _leave(self, step: int) -> None:
         """Stand by from ``step`` on."""
         node = self.node
-        self._stand_by()
+        self.flies, self._heard = False, time.monotonic()
         self._newest = step - node.period_steps
         text = f"{self._other} flies since step {self._takeover[0]}; this node stands by"
         node.event(FlightEvent.WARNING, "replaced", text, step * node.flight.plant_period, always=True)

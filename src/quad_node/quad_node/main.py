@@ -11,8 +11,6 @@ from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
 from quad_core.cascade import ALL_ROLES
-from quad_core.parameters import Choice, Field, Real, Whole
-from quad_core.resolution import resolve
 from quad_msgs.msg import FlightEvent
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
@@ -100,34 +98,20 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
 
 def _any_of(futures: list[Future]) -> Future:
     news = Future()
-
-    def tell(_future: Future) -> None:
-        if not news.done():
-            news.set_result(None)
-
     for future in futures:
-        future.add_done_callback(tell)
-        if future.done():
-            tell(future)
+        future.add_done_callback(lambda _: news.done() or news.set_result(None))
     return news
 
 
 def help_text(role: str, summary: str) -> str:
-    """Return what --help prints: the parameters, with those of the default plug-ins, and examples."""
+    """Return what --help prints."""
     start = f"ros2 run {ALL_ROLES[role].package} {role}"
-    lines = [summary, "", f"usage: {start} [--ros-args -p NAME:=VALUE --params-file FILE]", "", "parameters:"]
-    lines += [_row(field) for field in resolve(role, {}).all_fields()]
-    lines += ["", "examples:", f"  {start} --ros-args -p flight.seed:=7"]
-    return "\n".join([*lines, f"  {start} --ros-args --params-file flight.yaml -r __ns:=/second"])
+    return f"""{summary}
 
+usage: {start} [--ros-args -p NAME:=VALUE --params-file FILE]
 
-def _row(field: Field) -> str:
-    spec = field.spec
-    bounds = ""
-    if isinstance(spec, Real | Whole):
-        bounds = f" in [{spec.low:g}, {spec.high:g}] {spec.unit}".rstrip()
-    elif isinstance(spec, Choice):
-        bounds = " one of " + ", ".join(spec.options)
-    source = f" ({spec.source})" if spec.source else ""
-    live = "; live" if field.live else ""
-    return f"  {field.name} = {field.default!r}{bounds}: {spec.meaning}{source}{live}"
+parameters: docs/reference/parameters/{role}.md; of a running node: ros2 param describe /{role} NAME
+
+examples:
+  {start} --ros-args -p flight.seed:=7
+  {start} --ros-args --params-file flight.yaml -r __ns:=/second"""

@@ -117,10 +117,7 @@ class OdometryRelay(FlightNode):
 
     def _on_flight_state(self, message: FlightState) -> None:
         super()._on_flight_state(message)
-        self._begin()
-
-    def _begin(self) -> None:
-        """Relay what came just before the news that the flight has begun."""
+        # what came just before the news that the flight has begun
         if self.flying and not self._begun and self._newest is not None:
             self._relay(self._newest, time.monotonic())
 

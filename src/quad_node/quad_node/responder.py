@@ -413,19 +413,14 @@ class LawNode(Responder):
         return values, replaced
 
     def on_flight_ended(self, message: FlightState) -> None:
-        """Leave; a shadow first answers what it has not answered yet, because no node waited for it."""
-        if self._ended is None:
-            self._ended = (message, time.monotonic())
-        if not self.shadow or self._caught_up():
-            super().on_flight_ended(message)
+        """Leave, a shadow a little later."""
+        self._ended = self._ended or (message, time.monotonic())
+        self.on_tick()
 
     def on_tick(self) -> None:
-        """Let a shadow leave."""
-        if self._ended is not None and self._caught_up():
-            super().on_flight_ended(self._ended[0])
-
-    def _caught_up(self) -> bool:
-        assert self._ended is not None
-        message, since = self._ended
-        due = message.step // self.period_steps * self.period_steps
-        return not self.lockstep or self.current_step >= due or time.monotonic() - since > _CATCH_UP
+        """Leave after the end; a shadow in lockstep first answers what is due, because no node waited for it."""
+        if self._ended is not None:
+            message, since = self._ended
+            due = message.step // self.period_steps * self.period_steps if self.shadow and self.lockstep else 0
+            if self.current_step >= due or time.monotonic() - since > _CATCH_UP:
+                super().on_flight_ended(message)

@@ -184,7 +184,7 @@ class VehicleNode(FlightNode):
         self.cause = self.suspect = self.stood_still = ""
         self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
-        self._interrupted_by = self._reason = ""
+        self._reason = ""
         self._accepted_step = self._heard_step = -1
         self._leave_by = 0.0
         self._latencies: list[float] = []
@@ -282,13 +282,11 @@ class VehicleNode(FlightNode):
 
     def on_signal(self, name: str) -> bool:
         """Return whether the vehicle comes down before this process leaves: in real time, or by a commander."""
-        if self.commanded and self.phase == FlightState.FLYING:
-            self.asked_to_end = name
-            return True
-        flies = self.phase == FlightState.FLYING and not self.lockstep and self.guard.parameters.enabled and self.armed
-        if flies:
-            self._interrupted_by = name
-        return flies
+        comes_down = self.commanded or (not self.lockstep and self.guard.parameters.enabled and self.armed)
+        if self.phase != FlightState.FLYING or not comes_down:
+            return False
+        self.asked_to_end = name
+        return True
 
     def note_pause(self, late: float) -> None:
         """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
@@ -350,11 +348,9 @@ class VehicleNode(FlightNode):
         elif self.phase == FlightState.FLYING:
             if self.link is not None:
                 self.link.pass_on(self.asked_to_end)
-            if self._interrupted_by:
-                self.give_up(f"{self.role} stopped by {self._interrupted_by}")
-            elif (silent := self.input_watch.silent(self.asked_at)) and (
-                self.commanded or self.guard.parameters.enabled
-            ):
+            elif self.asked_to_end:
+                self.give_up(f"{self.role} stopped by {self.asked_to_end}")
+            if (silent := self.input_watch.silent(self.asked_at)) and (self.commanded or self.guard.parameters.enabled):
                 self.give_up(silent)
             self.watch()
         elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):
