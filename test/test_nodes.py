@@ -42,7 +42,7 @@ def test_help_says_where_the_parameters_are():
         ("simulator", "vehicle.mass:=-1.0", ["vehicle.mass", "-1.0", "0.001"]),
         ("trajectory", "hover.duration:='long'", ["hover.duration", "long"]),
         ("position_controller", "law:=lqr", ["lqr", "aibs"]),
-        ("recorder", "finish_timeout:='soon'", ["finish_timeout", "soon", "float"]),
+        ("recorder", "finish_timeout:='soon'", ["finish_timeout", "soon", "number"]),
         ("recorder", "directory:=/", ["directory", "/"]),
     ],
 )

@@ -75,7 +75,7 @@ def plain_value(text: str) -> Value:
     """Return the value of a plain scalar as in a file, of an empty text or any other the text itself."""
     loader = StrictLoader("")
     tag = loader.resolve(yaml.ScalarNode, text, (True, False))
-    return loader.construct_object(yaml.ScalarNode(tag, text)) if text else text  # type: ignore[no-any-return]
+    return loader.construct_object(yaml.ScalarNode(tag, text)) if text else text
 
 
 def dump_yaml(content: Any, *, sort_keys: bool = False) -> str:

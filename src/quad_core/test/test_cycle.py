@@ -91,11 +91,8 @@ def test_every_limit_counts_and_only_beyond_a_metre(flag):
     assert distance_behind(PositionInternals(position_error=Vec3(0.0, 0.0, -0.99), **{flag: True})) == 0.0
 
 
-def test_far_without_a_limit_is_no_fault_of_the_reference():
+def test_the_limits_met_are_named_and_without_one_far_is_no_fault_of_the_reference():
     assert distance_behind(PositionInternals(position_error=Vec3(9.0, 0.0, 0.0), adaptation_frozen=True)) == 0.0
-
-
-def test_the_limits_met_are_named():
     assert limits_met(PositionInternals(tilt_limited=True, thrust_limited=True)) == "tilt, thrust"
 
 
