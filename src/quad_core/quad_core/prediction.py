@@ -79,10 +79,8 @@ class Shown(NamedTuple):
     age_bounded: float = 0.0
 
 
-def unknown() -> Estimate:
-    """Return what is remembered before the first step."""
-    zero = fresh(ZERO, ZERO, Quat(0.0, 0.0, 0.0, 1.0), ZERO)
-    return Estimate(zero, ZERO, ZERO, zero, ZERO, False)
+UNKNOWN = Estimate()
+"""What is remembered before the first step."""
 
 
 def predict(
@@ -217,7 +215,7 @@ def predicting(law: ModuleType, inputs: type[Any], predicted: Callable[..., Any]
     shown_kind: Any = referable("Internals", suffix, fields, __name__)
 
     def init(parameters: Any, vehicle: Any) -> Any:
-        return memory_kind(law_init(parameters.law, vehicle), unknown())
+        return memory_kind(law_init(parameters.law, vehicle), UNKNOWN)
 
     def step(parameters: Any, vehicle: Any, memory: Any, seen: Any, dt: float) -> Any:
         state, known, shown = predicted(parameters.prediction, vehicle, memory.known, seen.state, seen.actuation, dt)
@@ -229,7 +227,6 @@ def predicting(law: ModuleType, inputs: type[Any], predicted: Callable[..., Any]
         Parameters=referable("Parameters", suffix, {"law": law.Parameters, "prediction": Prediction}, __name__),
         Memory=memory_kind,
         Internals=shown_kind,
-        COMPILES=getattr(law, "COMPILES", True),
         init=init,
         step=step,
     )

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from quad_core.prediction import Prediction, angular_acceleration, predict, turned_towards, unknown
+from quad_core.prediction import UNKNOWN, Prediction, angular_acceleration, predict, turned_towards
 from quad_core.types import Actuation, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
@@ -59,7 +59,7 @@ def as_state(numbers):
 def along_a_flight(parameters, age, end=1.0):
     """Return predictions and truth at the steps of a flight whose states come ``age`` s late."""
     truth = flown(end)
-    known, pairs = unknown(), []
+    known, pairs = UNKNOWN, []
     for k in range(round(age / DT), round(end / DT)):
         now = k * DT
         actuation = Actuation(thrust=thrust_at(now - DT / 2), torque_b=Vec3(*map(float, torque_at(now - DT / 2))))
@@ -84,7 +84,7 @@ def test_the_prediction_is_where_the_nominal_vehicle_went(age, position, velocit
 def test_constant_wrench_is_predicted_by_hand():
     level = VehicleState(Vec3(1.0, 0.0, 5.0), Vec3(2.0, 0.0, -1.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
     actuation = Actuation(thrust=1.3 * 10.81, torque_b=Vec3(0.0, 0.0, 0.026))
-    known = unknown()
+    known = UNKNOWN
     for k in range(200):
         moving = level._replace(
             omega_b=Vec3(0.0, 0.0, 0.1 + 1e-9 * k),
@@ -110,7 +110,7 @@ def test_the_angular_acceleration_is_that_of_eq_1():
 def test_each_channel_has_its_own_age():
     state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 2.0))
     hover = Actuation(thrust=1.3 * 9.81)
-    known = predict(aged(0.0), VEHICLE, unknown(), state, hover, DT)[1]
+    known = predict(aged(0.0), VEHICLE, UNKNOWN, state, hover, DT)[1]
     moved = state._replace(v_w=Vec3(1.0, 1e-9, 0.0), omega_b=Vec3(0.0, 1e-9, 2.0), q_wb=Quat(0.0, 0.0, 1e-9, 1.0))
     late = Prediction(enabled=True, position_age=0.05, attitude_age=0.01, rate_age=0.002)
     now, _, shown = predict(late, VEHICLE, known, moved, hover, DT)
@@ -124,7 +124,7 @@ def test_a_new_torque_enters_the_rates_as_the_pade_form_of_a_mean_over_the_older
     attitude_age, rate_age, window
 ):
     parameters = Prediction(enabled=True, attitude_age=attitude_age, rate_age=rate_age)
-    known, rest = unknown(), VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
+    known, rest = UNKNOWN, VehicleState(Vec3(), Vec3(), Quat(0.0, 0.0, 0.0, 1.0), Vec3())
     for k in range(13):  # the first step only begins
         fresh = rest._replace(q_wb=Quat(0.0, 0.0, 1e-12 * k, 1.0), omega_b=Vec3(0.0, 0.0, 1e-12 * k))
         now, known, _ = predict(parameters, VEHICLE, known, fresh, Actuation(torque_b=Vec3(0.0, 0.0, 0.026)), DT)
@@ -138,12 +138,12 @@ def test_an_age_beyond_the_bound_is_said_of_each_channel():
     for channel in ("position_age", "attitude_age", "rate_age"):
         for age, said in ((0.029, 0.0), (0.031, 1.0)):
             late = Prediction(enabled=True, max_age=0.03, **{channel: age})
-            assert predict(late, VEHICLE, unknown(), state, Actuation(), DT)[2].age_bounded == said, (channel, age)
+            assert predict(late, VEHICLE, UNKNOWN, state, Actuation(), DT)[2].age_bounded == said, (channel, age)
 
 
 def test_a_new_velocity_makes_the_position_fresh():
     state = VehicleState(Vec3(1.0, 2.0, 3.0), Vec3(1.0, 2.0, 3.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.1, 0.2, 0.3))
-    known = unknown()
+    known = UNKNOWN
     for _ in range(4):
         _, known, shown = predict(aged(0.0), VEHICLE, known, state, Actuation(), DT)
     assert shown.prediction_ages == pytest.approx((0.006, 0.006, 0.006))
@@ -154,7 +154,7 @@ def test_a_new_velocity_makes_the_position_fresh():
 
 def test_a_reading_that_repeats_grows_older_up_to_the_bound():
     state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(5.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
-    known, ages, flags, shifts = unknown(), [], [], []
+    known, ages, flags, shifts = UNKNOWN, [], [], []
     for _ in range(12):
         _, known, shown = predict(aged(0.01, max_age=0.02), VEHICLE, known, state, Actuation(thrust=12.753), DT)
         ages.append(shown.prediction_ages.x)
@@ -174,7 +174,7 @@ def test_a_wrong_age_shows_as_a_residual():
     truth = {age: along_a_flight(aged(0.02), age, 0.4)[-50:] for age in (0.02,)}
     known = max(np.linalg.norm(shown.prediction_residual_w) for _, _, shown in truth[0.02])
     jitter = np.random.default_rng(1).uniform(0.01, 0.03, 200)
-    path, memory, seen = flown(0.4), unknown(), []
+    path, memory, seen = flown(0.4), UNKNOWN, []
     for k in range(50, 200):
         now = k * DT
         actuation = Actuation(thrust=thrust_at(now), torque_b=Vec3(*map(float, torque_at(now))))
@@ -190,7 +190,7 @@ def test_velocity_is_filtered_like_a_critically_damped_alpha_beta_filter():
     noise = rng.normal(0.0, 0.1, 400)
     noise[:2] = 0.0
     hover = Actuation(thrust=1.3 * 9.81)
-    known, seen = unknown(), []
+    known, seen = UNKNOWN, []
     for value in noise:
         state = VehicleState(
             Vec3(0.0, 0.0, 0.0), Vec3(0.0, float(value), 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0)
@@ -204,7 +204,7 @@ def test_velocity_is_filtered_like_a_critically_damped_alpha_beta_filter():
 
 
 def test_the_filter_learns_a_constant_disturbance_and_leaves_no_error():
-    known, hover = unknown(), Actuation(thrust=1.3 * 9.81)
+    known, hover = UNKNOWN, Actuation(thrust=1.3 * 9.81)
     for k in range(2000):
         t = k * DT
         state = VehicleState(
@@ -217,7 +217,7 @@ def test_the_filter_learns_a_constant_disturbance_and_leaves_no_error():
 
 
 def test_rates_are_filtered_on_the_model():
-    known, gain = unknown(), 1.0 - math.exp(-50.0 * DT)
+    known, gain = UNKNOWN, 1.0 - math.exp(-50.0 * DT)
     still = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0))
     noise = np.random.default_rng(5).normal(0.0, 0.1, 300)
     noise[0] = 0.0
@@ -233,7 +233,7 @@ def test_rates_are_filtered_on_the_model():
 
 def test_a_fresh_state_without_age_is_left_as_it_is():
     state = as_state(flown(0.1)(0.05))
-    now, _, shown = predict(aged(0.0), VEHICLE, unknown(), state, Actuation(thrust=5.0), DT)
+    now, _, shown = predict(aged(0.0), VEHICLE, UNKNOWN, state, Actuation(thrust=5.0), DT)
     assert (now.p_w, now.v_w, now.omega_b) == (state.p_w, state.v_w, state.omega_b)
     assert now.q_wb == pytest.approx(state.q_wb, abs=1e-15)
     assert shown.prediction_ages == (0.0, 0.0, 0.0)
@@ -258,7 +258,7 @@ def test_turned_towards_goes_the_stated_share_of_the_short_way(sign):
 
 def spinning(parameters, noise, seconds=4.0, rate=1.5, bias=0.0):
     """Return the yaw errors in rad of a vehicle that turns steadily, its attitude read with noise or a bias."""
-    rng, known, errors = random.Random(5), unknown(), []
+    rng, known, errors = random.Random(5), UNKNOWN, []
     for k in range(round(seconds / DT)):
         true = rate * k * DT
         read = Rotation.from_euler("ZYX", [true + bias + rng.gauss(0.0, noise), 0.0, 0.0])
@@ -284,7 +284,7 @@ def test_attitude_noise_shrinks_by_the_known_factor_and_steady_turning_costs_not
 
 def drifting(parameters, noise):
     """Return the position errors in m of a vehicle at 3 m/s whose position alone is noisy."""
-    rng, known, errors = random.Random(6), unknown(), []
+    rng, known, errors = random.Random(6), UNKNOWN, []
     for k in range(4000):
         true = 3.0 * k * DT
         state = VehicleState(
