@@ -1,7 +1,6 @@
 """Flights that are ended from outside: killed nodes, Ctrl-C. A named cause, exit code 1, no orphans, a readable bag."""
 
 import os
-import re
 import signal
 import subprocess
 import time
@@ -16,7 +15,6 @@ from flying import (
     alive,
     bag_file,
     finish,
-    fly,
     last_reception,
     start,
     wait_until,
@@ -108,16 +106,3 @@ def test_a_pipe_that_nobody_reads_any_more_costs_the_words_alone(tmp_path):
     assert flight.wait(120) == 0
     bag = open_flight(out)
     assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")
-
-
-@pytest.mark.parametrize("processes", [(), ("--one-process",)], ids=["five", "one"])
-def test_a_reference_that_asks_for_too_much_is_said_once_and_refused(tmp_path, processes):
-    tilt = ("--set", "position_controller.aibs.limits.tilt=0.06")  # rad: too little for the turns of Case 2
-    done = fly("case2", "--duration", "8", *tilt, *processes, "--out", tmp_path / "bag")
-    assert done.returncode == 1
-    assert "the reference asked for more than the vehicle has" in done.stderr
-    events = open_flight(tmp_path / "bag").array("flight/events")
-    (said,) = [
-        str(text) for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "infeasible_reference"
-    ]
-    assert re.search(r"no nearer for 2\.0 s, at the [\w, ]*tilt limit", said)
