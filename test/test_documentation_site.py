@@ -57,7 +57,7 @@ def test_every_decision_has_a_date_and_a_row_in_the_index():
 def test_limits_are_shown_as_people_read_them():
     table = mode_pages.fault_table()
     assert "position error above 1.5 m" in table
-    assert "battery below 20 %" in table
+    assert "battery below 20%" in table
     assert "mission reference older than 0.2 s" in table
     assert "{" not in mode_pages.page()
 

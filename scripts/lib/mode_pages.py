@@ -1,7 +1,7 @@
 """The mode table for people: Markdown tables made from ``mode_table``, for docs/reference/modes.md."""
 
 from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE, Mode
-from quad_commander.modes import shown_limits, words
+from quad_commander.modes import words
 from quad_commander.parameters import ModeParameters
 
 
@@ -18,7 +18,7 @@ def fault_table() -> str:
             following = TABLE[mode][fault.condition]
             cells.append("" if following == mode else following.name)
         lasts = ", until disarmed" if fault.lasts else ""
-        lines.append(f"| {fault.text.format(**shown_limits(ModeParameters()))}{lasts} | " + " | ".join(cells) + " |")
+        lines.append(f"| {fault.text.format(**ModeParameters()._asdict())}{lasts} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -26,7 +26,7 @@ def progress_table() -> str:
     """Return what leads on without a request, as Markdown."""
     lines = ["| in | when | then |", "|---|---|---|"]
     lines += [
-        f"| {mode.name} | {text.format(**shown_limits(ModeParameters()))} | {then.name} |"
+        f"| {mode.name} | {text.format(**ModeParameters()._asdict())} | {then.name} |"
         for mode, _, then, text in PROGRESS
     ]
     return "\n".join(lines)

@@ -25,6 +25,7 @@ from quad_attitude_ctrl.command import (
     Desired,
     FilterStates,
     Shaping,
+    Source,
     desired,
     filters_at_rest,
     next_filters,
@@ -42,6 +43,7 @@ from quad_attitude_ctrl.sliding_control import (
     next_axis_memory,
 )
 from quad_attitude_ctrl.torque import (
+    AntiWindup,
     TorqueLimits,
     TorqueMapping,
     body_acceleration,
@@ -52,7 +54,7 @@ from quad_attitude_ctrl.torque import (
     model_acceleration,
 )
 from quad_core.geometry import ZERO, euler_from_quaternion, euler_rates, wrap_angle
-from quad_core.parameters import Choice, Flag, Value
+from quad_core.parameters import Choice, Value
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
 
@@ -65,9 +67,7 @@ class Parameters(NamedTuple):
     roll: AxisGains = AxisGains()
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
-    command: Annotated[
-        int, Choice(CommandSource, "x_1d', x_1d'' from command filter, setpoint, or zero", "Eq. 41, addition")
-    ] = CommandSource.FILTER.value
+    command: Source = CommandSource.FILTER.value
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
     ] = AdaptationForm.ABS.value
@@ -75,12 +75,8 @@ class Parameters(NamedTuple):
         int,
         Choice(TorqueMapping, "Euler acceleration to torque: identity (Eq. 14), or Eq. 13 and Eq. 1 in full", "Eq. 14"),
     ] = TorqueMapping.EXACT.value
-    drag_sign: Annotated[int, Choice(DragSign, "a_2 x_2^2: opposing the motion, or as printed", "eqs. 9, 52")] = (
-        DragSign.CORRECTED
-    )
-    anti_windup: Annotated[
-        bool, Flag("surface integral and estimates of an axis rest while its torque is limited, here or in `actuation`")
-    ] = True
+    drag_sign: Annotated[int, Choice(DragSign, "a_2 x_2^2: drag, or as printed", "eqs. 9, 52")] = DragSign.CORRECTED
+    anti_windup: AntiWindup = True
 
 
 class Memory(NamedTuple):

@@ -24,7 +24,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
-from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping
+from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping, Source
 from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
@@ -36,6 +36,7 @@ from quad_attitude_ctrl.sliding_control import (
     next_axis_memory,
 )
 from quad_attitude_ctrl.torque import (
+    AntiWindup,
     TorqueLimits,
     body_acceleration,
     integrals_frozen,
@@ -56,7 +57,7 @@ from quad_core.geometry import (
     subtract,
     turned,
 )
-from quad_core.parameters import Choice, Flag, Real, Value
+from quad_core.parameters import Choice, Real, Value
 from quad_core.types import AttitudeInputs, AttitudeInternals, AttitudeThrust, AxisFlags, Quat, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
 
@@ -69,22 +70,16 @@ class Parameters(NamedTuple):
     roll: AxisGains = AxisGains()
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
-    command: Annotated[int, Choice(CommandSource, "source of Omega_d and Omega_d', as in abfnitsm", "addition")] = (
-        CommandSource.FILTER.value
-    )
+    command: Source = CommandSource.FILTER.value
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
     ] = AdaptationForm.ABS.value
-    anti_windup: Annotated[
-        bool, Flag("surface integral and estimates of an axis rest while its torque is limited, here or in `actuation`")
-    ] = True
+    anti_windup: AntiWindup = True
     widest: Annotated[
         float,
         Real("rad", "largest attitude error that law and filter act on; larger: faster turns", 0.01, 6.3, "addition"),
     ] = 0.6
-    margin: Annotated[
-        float, Real("", "q_w beyond 180 degrees at which a turn changes direction; 0: at once", 0.0, 0.5, "addition")
-    ] = 0.05
+    margin: Annotated[float, Real("", "q_w past 180 deg that reverses a turn; 0: at once", 0.0, 0.5, "addition")] = 0.05
 
 
 class Memory(NamedTuple):

@@ -20,6 +20,7 @@ from typing import Annotated, NamedTuple
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.sliding_control import saturation
 from quad_attitude_ctrl.torque import (
+    AntiWindup,
     TorqueLimits,
     body_acceleration,
     integrals_frozen,
@@ -28,7 +29,7 @@ from quad_attitude_ctrl.torque import (
     limited_torque,
 )
 from quad_core.geometry import ZERO, clamp, euler_from_quaternion, euler_rates, wrap_angle
-from quad_core.parameters import Choice, Flag, Real
+from quad_core.parameters import Choice, Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
 
@@ -45,12 +46,10 @@ class Switching(IntEnum):
 class Gains(NamedTuple):
     """Gains of one axis."""
 
-    angle_gain: Annotated[
-        float, Real("mixed", "weight of the angle error in the surface, k_1; larger: stiffer", 0.0, 1e4)
-    ] = 100.0
-    rate_gain: Annotated[
-        float, Real("mixed", "weight of the rate error in the surface, k_2; larger: more damped", 0.0, 1e4)
-    ] = 20.0
+    angle_gain: Annotated[float, Real("mixed", "angle's weight in the surface, k_1; larger: stiffer", 0.0, 1e4)] = 100.0
+    rate_gain: Annotated[float, Real("mixed", "rate's weight in the surface, k_2; larger: more damped", 0.0, 1e4)] = (
+        20.0
+    )
     exponent: Annotated[float, Real("", "exponent a_1 of the surface; 1: linear", 0.1, 1.0)] = 0.7
     switching_gain: Annotated[
         float, Real("rad/s^2", "switching gain K, above the disturbance's bound; larger: more chattering", 0.0, 1e4)
@@ -65,12 +64,8 @@ class Parameters(NamedTuple):
     roll: Gains = Gains()
     pitch: Gains = Gains()
     yaw: Gains = Gains()
-    switching: Annotated[int, Choice(Switching, "switching term: sign(s), or a layer around s = 0")] = (
-        Switching.SIGN.value
-    )
-    anti_windup: Annotated[
-        bool, Flag("the integral of an axis rests while its torque is limited, here or in `actuation`", "addition")
-    ] = True
+    switching: Annotated[int, Choice(Switching, "sign(s), or a layer around s = 0")] = Switching.SIGN.value
+    anti_windup: AntiWindup = True
     shaping: Shaping = Shaping()
     torque: TorqueLimits = TorqueLimits()
 

@@ -14,7 +14,14 @@ angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flow
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
-from quad_attitude_ctrl.torque import TorqueLimits, body_acceleration, integrals_frozen, internals_of, limited_torque
+from quad_attitude_ctrl.torque import (
+    AntiWindup,
+    TorqueLimits,
+    body_acceleration,
+    integrals_frozen,
+    internals_of,
+    limited_torque,
+)
 from quad_core.geometry import (
     ZERO,
     body_rates,
@@ -26,7 +33,7 @@ from quad_core.geometry import (
     subtract,
     wrap_angle,
 )
-from quad_core.parameters import Flag, Real
+from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -49,15 +56,9 @@ class Parameters(NamedTuple):
     roll: Gains = Gains()
     pitch: Gains = Gains()
     yaw: Gains = Gains()
-    derivative_bandwidth: Annotated[
-        float, Real("rad/s", "low-pass of the D part's angular acceleration; larger: less lag, more noise", 0.1, 1e5)
-    ] = 300.0
-    acceleration_feed_forward: Annotated[
-        float, Real("", "share of the desired angular acceleration that is fed forward; 0: off", 0.0, 1.0)
-    ] = 1.0
-    anti_windup: Annotated[
-        bool, Flag("the I part of an axis rests while its torque is limited, here or in `actuation`")
-    ] = True
+    derivative_bandwidth: Annotated[float, Real("rad/s", "low-pass of the D part; larger: less lag", 0.1, 1e5)] = 300.0
+    acceleration_feed_forward: Annotated[float, Real("", "share of acceleration fed forward; 0: off", 0.0, 1.0)] = 1.0
+    anti_windup: AntiWindup = True
     shaping: Shaping = Shaping()
     torque: TorqueLimits = TorqueLimits()
 

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import Desired
 from quad_core.geometry import ZERO, body_rates, clamp
-from quad_core.parameters import Real
+from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, AttitudeInternals, AxisFlags, Vec3
 from quad_core.vehicle import DragSign, Vehicle
 
@@ -102,6 +102,11 @@ class TorqueLimits(NamedTuple):
     roll: Annotated[float, Real("N m", "largest torque about body x; 1e6: off", 0.0, 1e6, "addition")] = 0.5
     pitch: Annotated[float, Real("N m", "largest torque about body y; 1e6: off", 0.0, 1e6, "addition")] = 0.5
     yaw: Annotated[float, Real("N m", "largest torque about body z; 1e6: off", 0.0, 1e6, "addition")] = 0.5
+
+
+AntiWindup = Annotated[
+    bool, Flag("what an axis integrates rests while its torque is limited, here or in `actuation`", "addition")
+]
 
 
 class LimitedTorque(NamedTuple):

@@ -54,7 +54,7 @@ class CommanderCore:
         self._sent = references.from_state(state)._replace(v_w=ZERO)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._place: Place | None = None
-        self._time = self._kept_waiting = self._unbegun = 0.0
+        self._time = self._unbegun = 0.0
         self._hand_over: references.ReferencePlan | None = None
         self._aside: tuple[references.ReferencePlan, float] | None = None
         self._handed = 0.0
@@ -152,14 +152,10 @@ class CommanderCore:
         request, self._item = missions.next_request(
             self._mission, self._item, self.mode, self._memory.reason, seen.dt, self._place, self._arrived
         )
-        asked_for = self._memory.reason == modes.ON_REQUEST  # an operator may hold as long as they like
-        waits = missions.is_kept_waiting(self._mission, self._item, self.mode, self._place)
-        is_kept = waits and not request and not asked_for
-        self._kept_waiting = self._kept_waiting + seen.dt if is_kept else 0.0
         waiting = self._requests.take(self.mode, seen.dt)
         if waiting is not None:
             return waiting
-        if self._kept_waiting > self._parameters.wait_limit:
+        if self._item.waited > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
             return PendingRequest(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
         if not request or (self.mode in ON_GROUND and (self._flown or self._gave_up or seen.end_asked)):

@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.modes import ON_REQUEST
 from quad_commander.references import Place
 from quad_core.parameters import ParameterError, radians_of
 
@@ -34,11 +35,15 @@ class Item(NamedTuple):
 
 
 class MissionMemory(NamedTuple):
-    """Number of the current item, whether its mode was entered, and for how long in s it has been in it."""
+    """Number of the current item, whether its mode was entered, and for how long in s it has been in it.
+
+    ``waited``: for how long in s the vehicle has held for another cause than a request or this item.
+    """
 
     item: int = 0
     began: bool = False
     time: float = 0.0
+    waited: float = 0.0
 
 
 MODES = {
@@ -142,13 +147,6 @@ def next_request(
     if is_there:
         return Request.NONE, MissionMemory(memory.item, True, memory.time + dt)
     begins = not memory.began and mode == (Mode.DISARMED if item.request == Request.TAKEOFF else Mode.HOLD)
+    waits = mode == Mode.HOLD and reason != ON_REQUEST and not begins
+    memory = memory._replace(waited=memory.waited + dt if waits else 0.0)
     return (item.request if begins else Request.NONE), memory
-
-
-def is_kept_waiting(mission: tuple[Item, ...], memory: MissionMemory, mode: Mode, place: Place | None = None) -> bool:
-    """Return whether the vehicle stands in HOLD while the mission is at another item than its hold or goto."""
-    item = mission[memory.item] if memory.item < len(mission) else None
-    holds = item is not None and (
-        item.request == Request.HOLD or (item.request == Request.GOTO and place == item.place)
-    )
-    return bool(mission) and mode == Mode.HOLD and not holds

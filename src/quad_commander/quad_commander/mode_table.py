@@ -88,30 +88,33 @@ class Row(NamedTuple):
 IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
 ON_GROUND = (Mode.DISARMED, Mode.ARMING)
 _BY_REFERENCE = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND)
-_LATE = "mission reference older than {reference_late}"
-_LOST = "mission reference older than {reference_lost}, also while holding for it"
+_LATE = "mission reference older than {reference_late:g} s"
+_LOST = "mission reference older than {reference_lost:g} s, also while holding for it"
 
 FAULTS = (
     Row(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, False, (Mode.MISSION,), Mode.ARMING, TRAJECTORY),
     Row(Condition.REFERENCE_LOST, _LOST, Mode.LAND, False, (Mode.MISSION, Mode.HOLD), Mode.ARMING, TRAJECTORY),
     Row(
         Condition.SETPOINT_LOST,
-        "attitude setpoint older than {setpoint_lost}",
+        "attitude setpoint older than {setpoint_lost:g} s",
         Mode.DESCEND,
         only=_BY_REFERENCE,
         publisher=POSITION,
     ),
-    Row(Condition.STATE_LOST, "state older than {state_lost}", Mode.DESCEND, publisher=SIMULATOR),
+    Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND, publisher=SIMULATOR),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
-    Row(Condition.POSITION_ERROR, "position error above {position_error}", Mode.LAND, only=_BY_REFERENCE),
+    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, only=_BY_REFERENCE),
     Row(
-        Condition.LARGE_POSITION_ERROR, "position error above {large_position_error}", Mode.DESCEND, only=_BY_REFERENCE
+        Condition.LARGE_POSITION_ERROR,
+        "position error above {large_position_error:g} m",
+        Mode.DESCEND,
+        only=_BY_REFERENCE,
     ),
     Row(Condition.FENCE, "outside the fence", Mode.LAND),
-    Row(Condition.BATTERY_LOW, "battery below {battery_low}", Mode.LAND, lasts=True),
+    Row(Condition.BATTERY_LOW, "battery below {battery_low:.0%}", Mode.LAND, lasts=True),
     Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
-    Row(Condition.OVERRUNS, "more than {overruns} of the commander's cycles of a second late", Mode.HOLD),
+    Row(Condition.OVERRUNS, "more than {overruns:.0%} of the commander's cycles of a second late", Mode.HOLD),
     Row(Condition.RECORDER_LOST, "recorder lost, and asked to land then", Mode.LAND),
     Row(Condition.GUARD_DESCENDS, "the guard flies its backup law", Mode.DESCEND),
     Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
@@ -119,14 +122,14 @@ FAULTS = (
     Row(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
     Row(
         Condition.TAKEOFF_LATE,
-        "not at height after {takeoff_late}",
+        "not at height after {takeoff_late:g} s",
         Mode.LAND,
         only=(Mode.TAKEOFF,),
         on_ground=Mode.ARMING,
     ),
     Row(
         Condition.LANDING_LATE,
-        "no contact {landing_late} after the landing ended",
+        "no contact {landing_late:g} s after the landing ended",
         Mode.DESCEND,
         only=(Mode.LAND,),
         on_ground=Mode.ARMING,
@@ -135,8 +138,8 @@ FAULTS = (
 """What is wrong. The more severe mode wins; none leads to a less severe one."""
 
 PROGRESS = (
-    (Mode.ARMING, Condition.ARMING_LATE, Mode.DISARMED, "no take-off within {arming_late}"),
-    (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up} of spool-up"),
+    (Mode.ARMING, Condition.ARMING_LATE, Mode.DISARMED, "no take-off within {arming_late:g} s"),
+    (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up:g} s of spool-up"),
     (Mode.TAKEOFF, Condition.AT_HEIGHT, Mode.HOLD, "at the height of take-off"),
     (Mode.MISSION, Condition.PLAN_ENDED, Mode.HOLD, "the trajectory has ended"),
     (Mode.LAND, Condition.CONTACT, Mode.DISARMED, "the guard sees the vehicle stand on the ground"),

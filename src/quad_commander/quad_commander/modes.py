@@ -12,14 +12,12 @@ once is refused, naming the condition. KILL is final; PILOT ends on the ground o
 A take-off that is to hold before the vehicle is clear of the ground lands instead: what holds there slides.
 """
 
-import math
 from collections.abc import Set
 from typing import NamedTuple
 
 from quad_commander.mode_table import FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition, Mode, Request
 from quad_commander.parameters import ModeParameters
 from quad_core.cascade import ATTITUDE
-from quad_core.parameters import fields
 from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
@@ -212,18 +210,6 @@ def words(name: str) -> str:
     return name.lower().replace("_", " ")
 
 
-def shown_limits(parameters: ModeParameters) -> dict[str, str]:
-    """Return the parameters as people read them: degrees, per cent, or with their unit."""
-    shown = {}
-    for field in fields(parameters):
-        value, unit = field.default, getattr(field.spec, "unit", "")
-        if unit == "rad":
-            shown[field.name] = f"{math.degrees(float(value)):.0f} deg"
-        else:
-            shown[field.name] = f"{value:g} {unit}" if unit else f"{100.0 * float(value):.0f} %"
-    return shown
-
-
 def reason_text(
     parameters: ModeParameters, mode: Mode, reason: int, sender: str, guard_reason: int = guard.GOOD
 ) -> str:
@@ -241,7 +227,7 @@ def reason_text(
     if reason in (Condition.GUARD_DESCENDS, Condition.GUARD_KILLED) and guard_reason != guard.GOOD:
         silent = f" from {ATTITUDE}" if guard_reason == guard.WRENCH_LOST else ""
         text += f": {guard.REASONS[guard_reason]}{silent}"
-    return text.format(**shown_limits(parameters))
+    return text.format(**parameters._asdict())
 
 
 def refusal_text(mode: Mode, request: Request, blocked_by: int) -> str:

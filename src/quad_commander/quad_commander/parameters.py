@@ -7,63 +7,50 @@ from quad_core.roles import Role
 from quad_core.types import Vec3
 
 
-def _fixed(unit: str, meaning: str, low: float, high: float, source: str = "addition") -> Real:
-    """Return a number that the paper has not, unless ``source`` names where it comes from."""
-    return Real(unit, meaning, low, high, source)
-
-
 class ModeParameters(NamedTuple):
     """When a condition is raised. All are fixed before a flight."""
 
     reference_late: Annotated[
-        float, _fixed("s", "age of the mission reference: above it, HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
+        float, Real("s", "age of the mission reference: above it, HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 0.2
     reference_lost: Annotated[
-        float, _fixed("s", "age of the mission reference: above it, LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
+        float, Real("s", "age of the mission reference: above it, LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
     ] = 2.0
-    setpoint_lost: Annotated[float, _fixed("s", "age of the setpoint: DESCEND above", 0.001, 100.0, "ArduPilot")] = 0.3
-    state_lost: Annotated[float, _fixed("s", "age of the state: above it, DESCEND", 0.001, 100.0, "MRS")] = 0.1
-    position_error: Annotated[float, _fixed("m", "position error: above it, LAND", 0.01, 1000.0, "MRS")] = 1.5
-    large_position_error: Annotated[float, _fixed("m", "position error: above it, DESCEND", 0.01, 1000.0, "MRS")] = 2.5
-    battery_low: Annotated[float, _fixed("", "share of a full battery: below it, LAND", 0.0, 1.0)] = 0.2
-    overruns: Annotated[float, _fixed("", "share of late cycles in 1 s: above it, HOLD", 0.0, 1.0, "ros2_control")] = (
-        0.05
-    )
+    setpoint_lost: Annotated[float, Real("s", "age of the setpoint: DESCEND above", 0.001, 100.0, "ArduPilot")] = 0.3
+    state_lost: Annotated[float, Real("s", "age of the state: above it, DESCEND", 0.001, 100.0, "MRS")] = 0.1
+    position_error: Annotated[float, Real("m", "position error: above it, LAND", 0.01, 1000.0, "MRS")] = 1.5
+    large_position_error: Annotated[float, Real("m", "position error: above it, DESCEND", 0.01, 1000.0, "MRS")] = 2.5
+    battery_low: Annotated[float, Real("", "share of a full battery: below it, LAND", 0.0, 1.0)] = 0.2
+    overruns: Annotated[float, Real("", "share of late cycles in 1 s: above it, HOLD", 0.0, 1.0, "ros2_control")] = 0.05
     land_without_recorder: Annotated[bool, Flag("a lost recorder lands the vehicle; else it is an event only")] = False
     arming_late: Annotated[
-        float, _fixed("s", "time armed without take-off: after it, DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
+        float, Real("s", "time armed without take-off: after it, DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
     ] = 10.0
-    spool_up: Annotated[
-        float, _fixed("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")
-    ] = 1.0
-    takeoff_late: Annotated[float, _fixed("s", "longest take-off; after it the mode is LAND", 0.1, 1000.0)] = 30.0
-    landing_late: Annotated[
-        float, _fixed("s", "time without contact after the landing's reference ended: then DESCEND", 0.1, 1000.0, "")
-    ] = 5.0
-    release_time: Annotated[float, _fixed("s", "time for the guard to give back control on request", 0.01, 10.0)] = 0.5
+    spool_up: Annotated[float, Real("s", "least time armed before take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")] = 1.0
+    takeoff_late: Annotated[float, Real("s", "longest take-off; after it the mode is LAND", 0.1, 1000.0)] = 30.0
+    landing_late: Annotated[float, Real("s", "wait for contact after a landing's end; then DESCEND", 0.1, 1000.0)] = 5.0
+    release_time: Annotated[float, Real("s", "time for the guard to give back control on request", 0.01, 10.0)] = 0.5
 
 
 class ArmingLimits(NamedTuple):
     """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
-    rate_tolerance: Annotated[float, _fixed("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
-    spacing_factor: Annotated[
-        float, _fixed("", "largest factor between true and announced spacing of states", 1.0, 10.0)
-    ] = 2.0
-    tilt: Annotated[float, _fixed("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
-    speed: Annotated[float, _fixed("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
-    rate: Annotated[float, _fixed("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
-    battery: Annotated[float, _fixed("", "least share of a full battery for arming", 0.0, 1.0)] = 0.3
-    disk: Annotated[float, _fixed("GB", "least free disk space for arming, where the bag goes", 0.0, 1e6)] = 1.0
-    longest_flight: Annotated[float, _fixed("s", "longest plan that is armed", 1.0, 1e6)] = 3600.0
+    rate_tolerance: Annotated[float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
+    spacing_factor: Annotated[float, Real("", "largest ratio of true and announced spacing of states", 1.0, 10.0)] = 2.0
+    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
+    speed: Annotated[float, Real("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
+    rate: Annotated[float, Real("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
+    battery: Annotated[float, Real("", "least share of a full battery for arming", 0.0, 1.0)] = 0.3
+    disk: Annotated[float, Real("GB", "least free disk space for arming, where the bag goes", 0.0, 1e6)] = 1.0
+    longest_flight: Annotated[float, Real("s", "longest plan that is armed", 1.0, 1e6)] = 3600.0
 
 
 class Corner(NamedTuple):
     """A corner of the fence: world frame, its height above where the vehicle stands at arming."""
 
-    x: Annotated[float, _fixed("m", "bound of the fence along x (east)", -1e4, 1e4)] = 100.0
-    y: Annotated[float, _fixed("m", "bound of the fence along y (north)", -1e4, 1e4)] = 100.0
-    z: Annotated[float, _fixed("m", "bound of the fence above the ground", -1e4, 1e4)] = 120.0
+    x: Annotated[float, Real("m", "bound of the fence along x (east)", -1e4, 1e4)] = 100.0
+    y: Annotated[float, Real("m", "bound of the fence along y (north)", -1e4, 1e4)] = 100.0
+    z: Annotated[float, Real("m", "bound of the fence above the ground", -1e4, 1e4)] = 120.0
 
 
 class Fence(NamedTuple):
@@ -81,17 +68,17 @@ class Fence(NamedTuple):
 class FlightLimits(NamedTuple):
     """What a planned trajectory may ask of the vehicle."""
 
-    speed: Annotated[float, _fixed("m/s", "largest speed of a mission's reference", 0.1, 100.0)] = 10.0
-    acceleration: Annotated[float, _fixed("m/s^2", "largest acceleration of a mission's reference", 0.1, 100.0)] = 10.0
-    tilt: Annotated[float, _fixed("rad", "largest tilt that a mission's reference needs", 0.01, 1.5)] = 0.8
+    speed: Annotated[float, Real("m/s", "largest speed of a mission's reference", 0.1, 100.0)] = 10.0
+    acceleration: Annotated[float, Real("m/s^2", "largest acceleration of a mission's reference", 0.1, 100.0)] = 10.0
+    tilt: Annotated[float, Real("rad", "largest tilt that a mission's reference needs", 0.01, 1.5)] = 0.8
 
 
 class AxisLimits(NamedTuple):
     """What one axis may use; where the start has more of it, that is given up as quickly as the limits allow."""
 
-    speed: Annotated[float, _fixed("m/s, rad/s", "largest speed (yaw: rad/s)", 0.01, 100.0)] = 1.0
-    acceleration: Annotated[float, _fixed("m/s^2, rad/s^2", "largest acceleration (yaw: rad/s^2)", 0.01, 100.0)] = 2.0
-    jerk: Annotated[float, _fixed("m/s^3, rad/s^3", "largest jerk (yaw: rad/s^3)", 0.01, 1e4)] = 6.0
+    speed: Annotated[float, Real("m/s, rad/s", "largest speed (yaw: rad/s)", 0.01, 100.0)] = 1.0
+    acceleration: Annotated[float, Real("m/s^2, rad/s^2", "largest acceleration (yaw: rad/s^2)", 0.01, 100.0)] = 2.0
+    jerk: Annotated[float, Real("m/s^3, rad/s^3", "largest jerk (yaw: rad/s^3)", 0.01, 1e4)] = 6.0
 
 
 class ReferenceLimits(NamedTuple):
@@ -101,12 +88,7 @@ class ReferenceLimits(NamedTuple):
     climb: AxisLimits = AxisLimits(1.0, 1.5, 5.0)
     landing: AxisLimits = AxisLimits(0.7, 1.5, 5.0)
     yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
-    landing_depth: Annotated[
-        float,
-        _fixed(
-            "m", "the landing reference ends this far below the ground, so that thrust drops after touchdown", 0.0, 10.0
-        ),
-    ] = 0.5
+    landing_depth: Annotated[float, Real("m", "how far below the ground the landing's reference ends", 0.0, 10.0)] = 0.5
 
 
 class CommanderParameters(NamedTuple):
@@ -114,23 +96,12 @@ class CommanderParameters(NamedTuple):
 
     period_steps: Annotated[int, Whole("steps", "plant steps between two decisions", 1, 100_000)] = 5
     mission: Annotated[
-        str,
-        Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests"),
+        str, Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests")
     ] = ""
-    recordings: Annotated[
-        str,
-        Text("folder that the recorder writes to: its disk must have space before arming; empty: the working folder"),
-    ] = ""
-    takeoff_height: Annotated[
-        float, _fixed("m", "height above the ground of a take-off without a height", 0.1, 1000.0)
-    ] = 1.5
-    wait_limit: Annotated[
-        float, _fixed("s", "longest wait of a mission in HOLD after a fault; then LAND", 1.0, 1e6)
-    ] = 60.0
-    give_up: Annotated[
-        float,
-        Real("s", "lockstep: wall-clock time after which a missing mission reference is lost", 0.1, 60.0),
-    ] = 1.0
+    recordings: Annotated[str, Text("folder of the bag, whose disk needs space at arming; empty: working folder")] = ""
+    takeoff_height: Annotated[float, Real("m", "take-off height above the ground, if none is named", 0.1, 1000.0)] = 1.5
+    wait_limit: Annotated[float, Real("s", "longest HOLD of a mission after a fault; then LAND", 1.0, 1e6)] = 60.0
+    give_up: Annotated[float, Real("s", "lockstep: wall-clock wait for a missing mission reference", 0.1, 60.0)] = 1.0
     modes: ModeParameters = ModeParameters()
     arming: ArmingLimits = ArmingLimits()
     fence: Fence = Fence()

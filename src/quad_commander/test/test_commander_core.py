@@ -238,7 +238,7 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
 @pytest.mark.parametrize(
     ("asked", "seen", "text"),
     [
-        ((), {"overruns": 0.2}, "more than 5 % of the commander's cycles of a second late"),
+        ((), {"overruns": 0.2}, "more than 5% of the commander's cycles of a second late"),
         ((), {"estimator_reset": True}, "estimator reset"),
         ((PendingRequest(Request.HOLD, "pilot"),), {}, "asked for by pilot"),
     ],
@@ -406,7 +406,7 @@ def test_a_mission_that_a_fault_keeps_waiting_lands_after_a_minute():
     flight.go(58.0)
     assert flight.core.mode == Mode.HOLD
     assert flight.go(3.0).core.mode == Mode.LAND
-    assert flight.said.text.endswith("kept waiting for 60 s (more than 5 % of the commander's cycles of a second late)")
+    assert flight.said.text.endswith("kept waiting for 60 s (more than 5% of the commander's cycles of a second late)")
 
 
 def test_killed_on_the_ground_is_over_at_once_and_in_the_air_after_ten_seconds():

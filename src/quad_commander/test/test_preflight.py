@@ -60,7 +60,7 @@ def refusals(disk):
         sample = Sample(500, 1_000_000_000, state, 0.01)
         looked.begin(sample._replace(step=0), 0)
         for status in ({"role": "position_controller", "period_steps": 5}, {"role": "attitude_controller"}, *nodes):
-            known = {"node": f"/{status['role']}", "run_id": "a1", "interface_hash": "f00d", "period_steps": 1}
+            known = {"node": f"/{status['role']}", "run_id": "a1", "period_steps": 1}
             looked.on_node(NodeStatus(**{**known, **status}))
         for plan in plans:
             looked.on_plan(FlightPlan(**plan), flying=False)
@@ -102,8 +102,6 @@ def plan(**changes):
 @pytest.mark.parametrize(("changes", "reason"), [
     ({"run_id": "", "nodes": ()}, "flight.run_id is empty"),
     ({"nodes": [{"role": "x", "run_id": "b2"}]}, "run ids: found 'b2' too, expected 'a1' alone"),
-    ({"nodes": [{"role": "x", "interface_hash": "beef"}]}, "interface hashes: found 2 different ones"),
-    ({"nodes": [{"role": "trajectory", "state": NodeStatus.FAULT}]}, "trajectory: found FAULT"),
     ({"setpoints": 79}, "attitude_setpoint: found 79.0 Hz, expected 80.0 to 120.0 Hz"),
     ({"wrenches": 601}, "wrench_setpoint: found 601.0 Hz, expected 400.0 to 600.0 Hz"),
     ({"states": 105}, "state: found samples 9.52 ms apart, expected 1.00 to 4.00 ms"),
@@ -111,6 +109,7 @@ def plan(**changes):
     ({"state": tilted(15.1)}, "tilt: found 15.1 deg, expected less than 15.0 deg"),
     ({"drift": 0.11}, "state: the estimate moves while the vehicle stands: found its position at 0.11 m/s"),
     ({"drift": math.nan}, "state: the estimate moves while the vehicle stands: found its position at nan m/s"),
+    ({"state": GOOD._replace(v_w=Vec3(0.11, 0.0, 0.0))}, "state: the estimate moves while the vehicle stands"),
     ({"state": GOOD._replace(omega_b=Vec3(0.11, 0.0, 0.0))}, "body rate: found 0.11 rad/s"),
     ({"state": GOOD._replace(ground_z=3.0)}, "plan: found it outside the fence at (-1.0, -1.0, 0.0) m"),
     ({"battery": 0.29}, "battery: found 29 %, expected at least 30 %"),
@@ -133,12 +132,10 @@ def test_each_fault_is_refused_by_name(refusals, changes, reason):
 
 def test_all_reasons_are_named_at_once(refusals):
     assert len(refusals(state=tilted(40.0), battery=0.0, folder="elsewhere", plans=(), publishers=2)) == 6
-    fast = refusals(state=GOOD._replace(v_w=Vec3(0.11, 0.0, 0.0)))
-    assert [text.partition(":")[0] for text in fast] == ["speed", "state"], "it moves, and so does the estimate"
 
 
 def test_who_names_no_run_is_nobody(refusals):
-    assert refusals(nodes=[{"role": "recorder", "run_id": "", "state": NodeStatus.FAULT}]) == []
+    assert refusals(nodes=[{"role": "recorder", "run_id": ""}]) == []
 
 
 def test_a_node_without_a_period_has_no_rate(refusals):

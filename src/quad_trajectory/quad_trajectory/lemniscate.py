@@ -24,15 +24,13 @@ class Parameters(NamedTuple):
     """Lemniscate: how it is entered, how long, how fast, how large, where and in which plane it is flown."""
 
     start: Entry = Start.APPROACH.value
-    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5, "")] = 60.0
-    speed: Annotated[float, Real("m/s", "largest speed, at the crossing", 0.01, 100.0, "")] = 3.0
-    half_width: Annotated[float, Real("m", "distance from the crossing to a tip", 0.1, 1000.0, "")] = 5.0
+    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 1e5)] = 60.0
+    speed: Annotated[float, Real("m/s", "largest speed, at the crossing", 0.01, 100.0)] = 3.0
+    half_width: Annotated[float, Real("m", "distance from the crossing to a tip", 0.1, 1000.0)] = 5.0
     centre: Position = Position(0.0, 0.0, 5.0)
-    heading: Annotated[float, Real("rad", "direction of the figure's length, from east to north", -6.3, 6.3, "")] = 0.0
-    inclination: Annotated[
-        float, Real("rad", "tilt of the figure's plane about its length; 0: horizontal", -1.6, 1.6, "")
-    ] = 0.0
-    yaw: Annotated[float, Real("rad", "heading of the vehicle", -6.3, 6.3, "")] = 0.0
+    heading: Annotated[float, Real("rad", "direction of the figure's length, from east to north", -6.3, 6.3)] = 0.0
+    inclination: Annotated[float, Real("rad", "tilt of its plane about its length; 0: horizontal", -1.6, 1.6, "")] = 0.0
+    yaw: Annotated[float, Real("rad", "heading of the vehicle", -6.3, 6.3)] = 0.0
     limits: MotionLimits = MotionLimits()
 
 
