@@ -31,8 +31,6 @@ from quad_position_ctrl.backstepping import (
     axis_states,
     correction_velocity,
     drag_model,
-    lyapunov,
-    lyapunov_rate,
     next_integral,
     updated_gain,
 )
@@ -41,7 +39,6 @@ from quad_position_ctrl.setpoint import (
     AntiWindup,
     FeedForward,
     LiftLimits,
-    ThrustCommand,
     ThrustForm,
     TiltHeading,
     attitude_setpoint,
@@ -111,8 +108,11 @@ def step(
         observed = ObservedStep(memory.velocity, state.v_w, memory.thrust_axis, thrust_axis, inputs.actuation.thrust)
         disturbance = estimate(parameters.observer, vehicle, disturbance, observed, drag, dt)
     axes = axis_states(state, reference)
-    correction = _correction(parameters, axes, memory.error_integral)
-    x, y, z = _axis_commands(parameters, memory, axes, correction, drag, disturbance)
+    gain, integral = memory.adaptive_gain, memory.error_integral
+    correction = _correction(parameters, axes, integral)
+    x = axis_command(parameters.x, axes[0], correction.x, gain.x, integral.x, drag, disturbance.x)
+    y = axis_command(parameters.y, axes[1], correction.y, gain.y, integral.y, drag, disturbance.y)
+    z = axis_command(parameters.z, axes[2], correction.z, gain.z, integral.z, drag, disturbance.z)
 
     command = Vec3(x.acceleration, y.acceleration, z.acceleration)
     thrust = thrust_command(command, vehicle, parameters.limits, thrust_axis, parameters.thrust_form)
@@ -123,11 +123,24 @@ def step(
     setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, heading, parameters.feed_forward)
 
     frozen = integrals_frozen(parameters.anti_windup, correction, thrust, inputs.actuation)
-    next_integrals, next_gains = memory.error_integral, memory.adaptive_gain
+    next_integrals, next_gains = integral, gain
     if not frozen:
         next_integrals, next_gains = _adapted(parameters, memory, x, y, z, dt)
     next_memory = Memory(next_integrals, next_gains, disturbance, state.v_w, thrust_axis, True)
-    internals = _internals(parameters, memory, x, y, z, disturbance, correction, thrust, frozen)
+    internals = internals_of(
+        Vec3(x.error, y.error, z.error),
+        Vec3(x.velocity_error, y.velocity_error, z.velocity_error),
+        Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
+        command,
+        disturbance,
+        correction,
+        thrust,
+        frozen,
+        integral,
+        gain,
+        x.lyapunov + y.lyapunov + z.lyapunov,
+        x.lyapunov_rate + y.lyapunov_rate + z.lyapunov_rate,
+    )
     return setpoint, next_memory, internals
 
 
@@ -154,19 +167,6 @@ def _correction(parameters: Parameters, axes: Axes, integral: Vec3) -> BoundedCo
     return bounded_correction(velocity, rate, gain_xy, gain_z, parameters.speed)
 
 
-def _axis_commands(
-    parameters: Parameters, memory: Memory, axes: Axes, correction: BoundedCorrection, drag: float, disturbance: Vec3
-) -> tuple[AxisCommand, AxisCommand, AxisCommand]:
-    """Return eqs. 18, 23, 25 and 30 of the three axes."""
-    x, y, z = axes
-    gain, integral = memory.adaptive_gain, memory.error_integral
-    return (
-        axis_command(parameters.x, x, correction.x, gain.x, integral.x, drag, disturbance.x),
-        axis_command(parameters.y, y, correction.y, gain.y, integral.y, drag, disturbance.y),
-        axis_command(parameters.z, z, correction.z, gain.z, integral.z, drag, disturbance.z),
-    )
-
-
 def _adapted(
     parameters: Parameters, memory: Memory, x: AxisCommand, y: AxisCommand, z: AxisCommand, dt: float
 ) -> tuple[Vec3, Vec3]:
@@ -183,39 +183,6 @@ def _adapted(
             updated_gain(parameters.y, gain.y, y.velocity_error, dt),
             updated_gain(parameters.z, gain.z, z.velocity_error, dt),
         ),
-    )
-
-
-def _internals(
-    parameters: Parameters,
-    memory: Memory,
-    x: AxisCommand,
-    y: AxisCommand,
-    z: AxisCommand,
-    disturbance: Vec3,
-    correction: BoundedCorrection,
-    thrust: ThrustCommand,
-    frozen: bool,
-) -> Internals:
-    """Return what the step shows; ``memory`` is that before the step."""
-    integral, gain = memory.error_integral, memory.adaptive_gain
-    return internals_of(
-        Vec3(x.error, y.error, z.error),
-        Vec3(x.velocity_error, y.velocity_error, z.velocity_error),
-        Vec3(x.virtual_velocity, y.virtual_velocity, z.virtual_velocity),
-        Vec3(x.acceleration, y.acceleration, z.acceleration),
-        disturbance,
-        correction,
-        thrust,
-        frozen,
-        integral,
-        gain,
-        lyapunov(parameters.x.integral_gain, x.error, x.velocity_error, integral.x)
-        + lyapunov(parameters.y.integral_gain, y.error, y.velocity_error, integral.y)
-        + lyapunov(parameters.z.integral_gain, z.error, z.velocity_error, integral.z),
-        lyapunov_rate(parameters.x.position_gain, gain.x, x.error, x.velocity_error)
-        + lyapunov_rate(parameters.y.position_gain, gain.y, y.error, y.velocity_error)
-        + lyapunov_rate(parameters.z.position_gain, gain.z, z.error, z.velocity_error),
     )
 
 

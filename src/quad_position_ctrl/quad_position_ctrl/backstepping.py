@@ -175,12 +175,14 @@ Axes = tuple[AxisState, AxisState, AxisState]
 
 
 class AxisCommand(NamedTuple):
-    """One axis of eqs. 18, 23, 25 and 30: e_7 in m, x_8d in m/s, e_8 in m/s, U_x in m/s^2."""
+    """One axis of eqs. 18, 23, 25, 30, 35 and 36: e_7 in m, x_8d in m/s, e_8 in m/s, U_x in m/s^2, its L_P and L_P'."""
 
     error: float
     virtual_velocity: float
     velocity_error: float
     acceleration: float
+    lyapunov: float
+    lyapunov_rate: float
 
 
 def axis_states(state: VehicleState, reference: TrajectoryPoint) -> Axes:
@@ -202,7 +204,7 @@ def axis_command(
     drag: float,
     disturbance: float,
 ) -> AxisCommand:
-    """Return eqs. 18, 23, 25 and 30 of one axis, or their bounded form where ``correction`` is limited.
+    """Return eqs. 18, 23, 25, 30, 35 and 36 of one axis, or their bounded form where ``correction`` is limited.
 
     ``adaptive_gain`` xi_hat_8 in 1/s, ``integral`` Gamma_7 in m s, ``drag`` a_7 in 1/s, ``disturbance`` in m/s^2.
     """
@@ -214,20 +216,22 @@ def axis_command(
         acceleration = bounded_acceleration_command(
             adaptive_gain, drag, bounded_error, velocity_error, state.velocity, virtual_acceleration, disturbance
         )
-        return AxisCommand(error, virtual, velocity_error, acceleration)
-    acceleration = acceleration_command(
-        position_gain=gains.position_gain,
-        integral_gain=gains.integral_gain,
-        adaptive_gain=adaptive_gain,
-        drag=drag,
-        position_error=error,
-        velocity_error=velocity_error,
-        integral=integral,
-        velocity=state.velocity,
-        reference_acceleration=state.reference_acceleration,
-        disturbance=disturbance,
-    )
-    return AxisCommand(error, virtual, velocity_error, acceleration)
+    else:
+        acceleration = acceleration_command(
+            position_gain=gains.position_gain,
+            integral_gain=gains.integral_gain,
+            adaptive_gain=adaptive_gain,
+            drag=drag,
+            position_error=error,
+            velocity_error=velocity_error,
+            integral=integral,
+            velocity=state.velocity,
+            reference_acceleration=state.reference_acceleration,
+            disturbance=disturbance,
+        )
+    level = lyapunov(gains.integral_gain, error, velocity_error, integral)
+    rate = lyapunov_rate(gains.position_gain, adaptive_gain, error, velocity_error)
+    return AxisCommand(error, virtual, velocity_error, acceleration, level, rate)
 
 
 def updated_gain(gains: AxisGains, adaptive_gain: float, velocity_error: float, dt: float) -> float:

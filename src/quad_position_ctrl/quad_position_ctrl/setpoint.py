@@ -134,13 +134,6 @@ def thrust_projected(mass: float, lift: Vec3, thrust_axis: Vec3) -> float:
     return mass * dot(lift, thrust_axis)
 
 
-def collective_thrust(form: int, mass: float, lift: Vec3, thrust_axis: Vec3) -> float:
-    """Return the thrust in N for ``lift`` in m/s^2 in one of the forms of ``ThrustForm``, before its limits."""
-    if form == ThrustForm.NORM:
-        return thrust_norm(mass, lift)
-    return thrust_projected(mass, lift, thrust_axis)
-
-
 def desired_angles(lift: Vec3, heading: float, yaw: float) -> Vec3:
     """Return (phi_d, theta_d, psi_d) in rad (Eq. 38, second and third line; the printed psi_d of the third is phi_d).
 
@@ -174,7 +167,9 @@ def thrust_command(
     full = max_thrust(vehicle)
     max_allowed, min_allowed = limits.thrust * full, limits.min_thrust * full
     lift = limited_lift(command, vehicle.gravity, max_allowed / vehicle.mass, limits)
-    wanted = collective_thrust(thrust_form, vehicle.mass, lift.lift, thrust_axis)
+    wanted = thrust_projected(vehicle.mass, lift.lift, thrust_axis)
+    if thrust_form == ThrustForm.NORM:
+        wanted = thrust_norm(vehicle.mass, lift.lift)
     thrust = clamp(wanted, min_allowed, max_allowed)
     return ThrustCommand(lift, thrust, lift.thrust_limited or thrust != wanted)
 

@@ -15,13 +15,13 @@ REST = {"adaptive_gain": 3.0, "integral": 0.7, "drag": -0.4, "disturbance": 0.6}
 def test_bounded_command_by_hand():
     """e = 6, v_d' = 0.8 - 2.5, e' = 1.5 + 1.7; U = (0.3 - 0.9) - 0.25 * 6 - 3 * 3.2 + 0.4 * 1.5 - 0.6."""
     command = axis_command(GAINS, STATE, AxisCorrection(-2.5, -0.9, 0.25, True), **REST)
-    assert command == pytest.approx((6.0, -1.7, 3.2, -11.7), rel=1e-14)
+    assert command[:4] == pytest.approx((6.0, -1.7, 3.2, -11.7), rel=1e-14)
 
 
 def test_untouched_command_by_hand():
     """v_d' = 0.8 - 2 * 6 - 0.5 * 0.7; U = 0.3 + (4 - 1 - 0.5) * 6 - (2 + 3) * 13.05 + 0.6 + 2 * 0.5 * 0.7 - 0.6."""
     command = axis_command(GAINS, STATE, AxisCorrection(-12.35, -1.4, 1.0, False), **REST)
-    assert command == pytest.approx((6.0, -11.55, 13.05, -49.25), rel=1e-14)
+    assert command[:4] == pytest.approx((6.0, -11.55, 13.05, -49.25), rel=1e-14)
 
 
 def test_gain_after_a_step_by_hand():

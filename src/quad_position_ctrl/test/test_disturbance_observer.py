@@ -41,12 +41,6 @@ def test_drag_is_explained_with_the_present_velocity():
     assert found == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
-def test_what_thrust_and_weight_leave_over_is_the_disturbance():
-    """At rest on 24 N, where the weight is 20 N: something pulls down by 2 m/s^2."""
-    found = estimate(Observer(bandwidth=1e2), VEHICLE, ZERO, ObservedStep(ZERO, ZERO, UP, UP, 24.0), 0.0, DT)
-    assert found == pytest.approx((0.0, 0.0, -2.0 * (1.0 - math.exp(-1.0))), abs=1e-12)
-
-
 def test_without_bandwidth_nothing_is_estimated():
     off = Observer(bandwidth=0.0, max_estimate=5.0)
     before = Vec3(0.1, 0.2, 0.3)

@@ -91,7 +91,7 @@ limit_values = {
     "limits.tilt": st.floats(0.02, 1.3),
 }
 scales = {"position_scale": st.floats(0.01, 10.0), "time_scale": st.floats(0.1, 20.0)}
-figures = {"speed": st.floats(0.1, 20.0), "half_width": st.floats(0.5, 50.0), "inclination": st.floats(-1.5, 1.5)}
+figures = {"speed": st.floats(0.1, 20.0), "half_width": st.floats(0.5, 50.0)}
 
 
 @pytest.mark.parametrize(("module", "values"), [(case1, scales), (case2, scales), (lemniscate, figures)])
