@@ -23,7 +23,7 @@ from quad_core.geometry import (
     subtract,
 )
 from quad_core.parameters import Real
-from quad_core.types import Quat, Vec3, VehicleState
+from quad_core.types import Vec3, VehicleState
 
 
 class Gains(NamedTuple):
@@ -45,7 +45,9 @@ class Tracking(NamedTuple):
 def tracking(goal: Desired, state: VehicleState, roll: Gains, pitch: Gains, yaw: Gains) -> Tracking:
     """Return the errors of ``state`` against ``goal`` and what they and the motion of ``goal`` ask for."""
     relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
-    error = rotation_error(relative)
+    # 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle
+    twice_cosine = 2.0 * relative.w
+    error = Vec3(twice_cosine * relative.x, twice_cosine * relative.y, twice_cosine * relative.z)
     turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
     turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
     error_rate = subtract(state.omega_b, turned_rates)
@@ -55,8 +57,3 @@ def tracking(goal: Desired, state: VehicleState, roll: Gains, pitch: Gains, yaw:
         -yaw.angle * error.z - yaw.rate * error_rate.z,
     )
     return Tracking(error, error_rate, feedback, subtract(turned, cross(state.omega_b, turned_rates)))
-
-
-def rotation_error(relative: Quat) -> Vec3:
-    """Return e_R = 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle."""
-    return Vec3(2.0 * relative.w * relative.x, 2.0 * relative.w * relative.y, 2.0 * relative.w * relative.z)

@@ -17,7 +17,7 @@ from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
 from quad_bringup.terminal import complain, say
 from quad_core import plugins
-from quad_core.cascade import COMMANDER, RECORDER, ROLES
+from quad_core.cascade import RECORDER, ROLES
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight import configuration
@@ -32,12 +32,8 @@ PAPER_CASES = ("case1", "case2")
 _EXAMPLES = """examples:
   scripts/fly                                   the paper: Case 1, then Case 2
   scripts/fly case2 --seed 7                    another disturbance
-  scripts/fly case1 --preset minimal --plant paper
   scripts/fly hover --duration 5 --realtime
-  scripts/fly case2 --one-process
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
-  scripts/fly flight --vehicle x500 --preset x500
-  scripts/fly case1 --scenario my_weather.yaml
   scripts/fly --mission takeoff,case2,hold:5,land         take-off, modes and landing: a commander is the sixth node
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
   scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
@@ -94,7 +90,8 @@ def _fly(options: argparse.Namespace, made: list[Path], codes: list[int], interr
         close()
     seen_by = close_unless_asked()
     directories = _directories(options, cases, made)
-    surroundings.check_disk(directories[0])
+    least = surroundings.LEAST_DISK if options.mission is None else surroundings.MISSION_DISK
+    surroundings.check_disk(directories[0], least)
     flights = [_planned(options, case, where) for case, where in zip(cases, directories, strict=True)]
     with reserved_domain(options.domain) as domain:
         if seen_by.startswith(OPEN):
@@ -229,8 +226,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     asked = {name: value for name, value in vars(options).items() if name in Request._fields}
     settings = [*vehicle_owner.settings(options), *options.settings]
     request = Request(**{**asked, "case": case, "settings": settings})
-    place = str(directory.resolve())
-    identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": place}, COMMANDER: {"recordings": place}}
+    identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
     usual = vehicle_owner.AUTOPILOT if options.vehicle_owner else summary(nodes)["start"]
     limits = options.limits or [str(configuration.find(configuration.LIMITS, usual))]

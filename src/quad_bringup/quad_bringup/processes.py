@@ -87,18 +87,15 @@ class Processes:
         """Return whether any process still runs."""
         return bool(self._running)
 
-    def has_owner(self) -> bool:
-        """Return whether the process that owns the vehicle still runs: the simulator, or the only one there was."""
-        return self._owner() is not None
-
     def interrupt_owner(self) -> None:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
-        owner = self._owner()
+        owner = self.owner()
         if owner is not None:
             self._asked = True
             owner.send_signal(signal.SIGINT)
 
-    def _owner(self) -> "subprocess.Popen[bytes] | None":
+    def owner(self) -> "subprocess.Popen[bytes] | None":
+        """Return the process that owns the vehicle: the simulator or the only one there was, None if it has left."""
         if SIMULATOR in self.codes:  # it has left, and the vehicle is no other user's
             return None
         return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
@@ -108,7 +105,7 @@ class Processes:
 
         The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM, SIGABRT and SIGKILL.
         """
-        owner = self._owner()
+        owner = self.owner()
         if owner is not None and landing:
             if not self._asked:
                 self.interrupt_owner()

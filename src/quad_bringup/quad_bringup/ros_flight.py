@@ -140,18 +140,18 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
     with busy(f"{flight.name}: reading the bag"):
-        found = shown(flight)
-    if found.text:
-        say(found.text)
-    problems = ([outcome.cause] if outcome.cause else []) + found.problems
-    if found.problems and surroundings.is_full(flight.directory):
+        text, found, early = shown(flight)
+    if text:
+        say(text)
+    problems = ([outcome.cause] if outcome.cause else []) + found
+    if found and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
-    if outcome.cause.startswith("interrupted") or not found.text:
+    if outcome.cause.startswith("interrupted") or not text:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
-    problems = problems or [text for role, text in ends.items() if role not in (*_spared(flight), *outcome.late)]
-    if found.ends_early and seen is not None and is_over(seen):
+    problems = problems or [end for role, end in ends.items() if role not in (*_spared(flight), *outcome.late)]
+    if early and seen is not None and is_over(seen):
         until = seconds(stamp_ns(seen.stamp), 1)
         problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
     lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
@@ -168,19 +168,8 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     return FAILED if problems else GOOD
 
 
-class Shown(NamedTuple):
-    """What the bag of a flight shows: the text for people, empty if it never began, and why the flight failed.
-
-    ``ends_early``: the bag ends before the flight.
-    """
-
-    text: str
-    problems: list[str]
-    ends_early: bool = False
-
-
-def shown(flight: Planned) -> Shown:
-    """Return what the bag of ``flight`` shows, checked against its limits."""
+def shown(flight: Planned) -> tuple[str, list[str], bool]:
+    """Return what the bag of ``flight`` shows: text, empty if it never began, why it failed, whether it ends early."""
     try:
         bag = open_flight(flight.directory, namespace=flight.namespace)
         try:
@@ -191,13 +180,13 @@ def shown(flight: Planned) -> Shown:
         note = truth_note(bag)
         states: Any = bag.array("flight/state") if bag.has("flight/state") else ()
     except FlightLogError as error:
-        return Shown("", [f"no readable bag: {error}"])
+        return "", [f"no readable bag: {error}"], False
     if not len(states) or not (stamp := states[-1]["stamp_ns"]):
-        return Shown("", problems, ends_early(bag))
+        return "", problems, ends_early(bag)
     flown, wall = float(stamp) * 1e-9, float(states[-1]["wall_time"])
     measured_any = any(value is not None for value in metrics)
     rows = table([flight.name], [metrics], flight.limits, notes=[note])
     text = f"{rows if measured_any else f'{flight.name}: no metrics: {note}'}\n"
     text += f"seed {flight.nodes[SIMULATOR].flight.seed}; {flown:.2f} s flown"
     text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {PHASES.get(states[-1]['state'], 'unknown')}"
-    return Shown(text, problems, ends_early(bag))
+    return text, problems, ends_early(bag)

@@ -174,7 +174,7 @@ class Supervisor:
 
     @property
     def _can_land(self) -> bool:
-        return bool(self._patience.landing) and not self._over and self._processes.has_owner()
+        return bool(self._patience.landing) and not self._over and self._processes.owner() is not None
 
     def _on_news(self, state: FlightState, before: FlightState | None) -> None:
         """Move the deadline; a phase that lasts moves it only in flight."""

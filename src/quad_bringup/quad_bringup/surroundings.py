@@ -16,7 +16,8 @@ from quad_node.watch import node_of_its_own
 PROBE = "flight_probe"
 MEETING = 5.0  # s in which two nodes find each other, where a server tells them
 DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
-LEAST_DISK, FULL_DISK = 8_000_000, 65_536  # bytes; 20 s of flight; less than two chunks of a bag
+LEAST_DISK, MISSION_DISK = 8_000_000, 1_000_000_000  # bytes; 20 s of flight; what a mission may take
+FULL_DISK = 65_536  # bytes; less than two chunks of a bag
 
 
 def how_to_look_on(domain: int) -> str:
@@ -29,13 +30,11 @@ def how_to_look_on(domain: int) -> str:
     return f"to look on from another shell: unset {unset}; export ROS_DOMAIN_ID={domain}{chosen}"
 
 
-def check_disk(directory: Path) -> None:
-    """Raise ParameterError if a flight could not be recorded in ``directory``, which exists."""
+def check_disk(directory: Path, least: int = LEAST_DISK) -> None:
+    """Raise ParameterError if ``directory``, which exists, has less than ``least`` bytes for a flight's record."""
     free = shutil.disk_usage(directory).free
-    if free < LEAST_DISK:
-        raise ParameterError(
-            f"{directory}: found {free / 1e6:.1f} MB free, expected at least {LEAST_DISK / 1e6:.0f} MB"
-        )
+    if free < least:
+        raise ParameterError(f"{directory}: found {free / 1e6:.1f} MB free, expected at least {least / 1e6:.0f} MB")
 
 
 def is_full(directory: Path) -> bool:

@@ -15,7 +15,6 @@ from quad_node.conversion import stamp_ns
 _CLEAR = "\r\033[K"
 _PLAIN_EVERY = 5.0
 _LIVE_EVERY = 0.2
-_BAR = 24
 
 
 def write(text: str, out: TextIO) -> None:
@@ -59,7 +58,6 @@ class Progress:
         self._name, self._out = name, out
         self._live = out.isatty()
         self._next = 0.0
-        self._shown = False
 
     def show(self, state: FlightState | None) -> None:
         """Show ``state`` if it is time to."""
@@ -68,11 +66,7 @@ class Progress:
             return
         self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
         line = f"{self._name}: {describe(state)}"
-        if self._live:
-            write(f"{_CLEAR}{line}", self._out)
-            self._shown = True
-        else:
-            write(f"{line}\n", self._out)
+        write(f"{_CLEAR}{line}" if self._live else f"{line}\n", self._out)
 
     def tell(self, time_: float, change: str) -> None:
         """Show a change of mode ``time_`` s after the start, in a line that stays."""
@@ -80,8 +74,7 @@ class Progress:
 
     def close(self) -> None:
         """Leave the terminal as it was."""
-        if self._shown:
-            write(_CLEAR, self._out)
+        write(_CLEAR if self._live else "", self._out)
 
 
 def describe(state: FlightState | None) -> str:
@@ -93,7 +86,5 @@ def describe(state: FlightState | None) -> str:
     flown = seconds(stamp_ns(state.stamp), 1)
     if not state.end_step or not state.step:
         return f"{flown:.1f} s"
-    done = min(state.step / state.end_step, 1.0)
-    bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
     factor = flown / state.wall_time if state.wall_time > 0.0 else 0.0
-    return f"[{bar}] {flown:.1f} of {flown * state.end_step / state.step:.1f} s, {factor:.1f} x real time"
+    return f"{flown:.1f} of {flown * state.end_step / state.step:.1f} s, {factor:.1f} x real time"

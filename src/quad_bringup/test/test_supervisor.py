@@ -65,8 +65,8 @@ class Flight(Interrupts):
     def running(self):
         return bool(self.alive)
 
-    def has_owner(self):
-        return "simulator" in self.alive
+    def owner(self):
+        return "process" if "simulator" in self.alive else None
 
     def reap(self):
         gone, self.ended = self.ended, {}

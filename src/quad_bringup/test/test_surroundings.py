@@ -29,6 +29,10 @@ def test_a_full_disk_is_refused_and_known(clean, monkeypatch):
     with pytest.raises(ParameterError, match=r"found 0\.0 MB free, expected at least 8 MB"):
         surroundings.check_disk(clean)
     assert surroundings.is_full(clean)
+    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: SimpleNamespace(free=900_000_000))
+    surroundings.check_disk(clean)
+    with pytest.raises(ParameterError, match="expected at least 1000 MB"):
+        surroundings.check_disk(clean, surroundings.MISSION_DISK)
 
 
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):

@@ -218,7 +218,9 @@ class CommanderCore:
         if decision.changed or sent_off or again:
             lowest = _UNSURE_GROUND if seen.by_autopilot and mode == Mode.LAND else 0.0
             ground = seen.state.ground_z - lowest
-            self._plan = references.plan_mode(limits, mode, current, ground, self._takeoff_height(), self._place)
+            asked_height = self._mission[0].value if self._mission else 0.0  # its first item is the take-off
+            height = asked_height or self._parameters.takeoff_height
+            self._plan = references.plan_mode(limits, mode, current, ground, height, self._place)
             self._time, self._hand_over, self._aside = 0.0, None, None
         else:
             self._time += seen.dt
@@ -228,7 +230,8 @@ class CommanderCore:
             point = references.sample(self._plan, self._time)
             sideways = self._time < max(axis.duration for axis in self._plan.axes[:2])
             on_ground = mode == Mode.LAND and seen.guard.on_ground
-            return references.above(point, seen.state) if on_ground and not sideways else point
+            here = TrajectoryPoint(p_w=seen.state.p_w)  # a vehicle on the ground must not tilt
+            return references.beside(point, here) if on_ground and not sideways else point
         point = references.continued(seen.mission, seen.mission_lag)
         if self._hand_over is None:
             self._hand_over, self._handed = references.plan_hand_over(limits, current, point), 0.0
@@ -245,10 +248,6 @@ class CommanderCore:
         stop, since = self._aside
         point, beside = references.sample(self._plan, self._time), references.sample(stop, self._time - since)
         return references.beside(point, beside)
-
-    def _takeoff_height(self) -> float:
-        height = self._mission[0].value if self._mission else 0.0  # its first item is the take-off
-        return height or self._parameters.takeoff_height
 
     def _is_over(self, seen: Inputs) -> bool:
         if self.mode == Mode.KILL:

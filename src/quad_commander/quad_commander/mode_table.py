@@ -120,20 +120,6 @@ FAULTS = (
     Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
     Row(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
     Row(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
-    Row(
-        Condition.TAKEOFF_LATE,
-        "not at height after {takeoff_late:g} s",
-        Mode.LAND,
-        only=(Mode.TAKEOFF,),
-        on_ground=Mode.ARMING,
-    ),
-    Row(
-        Condition.LANDING_LATE,
-        "no contact {landing_late:g} s after the landing ended",
-        Mode.DESCEND,
-        only=(Mode.LAND,),
-        on_ground=Mode.ARMING,
-    ),
 )
 """What is wrong. The more severe mode wins; none leads to a less severe one."""
 
@@ -141,11 +127,13 @@ PROGRESS = (
     (Mode.ARMING, Condition.ARMING_LATE, Mode.DISARMED, "no take-off within {arming_late:g} s"),
     (Mode.ARMING, Condition.READY, Mode.TAKEOFF, "checks passed, take-off asked for, {spool_up:g} s of spool-up"),
     (Mode.TAKEOFF, Condition.AT_HEIGHT, Mode.HOLD, "at the height of take-off"),
+    (Mode.TAKEOFF, Condition.TAKEOFF_LATE, Mode.LAND, "not at height after {takeoff_late:g} s"),
     (Mode.MISSION, Condition.PLAN_ENDED, Mode.HOLD, "the trajectory has ended"),
     (Mode.LAND, Condition.CONTACT, Mode.DISARMED, "the guard sees the vehicle stand on the ground"),
+    (Mode.LAND, Condition.LANDING_LATE, Mode.DESCEND, "no contact {landing_late:g} s after the landing ended"),
     (Mode.DESCEND, Condition.CONTACT, Mode.DISARMED, "the same, or the guard has landed"),
 )
-"""What is achieved: the only way on without a request."""
+"""What is achieved, or not in time: the only way on without a request. Of one mode the first row wins."""
 
 GRANTED: dict[Request, dict[Mode, Mode]] = {
     Request.ARM: {Mode.DISARMED: Mode.ARMING, Mode.ARMING: Mode.ARMING},

@@ -41,7 +41,6 @@ class ArmingLimits(NamedTuple):
     speed: Annotated[float, Real("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
     rate: Annotated[float, Real("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
     battery: Annotated[float, Real("", "least share of a full battery for arming", 0.0, 1.0)] = 0.3
-    disk: Annotated[float, Real("GB", "least free disk space for arming, where the bag goes", 0.0, 1e6)] = 1.0
     longest_flight: Annotated[float, Real("s", "longest plan that is armed", 1.0, 1e6)] = 3600.0
 
 
@@ -98,7 +97,6 @@ class CommanderParameters(NamedTuple):
     mission: Annotated[
         str, Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests")
     ] = ""
-    recordings: Annotated[str, Text("folder of the bag, whose disk needs space at arming; empty: working folder")] = ""
     takeoff_height: Annotated[float, Real("m", "take-off height above the ground, if none is named", 0.1, 1000.0)] = 1.5
     wait_limit: Annotated[float, Real("s", "longest HOLD of a mission after a fault; then LAND", 1.0, 1e6)] = 60.0
     give_up: Annotated[float, Real("s", "lockstep: wall-clock wait for a missing mission reference", 0.1, 60.0)] = 1.0

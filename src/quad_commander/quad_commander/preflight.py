@@ -8,10 +8,8 @@ A reason names what was found and what was expected, so that it can be shown to 
 """
 
 import math
-import shutil
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
 
 from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
@@ -24,14 +22,6 @@ from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
 _STREAMS = {"attitude_setpoint": POSITION, COMMAND: ATTITUDE}
-
-
-def free_space(folder: str) -> float:
-    """Return the free space in GB of the disk on which ``folder`` lies or, if it does not exist yet, will lie."""
-    place = Path(folder).resolve()
-    while not place.exists():
-        place = place.parent
-    return shutil.disk_usage(place).free / 1e9
 
 
 class Preflight:
@@ -136,9 +126,6 @@ class Preflight:
             found.append(moves)
         if battery is not None and not battery >= limits.battery:
             found.append(f"battery: found {100.0 * battery:.0f} %, expected at least {100.0 * limits.battery:.0f} %")
-        disk = free_space(self._settings.recordings)
-        if not disk > limits.disk:
-            found.append(f"disk: found {disk:.2f} GB free, expected more than {limits.disk:.2f} GB")
         return found
 
     def _of_plan(self, ground_z: float) -> list[str]:

@@ -123,11 +123,6 @@ def from_state(state: VehicleState) -> TrajectoryPoint:
     return TrajectoryPoint(0.0, state.p_w, state.v_w, yaw=euler_from_quaternion(state.q_wb).z)
 
 
-def above(current: TrajectoryPoint, state: VehicleState) -> TrajectoryPoint:
-    """Return the point moved to where the vehicle is, at its own height: a vehicle on the ground must not tilt."""
-    return current._replace(p_w=Vec3(state.p_w.x, state.p_w.y, current.p_w.z))
-
-
 def beside(current: TrajectoryPoint, other: TrajectoryPoint) -> TrajectoryPoint:
     """Return the ``current`` point with the horizontal motion of ``other``."""
     return point(current.trajectory_time, [*motions(other)[:2], *motions(current)[2:]])
@@ -206,18 +201,13 @@ def rest_to_rest(limits: AxisLimits, way: float) -> tuple[float, float, float]:
     """Return the times in s of a jerk, of constant acceleration and of constant speed over ``way`` m >= 0."""
     speed, acceleration, jerk = limits
     ramp = acceleration / jerk
-    constant = speed / acceleration - ramp
-    if constant < 0.0:
-        ramp, constant = math.sqrt(speed / jerk), 0.0
-    needed = speed * (2.0 * ramp + constant)
-    if way >= needed:
-        return ramp, constant, (way - needed) / speed
-    ramp = acceleration / jerk
-    peak = 0.5 * acceleration * (math.sqrt(ramp * ramp + 4.0 * way / acceleration) - ramp)
-    constant = peak / acceleration - ramp
-    if constant < 0.0:
-        ramp, constant = (way / (2.0 * jerk)) ** (1.0 / 3.0), 0.0
-    return ramp, constant, 0.0
+    fastest = 0.5 * acceleration * (math.sqrt(ramp * ramp + 4.0 * way / acceleration) - ramp)
+    if fastest < acceleration * ramp:  # the way ends before the acceleration is reached
+        fastest = (0.25 * jerk * way * way) ** (1.0 / 3.0)
+    fastest = min(fastest, speed)
+    ramp = min(ramp, math.sqrt(fastest / jerk))
+    constant = max(fastest / acceleration - ramp, 0.0)
+    return ramp, constant, max(way - fastest * (2.0 * ramp + constant), 0.0) / speed
 
 
 def _together(axes: tuple[AxisPlan, ...]) -> ReferencePlan:

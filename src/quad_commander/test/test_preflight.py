@@ -1,8 +1,6 @@
 """Arming: a good vehicle is armed, and each thing that is wrong is refused by name."""
 
 import math
-import shutil
-from collections import namedtuple
 
 import pytest
 from builtin_interfaces.msg import Time
@@ -15,7 +13,6 @@ from quad_core.types import Vec3, VehicleState
 from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
-Usage = namedtuple("Usage", "free")
 GOOD = VehicleState()
 PLAN = {
     "low": [-1.0, -1.0, 0.0],
@@ -28,35 +25,13 @@ PLAN = {
 
 
 @pytest.fixture
-def disk(monkeypatch, tmp_path):
-    """Return a folder whose disk has 40 GB free; every other one has 0.5 GB."""
-    card = tmp_path / "card"
-    card.mkdir()
-    monkeypatch.setattr(
-        shutil, "disk_usage", lambda place: Usage(40_000_000_000 if card in (place, *place.parents) else 500_000_000)
-    )
-    monkeypatch.chdir(tmp_path)
-    return card
-
-
-def test_the_disk_of_the_recording_counts(disk, monkeypatch):
-    (disk / "flights").mkdir()
-    assert preflight.free_space(str(disk / "flights")) == 40.0
-    assert preflight.free_space(str(disk / "2026" / "bag")) == 40.0, "the nearest parent that is there"
-    assert preflight.free_space("elsewhere/bag") == 0.5
-    assert preflight.free_space("") == 0.5, "the folder in which the node runs"
-    monkeypatch.chdir(disk)
-    assert preflight.free_space("") == 40.0
-
-
-@pytest.fixture
-def refusals(disk):
+def refusals():
     """Return a function that gives the reasons after a second on the ground, with what is told being wrong."""
 
-    def look(state=GOOD, run_id="a1", nodes=(), plans=(PLAN,), drift=0.0, folder=disk, **changed):
+    def look(state=GOOD, run_id="a1", nodes=(), plans=(PLAN,), drift=0.0, **changed):
         seen = {"setpoints": 100, "wrenches": 500, "states": 500, "publishers": 1, "battery": 0.9, "autopilot": None}
         seen |= changed
-        looked = preflight.Preflight(FlightParameters(run_id=run_id), CommanderParameters(recordings=str(folder)))
+        looked = preflight.Preflight(FlightParameters(run_id=run_id), CommanderParameters())
         sample = Sample(500, 1_000_000_000, state, 0.01)
         looked.begin(sample._replace(step=0), 0)
         for status in ({"role": "position_controller", "period_steps": 5}, {"role": "attitude_controller"}, *nodes):
@@ -81,9 +56,9 @@ def test_a_good_vehicle_is_armed(refusals):
     assert refusals(plans=(PLAN, PLAN)) == [], "the same plan again is no second one"
 
 
-def test_a_vehicle_flown_by_attitude_needs_no_torque(disk):
+def test_a_vehicle_flown_by_attitude_needs_no_torque():
     flight = FlightParameters(run_id="a1", roles="simulator,trajectory,position_controller,commander")
-    looked = preflight.Preflight(flight, CommanderParameters(recordings=str(disk)))
+    looked = preflight.Preflight(flight, CommanderParameters())
     sample = Sample(500, 1_000_000_000, GOOD, 0.01)
     looked.begin(sample._replace(step=0), 0)
     found = looked.refusals(sample, 500, lambda topic: int(topic == "attitude_setpoint"), None)
@@ -113,7 +88,6 @@ def plan(**changes):
     ({"state": GOOD._replace(omega_b=Vec3(0.11, 0.0, 0.0))}, "body rate: found 0.11 rad/s"),
     ({"state": GOOD._replace(ground_z=3.0)}, "plan: found it outside the fence at (-1.0, -1.0, 0.0) m"),
     ({"battery": 0.29}, "battery: found 29 %, expected at least 30 %"),
-    ({"folder": "elsewhere"}, "disk: found 0.50 GB free"),
     ({"plans": ()}, "plan: found none"),
     ({"plans": (PLAN, {**PLAN, "speed": 1.0})}, "plan: found 2 different ones"),
     (plan(high=[0.0, 0.0, 121.0]), "plan: found it outside the fence at (0.0, 0.0, 121.0) m"),
@@ -131,7 +105,7 @@ def test_each_fault_is_refused_by_name(refusals, changes, reason):
 
 
 def test_all_reasons_are_named_at_once(refusals):
-    assert len(refusals(state=tilted(40.0), battery=0.0, folder="elsewhere", plans=(), publishers=2)) == 6
+    assert len(refusals(state=tilted(40.0), battery=0.0, plans=(), publishers=2)) == 5
 
 
 def test_who_names_no_run_is_nobody(refusals):

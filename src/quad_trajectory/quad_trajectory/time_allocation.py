@@ -54,10 +54,8 @@ def allocated_path(points: Table, limits: PathLimits, turns: MotionLimits) -> Ta
             total += float(times[segment])
         if worst * total < shortest:
             shortest = worst * total
-            for segment in range(len(times)):
-                best[segment] = worst * times[segment]
-        for segment in range(len(times)):
-            times[segment] = times[segment] * (1.0 + DAMPING * (factors[segment] / worst - 1.0)) * worst
+            best = worst * times
+        times = times * (1.0 + DAMPING * (factors / worst - 1.0)) * worst
     return slowed_path(points, best, limits, turns)
 
 
@@ -70,8 +68,7 @@ def slowed_path(points: Table, times: Table, limits: PathLimits, turns: MotionLi
             worst = max(segment_factor(path, segment, limits, turns, FINE_SAMPLES), worst)
         if worst <= ACCEPTED:
             return path
-        for segment in range(len(times)):
-            times[segment] = SLOWER * worst * times[segment]
+        times = SLOWER * worst * times
         path = solved_path(points, times)
     raise ValueError("waypoints: no time allocation keeps the limits of speed, thrust, tilt, body rate and yaw")
 
