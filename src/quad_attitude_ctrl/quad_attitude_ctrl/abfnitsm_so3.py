@@ -183,12 +183,8 @@ def set_attitude(setpoint: AttitudeThrust) -> Quat:
 
 def set_goal(setpoint: AttitudeThrust) -> Goal:
     """Return the setpoint with its derivatives, in body axes: exact where the thrust is tilted in the set heading."""
-    angles, rates = setpoint.angles, setpoint.rates
-    return Goal(
-        set_attitude(setpoint),
-        body_rates(angles, rates),
-        body_acceleration(angles, rates, setpoint.accelerations),
-    )
+    angles, v, a = setpoint.angles, setpoint.rates, setpoint.accelerations
+    return Goal(set_attitude(setpoint), body_rates(angles, v), body_acceleration(angles, v, a))
 
 
 def chosen_side(memory: Memory, scalar: float, margin: float) -> float:

@@ -71,9 +71,7 @@ class CommandSource(IntEnum):
     LED = 3
 
 
-Source = Annotated[
-    int, Choice(CommandSource, "x_1d', x_1d'' from command filter, setpoint, or zero", "Eq. 41, addition")
-]
+Source = Annotated[int, Choice(CommandSource, "x_1d', x_1d'': from filter, setpoint, or zero", "Eq. 41, addition")]
 
 
 class CommandFilter(NamedTuple):

@@ -104,9 +104,7 @@ class TorqueLimits(NamedTuple):
     yaw: Annotated[float, Real("N m", "largest torque about body z; 1e6: off", 0.0, 1e6, "addition")] = 0.5
 
 
-AntiWindup = Annotated[
-    bool, Flag("what an axis integrates rests while its torque is limited, here or in `actuation`", "addition")
-]
+AntiWindup = Annotated[bool, Flag("its integrals rest while torque is limited, here or in `actuation`", "addition")]
 
 
 class LimitedTorque(NamedTuple):

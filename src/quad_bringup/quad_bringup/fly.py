@@ -52,11 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     os.environ[COMMAND] = shlex.join(["scripts/fly", *(sys.argv[1:] if arguments is None else arguments)])
     made: list[Path] = []
-    codes: list[int] = []
     try:
         with interrupts() as interrupted:
-            _fly(options, made, codes, interrupted)
-        return max(codes)
+            return _fly(options, made, interrupted)
     except (ParameterError, PluginError, FlightLogError) as error:
         complain(str(error))
         return BAD_SETUP
@@ -82,9 +80,9 @@ def _cases(options: argparse.Namespace) -> list[str]:
     return [options.case] if options.case else list(PAPER_CASES)
 
 
-def _fly(options: argparse.Namespace, made: list[Path], codes: list[int], interrupted: Interrupts) -> None:
-    """Fly each case; note its directory in ``made`` and its exit code in ``codes``."""
-    cases = _cases(options)
+def _fly(options: argparse.Namespace, made: list[Path], interrupted: Interrupts) -> int:
+    """Fly each case, note its directory in ``made``, and return the worst exit code."""
+    cases, codes = _cases(options), list[int]()
     _check_namespace(options.namespace)
     if options.visible:
         close()
@@ -107,6 +105,7 @@ def _fly(options: argparse.Namespace, made: list[Path], codes: list[int], interr
         if len(codes) < len(flights):
             complain(f"interrupted by {interrupted.name}: {flights[len(codes)].name} was not flown")
             codes.append(FAILED)
+    return max(codes)
 
 
 def _check_namespace(name: str) -> None:
@@ -144,12 +143,7 @@ def _parser() -> argparse.ArgumentParser:
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
         ("--vehicle-owner", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
-        (
-            "--set",
-            "NODE.PARAM=VALUE",
-            "may be repeated, as --limits, --own and --shadow",
-            {**several, "dest": "settings"},
-        ),
+        ("--set", "NODE.PARAM=VALUE", "repeatable, as --limits, --own, --shadow", {**several, "dest": "settings"}),
         ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: limits/<start>.yaml)", {"action": "append"}),
         ("--namespace", "NAME", "namespace of the vehicle", {"default": ""}),
         ("--domain", "N", "ROS domain (default: one that no other flight uses)", {"type": int}),
@@ -215,9 +209,7 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
-        raise ParameterError(
-            "--own: found --one-process too; a node of your own is a process of its own: leave out --one-process"
-        )
+        raise ParameterError("--own: found --one-process too; a node of your own is a process of its own")
     return found
 
 

@@ -43,9 +43,7 @@ class Start(IntEnum):
     PRINTED = 1
 
 
-Entry = Annotated[
-    int, Choice(Start, "approach: a smooth path from the vehicle to the curve; printed: a step to the curve")
-]
+Entry = Annotated[int, Choice(Start, "approach: a smooth path onto the curve; printed: a step")]
 """The parameter of every trajectory that chooses between them."""
 
 

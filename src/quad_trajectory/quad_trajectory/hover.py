@@ -2,11 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
+from quad_core.geometry import ZERO
 from quad_core.parameters import Real
-from quad_core.types import TrajectoryPoint
+from quad_core.types import TrajectoryPoint, Vec3
 from quad_trajectory.approach import Approach, Entry, Start, entered
 from quad_trajectory.limits import MotionLimits
-from quad_trajectory.polynomial import AxisPoint, point
 
 Plan = Approach
 
@@ -31,13 +31,8 @@ class Parameters(NamedTuple):
 
 def curve(parameters: Parameters, t: float) -> TrajectoryPoint:
     """Return the point held; ``t`` in s since the end of the approach."""
-    return point(
-        t,
-        AxisPoint(parameters.position.x, 0.0, 0.0, 0.0, 0.0),
-        AxisPoint(parameters.position.y, 0.0, 0.0, 0.0, 0.0),
-        AxisPoint(parameters.position.z, 0.0, 0.0, 0.0, 0.0),
-        AxisPoint(parameters.yaw, 0.0, 0.0, 0.0, 0.0),
-    )
+    p = parameters.position
+    return TrajectoryPoint(t, Vec3(p.x, p.y, p.z), ZERO, ZERO, ZERO, ZERO, parameters.yaw, 0.0, 0.0)
 
 
 plan, duration, sample = entered(curve)

@@ -121,12 +121,8 @@ def resting(p: float) -> Septic:
 
 def coordinates(point: TrajectoryPoint) -> tuple[AxisPoint, AxisPoint, AxisPoint]:
     """Return x, y and z of a reference without their snap."""
-    p, v, a, jerk = point.p_w, point.v_w, point.a_w, point.jerk_w
-    return (
-        AxisPoint(p.x, v.x, a.x, jerk.x, 0.0),
-        AxisPoint(p.y, v.y, a.y, jerk.y, 0.0),
-        AxisPoint(p.z, v.z, a.z, jerk.z, 0.0),
-    )
+    p, v, a, j = point.p_w, point.v_w, point.a_w, point.jerk_w
+    return AxisPoint(p.x, v.x, a.x, j.x, 0.0), AxisPoint(p.y, v.y, a.y, j.y, 0.0), AxisPoint(p.z, v.z, a.z, j.z, 0.0)
 
 
 def axes_at(segment: Segment, time: float) -> tuple[AxisPoint, AxisPoint, AxisPoint]:

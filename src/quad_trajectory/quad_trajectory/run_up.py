@@ -77,9 +77,10 @@ def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Seg
 
 def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Segment:
     """Return how ``first`` is settled onto from a steady velocity; as smoothly as SETTLE_FIRST allows."""
+    x, y, z = coordinates(first)
     duration = SETTLE_FIRST
     for tries in range(2 * SETTLE_TRIES):
-        settle = _settle(first, duration)
+        settle = Segment(duration, settling(x, duration), settling(y, duration), settling(z, duration))
         if is_within(allowed, settle):
             return settle
         if tries < SETTLE_TRIES:
@@ -112,8 +113,3 @@ def _gain(end: TrajectoryPoint, duration: float) -> Segment:
         septic(y.p - run_up_length(y, duration), 0.0, y, duration),
         septic(z.p - run_up_length(z, duration), 0.0, z, duration),
     )
-
-
-def _settle(first: TrajectoryPoint, duration: float) -> Segment:
-    x, y, z = coordinates(first)
-    return Segment(duration, settling(x, duration), settling(y, duration), settling(z, duration))
