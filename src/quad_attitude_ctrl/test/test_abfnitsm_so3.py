@@ -136,19 +136,6 @@ def test_it_adds_how_the_goal_s_rates_change_in_axes_that_turn_with_the_body():
         assert asked(angles, omega, goal, rates) - resting == pytest.approx(change, abs=1e-4)
 
 
-def test_q_and_minus_q_are_one_attitude():
-    rng = np.random.default_rng(9)
-    for _ in range(100):
-        q = Rotation.random(random_state=rng).as_quat()
-        answers = []
-        for sign in (1.0, -1.0):
-            state = VehicleState(ZERO, ZERO, Quat(*map(float, sign * q)), Vec3(1.0, -2.0, 0.5))
-            given_ = AttitudeInputs(state, AttitudeThrust(thrust=5.0), Actuation())
-            wrench, _, _ = abfnitsm_so3.step(FED, VEHICLE, abfnitsm_so3.init(FED, VEHICLE), given_, DT)
-            answers.append(wrench.torque_b)
-        assert answers[0] == pytest.approx(answers[1], abs=1e-12)
-
-
 def test_a_setpoint_without_an_attitude_is_flown_by_its_angles():
     goal = Vec3(0.3, -0.2, 1.0)
     named = AttitudeThrust(goal, ZERO, ZERO, quaternion_from_euler(goal), 5.0, 0.3)

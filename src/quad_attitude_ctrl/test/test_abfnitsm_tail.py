@@ -27,11 +27,6 @@ def tail(linear_gain, width, angle_gain=28.5, rate_gain=6.0):
     return times, solve_ivp(rate, (0.0, 1e6), [0.05, 0.0, 0.0], "LSODA", times, rtol=1e-9, atol=1e-15).y[0]
 
 
-def test_the_exponent_at_zero_says_how_fast():
-    assert law.angle_exponent(0.0) == pytest.approx(ETA, abs=1e-12)
-    assert pytest.approx(1.126, abs=1e-3) == ETA
-
-
 @pytest.mark.parametrize(("linear_gain", "width"), [(3.0, 1.0), (20.0, 1.0), (3.0, 0.05)])
 def test_the_tail_is_the_power_law_that_the_slow_motion_gives(linear_gain, width):
     """s creeps at -e / rho_1, so e' = -rho_1 delta_1 / (2 width) abs(e)^eta_1 e and e -> (c t)^(-1/eta_1)."""

@@ -67,12 +67,6 @@ def test_every_axis_is_filtered_with_its_own_bandwidth_and_rate():
     assert [axis.target for axis in limited] == pytest.approx([rate * dt for rate in rates])
 
 
-def test_target_moves_no_faster_than_max_rate():
-    assert next_target(0.2, 0.9, 2.0, 0.1) == pytest.approx(0.4)
-    assert next_target(0.2, -0.9, 2.0, 0.1) == pytest.approx(0.0)
-    assert next_target(0.2, 0.3, 2.0, 0.1) == pytest.approx(0.3)
-
-
 def test_target_goes_the_short_way_round():
     assert next_target(3.0, -3.0, 1e6, 0.1) == pytest.approx(2.0 * math.pi - 3.0)
     assert next_target(3.0, -3.0, 1.0, 0.1) == pytest.approx(3.1)

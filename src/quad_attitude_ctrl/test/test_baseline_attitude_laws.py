@@ -136,20 +136,6 @@ def test_itsm_is_its_formula():
     assert next_memory.integral == pytest.approx(integral + DT * integrand, abs=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("sliding", "layered", "expected"),
-    [
-        (0.3, False, 1.0),
-        (-1e-9, False, -1.0),
-        (0.0, False, 0.0),
-        (0.3, True, 0.9950547536867305),
-        (-0.05, True, -0.46211715726000975),
-    ],
-)
-def test_itsm_switching(sliding, layered, expected):
-    assert itsm.switching(sliding, layered, 0.05) == pytest.approx(expected, rel=1e-12)
-
-
 def glide(parameters, disturbance, seconds):
     """Roll of a body that starts 0.3 rad off under a constant angular acceleration; errors by step."""
     memory, angle, rate, angles, torques = itsm.init(parameters, VEHICLE), 0.3, 0.0, [], []

@@ -31,10 +31,6 @@ def test_items_may_be_written_as_yaml_has_them(tmp_path):
     assert read_mission(written(tmp_path, text)) == ("takeoff:2,goto:4 0 2 90deg,goto:4 4 2,hold:5,land", [])
 
 
-def test_items_of_the_command_line_are_left_as_they_are():
-    assert read_mission("takeoff,case2,land") == ("takeoff,case2,land", [])
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

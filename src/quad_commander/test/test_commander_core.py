@@ -272,20 +272,6 @@ def sent_to(*place, request=Request.GOTO):
     return PendingRequest(request, "pilot", place=Place(*place))
 
 
-def test_a_place_is_flown_to_within_the_limits_and_held():
-    flight = Flight("takeoff:2,hold:600,land").go(8.0).go(DT, sent_to(4.0, -3.0, 5.0, 1.0))
-    begun = len(flight.references)
-    assert (flight.said.mode.answer, flight.said.text) == (1, "asked for by pilot")
-    flight.go(10.0)
-    assert flight.core.mode == Mode.HOLD
-    last = flight.said.reference
-    assert (last.p_w, last.v_w, last.yaw) == (pytest.approx(Vec3(4.0, -3.0, 5.0)), Vec3(), pytest.approx(1.0))
-    bound = PARAMETERS.references.horizontal.speed
-    fastest = [max(abs(point.v_w.x), abs(point.v_w.y), abs(point.v_w.z)) for point in flight.references[begun:]]
-    assert 0.9 * bound < max(fastest) <= bound + 1e-9
-    assert largest_steps(flight.in_the_air())[1] < 4.0 * DT
-
-
 def test_an_operator_stops_the_way_to_a_place_by_hold():
     flight = Flight("takeoff:2,hold:600,land").go(8.0).go(2.0, sent_to(50.0, 0.0, 2.0))
     flight.go(3.0, PendingRequest(Request.HOLD, "pilot"))
@@ -426,14 +412,6 @@ def aloft():
     flight = Flight("takeoff:2,hold:60,land").go(8.0, by_autopilot=True)
     assert flight.core.mode == Mode.HOLD
     return flight
-
-
-@pytest.mark.parametrize(
-    ("name", "said", "mode"),
-    [("position_good", False, Mode.DESCEND), ("pilot", True, Mode.PILOT), ("estimator_reset", True, Mode.HOLD)],
-)
-def test_what_an_autopilot_says_of_position_and_pilot_decides_the_mode(name, said, mode):
-    assert aloft().go(DT, by_autopilot=True, **{name: said}).core.mode == mode
 
 
 def test_a_jump_of_the_estimate_takes_the_reference_along():

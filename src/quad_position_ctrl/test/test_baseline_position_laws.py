@@ -137,20 +137,6 @@ def test_pid_integral_is_bounded():
     assert memory.integral == pytest.approx(np.sign(virtual - V) * [0.7, 0.7, 0.2])
 
 
-def test_pid_rejects_a_constant_force():
-    """A point mass under a constant 1 m/s^2 ends on its reference: the I part equals the disturbance."""
-    parameters = build(pid.Parameters, {"xy.integral": 4.0})
-    memory, p, v = pid.init(parameters, VEHICLE), np.zeros(3), np.zeros(3)
-    reference = TrajectoryPoint()
-    for _ in range(3000):
-        state = VehicleState(vec(p), vec(v), Quat(), Vec3())
-        _, memory, seen = pid.step(parameters, VEHICLE, memory, PositionInputs(state, reference, Actuation()), DT)
-        v = v + DT * (np.array(seen.acceleration_command) + np.array([1.0, 0.0, 0.0]))
-        p = p + DT * v
-    assert p == pytest.approx(np.zeros(3), abs=1e-4)
-    assert memory.integral.x == pytest.approx(-1.0, abs=1e-3)
-
-
 def lee_axes(lift, yaw):
     b3 = lift / np.linalg.norm(lift)
     b2 = np.cross(b3, [math.cos(yaw), math.sin(yaw), 0.0])
