@@ -15,7 +15,7 @@ class AttitudeControllerParameters(NamedTuple):
     law: Annotated[str, Text("plug-in of group quad.attitude_law; its parameters stand under its name")] = "abfnitsm"
     preset: Annotated[str, Text("values of the law's parameters: tuned (its defaults) or one it offers")] = "tuned"
     period_steps: Annotated[int, Whole("steps", "plant steps between two wrenches", 1, 100_000)] = 1
-    input_timeout: Annotated[float, Real("s", "real time: oldest setpoint; else it flies level", 0.01, 60.0)] = 0.1
+    input_timeout: Annotated[float, Real("s", "real time: setpoint age; older: level flight", 0.01, 60.0)] = 0.1
     prediction: Prediction = Prediction()
 
 
