@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Flier, Takeover, fliers, takeovers
+from quad_flight_log.analysis.takeovers import Takeover, fliers, takeovers
 
 pytestmark = pytest.mark.unit
 
@@ -65,15 +65,11 @@ MAIN, SHADOW = "attitude_controller", "shadow_attitude_controller"
 
 def test_a_replaced_controller_may_fly_again_and_a_repetition_is_none():
     rows = [
-        (1000, SHADOW, 0),
-        (1000, SHADOW, 0),
-        (2500, "shadow_position_controller", 0),
-        (3000, MAIN, 1400),
-        (2000, SHADOW, 0),  # the highest step counts
+        (1000, SHADOW),
+        (1000, SHADOW),
+        (2500, "shadow_position_controller"),
+        (3000, MAIN),
+        (2000, SHADOW),  # the highest step counts
     ]
-    names = [("step", "u8"), ("role", "O"), ("memory_step", "u8")]
-    assert fliers(Bag({"flight/takeover": np.array(rows, names)}), MAIN) == [
-        Flier(MAIN, 0, 0),
-        Flier(SHADOW, 1000, 0),
-        Flier(MAIN, 3000, 1400),
-    ]
+    bag = Bag({"flight/takeover": np.array(rows, [("step", "u8"), ("role", "O")])})
+    assert fliers(bag, MAIN) == {0: MAIN, 1000: SHADOW, 3000: MAIN}

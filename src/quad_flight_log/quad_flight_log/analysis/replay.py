@@ -77,11 +77,12 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
     tables = {topic: by_stamp(flight.array(topic)) for topic in topics}
     period, notes = start.flight.plant_period, []
-    taken_over = fliers(flight, role)[1:]
-    if taken_over:
-        notes.append(f"{taken_over[0].node} flew from step {taken_over[0].step} on: compared up to there")
+    _, *later = fliers(flight, role).items()
+    if later:
+        taken_over, node = later[0]
+        notes.append(f"{node} flew from step {taken_over} on: compared up to there")
         for topic in (stage.gives, stage.internals_topic):
-            tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over[0].step * period]
+            tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over * period]
     module, parameters, memory = start.law.module, start.law.parameters, None
     steps, outputs, internals, incomplete = [], [], [], 0
     for step, dt, inputs, complete in _seen(start, stage, tables, str(flight.path)):

@@ -18,14 +18,6 @@ class Takeover(NamedTuple):
     end_ns: int
 
 
-class Flier(NamedTuple):
-    """A node that flew a stage from plant step ``step`` on with a memory that began at ``memory_step``."""
-
-    node: str
-    step: int
-    memory_step: int
-
-
 def takeovers(flight: Flight) -> list[Takeover]:
     """Return the takeovers of a flight in order, none where its bag has no ``flight/guard``.
 
@@ -45,13 +37,13 @@ def takeovers(flight: Flight) -> list[Takeover]:
     ]
 
 
-def fliers(flight: Flight, role: str) -> list[Flier]:
-    """Return which nodes flew the stage of ``role`` in order: the controller, then each that took over."""
-    found = [Flier(role, 0, 0)]
-    for row in _of_its_run(flight, "flight/takeover", ("role", "step", "memory_step")):
-        node, step = str(row["role"]), int(row["step"])
-        if node.removeprefix(SHADOW) == role and node != found[-1].node and step > found[-1].step:
-            found.append(Flier(node, step, int(row["memory_step"])))
+def fliers(flight: Flight, role: str) -> dict[int, str]:
+    """Return {plant step: node that flew the stage of ``role`` from it on}: the controller, then who took over."""
+    found = {0: role}
+    for row in _of_its_run(flight, "flight/takeover", ("role", "step")):
+        node, step, last = str(row["role"]), int(row["step"]), max(found)
+        if node.removeprefix(SHADOW) == role and node != found[last] and step > last:
+            found[step] = node
     return found
 
 

@@ -24,16 +24,12 @@ def git_commit(directory: Path | None = None) -> str:
 
 
 def flight_metadata(facts: Mapping[str, object], versions: Mapping[str, str]) -> dict[str, str]:
-    """Return the ``quad`` record: ``facts`` (run id, seed, ...), wall time of the start, command, commit, versions."""
+    """Return what is known of ``facts`` (run id, seed, ...), wall time of the start, command, commit, versions."""
     started = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
-    found = {**{key: str(value) for key, value in facts.items()}, "started": started}
-    if os.environ.get(COMMAND):
-        found["command"] = os.environ[COMMAND]
+    found = {key: str(value) for key, value in facts.items()}
+    found.update(started=started, command=os.environ.get(COMMAND, ""), git_commit=git_commit())
     for item in filter(None, os.environ.get(LIMITS, "").split(",")):
         name, _, value = item.partition("=")
         found[LIMIT + name] = value
-    commit = git_commit()
-    if commit:
-        found["git_commit"] = commit
     found.update({f"version.{name}": value for name, value in versions.items()})
-    return found
+    return {key: value for key, value in found.items() if value}
