@@ -13,7 +13,13 @@ from quad_flight.many import run_many
 from quad_flight.variation import Variation
 
 ENDED = "ended"
-FIGURES = ("rmse", "largest_error", "last_error", "torque_variation")
+FIGURES = {
+    "rmse": "position_rmse",
+    "largest_error": "position_max",
+    "last_error": "position_final",
+    "torque_variation": "torque_total_variation",
+}
+"""{figure of a campaign: what a flight's table calls it}"""
 
 
 class Batch(NamedTuple):

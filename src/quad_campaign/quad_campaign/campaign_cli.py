@@ -10,7 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NoReturn
 
-from quad_campaign.batch import flight_of, prepared, run, shipped
+from quad_campaign.batch import FIGURES, flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import text, write_report
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts
@@ -83,15 +83,6 @@ def _positive(word: str) -> int:
     return number
 
 
-METRICS = {
-    "rmse": "position_rmse",
-    "largest_error": "position_max",
-    "last_error": "position_final",
-    "torque_variation": "torque_total_variation",
-}
-"""What a flight's table calls the figures of a campaign."""
-
-
 def _refly(definition: Definition, options: argparse.Namespace) -> int:
     from quad_bringup.fly import main as fly
 
@@ -99,7 +90,7 @@ def _refly(definition: Definition, options: argparse.Namespace) -> int:
     words = command(definition, values) + (["--out", str(options.out)] if options.out else [])
     # what a success is, is said by the campaign, not by the case
     for figure, limit in definition.success.items():
-        words += ["--limits", f"{METRICS[figure]}={limit:g}"]
+        words += ["--limits", f"{FIGURES[figure]}={limit:g}"]
     sys.stdout.write(shlex.join(["scripts/fly", *words]) + "\n")
     sys.stdout.flush()
     return fly(words)

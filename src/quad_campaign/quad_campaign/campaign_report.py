@@ -11,6 +11,7 @@ from quad_campaign.batch import FIGURES
 from quad_campaign.definition import Definition, command
 from quad_core.parameters import Value
 from quad_flight.variation import SEED, Variation
+from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
 
@@ -74,8 +75,7 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
         [str(q), *(f"{value:.4g}" for value in row)]
         for q, row in zip(QUANTILES, quantiles(frame).to_numpy(), strict=True)
     ]
-    units = ["m", "m", "m", "N m"]
-    head = ["share of the flights", *(f"{name} [{unit}]" for name, unit in zip(FIGURES, units, strict=True))]
+    head = ["share of the flights", *(f"{name} [{METRICS[metric].unit}]" for name, metric in FIGURES.items())]
     cases = [
         [str(row["flight"]), row["outcome"], f"{row['rmse']:.4g}", _refly(definition, row)]
         for row in worst(frame).to_dict("records")
