@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from quad_campaign.batch import FIGURES, flight_of, prepared, run, shipped
-from quad_campaign.campaign_report import text, write_report
+from quad_campaign.campaign_report import page, text
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.report.page import write_page
 
 GOOD, FAILED, BAD_SETUP, INTERRUPTED = 0, 1, 2, 130
 _EXAMPLES = """examples:
@@ -118,7 +119,7 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     took = time.monotonic() - began
     facts = {"command": said, "flights": len(frame), "steps": int(frame["steps"].sum()), "wall time, s": f"{took:.1f}"}
     whole = {**facts, **about["identity"], "file text": about["definition"]}
-    write_report(out / "report.html", definition, batch.variation, frame, whole)
+    write_page(page(definition, batch.variation, frame, whole), out / "report.html")
     sys.stdout.write(f"{definition.name}: {text(definition, frame)}\n")
     sys.stdout.write(f"{len(frame)} flights, {facts['steps']} steps in {took:.1f} s; {out / 'report.html'}\n")
     return GOOD

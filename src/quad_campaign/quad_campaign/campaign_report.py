@@ -1,7 +1,6 @@
 """What came of a campaign: success rate with exact bounds, quantiles, worst cases, and a page with pictures."""
 
 import shlex
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from quad_core.parameters import Value
 from quad_flight.variation import SEED, Variation
 from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.report.figures import Figure, Line, Panel
-from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
+from quad_flight_log.report.page import Page, folded, heading, table, verbatim
 
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -59,13 +58,6 @@ def text(definition: Definition, frame: pd.DataFrame) -> str:
     limits = ", ".join(f"{name} at most {limit:g} m" for name, limit in definition.success.items())
     asked = f" (a success ended, {limits})" if limits else ""
     return f"{good} of {flights} flights succeeded: {100 * share:.2f} %, {bounds}{asked}"
-
-
-def write_report(
-    path: Path, definition: Definition, variation: Variation, frame: pd.DataFrame, about: dict[str, Any]
-) -> None:
-    """Write the page; raises FlightLogError if plotly is not installed or the file cannot be written."""
-    write_page(page(definition, variation, frame, about), path)
 
 
 def page(definition: Definition, variation: Variation, frame: pd.DataFrame, about: dict[str, Any]) -> Page:

@@ -9,7 +9,7 @@ trapezoidal rule, integrals of commands hold each command until the next.
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,9 +96,10 @@ def settling_time(times: Floats, errors: Floats, band: float = SETTLING_BAND) ->
     return float(times[above[-1] + 1] - times[0])
 
 
-def hold_times(stamp_ns: Stamps, end_ns: int) -> Floats:
-    """Return for how long (s) each command acts: until the next one, the last until ``end_ns``."""
-    return np.diff(np.append(stamp_ns, end_ns)) * 1e-9
+def hold_times(stamp_ns: Stamps) -> Floats:
+    """Return for how long (s) each command acts: until the next one, the last for the median of the others."""
+    spacing = np.diff(stamp_ns)
+    return np.append(spacing, np.median(spacing)) * 1e-9
 
 
 def effort(hold: Floats, commands: Floats) -> float:
@@ -207,14 +208,9 @@ def _command(wrench: NDArray[np.void]) -> dict[str, float | None]:
     if len(wrench) < 2:
         return {}
     thrust, torque = thrust_and_torque(wrench)
-    stamps = wrench["stamp_ns"]
-    spacing = np.diff(stamps)
-    period_ns = int(np.median(spacing))
-    hold = hold_times(stamps, int(stamps[-1]) + period_ns)
-    if (spacing == period_ns).all():
-        high, whole = band_energy(torque, period_ns * 1e-9)
-    else:
-        high, whole = None, None
+    hold, spacing = hold_times(wrench["stamp_ns"]), np.diff(wrench["stamp_ns"])
+    even = (spacing == spacing[0]).all()
+    high, whole = band_energy(torque, int(spacing[0]) * 1e-9) if even else (None, None)
     return {
         "thrust_effort": effort(hold, thrust),
         "torque_effort": effort(hold, torque),
@@ -226,8 +222,7 @@ def _command(wrench: NDArray[np.void]) -> dict[str, float | None]:
 
 def thrust_and_torque(wrench: NDArray[np.void]) -> tuple[Floats, Floats]:
     """Return thrust (n,) in N and torque (n, 3) in N m of geometry_msgs/WrenchStamped rows, or of flat ones."""
-    names: Any = wrench.dtype.names
-    if "wrench" not in names:
+    if "wrench" not in (wrench.dtype.names or ()):
         return wrench["thrust"], wrench["torque_b"]
     torque = wrench["wrench"]["torque"]
     return wrench["wrench"]["force"]["z"], np.stack([torque[axis] for axis in "xyz"], axis=1)
@@ -236,8 +231,7 @@ def thrust_and_torque(wrench: NDArray[np.void]) -> tuple[Floats, Floats]:
 def _saturation(actuation: NDArray[np.void]) -> dict[str, float | None]:
     if len(actuation) < 2:
         return {}
-    stamps = actuation["stamp_ns"]
-    hold = hold_times(stamps, int(stamps[-1]) + int(np.median(np.diff(stamps))))
+    hold = hold_times(actuation["stamp_ns"])
     flags = ("thrust_high", "thrust_low", "roll_limited", "pitch_limited", "yaw_limited")
     limited = np.logical_or.reduce([actuation[flag] for flag in flags])
     return {"saturation_time": float(np.sum(hold[limited]))}

@@ -60,7 +60,14 @@ class Replay(NamedTuple):
 
     def differences(self) -> list[Difference]:
         """Return one entry per number, in the order of the messages."""
-        return [_difference(name, self.steps, self.recorded[name], self.replayed[name]) for name in self.recorded]
+        found = []
+        for name, recorded in self.recorded.items():
+            replayed = self.replayed[name]
+            where = np.flatnonzero(recorded.view(np.int64) != replayed.view(np.int64))
+            first = int(self.steps[where[0]]) if len(where) else -1
+            gap = np.abs(replayed[where] - recorded[where]).max(initial=0.0)
+            found.append(Difference(name, len(where), first, float(gap)))
+        return found
 
 
 def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
@@ -178,17 +185,3 @@ def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] =
 def _columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
     """Return {leaf name: values, shape (n,)} of NamedTuples."""
     return dict(zip((leaf.name for leaf in leaves(kind)), to_rows(kind, items).T, strict=True))
-
-
-def _difference(
-    name: str, steps: NDArray[np.int64], recorded: NDArray[np.float64], replayed: NDArray[np.float64]
-) -> Difference:
-    differs = recorded.view(np.int64) != replayed.view(np.int64)
-    where = np.flatnonzero(differs)
-    gap = np.abs(np.where(differs, replayed - recorded, 0.0))
-    return Difference(
-        name,
-        len(where),
-        int(steps[where[0]]) if len(where) else -1,
-        float(gap.max(initial=0.0)),
-    )

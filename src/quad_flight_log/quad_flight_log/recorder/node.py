@@ -49,7 +49,7 @@ class Recorder(FlightNode):
         super().__init__(RECORDER)
         self.settings = self.resolved.node
         self.bag = self._create_bag()
-        self._stamps, self._counter = FlightClock(time.monotonic()), StepCounter({})
+        self._clock, self._counter = FlightClock(time.monotonic()), StepCounter({})
         self._periods: dict[str, int] = {}
         self._number: int | None = None  # of the message of a step that is being taken in, in real time
         self._ready = False
@@ -66,10 +66,6 @@ class Recorder(FlightNode):
         handle = self._declare("diagnostics", DiagnosticArray, latched=False)
         keep = self._checked("diagnostics", DiagnosticArray, handle, partial(self._write, handle))
         self.ros.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
-
-    @property
-    def _flight_ns(self) -> int:
-        return self._stamps.newest
 
     def _create_bag(self) -> BagWriter:
         name = self.flight.run_id or datetime.now(timezone.utc).strftime("%Y%m%d-%H%M%S")
@@ -117,17 +113,17 @@ class Recorder(FlightNode):
                 problem = "a message of another run"
             if problem:
                 self.bag.refuse(handle)
-                self.event(FlightEvent.WARNING, "not_recorded", f"{name}: {problem}", self._flight_ns)
+                self.event(FlightEvent.WARNING, "not_recorded", f"{name}: {problem}", self._clock.newest)
             else:
                 keep(payload)
 
         return on_message
 
     def _write(self, handle: int, payload: bytes) -> None:
-        self.bag.write(handle, payload, self._stamps.newest, time.time_ns())
+        self.bag.write(handle, payload, self._clock.newest, time.time_ns())
 
     def _stepped(self, name: str, handle: int) -> Keep:
-        write, steady, wall, clock = self.bag.write, time.monotonic, time.time_ns, self._stamps
+        write, steady, wall, clock = self.bag.write, time.monotonic, time.time_ns, self._clock
         followed = name in FOLLOWED
 
         def keep(payload: bytes) -> None:
@@ -136,7 +132,7 @@ class Recorder(FlightNode):
             if not clock.accepts(stamp, self._arrived):
                 self.bag.refuse(handle)
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
-                self.event(FlightEvent.WARNING, "far_ahead", text, self._flight_ns)
+                self.event(FlightEvent.WARNING, "far_ahead", text, self._clock.newest)
                 return
             self._counter.add(name, stamp, self._arrived, self._number)
             write(handle, payload, clock.newest, wall())
@@ -204,12 +200,12 @@ class Recorder(FlightNode):
     def on_tick(self) -> None:
         """Watch the disk and the end of the flight."""
         if self.bag.error and not self.counters["recording_stopped"]:
-            self.event(FlightEvent.ERROR, "recording_stopped", self.bag.error, self._flight_ns)
+            self.event(FlightEvent.ERROR, "recording_stopped", self.bag.error, self._clock.newest)
         self._acknowledge()
         now = time.monotonic()
         silent = now - self._arrived > _SILENCE
         if not self.lockstep:
-            self.current_step = self._flight_ns // self.flight.plant_period
+            self.current_step = self._clock.newest // self.flight.plant_period
             if self.asked_to_end and self._last is None and silent:
                 self.finish(1, f"stopped by {self.asked_to_end}, and no node flies any more")
         if self._last is None or self.done.done():
@@ -235,7 +231,7 @@ class Recorder(FlightNode):
         fault = bool(missing) and self.lockstep  # in real time a flight does not wait for its recorder
         if listed:
             severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
-            self.event(severity, "incomplete", listed, self._flight_ns)
+            self.event(severity, "incomplete", listed, self._clock.newest)
         self._close_bag(ended, last.reason, missing)
         problem = self.bag.error or (listed if fault else "")
         if self.bag.error or (ended and problem):
