@@ -36,20 +36,15 @@ def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
     """
     if not flight.has(TOPIC):
         raise TopicError(f"{flight.path}: no topic {TOPIC!r}: with which parameters the nodes flew is unknown")
-    try:
-        return _published(flight)
-    except ParameterError as error:
-        raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
-
-
-def _published(flight: Flight) -> dict[str, NodeRecord]:
     found: dict[str, NodeRecord] = {}
-    table = text_table(flight, TOPIC)
-    for row in table:
+    for row in text_table(flight, TOPIC):
         role = str(row["role"])
         if role not in ROLES:
             continue
-        content = read_parameter_text(str(row["parameters"]), f"{flight.path}: {TOPIC}")
+        try:
+            content = read_parameter_text(str(row["parameters"]), f"{flight.path}: {TOPIC}")
+        except ParameterError as error:
+            raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
         values = {name: value for body in content.values() for name, value in body.items()}
         before, step, names = found.get(role), int(row["step"]), [str(name) for name in row["internals_names"]]
         if before is None or (row["log_ns"] <= 0 and not before.changes):

@@ -72,6 +72,7 @@ class BagFile:
         self.notes: list[tuple[str, dict[str, str]]] = []
         self._schemas: dict[int, Any] = {}
         self._count = self._unpacked = self._file_size = 0
+        self._own = False  # written by our recorder, whose files have every checksum
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages in the order of the file, once; raises FlightLogError, CorruptError for damage."""
@@ -105,10 +106,6 @@ class BagFile:
                 text = f"a record cannot be read ({type(error).__name__}: {one_line(error)})"
                 problem = str(error) if isinstance(error, _DamageError) else text
                 raise CorruptError(f"{self.path}: {problem} (at byte {stream.at})") from error
-
-    @property
-    def _own(self) -> bool:
-        return self.written_by.startswith(LIBRARY)
 
     def _read(self, stream: "_Stream") -> Iterator[Message]:
         end, statistics = None, None
@@ -155,7 +152,7 @@ class BagFile:
             case records.Message():
                 yield self._message(record)
             case records.Header(profile=profile, library=writer):
-                self.written_by = writer
+                self.written_by, self._own = writer, writer.startswith(LIBRARY)
                 if profile not in (Profile.ROS2, ""):
                     raise FlightLogError(f"{self.path}: its profile is {profile!r}, expected ros2")
             case records.Schema():
