@@ -218,7 +218,7 @@ def _scene(panel: Panel) -> dict[str, Any]:
     spans = _bounds(panel)
     widths = spans[:, 1] - spans[:, 0]
     ratio = widths / np.cbrt(widths.prod())
-    away = 1.1 * max(1.5, float(ratio.max()))
+    away = 1.1 * max(1.8, float(ratio.max()))
     axes = {
         f"{axis}axis": {"title": {"text": f"{axis} [m]"}, "range": span, "tickvals": _ticks(*span), **_SPACE_GRID}
         for axis, span in zip("xyz", spans.tolist(), strict=True)

@@ -33,7 +33,7 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
     body += [*figures[:1], *_tables(runs, judged.limits if judged else {}), *figures[1:]]
     body += [heading("Inside the flight"), *with_bands(inside_figures(runs), runs), *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
-    page = Page(f"Flight {', '.join(names)}", command, facts, body)
+    page = Page(f"Flight{'s' * (len(names) > 1)} {', '.join(names)}", command, facts, body)
     return page._replace(verdict=(judged.good, judged.text), numbers=_numbers(runs[0].metrics)) if judged else page
 
 
