@@ -26,7 +26,7 @@ def left_behind(tmp_path):
     return [path.name for path in (tmp_path / "tmp").iterdir() if path.name != f"quad-{os.geteuid()}"]
 
 
-@pytest.mark.parametrize("delay", [0.4, 1.0, 3.0])
+@pytest.mark.parametrize("delay", [0.4, pytest.param(1.0, marks=pytest.mark.long), 3.0])
 def test_ctrl_c_in_the_first_seconds(tmp_path, delay):
     flight = begin(tmp_path, "--duration", "60")
     time.sleep(delay)

@@ -40,7 +40,8 @@ def ended(words, out, victim, name):
     ("words", "victim", "name", "said", "reason"),
     [
         pytest.param(
-            ("hover", *LOW), ATTITUDE, "SIGKILL", f"{ATTITUDE} was killed by SIGKILL", NO_WRENCH, id="lockstep"
+            ("hover", *LOW), ATTITUDE, "SIGKILL", f"{ATTITUDE} was killed by SIGKILL", NO_WRENCH,
+            id="lockstep", marks=pytest.mark.long,  # so does test_restarted_node
         ),
         # the guard's own 50 ms are measured: only a machine without other work can show them
         pytest.param(

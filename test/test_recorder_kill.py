@@ -57,7 +57,7 @@ def test_what_is_older_than_300_ms_survives_kill_9(number, tmp_path):
 @pytest.mark.flight
 def test_a_flight_goes_on_when_the_disk_is_full(tmp_path):
     directory = tmp_path / "bag"
-    process = flying.start("hover", "--duration", "2", "--out", directory)
+    process = flying.start("hover", "--duration", "1", "--out", directory)
     pids = flying.wait_until_flying(process, directory, 60_000)
     limit = flying.bag_file(directory).stat().st_size + 100_000
     resource.prlimit(pids["recorder"], resource.RLIMIT_FSIZE, (limit, limit))

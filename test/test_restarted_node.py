@@ -95,7 +95,7 @@ def test_a_controller_that_was_started_again_takes_over_from_its_standby(tmp_pat
 @pytest.mark.parametrize(
     ("role", "gives", "words"),
     [
-        (ATTITUDE, "wrench_setpoint", ["hover", "--duration", "60"]),
+        (ATTITUDE, "wrench_setpoint", ["hover", *flying.LOW, "--duration", "60"]),
         # begun anew it would be DISARMED, and the motors off
         ("commander", "flight/mode", ["--mission", "takeoff,hold:60,land"]),
     ],
@@ -118,3 +118,6 @@ def test_a_node_that_was_started_again_stays_silent(tmp_path, role, gives, words
     lost = int(bag.metadata["reason"].partition("answer step ")[2].partition(":")[0])
     assert int(bag.array(gives)["stamp_ns"].max()) < lost * 2_000_000
     assert "motors stopped" not in done.stderr
+    assert f"{role} was killed by SIGKILL" in done.stderr
+    assert "guard in descend" in bag.metadata["reason"]
+    flying.assert_landed(bag)
