@@ -30,10 +30,10 @@ from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links, topics
-from quad_node.codec import head_of, packer
+from quad_node.codec import Stamped, head_of, packer
 from quad_node.conversion import set_stamp
 from quad_node.main import run
-from quad_node.responder import Arrival, InputTopic, Responder, Sample
+from quad_node.responder import InputTopic, Responder, Sample
 
 SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
 _CHECKS_EVERY = 0.3  # s
@@ -103,7 +103,7 @@ class Commander(Responder):
             self.event(FlightEvent.WARNING, "mission_lost", text)
             self.answer_ready()
 
-    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
         self._slept(time.monotonic())
         if arrivals[0] is not None and self.lockstep:
@@ -111,7 +111,7 @@ class Commander(Responder):
         self._last, self._stepped_at = sample, time.monotonic()
         yield from self._messages(sample, self._step(sample, arrivals, 0.0))
 
-    def _step(self, sample: Sample, arrivals: list[Arrival | None], state_age: float) -> Outputs:
+    def _step(self, sample: Sample, arrivals: list[Stamped | None], state_age: float) -> Outputs:
         if self._core is None:
             self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
         mission = self._mission_in.newest
@@ -234,7 +234,7 @@ class Commander(Responder):
         """Return how many publish ``topic``, a controller in standby not counted."""
         return links.senders(self.ros, topic, self.standby_topics)
 
-    def _guard_said(self, arrival: Arrival | None) -> GuardStatus:
+    def _guard_said(self, arrival: Stamped | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
         newest = arrival or self._guard_in.newest
         said: GuardStatus = newest.value if newest else GuardStatus()

@@ -54,37 +54,29 @@ class Sample(NamedTuple):
     dt: float
 
 
-class Arrival(NamedTuple):
-    """A value of an input topic: the steps [``step``, ``next_step``) that it holds for, when it came (steady s)."""
-
-    step: int
-    next_step: int
-    value: Any
-    arrived: float
-
-
 class InputTopic:
     """What has arrived of one topic that a step needs in addition to the state: one value for each step.
 
-    ``newest``: the value that came last, None before the first.
+    ``newest``: the value that came last, None before the first, and ``heard``: when it came, in s of the steady clock.
     """
 
     def __init__(self, topic: str, lag: int) -> None:
         """``lag`` 0: the value whose [step, next_step) holds the step; 1: of the step before."""
         self.topic, self.lag = topic, lag
         self.one_step = "next_step" not in topics.TOPICS[topic].type.get_fields_and_field_types()
-        self._arrivals: dict[int, Arrival] = {}
-        self.newest: Arrival | None = None
+        self._arrivals: dict[int, Stamped] = {}
+        self.newest: Stamped | None = None
+        self.heard = 0.0
 
-    def put(self, arrival: Arrival, replaces: bool = True) -> None:
+    def put(self, arrival: Stamped, replaces: bool = True) -> None:
         """Keep a value; of two for the same step the last, or the first unless it ``replaces``."""
         if replaces or arrival.step not in self._arrivals:
             self._arrivals[arrival.step] = arrival
-        self.newest = self._arrivals[arrival.step]
+        self.newest, self.heard = self._arrivals[arrival.step], time.monotonic()
         if len(self._arrivals) > _MOST_KEPT:
             del self._arrivals[next(iter(self._arrivals))]
 
-    def at(self, step: int) -> Arrival | None:
+    def at(self, step: int) -> Stamped | None:
         """Return the value that belongs to ``step``, None if it has not come."""
         due = step - self.lag
         begun = [first for first, arrival in self._arrivals.items() if first <= due < arrival.next_step]
@@ -96,7 +88,7 @@ class InputTopic:
             if arrival.next_step <= step - self.lag:
                 del self._arrivals[first]
 
-    def now(self, period: int, is_due: bool) -> Arrival | None:
+    def now(self, period: int, is_due: bool) -> Stamped | None:
         """Return the newest value if a step in real time need not wait for its own.
 
         ``period``: plant steps between two answers of the node. A slower input does not delay it, nor one of a step
@@ -116,7 +108,7 @@ class Responder(FlightNode):
 
     def __init__(self, role: str) -> None:
         """Subscribe to ``state``; raises as FlightNode."""
-        self._pending: deque[tuple[int, int, VehicleState]] = deque()
+        self._pending: deque[Stamped] = deque()
         self._due = 0
         self._ready = math.inf
         self._began: float | None = None
@@ -132,7 +124,7 @@ class Responder(FlightNode):
     @property
     def next_step(self) -> int:
         """First plant step that is not answered yet."""
-        return self._pending[0][0] if self._pending else self._due
+        return self._pending[0].step if self._pending else self._due
 
     @property
     def waits(self) -> bool:
@@ -166,15 +158,14 @@ class Responder(FlightNode):
                 text = f"step {stamped.step}, more than {LARGEST_GAP:g} s after the last state"
                 self.reject(topic, text, stamped.stamp_ns, "rejected_future")
             else:
-                arrival = Arrival(stamped.step, stamped.next_step, stamped.value, time.monotonic())
-                taken.put(arrival, replaces=not self.lockstep)
+                taken.put(stamped, replaces=not self.lockstep)
                 self.answer_ready()
 
         self.subscribe(topic, keep, raw=True)
         self.inputs.append(taken)
         return taken
 
-    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Compute the messages of one step, what others wait for first; ``arrivals``: inputs in the order taken."""
         raise NotImplementedError
 
@@ -206,7 +197,7 @@ class Responder(FlightNode):
     def answer_ready(self, is_due: bool = False) -> None:
         """Answer the states whose inputs are there; ``is_due``: in real time their deadline has passed."""
         while self._pending:
-            step, stamp, state = self._pending[0]
+            step, _, stamp, state, _ = self._pending[0]
             arrivals = self._arrivals_of(step, is_due)
             if arrivals is None and not self.leaves_out(step):
                 return
@@ -220,7 +211,7 @@ class Responder(FlightNode):
             for publisher, message in self.answer(sample, arrivals):
                 publisher.publish(message)
 
-    def _arrivals_of(self, step: int, is_due: bool) -> list[Arrival | None] | None:
+    def _arrivals_of(self, step: int, is_due: bool) -> list[Stamped | None] | None:
         """Return the inputs of ``step`` in the order taken, None while it waits for one."""
         arrivals = []
         for taken in self.inputs:
@@ -288,7 +279,7 @@ class Responder(FlightNode):
             self._on_deadline()
             if not self.lockstep:
                 self._pending.clear()
-            self._pending.append((step, stamped.stamp_ns, stamped.value))
+            self._pending.append(stamped)
             self.answer_ready()
 
     def _is_next(self, stamped: Stamped, now: float) -> bool:
@@ -351,7 +342,7 @@ class LawNode(Responder):
         """Whether the vehicle follows this controller: a shadow's answers are recorded, a standby's are flown later."""
         return self.standby.flies if self.standby is not None else not self.shadow
 
-    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the output and the internals of one step."""
         law, (values, replaced) = self.law, self._values_of(sample, arrivals)
         if values is None:
@@ -393,15 +384,15 @@ class LawNode(Responder):
         self.law = resolved.law
         super()._on_parameters(resolved, changes)
 
-    def _values_of(self, sample: Sample, arrivals: list[Arrival | None]) -> tuple[list[Any] | None, int]:
+    def _values_of(self, sample: Sample, arrivals: list[Stamped | None]) -> tuple[list[Any] | None, int]:
         """Return the law's inputs other than the state, None if one is too old and has no replacement.
 
         The second result has bit k set if a safe value replaces input k.
         """
         values, replaced = [], 0
-        for place, (taken, arrival) in enumerate(zip(self.stage.takes, arrivals, strict=True)):
+        for place, (taken, arrival) in enumerate(zip(self.inputs, arrivals, strict=True)):
             value = arrival.value if arrival else SIGNALS[taken.topic].kind()
-            age = time.monotonic() - arrival.arrived if arrival else 0.0
+            age = time.monotonic() - taken.heard if arrival else 0.0
             if not self.lockstep and not taken.lag and age > self.resolved.node.input_timeout:
                 text = f"{taken.topic}: {age * 1e3:.0f} ms old; safe output"
                 self.event(FlightEvent.WARNING, "stale_input", text)

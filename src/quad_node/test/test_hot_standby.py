@@ -11,7 +11,8 @@ from rclpy.serialization import serialize_message
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import AttitudeThrust, Takeover
-from quad_node.responder import Arrival, LawNode, Sample
+from quad_node.codec import Stamped
+from quad_node.responder import LawNode, Sample
 
 SHADOW, MAIN = "shadow_position_controller", "position_controller"
 ROLES = f"simulator,trajectory,position_controller,attitude_controller,recorder,{SHADOW}"
@@ -160,9 +161,9 @@ def test_only_who_stands_by_leaves_out_a_step_whose_input_is_past(make, shadow):
     node = make(shadow=shadow)
     taken = node.inputs[0]
     assert not node.leaves_out(100)
-    taken.put(Arrival(95, 100, None, 0.0))
+    taken.put(Stamped(95, 100, 0, None, True))
     assert not node.leaves_out(100)  # it may be on its way
-    taken.put(Arrival(105, 110, None, 0.0))
+    taken.put(Stamped(105, 110, 0, None, True))
     assert node.leaves_out(100) == shadow
 
 

@@ -10,7 +10,8 @@ from rclpy.serialization import deserialize_message
 
 from quad_core.types import Actuation, AttitudeThrust, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import PositionInternals
-from quad_node.responder import Arrival, LawNode, Sample
+from quad_node.codec import Stamped
+from quad_node.responder import LawNode, Sample
 from quad_position_ctrl import aibs
 
 SAMPLE = Sample(7, 14_000_000, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
@@ -50,7 +51,7 @@ def test_the_law_gets_parameters_memory_inputs_and_time_and_its_answer_is_sent(n
 
 def test_inputs_stand_in_the_order_of_the_table(node, seen):
     reference, actuation = TrajectoryPoint(yaw=0.5), Actuation(thrust=3.0)
-    arrivals = [Arrival(5, 10, reference, math.inf), Arrival(6, 7, actuation, math.inf)]
+    arrivals = [Stamped(5, 10, 0, reference, True), Stamped(6, 7, 0, actuation, True)]
     _, (_, payload) = node.answer(SAMPLE, arrivals)
     assert seen[0][2] == PositionInputs(SAMPLE.state, reference, actuation)
     message = deserialize_message(payload, PositionInternals)
@@ -61,7 +62,7 @@ def test_inputs_stand_in_the_order_of_the_table(node, seen):
 def test_an_input_that_is_too_old_in_real_time_is_replaced_and_the_answer_says_so(node, seen):
     node.lockstep = False
     moving = TrajectoryPoint(p_w=Vec3(1.0, 2.0, 3.0), v_w=Vec3(4.0, 0.0, 0.0), yaw=0.5)
-    _, (_, payload) = node.answer(SAMPLE, [Arrival(5, 10, moving, -math.inf), None])
+    _, (_, payload) = node.answer(SAMPLE, [Stamped(5, 10, 0, moving, True), None])
     flown = seen[0][2].reference
     assert (flown.p_w, flown.v_w, flown.yaw) == (moving.p_w, Vec3(), 0.5)
     message = deserialize_message(payload, PositionInternals)

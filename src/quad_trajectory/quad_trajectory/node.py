@@ -25,10 +25,10 @@ from quad_core.parameters import Choice, fields
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
-from quad_node.codec import packer
+from quad_node.codec import Stamped, packer
 from quad_node.conversion import set_stamp
 from quad_node.main import run
-from quad_node.responder import Arrival, Responder, Sample
+from quad_node.responder import Responder, Sample
 
 _SAMPLES = 400  # instants at which a plan is looked at before the flight
 
@@ -51,7 +51,7 @@ class Trajectory(Responder):
         self._reference_out = self.publisher("mission/reference" if self._commanded else "reference")
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
 
-    def answer(self, sample: Sample, arrivals: list[Arrival | None]) -> Iterator[tuple[Publisher, Any]]:
+    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the reference of one step, and whenever it begins the plan."""
         reference, flies = None, True
         if self._commanded:
