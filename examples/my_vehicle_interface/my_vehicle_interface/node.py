@@ -57,7 +57,7 @@ class MyBridge(VehicleNode):
         received = WrenchCommand()
         if self.command is not None and not self.gives_up:
             answered = self.command.step
-            received = WrenchCommand(self.command.wrench, answered, answered > self._used)
+            received = WrenchCommand(self.command.value, answered, answered > self._used)
             self._used = answered
         wrench = self.guarded(received, sample)
         self._craft.advance(wrench, seconds(1, period))

@@ -117,7 +117,7 @@ class Simulator(VehicleNode):
             return
         now = time.monotonic()
         if self.command is not None and not self.gives_up:
-            quiet = now - self.command.arrived
+            quiet = now - self.command_at
             if quiet > _UNGUARDED_PATIENCE and not self.guard.parameters.enabled:
                 self.end(FlightState.FAILED, f"{COMMAND}: nothing from {COMMANDING} for {quiet:.2f} s")
                 return
@@ -152,7 +152,7 @@ class Simulator(VehicleNode):
         """Return the newest command that came through the link; none new once the flight was given up."""
         if self.command is None or self.gives_up:
             return WrenchCommand()
-        return self.model.receive(self.current_step, self.command.wrench, self.command.step)
+        return self.model.receive(self.current_step, self.command.value, self.command.step)
 
     def _ending(self, truth: VehicleState) -> tuple[int, str] | None:
         """Return phase and reason if the flight ends with the step that led to ``truth``."""

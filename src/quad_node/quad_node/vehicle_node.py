@@ -6,7 +6,6 @@ it, and calls ``end`` or ``give_up``; it publishes ``state`` and ``actuation`` i
 
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
 from rclpy.publisher import Publisher
 
@@ -44,14 +43,6 @@ _STOOD_STILL = 0.03  # s late from which on this process, or its host, is to bla
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _RESTING = GuardStatus()
 _STATUS_PERIOD = 100_000_000  # ns between two messages on flight/guard while nothing changes
-
-
-class Command(NamedTuple):
-    """The newest wrench: of which plant step it is, and when it arrived (steady s)."""
-
-    step: int
-    wrench: Wrench
-    arrived: float
 
 
 class VehicleGuard:
@@ -161,6 +152,7 @@ class VehicleGuard:
 class VehicleNode(FlightNode):
     """Leads a flight: starts it when all nodes are ready, and ends it for all of them.
 
+    ``command``: the newest wrench that may be flown; it came at ``command_at``, in s of the steady clock.
     ``guard_request`` is what the guard is asked for (``quad_guard.guard``) at every step until it is changed. While
     ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
     ``unrecorded``: the recorder was given up.
@@ -173,8 +165,8 @@ class VehicleNode(FlightNode):
         self.handshake = Handshake(self.flight, interface_hash(), [name for name in self.roles if name != self.role])
         self.phase = FlightState.WAITING
         self.end_step, self.recorded_step = 0, -1
-        self.command: Command | None = None
-        self.asked_at = self.begun_at = 0.0
+        self.command: Stamped | None = None
+        self.command_at = self.asked_at = self.begun_at = 0.0
         self.missed_commands = 0
         self.armed, self.guard_request = True, NO_REQUEST
         limits = self.resolved.node.guard._replace(has_commander=self.commanded)
@@ -420,9 +412,9 @@ class VehicleNode(FlightNode):
             self.guard.last_refusal = f"{COMMAND}: a number that is not finite"
             self.reject(COMMAND, "a number that is not finite", found.stamp_ns)
         elif self._is_welcome(found):
-            self.command = Command(found.step, found.value, time.monotonic())
+            self.command, self.command_at = found, time.monotonic()
             if found.step == self.current_step:
-                self._latencies.append(self.command.arrived - self.asked_at)
+                self._latencies.append(self.command_at - self.asked_at)
             self.progress()
 
     def _is_welcome(self, found: Stamped) -> bool:

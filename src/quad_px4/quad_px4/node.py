@@ -21,8 +21,8 @@ from quad_core.types import AttitudeThrust, Vec3, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.guard import ASK_DESCEND, REQUESTED
 from quad_msgs.msg import FlightEvent
+from quad_node.codec import Stamped
 from quad_node.main import run
-from quad_node.vehicle_node import Command
 from quad_px4 import mapping, messages
 from quad_px4.autopilot import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.external_mode import ExternalMode
@@ -50,7 +50,7 @@ class Px4Interface(AutopilotInterface):
         self._flags, self._landed, self._battery = Flags(), False, math.nan
         self._guarded_step, self._flown = -1, Wrench()
         self._external = self._registered()
-        self.passed_on: Command | None = None
+        self.passed_on: Stamped | None = None
         self._is_command_new = self._is_state_new = False
         self._listen()
         if not self.by_attitude and self._external is None:
@@ -147,7 +147,7 @@ class Px4Interface(AutopilotInterface):
             node.on_command()
             if node.may_fly():
                 self._step_guard()
-                wrench = self._flown if node.guard.taken_over else command.wrench
+                wrench = self._flown if node.guard.taken_over else command.value
                 sampled = node.origin + command.step * node.flight.plant_period // 1000
                 self._send_wrench(wrench, node.stamps()._replace(sampled=sampled))
 
@@ -164,8 +164,8 @@ class Px4Interface(AutopilotInterface):
         period = node.flight.plant_period
         now = node.current_step + int(1e9 * (self.clock() - node.heard)) // period
         for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
-            newest, (answered, wrench, _), of = step == now, given, node.current_step
-            command = WrenchCommand(wrench, answered, newest and self._is_command_new)
+            newest, of = step == now, node.current_step
+            command = WrenchCommand(given.value, given.step, newest and self._is_command_new)
             sample = StateSample(state, of, newest and self._is_state_new)
             self._flown = node.guarded(command, sample, step)
             self._guarded_step = step
