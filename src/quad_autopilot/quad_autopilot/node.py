@@ -261,8 +261,7 @@ class AutopilotNode(VehicleNode):
         publisher.publish(pack(state, step, step + 1, self.elapsed_ns))
 
     def on_ready(self) -> None:
-        """Publish that a flight is waiting, and what the autopilot's side has to report."""
-        super().on_ready()
+        """Have the autopilot's side report what it has to."""
         self.interface.on_ready()
 
     def begin(self) -> None:

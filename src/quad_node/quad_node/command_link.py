@@ -51,11 +51,6 @@ class CommandLink:
         return self.mode.value.mode not in (FlightModeMsg.DISARMED, FlightModeMsg.ARMING, FlightModeMsg.PILOT)
 
     @property
-    def guard_request(self) -> int:
-        """What the mode asks of the guard."""
-        return int(self.mode.value.guard_request)
-
-    @property
     def is_over(self) -> bool:
         """Whether the commander says that the flight may end."""
         return bool(self.mode.value.is_over)

@@ -218,10 +218,6 @@ class VehicleNode(FlightNode):
         """Flight time of the current step in ns."""
         return self.current_step * self.flight.plant_period
 
-    def on_ready(self) -> None:
-        """Publish that a flight is waiting for its nodes."""
-        self.publish_flight_state()
-
     def end(self, phase: int, reason: str) -> None:
         """End the flight, once; ``phase``: FlightState.ENDED or FAILED."""
         if self.over:
@@ -244,7 +240,7 @@ class VehicleNode(FlightNode):
         ``step``: None is the current one; ``command`` and ``sample``: the newest, the state as it was published.
         """
         if self.link is not None and not self.gives_up:
-            self.armed, self.guard_request = self.link.armed, self.link.guard_request
+            self.armed, self.guard_request = self.link.armed, self.link.mode.value.guard_request
         step = self.current_step if step is None else step
         if not self.armed:
             self.guard.rest(step)

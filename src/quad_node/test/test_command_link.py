@@ -89,7 +89,7 @@ def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
 def test_the_motors_rest_on_the_ground_and_under_a_pilot_and_killing_is_the_guards(owner, link, mode, armed):
     assert not link.armed
     owner.mode(0, mode, guard_request=ASK_DESCEND)
-    assert (link.armed, link.guard_request) == (armed, ASK_DESCEND)
+    assert (link.armed, link.mode.value.guard_request) == (armed, ASK_DESCEND)
 
 
 def test_the_end_comes_with_its_outcome(owner, link):
