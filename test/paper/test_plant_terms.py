@@ -8,7 +8,6 @@ import sympy as sp
 from evaluation import evaluator
 from paper_points import VEHICLE, VEHICLE_VALUES
 
-from quad_core.cycle import pushed
 from quad_core.geometry import body_z, euler_rates, quaternion_from_euler
 from quad_core.types import CALM, Quat, Rotors, Vec3, VehicleState, Wrench
 from quad_core.vehicle import DragSign
@@ -157,7 +156,8 @@ def test_eq11_lumped_uncertainty(sign):
         speed, omega = vector(point, "x8", "x10", "x12"), vector(point, "p", "q", "r")
         state = rigid_body.State(VehicleState(Vec3(0.0, 0.0, 0.0), speed, attitude(point), omega))
         wrench = Wrench(point["F_T"], moment)
-        found = rigid_body.lumped(parameters, vehicle, state, wrench, pushed(outer_force, outer_torque))
+        outer = CALM._replace(force_w=outer_force, torque_b=outer_torque)
+        found = rigid_body.lumped(parameters, vehicle, state, wrench, outer)
         assert found.lumped_acceleration_w == pytest.approx(lumped_p(point), rel=1e-9, abs=1e-9)
         assert found.lumped_angular_acceleration_b == pytest.approx(lumped_a(point), rel=1e-9, abs=1e-9)
         assert (found.force_w, found.torque_b) == (outer_force, outer_torque)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from quad_core.geometry import dot
 from quad_core.types import (
-    CALM,
     Conditions,
     Disturbance,
     PositionInternals,
@@ -64,11 +63,6 @@ def is_flyable(state: VehicleState) -> bool:
 def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
     """Return a state without age, in the air; compiled text has to name every field, for Numba takes no defaults."""
     return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
-
-
-def pushed(force_w: Vec3, torque_b: Vec3) -> Conditions:
-    """Return conditions with an outer force N (world) and torque N m (body), all else calm."""
-    return Conditions(force_w, torque_b, *CALM[2:])
 
 
 def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceleration_b: Vec3) -> Disturbance:

@@ -44,11 +44,6 @@ def scale(factor: float, v: Vec3) -> Vec3:
     return Vec3(factor * v.x, factor * v.y, factor * v.z)
 
 
-def negate(v: Vec3) -> Vec3:
-    """Return -v."""
-    return Vec3(-v.x, -v.y, -v.z)
-
-
 def dot(a: Vec3, b: Vec3) -> float:
     """Return a . b, summed from x to z."""
     return a.x * b.x + a.y * b.y + a.z * b.z

@@ -11,7 +11,6 @@ from operator import attrgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 NUMBERS = (float, int, bool)
 _SCALARS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
@@ -100,13 +99,6 @@ def dtype_of(kind: type[Any]) -> np.dtype[Any]:
             raise TypeError(f"{kind.__name__}.{name}: found {inner}, expected a number or a NamedTuple of numbers")
         found.append((name, scalar, (len(parts),) if parts else ()))
     return np.dtype(found)
-
-
-def to_rows(kind: type[Any], items: Sequence[Any]) -> NDArray[np.float64]:
-    """Return ``items``, values of class ``kind``, as floats of shape (items, leaves)."""
-    # one flat row per item by a getter in C: three times as fast as NumPy on nested tuples
-    flat = np.array(list(map(flattener(kind), items)), dtype=np.float64)
-    return flat.reshape(len(items), len(leaves(kind)))
 
 
 def numbers_finite(numbers: Sequence[float]) -> bool:

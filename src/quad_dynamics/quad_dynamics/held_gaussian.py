@@ -10,9 +10,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cycle import pushed
 from quad_core.parameters import Real
-from quad_core.types import Conditions, Vec3
+from quad_core.types import CALM, Conditions, Vec3
 from quad_core.vehicle import Vehicle
 
 CHANNELS = 6
@@ -61,7 +60,8 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
     if index > len(table) - 1:
         index = len(table) - 1
     # no view of a row: Numba would count references to it at every step
-    return pushed(
+    return Conditions(
         Vec3(float(table[index, 0]), float(table[index, 1]), float(table[index, 2])),
         Vec3(float(table[index, 3]), float(table[index, 4]), float(table[index, 5])),
+        *CALM[2:],
     )

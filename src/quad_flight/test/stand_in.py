@@ -4,12 +4,14 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from quad_core.cycle import as_disturbance, pushed
+from quad_core.cycle import as_disturbance
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real
 from quad_core.types import (
+    CALM,
     Actuation,
     AttitudeThrust,
+    Conditions,
     Quat,
     Rotors,
     TrajectoryPoint,
@@ -99,7 +101,7 @@ class disturbance:  # noqa: N801
 
     @staticmethod
     def sample(parameters, table, time):
-        return pushed(Vec3(0.0, 0.0, float(table[0, 2])), _ZERO)
+        return Conditions(Vec3(0.0, 0.0, float(table[0, 2])), _ZERO, *CALM[2:])
 
 
 class sensing:  # noqa: N801

@@ -13,7 +13,7 @@ acceleration (Eq. 38). Limits and set-up are those of AIBS (``speed_limit``, ``s
 
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, low_passed, negate, slope, subtract
+from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, low_passed, scale, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
@@ -107,7 +107,7 @@ def step(
             _integrated(z, part.z, velocity_error.z, dt),
         )
     internals = internals_of(
-        position_error, velocity_error, desired_velocity, command, negate(part), correction, thrust, frozen
+        position_error, velocity_error, desired_velocity, command, scale(-1.0, part), correction, thrust, frozen
     )
     return setpoint, Memory(integral, acceleration, state.v_w, True), internals
 
