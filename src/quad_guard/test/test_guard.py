@@ -83,12 +83,6 @@ def test_refused_commands_do_not_feed_the_watchdog():
     assert owner.report.refused_commands == 50
 
 
-def test_no_command_ever_is_a_lost_one_too():
-    owner = Owner()
-    owner.run(0.1, command=silent)
-    assert owner.events == [(26, guard.DESCEND, guard.WRENCH_LOST)]
-
-
 def test_a_silent_state_warns_descends_sinks_faster_and_kills():
     owner = Owner()
     owner.run(0.5)
@@ -107,10 +101,12 @@ def test_a_silent_state_warns_descends_sinks_faster_and_kills():
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
 
-def test_motors_without_any_state_ever_stop_after_half_a_second():
-    owner = Owner()
-    owner.run(0.6, sample=no_state)
-    assert owner.events == [(51, guard.DESCEND, guard.STATE_LOST), (251, guard.KILL, guard.STATE_GONE)]
+def test_what_never_came_is_lost_too_and_motors_without_any_state_ever_stop_after_half_a_second():
+    commanded, seeing = Owner(), Owner()
+    seeing.run(0.1, command=silent)
+    assert seeing.events == [(26, guard.DESCEND, guard.WRENCH_LOST)]
+    commanded.run(0.6, sample=no_state)
+    assert commanded.events == [(51, guard.DESCEND, guard.STATE_LOST), (251, guard.KILL, guard.STATE_GONE)]
 
 
 def test_a_rate_that_repeats_itself_is_none():
