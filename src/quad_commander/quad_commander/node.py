@@ -185,7 +185,7 @@ class Commander(Responder):
     def _look_for_the_recorder(self) -> None:
         if not self.flying or RECORDER not in self.roles:
             return
-        before, self._recorder_lost = self._recorder_lost, not self.senders("flight/recorded")
+        before, self._recorder_lost = self._recorder_lost, not self.ros.count_publishers("flight/recorded")
         if self._recorder_lost and not before:
             text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
             self.event(FlightEvent.WARNING, "recorder_lost", text)
@@ -228,11 +228,8 @@ class Commander(Responder):
         if self._since_check < _CHECKS_EVERY:
             return None
         self._since_check = 0.0
-        return self._preflight.refusals(sample, self.states_seen, self.senders, self._charge, self._autopilot)
-
-    def senders(self, topic: str) -> int:
-        """Return how many publish ``topic``, a controller in standby not counted."""
-        return links.senders(self.ros, topic, self.standby_topics)
+        unmatched = links.missing(self.ros, (), self._in, self.standby_topics)
+        return self._preflight.refusals(sample, self.states_seen, unmatched, self._charge, self._autopilot)
 
     def _guard_said(self, arrival: Stamped | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""

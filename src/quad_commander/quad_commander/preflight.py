@@ -2,14 +2,14 @@
 
     looked = Preflight(flight, settings)
     looked.begin(sample, states)                # when ARMING begins; then on_node, on_plan, count, note
-    reasons = looked.refusals(sample, states, publishers, battery)      # every 0.3 s; empty: the checks have passed
+    reasons = looked.refusals(sample, states, unmatched, battery)       # every 0.3 s; empty: the checks have passed
 
 A reason names what was found and what was expected, so that it can be shown to the operator as it is.
 """
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Sequence
 
 from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
@@ -66,15 +66,16 @@ class Preflight:
         self,
         sample: Sample,
         states: int,
-        publishers: Callable[[str], int],
+        unmatched: Sequence[str],
         battery: float | None,
         autopilot: AutopilotStatus | None = None,
     ) -> list[str]:
         """Return every reason against arming; none: the vehicle may take off.
 
-        ``publishers`` counts those of a topic; ``battery`` is a share of full, None where nothing tells it.
+        ``unmatched``: topics that lack their publisher or have a second one; ``battery`` is a share of full, None where
+        nothing tells it.
         """
-        found = [*self._of_nodes(), *self._of_streams(sample, states, publishers, autopilot is not None)]
+        found = [*self._of_nodes(), *unmatched, *self._of_streams(sample, states, autopilot is not None)]
         found += [*self._of_vehicle(sample, battery), *self._of_plan(sample.state.ground_z)]
         if autopilot is not None and not autopilot.armed:
             why = f": {autopilot.reasons}" if autopilot.reasons else ""
@@ -88,9 +89,7 @@ class Preflight:
             found.append(f"run ids: found {', '.join(map(repr, others))} too, expected {own!r} alone")
         return found
 
-    def _of_streams(
-        self, sample: Sample, states: int, publishers: Callable[[str], int], of_autopilot: bool
-    ) -> list[str]:
+    def _of_streams(self, sample: Sample, states: int, of_autopilot: bool) -> list[str]:
         """Return what is wrong with rates. An autopilot sends states at its own rate; controllers answer each."""
         found, plant_period, limits = [], self._flight.plant_period, self._limits
         elapsed = seconds(sample.step - self._first_step, plant_period)
@@ -100,8 +99,6 @@ class Preflight:
             expected = 1.0 / seconds(periods[role], plant_period) if periods.get(role) else 0.0
             if of_autopilot:
                 expected = min(expected, 1.0 / spacing if spacing > 0.0 else 0.0)
-            if (count := publishers(topic)) != 1:
-                found.append(f"{topic}: found {count} publishers, expected 1")
             low, high = ((1.0 + side * limits.rate_tolerance) * expected for side in (-1.0, 1.0))
             rate = self._counts[topic] / elapsed
             if not low <= rate <= high:

@@ -70,17 +70,6 @@ def second_senders(
     return found
 
 
-def senders(graph: Node, topic: str, standby: Pairs = _NO_PAIRS) -> int:
-    """Return how many send ``topic``, a controller that stands by not counted: without one, the one that flies is not.
-
-    A restarted node counts once with its killed process, which stays in the graph.
-    """
-    if topic not in standby:
-        return graph.count_publishers(topic)
-    names = {_full_name(info) for info in graph.get_publishers_info_by_topic(topic)}
-    return max(len(names) - 1, 0)
-
-
 def described(found: Mapping[str, list[str]]) -> list[str]:
     """Return one line per topic with a second sender; a node that publishes twice is said to."""
     lines = []

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from rclpy.qos import QoSPolicyKind
 
-from quad_node.links import described, missing, qos_events, second_senders, senders
+from quad_node.links import described, missing, qos_events, second_senders
 
 pytestmark = pytest.mark.unit
 
@@ -50,7 +50,6 @@ def test_who_was_started_again_in_flight_is_no_third_sender_beside_its_ghost():
     names = ["attitude_controller", "attitude_controller", "shadow_attitude_controller"]
     graph = Graph({"wrench_setpoint": [("/uav1", name) for name in names]})
     assert second_senders(graph, ["wrench_setpoint"], PAIR, flying=True) == {}
-    assert senders(graph, "wrench_setpoint", PAIR) == 1
     # before the flight both would fly
     assert list(second_senders(graph, ["wrench_setpoint"], PAIR)) == ["wrench_setpoint"]
     graph.publishers["wrench_setpoint"][1] = ("_NODE_NAMESPACE_UNKNOWN_", "_NODE_NAME_UNKNOWN_")
@@ -58,19 +57,8 @@ def test_who_was_started_again_in_flight_is_no_third_sender_beside_its_ghost():
     graph.publishers["wrench_setpoint"][1] = ("/uav1", "attitude_controller")
     graph.publishers["wrench_setpoint"].append(("/uav1", "stranger"))
     assert list(second_senders(graph, ["wrench_setpoint"], PAIR, flying=True)) == ["wrench_setpoint"]
-    assert senders(graph, "wrench_setpoint", PAIR) == 2
     # without a standby nothing makes two right
     assert list(second_senders(graph, ["wrench_setpoint"], flying=True)) == ["wrench_setpoint"]
-
-
-@pytest.mark.parametrize(("standby", "counts"), [({}, [0, 1, 2]), (PAIR, [0, 0, 1])])
-def test_a_flight_that_asks_for_a_standby_has_no_sender_without_one(standby, counts):
-    graph = Graph({"wrench_setpoint": []})
-    found = []
-    for name in ("", "attitude_controller", "shadow_attitude_controller"):
-        graph.publishers["wrench_setpoint"] += [("/", name)] if name else []
-        found.append(senders(graph, "wrench_setpoint", standby))
-    assert found == counts
 
 
 @pytest.mark.parametrize(
