@@ -120,12 +120,9 @@ def adaptive_rates(
     return Estimates(gains.constant * drive, gains.angle * drive * abs(angle), gains.rate * drive * abs(rate))
 
 
-def next_estimate(estimate: float, rate: float, leak: float, max_estimate: float, dt: float) -> float:
-    """Return Q_hat one step later, forward Euler, within [0, ``max_estimate``]; ``rate`` >= 0 (Eq. 54).
-
-    ``leak`` in 1/s returns it to 0 (the sigma modification of Ioannou and Kokotovic, 1984); 0 is Eq. 54 as it is.
-    """
-    return clamp(estimate + dt * (rate - leak * estimate), 0.0, max_estimate)
+def next_estimate(estimate: float, rate: float, max_estimate: float, dt: float) -> float:
+    """Return Q_hat one step later, forward Euler, within [0, ``max_estimate``]; ``rate`` >= 0 (Eq. 54)."""
+    return clamp(estimate + dt * rate, 0.0, max_estimate)
 
 
 def lyapunov(error: float, sliding: float) -> float:
@@ -194,9 +191,6 @@ class AxisGains(NamedTuple):
     max_estimate: Annotated[
         float, Real("mixed", "bound of each of the three estimates; 1e9: off", 0.0, 1e9, "addition to Eq. 54")
     ] = 10.0
-    estimate_leak: Annotated[
-        float, Real("1/s", "rate at which the estimates return to 0; 0: off", 0.0, 100.0, "addition to Eq. 54")
-    ] = 0.0
     max_torque: Annotated[float, Real("N m", "largest torque on this axis; 1e6: off", 0.0, 1e6, "addition")] = 0.5
     filter: CommandFilter = CommandFilter()
 
@@ -278,11 +272,11 @@ def next_axis_memory(gains: AxisGains, memory: AxisMemory, control: AxisControl,
     """Return the memory one step of ``dt`` s later: unless ``frozen`` eqs. 45, 54 and 55."""
     if frozen:
         return memory
-    old, rates, leak, bound = memory.estimates, control.adaptive, gains.estimate_leak, gains.max_estimate
+    old, rates, bound = memory.estimates, control.adaptive, gains.max_estimate
     estimates = Estimates(
-        next_estimate(old.constant, rates.constant, leak, bound, dt),
-        next_estimate(old.angle, rates.angle, leak, bound, dt),
-        next_estimate(old.rate, rates.rate, leak, bound, dt),
+        next_estimate(old.constant, rates.constant, bound, dt),
+        next_estimate(old.angle, rates.angle, bound, dt),
+        next_estimate(old.rate, rates.rate, bound, dt),
     )
     integral = next_surface_integral(memory.surface_integral, control.integrand, gains.max_surface_integral, dt)
     return AxisMemory(integral, estimates)
