@@ -2,21 +2,19 @@
 
 import time
 
-import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from quad_msgs.msg import Actuation
-from quad_node import executor
 from quad_node.flight_node import FlightNode
 from quad_node.topics import stream
 
 
-def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits(own_domain):
+def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits(start_node):
     """A plant in lockstep sends each message once; a reader that keeps the last few would lose it."""
-    executor.init(["--ros-args", "-p", "flight.mode:=lockstep"])
-    node, ours, foreign = FlightNode("position_controller"), Node("ours"), Node("foreign")
+    node = start_node(lambda: FlightNode("position_controller"), "flight.mode:=lockstep")
+    ours, foreign = Node("ours"), Node("foreign")
     try:
         steps = []
         node.subscribe("actuation", lambda message: steps.append(message.step))
@@ -35,6 +33,5 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
             executor_.spin_once(0.01)
         assert steps == [740] + [0] * 300
     finally:
-        for each in (node.ros, ours, foreign):
-            each.destroy_node()
-        rclpy.try_shutdown()
+        ours.destroy_node()
+        foreign.destroy_node()

@@ -36,6 +36,11 @@ class Node(SimpleNamespace):
         self.events.append((kind, text))
 
 
+def made(commander=0, **changes):
+    node = Node()
+    return node, VehicleGuard(node, GuardParameters(**changes), lambda: commander)
+
+
 def step(ours, k, wrench=HOVER, arrived=True, request=guard.NO_REQUEST):
     command = WrenchCommand(wrench, k, arrived)
     state = STATE._replace(p_w=Vec3(1e-6 * k, 0.0, 2.0))
@@ -47,8 +52,7 @@ def kinds(node):
 
 
 def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    node, ours = made()
     for k in range(501):
         assert step(ours, k) == HOVER
     assert [(message.step, message.mode) for message in node.said] == [(k, GuardStatus.PASS) for k in range(0, 501, 50)]
@@ -57,8 +61,7 @@ def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
 
 
 def test_with_a_commander_the_step_before_each_of_its_decisions_is_reported_at_rest_too():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 5)
+    node, ours = made(commander=5)
     for k in range(10):
         ours.rest(k)
     for k in range(10, 30):
@@ -68,8 +71,7 @@ def test_with_a_commander_the_step_before_each_of_its_decisions_is_reported_at_r
 
 
 def test_a_takeover_is_said_at_its_step_with_the_reason():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    node, ours = made()
     for k in range(40):
         step(ours, k, arrived=k < 10)
     # the last wrench is that of step 9; 50 ms are 25 steps
@@ -82,8 +84,7 @@ def test_a_takeover_is_said_at_its_step_with_the_reason():
 
 
 def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    node, ours = made()
     step(ours, 0)
     for k in range(1, 401):
         ours.refused(k, NOT_NEWER if k % 2 else THRUST)
@@ -99,8 +100,7 @@ def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
 
 
 def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    _, ours = made()
     step(ours, 0)
     for k in range(1, 40):
         step(ours, k, wrench=Wrench(1e6, Vec3(0.0, 0.0, 0.0)))
@@ -112,8 +112,7 @@ def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
 
 
 def test_a_kill_is_an_error_and_a_release_is_said():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    node, ours = made()
     step(ours, 0, request=guard.ASK_DESCEND)
     for k in range(1, 120):
         step(ours, k, request=guard.RELEASE)
@@ -123,8 +122,7 @@ def test_a_kill_is_an_error_and_a_release_is_said():
 
 
 def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(), lambda: 0)
+    node, ours = made()
     step(ours, 0)
     ours.asked_because = "attitude_controller does not answer"
     step(ours, 1, request=guard.ASK_DESCEND)
@@ -133,8 +131,7 @@ def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
 
 
 def test_a_guard_that_is_off_looks_at_nothing():
-    node = Node()
-    ours = VehicleGuard(node, GuardParameters(enabled=False), lambda: 0)
+    node, ours = made(enabled=False)
     absurd = Wrench(1e6, Vec3(0.0, 0.0, 0.0))
     assert step(ours, 0, wrench=absurd) == absurd
     assert (node.said, ours.taken_over) == ([], False)
