@@ -15,7 +15,7 @@ import quad_commander
 import quad_core
 import quad_px4
 from quad_core import plugins, types
-from quad_core.cascade import GROUPS
+from quad_core.cascade import STAGES
 from quad_core.parameters import Real, Whole, fields
 
 pytestmark = pytest.mark.unit
@@ -57,7 +57,7 @@ def units_of_messages():
 
 
 def plugin_parameters():
-    for group in GROUPS:
+    for group in (*(stage.group for stage in STAGES), *plugins.OTHERS):
         for name in plugins.names(group):
             yield pytest.param(plugins.load(group, name).Parameters, id=f"{group}:{name}")
 

@@ -39,9 +39,6 @@ STAGE = {stage.role: stage for stage in STAGES}
 COMMAND, COMMANDING = STAGES[-1].gives, STAGES[-1].role
 """The only topic that a vehicle follows, and the role that gives it."""
 
-GROUPS = (*(stage.group for stage in STAGES), *plugins.OTHERS)
-"""The groups of plug-ins."""
-
 
 class Signal(NamedTuple):
     """A topic with one message per step of its publisher, which carries a NamedTuple of ``quad_core.types``."""

@@ -44,13 +44,6 @@ def leaves(kind: type[Any], name: str = "") -> list[Leaf]:
     return found
 
 
-def joined(name: str, *kinds: type[Any]) -> type[Any]:
-    """Return a NamedTuple class with the fields of ``kinds`` one after the other."""
-    found = [field for kind in kinds for field in field_kinds(kind).items()]
-    made: type[Any] = NamedTuple(name, found)  # type: ignore[misc]
-    return made
-
-
 def referable(name: str, suffix: str, kinds: dict[str, type[Any]], module: str) -> type[Any]:
     """Return a NamedTuple class that pickles by reference, as ``name``_``suffix`` of ``module``, for Numba's cache."""
     made: type[Any] = NamedTuple(name, list(kinds.items()))  # type: ignore[misc]

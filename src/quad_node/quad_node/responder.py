@@ -18,7 +18,7 @@ from rclpy.publisher import Publisher
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
 from quad_core.cycle import is_flyable, seconds
 from quad_core.parameters import Value
-from quad_core.records import finite_check, flattener, joined
+from quad_core.records import field_kinds, finite_check, flattener
 from quad_core.resolution import Plugin, Resolved
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
@@ -331,7 +331,8 @@ class LawNode(Responder):
         self._pack = packer(self.stage.output, topics.message_type(self.stage.output), self.run)
         internals_message = topics.message_type(self.stage.internals)
         self._flat_internals = flattener(module.Internals)
-        recorded = joined("Recorded", StepRecord, module.Internals)
+        fields = [*field_kinds(StepRecord).items(), *field_kinds(module.Internals).items()]
+        recorded: Any = NamedTuple("Recorded", fields)  # type: ignore[misc]
         self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
         self.standby = HotStandby(self, self.stage) if is_paired else None
