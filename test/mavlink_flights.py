@@ -16,10 +16,11 @@ for _path in (vehicle_packages(), HERE):
 from fake_autopilot import FakeAutopilot  # noqa: E402
 
 from quad_autopilot import arming, odometry  # noqa: E402
-from quad_autopilot.arming import Inputs, Phase, Setpoint  # noqa: E402
+from quad_autopilot.arming import Inputs, Phase, Setpoint, Wish  # noqa: E402
 from quad_autopilot.autopilot import Stamps  # noqa: E402
 from quad_core.types import AttitudeThrust, Quat  # noqa: E402
-from quad_mavlink import link, vehicle  # noqa: E402
+from quad_core.vehicle import Vehicle  # noqa: E402
+from quad_mavlink.node import MavlinkInterface  # noqa: E402
 from quad_mavlink.parameters import MavlinkBridgeParameters  # noqa: E402
 
 MASS, WEIGHT = 2.064, 2.064 * 9.81
@@ -38,19 +39,20 @@ def hover(state, height):
 
 
 class Flight:
-    """``height`` m is flown; without ``commands`` no controller answers."""
+    """Stands for the bridge's node; ``height`` m is flown; without ``commands`` no controller answers."""
 
     def __init__(self, options=None, height=1.0, commands=True, **settings):
         port = free_port()
         settings = {"max_rotor_thrust": 8.549, "listen": f"127.0.0.1:{port}", **settings}
         self.settings = MavlinkBridgeParameters(**settings)
         self.fake = FakeAutopilot(port, options or {})
-        self.link = link.Link(link.load(), self.settings.listen, "", 255, self.settings.target_system)
-        self.vehicle = vehicle.MavlinkVehicle(self.link, self.settings)
+        self.vehicle, self.phase, self.elapsed_ns, self.estimator = Vehicle(mass=MASS), 0, 0, ""
+        self.bridge = MavlinkInterface(self)
+        self.bridge.clock = lambda: self.fake.now
         self.height, self.commands = height, commands
         self.memory, self.output, self.sample, self.state = arming.Memory(), None, None, None
-        self.steps, self.heard, self.commanded, self.stop, self.ended = 0, -9.0, -9.0, "", False
-        self.rejected, self.resets, self.is_level_sent, self.unanswered = [], 0, False, np.inf
+        self.steps, self.heard, self.wish = 0, -9.0, Wish.FLY
+        self.rejected, self.unanswered = [], np.inf
 
     @property
     def events(self):
@@ -60,43 +62,42 @@ class Flight:
     def refusals(self):
         return {why for _, why in self.fake.report["refusals"]}
 
-    def send(self, setpoint):
-        self.vehicle.fly(setpoint, Stamps(self.sample.timestamp, self.sample.timestamp_sample))
+    def every(self, period, callback):
+        """Leave the time to ``tick``."""
 
-    def receive(self):
-        now = self.fake.now
-        for message in self.link.messages():
-            sample = self.vehicle.handle(message, now)
-            if sample is None:
-                continue
-            why = odometry.refusal(sample, self.sample.timestamp_sample if self.sample else -1)
-            if why:
-                self.rejected.append(why)
-                continue
-            self.resets += int(self.sample is not None and sample.reset_counter != self.sample.reset_counter)
-            self.sample, self.heard, self.state = sample, now, odometry.state(sample)
-            self.unanswered = min(self.unanswered, now)
-            if self.memory.phase == Phase.FLY and self.commands:
-                self.commanded, self.unanswered = now, np.inf
-                self.send(hover(self.state, self.height))
+    def event(self, *_, **__):
+        """Pass over an event."""
+
+    def stamps(self):
+        return Stamps(self.sample.timestamp, self.sample.timestamp_sample)
+
+    def on_sample(self, sample):
+        why = odometry.refusal(sample, self.sample.timestamp_sample if self.sample else -1)
+        if why:
+            self.rejected.append(why)
+            return
+        self.sample, self.heard, self.state = sample, self.fake.now, odometry.state(sample)
+        self.unanswered = min(self.unanswered, self.heard)
+        if self.memory.phase != Phase.FLY or self.commands:
+            self.unanswered = np.inf
+        if self.memory.phase == Phase.FLY and self.commands:
+            self.bridge.send_attitude(hover(self.state, self.height), self.state)
 
     def beat(self):
         now = self.fake.now
         # as in the bridge: for how long a state has waited for a command
-        age = max(now - self.unanswered, 0.0) if self.commanded > 0.0 else np.inf
-        refusal = self.vehicle.refusal() if self.memory.phase == Phase.STREAM else ""
-        given = Inputs(now, now, self.vehicle.autopilot, self.vehicle.ack, age, now - self.heard, refusal, self.stop)
+        age = max(now - self.unanswered, 0.0)
+        refusal = self.bridge.refusal() if self.memory.phase == Phase.STREAM else ""
+        given = Inputs(now, now, self.bridge.autopilot, self.bridge.ack, age, now - self.heard, refusal)
         self.output, self.memory = arming.step(
-            self.vehicle.profile, self.settings.arming, self.memory, given._replace(ended=self.ended)
+            self.bridge.profile, self.settings.arming, self.memory, given._replace(wish=self.wish)
         )
-        self.vehicle.ack = None
+        self.bridge.ack = None
         if self.output.request is not None:
-            self.vehicle.request(self.output.request)
-        level = self.output.setpoint == Setpoint.LEVEL
-        if self.state is not None and (self.output.setpoint == Setpoint.IDLE or (level and not self.is_level_sent)):
-            thrust = WEIGHT if level else 0.0
-            self.is_level_sent = level
-            self.send(AttitudeThrust(q_wb=self.state.q_wb, thrust=thrust))
+            self.bridge.send_request(self.output.request)
+        if self.state is not None and self.output.setpoint in (Setpoint.IDLE, Setpoint.LEVEL):
+            thrust = WEIGHT if self.output.setpoint == Setpoint.LEVEL else 0.0
+            self.bridge.send_safe(self.output.setpoint, thrust, self.state)
 
     def run(self, until, longest=30.0):
         """Fly until phase ``until``; return the last output."""
@@ -110,9 +111,9 @@ class Flight:
         self.fake.take()
         self.fake.step()
         self.fake.publish()
-        self.receive()
+        self.bridge.take()
         if self.steps % 250 == 0:
-            self.vehicle.every_second(self.fake.now)
+            self.bridge.on_second()
         if self.steps % BEAT == 0:
             self.beat()
         self.steps += 1
@@ -126,5 +127,5 @@ class Flight:
         return self
 
     def __exit__(self, *_):
-        self.link.close()
+        self.bridge.close()
         self.fake.socket.close()

@@ -1,4 +1,4 @@
-"""The bridge beside the fake autopilot: messages of its own built once, processes, what came of it."""
+"""Missions over the real wire to a fake vehicle: messages built once, processes, what came of it."""
 
 import contextlib
 import hashlib
@@ -8,8 +8,10 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from threading import Lock
 from typing import NamedTuple
 
 from ament_index_python.packages import get_package_prefix
@@ -21,6 +23,7 @@ from quad_bringup.domains import reserved_domain
 
 HERE = Path(__file__).parent / "px4"
 BRIDGE = Path(get_package_prefix("quad_px4"), "lib", "quad_px4", "px4_bridge")
+COMMANDER = Path(get_package_prefix("quad_commander"), "lib", "quad_commander", "commander")
 PERIODS = ["-p", "flight.mode:=realtime", "-p", "flight.plant_period:=4000000"]
 AIRFRAME = """
 /**:
@@ -33,6 +36,7 @@ AIRFRAME = """
       rotor3: {px: -0.174, py: 0.174, km: -0.016}
 """
 CONFIG = ROOT / "src/quad_flight/quad_flight/config"
+_BUILDING = Lock()  # tests fly in several threads
 VEHICLE, GAINS = CONFIG / "vehicles/x500.yaml", CONFIG / "controllers/x500.yaml"
 
 
@@ -45,8 +49,9 @@ def environment() -> dict[str, str]:
     ]
     key = hashlib.sha256(b"".join([sys.prefix.encode(), *(path.read_bytes() for path in sources)])).hexdigest()[:16]
     prefix = ROOT / ".cache" / f"px4_msgs-{key}"
-    if not (prefix / "share/px4_msgs/package.xml").is_file():
-        build(prefix)
+    with _BUILDING:
+        if not (prefix / "share/px4_msgs/package.xml").is_file():
+            build(prefix)
     packages = next(prefix.glob("lib/python*/site-packages"))
     found = dict(os.environ)
     for name, path in (("AMENT_PREFIX_PATH", prefix), ("PYTHONPATH", packages), ("LD_LIBRARY_PATH", prefix / "lib")):
@@ -77,7 +82,7 @@ def build(prefix: Path) -> None:
 
 
 class Ended(NamedTuple):
-    """How a bridge ended, and what the fake autopilot saw."""
+    """How a bridge ended, what it and the commander said, and what the fake autopilot saw."""
 
     code: int
     output: str
@@ -95,12 +100,12 @@ class Flight:
     fake_priority = 45
     """Real-time priority of the fake: an autopilot has a processor of its own, and nodes have 40."""
 
-    def __init__(self, folder: Path, given: dict[str, str], options: dict, *bridge: str) -> None:
+    def __init__(self, folder: Path, options: dict, *bridge: str) -> None:
         """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
-        self.folder, self.processes = folder, []
+        self.folder, self.processes = folder, {}
         folder.mkdir()
         self._domain = reserved_domain(None)
-        self.environment = {**given, "ROS_DOMAIN_ID": str(self._domain.__enter__())}
+        self.environment = {**self.given(), "ROS_DOMAIN_ID": str(self._domain.__enter__())}
         (folder / "airframe.yaml").write_text(self.airframe or "{}", "utf-8")
         self.fake = self.start("fake", [sys.executable, *self.fake_words(options)])
         log = folder / "fake.log"
@@ -111,18 +116,19 @@ class Flight:
         files = ["--params-file", VEHICLE, "--params-file", folder / "airframe.yaml"]
         self.bridge = self.start("bridge", [self.owner, "--ros-args", *files, *PERIODS, *self.owner_words, *bridge])
 
+    @staticmethod
+    def given() -> dict[str, str]:
+        """Return the environment of all processes."""
+        return environment()
+
     def fake_words(self, options: dict) -> list:
         """Return the fake autopilot's script and arguments."""
         return [HERE / "fake_px4.py", "0", self.folder / "report.json", json.dumps(options)]
 
-    def node(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
-        """Start a node of the flight with the gains of the x500."""
-        return self.replaced(role, [executable(role)], *arguments)
-
-    def replaced(self, role: str, command: list, *arguments: str) -> subprocess.Popen[bytes]:
-        """Start ``command`` in the place of a node, with the node's files."""
+    def node(self, role: str, command: list, *arguments: str) -> None:
+        """Start ``command`` as a node of the flight with the gains of the x500."""
         files = [word for path in (VEHICLE, GAINS) for word in ("--params-file", path)]
-        return self.start(role, [*command, "--ros-args", *files, *PERIODS, *self.grid, *arguments])
+        self.start(role, [*command, "--ros-args", *files, *PERIODS, *self.grid, *arguments])
 
     def start(self, name: str, command: list) -> subprocess.Popen[bytes]:
         """Start a process whose output goes to ``name``.log."""
@@ -130,7 +136,7 @@ class Flight:
             process = subprocess.Popen(
                 list(map(str, command)), env=self.environment, stdout=output, stderr=subprocess.STDOUT
             )
-        self.processes.append(process)
+        self.processes[name] = process
         return process
 
     def end(self, patience: float = LONGEST) -> Ended:
@@ -152,7 +158,7 @@ class Flight:
 
     def __exit__(self, *_: object) -> None:
         """Stop all that still runs."""
-        for process in self.processes:
+        for process in self.processes.values():
             process.kill()
             process.wait()
         self._domain.__exit__(None, None, None)
@@ -162,7 +168,14 @@ class Flight:
         self.fake.send_signal(signal.SIGTERM)
         self.fake.wait(LONGEST)
         report = json.loads((self.folder / "report.json").read_text("utf-8"))
-        return Ended(code, (self.folder / "bridge.log").read_text("utf-8"), report)
+        logs = (self.folder / f"{name}.log" for name in ("bridge", "commander"))
+        return Ended(code, "".join(log.read_text("utf-8") for log in logs if log.exists()), report)
+
+
+def with_packages(given: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment in which pymavlink and cflib are found, too."""
+    paths = filter(None, [given.get("PYTHONPATH", ""), str(vehicle_packages())])
+    return {**given, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 class OverUdp(Flight):
@@ -172,10 +185,10 @@ class OverUdp(Flight):
     address: str
     words: Sequence[str]
 
-    def __init__(self, folder: Path, options: dict, *bridge: str) -> None:
-        """Start both; ``options`` are the fake's, ``bridge`` are further arguments of the bridge."""
-        paths = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH", ""), str(vehicle_packages())]))
-        super().__init__(folder, {**os.environ, "PYTHONPATH": paths}, options, *bridge)
+    @staticmethod
+    def given() -> dict[str, str]:
+        """Return the environment of all processes."""
+        return with_packages(os.environ)
 
     def fake_words(self, options: dict) -> list:
         """Return the fake vehicle's script and arguments."""
@@ -208,9 +221,14 @@ class CrazyflieFlight(OverUdp):
 class JoinedFlight(Flight):
     """The fake that speaks TCP and DDS, and the owner of plant and bridge."""
 
-    airframe = "/**:\n  ros__parameters:\n    arming: {beats: 25}\n"
+    airframe = ""
     owner = Path(get_package_prefix("quad_mavlink"), "lib", "quad_mavlink", "joined_plant")
     fake_priority = 0  # its time is the plant's, which waits
+
+    @staticmethod
+    def given() -> dict[str, str]:
+        """Return the environment of all processes."""
+        return with_packages(environment())
 
     def fake_words(self, options: dict) -> list:
         """Return the fake autopilot's script and arguments."""
@@ -218,3 +236,80 @@ class JoinedFlight(Flight):
         ground = ["-p", "rigid_body.ground.enabled:=true", "-p", "rigid_body.initial.p.z:=0.1"]
         self.owner_words = [*ground, "-p", "truth_period_steps:=1", "-p", f"listen:=127.0.0.1:{port}"]
         return [HERE / "fake_joined_px4.py", str(port), self.folder / "report.json", json.dumps(options)]
+
+
+VEHICLES = {"px4": Flight, "joined": JoinedFlight, "mavlink": MavlinkFlight, "crazyflie": CrazyflieFlight}
+PATIENT = ("-p", "input_timeout:=60.0")  # joined the plant waits, so nothing ages
+_LATE = ("reference_late", "reference_lost", "setpoint_lost", "state_lost")
+WHOLE = "takeoff:2,hold:2,land"
+
+
+def flown(
+    folder: Path,
+    vehicle: str,
+    options: dict,
+    mission: str,
+    *bridge: str,
+    then: Callable[[Flight], None] | None = None,
+    commands: Mapping[str, list] | None = None,
+    recorded: bool = False,
+    late: float = 0.0,
+) -> Ended:
+    """Return how a mission ended.
+
+    ``then`` acts in the flight, ``commands`` are started in place of nodes; ``recorded``: into folder ``bag``.
+    ``late``: s for which the commander waits while it arms, its default if 0.
+    """
+    joined = vehicle == "joined"
+    own = {
+        "trajectory": ["-p", "trajectory:=hover"],
+        "position_controller": PATIENT if joined else (),
+        "attitude_controller": PATIENT if joined else (),
+        "commander": ["-p", f"mission:={mission}"],
+    }
+    own["commander"] += [word for age in _LATE for word in ("-p", f"modes.{age}:=60.0") if joined]
+    own["commander"] += ["-p", f"modes.arming_late:={late}"] if late else []
+    if vehicle in ("mavlink", "crazyflie") or "mode:=attitude" in bridge:
+        del own["attitude_controller"]
+    roles = ["simulator", *own, *(["recorder"] if recorded else [])]
+    words = ["-p", f"flight.roles:={','.join(roles)}", "-p", "flight.run_id:=m1"]
+    with VEHICLES[vehicle](folder, options, *words, *bridge) as flight:
+        for role, more in own.items():
+            command = (commands or {}).get(role, [COMMANDER if role == "commander" else executable(role)])
+            flight.node(role, command, *words, "-p", "period_steps:=2", *more)
+        if recorded:
+            flight.node("recorder", [executable("recorder")], *words, "-p", f"directory:={folder / 'bag'}")
+        if then is not None:
+            then(flight)
+        return flight.end()
+
+
+def in_hold(act: Callable[[Flight], None], seconds: float = 7.0) -> Callable[[Flight], None]:
+    """Return what waits until the vehicle is in the air, and then does ``act``."""
+
+    def later(flight: Flight) -> None:
+        flight.wait_for("COMPONENT_ARM_DISARM")
+        time.sleep(seconds)
+        act(flight)
+
+    return later
+
+
+def killed(name: str) -> Callable[[Flight], None]:
+    """Return what kills a process in the air."""
+    return in_hold(lambda flight: flight.processes[name].kill())
+
+
+def cause(ended: Ended) -> str:
+    """Return why the flight failed, as the bridge said it."""
+    return next(line for line in ended.output.splitlines() if "flight_failed" in line)
+
+
+def happened(ended: Ended) -> list[str]:
+    """Return what the fake noted, in order."""
+    return [what for _, what in ended.report["events"]]
+
+
+def when(ended: Ended, moment: str) -> float:
+    """Return when in s of the fake's clock ``moment`` was noted first."""
+    return next(at for at, what in ended.report["events"] if what == moment)

@@ -1,24 +1,19 @@
 """Missions over the real wire to each vehicle: whole, and with what pilots, links, batteries and estimators do."""
 
 import signal
-import time
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
 from flying import flown as landed
-from px4_flights import CrazyflieFlight, Flight, JoinedFlight, MavlinkFlight, environment
-from vehicle_packages import vehicle_packages
+from px4_flights import VEHICLES, WHOLE, flown, happened, in_hold, killed, when
 
 from quad_commander.mode_table import Mode
 
 # an autopilot has a processor of its own
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
-COMMANDER = f"{get_package_prefix('quad_commander')}/lib/quad_commander/commander"
-WHOLE, LONG = "takeoff:2,hold:2,land", "takeoff:2,hold:60,land"
+LONG = "takeoff:2,hold:60,land"
 LATER = 7.0
 """Seconds in our mode after which something happens: in the air, in HOLD."""
 FAULTS = {
@@ -33,54 +28,13 @@ GOOD = {"reset"}
 """Faults that a mission survives, or that end it as planned."""
 
 
-def made(vehicle, folder, options, *words):
-    """Return a flight of ``vehicle``: its fake and its interface."""
-    if vehicle in ("mavlink", "crazyflie"):
-        return {"mavlink": MavlinkFlight, "crazyflie": CrazyflieFlight}[vehicle](folder, options, *words)
-    given = environment()
-    if vehicle == "joined":
-        given = {**given, "PYTHONPATH": f"{given['PYTHONPATH']}:{vehicle_packages()}"}
-    return {"px4": Flight, "joined": JoinedFlight}[vehicle](folder, given, options, *words)
-
-
-def flown(folder, vehicle, options, mission, *bridge, then=None):
-    """Return how a mission ended, and what its commander printed; ``then`` gets the flight and its nodes."""
-    roles = ["simulator", "trajectory", "position_controller", "commander"]
-    roles += ["attitude_controller"] if vehicle in ("px4", "joined") else []
-    words = ["-p", f"flight.roles:={','.join(roles)}", "-p", "flight.run_id:=m1"]
-    own = {"trajectory": ["-p", "trajectory:=hover"], "commander": ["-p", f"mission:={mission}"]}
-    if vehicle == "joined":  # the plant waits, so nothing ages
-        late = ("reference_late", "reference_lost", "setpoint_lost", "state_lost")
-        own["commander"] += [word for age in late for word in ("-p", f"modes.{age}:=60.0")]
-        own |= {role: ["-p", "input_timeout:=60.0"] for role in roles if role.endswith("controller")}
-    with made(vehicle, folder, options, *words, *bridge) as flight:
-        nodes = {}
-        for role in roles[1:]:
-            command = partial(flight.replaced, role, [COMMANDER]) if role == "commander" else partial(flight.node, role)
-            nodes[role] = command(*words, "-p", "period_steps:=2", *own.get(role, []))
-        if then is not None:
-            then(flight, nodes)
-        return flight.end(), (folder / "commander.log").read_text("utf-8")
-
-
-def in_hold(act):
-    """Return what waits until the vehicle is in the air, and then does ``act`` with the flight and its nodes."""
-
-    def later(flight, nodes):
-        flight.wait_for("COMPONENT_ARM_DISARM")
-        time.sleep(LATER)
-        act(flight, nodes)
-
-    return later
-
-
 ACTS = {
-    "Ctrl-C": in_hold(lambda flight, _: flight.bridge.send_signal(signal.SIGINT)),
-    "commander killed": in_hold(lambda _, nodes: nodes["commander"].kill()),
+    "Ctrl-C": in_hold(lambda flight: flight.bridge.send_signal(signal.SIGINT)),
+    "commander killed": killed("commander"),
 }
 
 
-@pytest.fixture(scope="module", params=["px4", "mavlink", "crazyflie", "joined"])
+@pytest.fixture(scope="module", params=VEHICLES)
 def missions(request, tmp_path_factory):
     """Return a vehicle and how its flights ended: the whole mission and each of FAULTS, two at a time."""
     top = tmp_path_factory.mktemp(request.param)
@@ -93,10 +47,6 @@ def missions(request, tmp_path_factory):
         return request.param, {name: run.result() for name, run in runs.items()}
 
 
-def happened(ended):
-    return [what for _, what in ended.report["events"]]
-
-
 def heights(ended, vehicle):
     """Return stamps in s and true heights in m."""
     poses = np.array(ended.report["poses"])
@@ -106,14 +56,13 @@ def heights(ended, vehicle):
 def height_at(ended, vehicle, moment):
     """Return the true height in m at which ``moment`` happened."""
     stamps, height = heights(ended, vehicle)
-    at = next(at for at, what in ended.report["events"] if what == moment)
-    return height[np.argmin(np.abs(stamps - at))]
+    return height[np.argmin(np.abs(stamps - when(ended, moment)))]
 
 
 def test_a_mission_takes_off_holds_and_lands(missions):
     vehicle, flights = missions
-    ended, commander = flights["whole"]
-    assert ended.code == 0, ended.output + commander
+    ended = flights["whole"]
+    assert ended.code == 0, ended.output
     assert happened(ended)[-1] == "disarmed"
     assert 1.8 < heights(ended, vehicle)[1].max() < 2.3
     assert not ended.report.get("idle_broken")
@@ -123,12 +72,12 @@ def test_a_mission_takes_off_holds_and_lands(missions):
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_in_the_middle_ends_on_the_ground_or_with_a_pilot_and_is_named(missions, name):
     vehicle, flights = missions
-    ended, commander = flights[name]
-    said = ended.output + commander
+    ended = flights[name]
+    said = ended.output
     assert any(words in said for words in FAULTS[name][2].split("|")), said
     assert (ended.code == 0) == (name in GOOD), said
     if name == "pilot":
-        taken = next(at for at, what in ended.report["events"] if what == "pilot")
+        taken = when(ended, "pilot")
         assert not [what for at, what in ended.report["events"] if at > taken and "command" in what]
         sent = [*ended.report.get("heartbeats", []), *(row[0] for row in ended.report.get("setpoints", []))]
         assert vehicle != "px4" or max(sent) < taken + 0.1
@@ -151,24 +100,15 @@ def test_a_mission_on_mujoco_takes_off_flies_holds_and_lands(tmp_path):
 
 
 def test_a_landing_of_ours_is_disarmed_on_the_ground(tmp_path):
-    ended, _ = flown(tmp_path / "ours", "px4", {}, "takeoff:1.5,hold:1,land", "-p", "arming.landing:=ours")
+    ended = flown(tmp_path / "ours", "px4", {}, "takeoff:1.5,hold:1,land", "-p", "arming.landing:=ours")
     assert ended.code == 0, ended.output
     assert "command 21" not in happened(ended)
     assert height_at(ended, "px4", "disarmed") < 0.05
 
 
 def test_the_autopilots_own_take_off_is_flown_on_by_us(tmp_path):
-    ended, _ = flown(tmp_path / "climb", "px4", {}, "takeoff:3,hold:2,land", "-p", "arming.takeoff:=autopilot")
+    ended = flown(tmp_path / "climb", "px4", {}, "takeoff:3,hold:2,land", "-p", "arming.takeoff:=autopilot")
     assert ended.code == 0, ended.output
     events = happened(ended)
     assert events.index("command 22") < events.index("took off") < events.index("nav_state 18, arming_state 2")
     assert 2.7 < heights(ended, "px4")[1].max() < 3.4
-
-
-def test_a_mission_is_flown_in_our_own_mode_of_px4(tmp_path):
-    ours = ["-p", "mode:=attitude", "-p", "external_mode:=Case flight"]
-    ended, commander = flown(tmp_path / "mode", "px4", {"external": "accepted"}, WHOLE, *ours)
-    assert ended.code == 0, ended.output + commander
-    events = happened(ended)
-    assert events.index("nav_state 23, arming_state 2") < events.index("nav_state 18, arming_state 2")
-    assert "command 176" not in events

@@ -8,8 +8,9 @@ from quad_bringup import vehicle_owner
 from quad_core.parameters import ParameterError
 
 
-def asked(given, realtime=True, own=()):
-    return vehicle_owner.commands(argparse.Namespace(vehicle_owner=given, realtime=realtime, own=list(own)))
+def asked(given, realtime=True, own=(), mission="takeoff,land"):
+    options = argparse.Namespace(vehicle_owner=given, realtime=realtime, own=list(own), mission=mission)
+    return vehicle_owner.commands(options)
 
 
 @pytest.mark.parametrize(
@@ -31,6 +32,7 @@ SPACED = [
     "trajectory.period_steps=2",
     "position_controller.period_steps=2",
     "attitude_controller.period_steps=2",
+    "commander.period_steps=2",
 ]
 
 
@@ -39,19 +41,17 @@ AGES = [f"commander.modes.{age}=60" for age in ("reference_late", "reference_los
 
 
 @pytest.mark.parametrize(
-    ("given", "mission", "found"),
+    ("given", "found"),
     [
-        (None, "takeoff,land", []),
-        ("px4=file", None, SPACED),
-        ("mavlink=file", None, SPACED),
-        ("crazyflie=file", None, ["flight.plant_period=5000000", *SPACED[1:]]),
-        ("joined=file", None, [*SPACED, *PATIENT]),
-        ("px4=file", "takeoff,land", [*SPACED, "commander.period_steps=2"]),
-        ("joined=file", "takeoff,land", [*SPACED, *PATIENT, "commander.period_steps=2", *AGES]),
+        (None, []),
+        ("px4=file", SPACED),
+        ("mavlink=file", SPACED),
+        ("crazyflie=file", ["flight.plant_period=5000000", *SPACED[1:]]),
+        ("joined=file", [*SPACED, *PATIENT, *AGES]),
     ],
 )
-def test_periods_fit_the_spacing_of_states_and_nothing_ages_while_a_joined_plant_waits(given, mission, found):
-    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=given, mission=mission)) == found
+def test_periods_fit_the_spacing_of_states_and_nothing_ages_while_a_joined_plant_waits(given, found):
+    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=given)) == found
 
 
 def test_what_is_missing_is_named(tmp_path):
@@ -63,6 +63,10 @@ def test_what_is_missing_is_named(tmp_path):
         ({"given": "mavlink"}, "docs/how_to/mavlink.md"),
         ({"given": f"px4={tmp_path / 'none.yaml'}"}, "found no file"),
         ({"given": f"px4={file}", "realtime": False}, "expected --realtime"),
+        (
+            {"given": f"px4={file}", "mission": None},
+            "found no mission, expected one: --mission takeoff:2,case2,hold:5,l",
+        ),
         ({"given": f"px4={file}", "own": ["simulator=true"]}, "--own simulator"),
     ):
         with pytest.raises(ParameterError, match=words):

@@ -102,7 +102,6 @@ class FakeAutopilot(Fake):
                     "HEARTBEAT": self.on_heartbeat,
                     "SET_ATTITUDE_TARGET": self.on_target,
                     "COMMAND_LONG": self.on_command,
-                    "TIMESYNC": self.on_timesync,
                     "PARAM_REQUEST_READ": self.on_parameter,
                 }.get(message.get_type())
                 if handler:
@@ -112,10 +111,6 @@ class FakeAutopilot(Fake):
         self.report["heartbeats"].append(round(self.now, 3))
         if message.autopilot == 8 and message.type in (6, 18):
             self.last_gcs = self.now
-
-    def on_timesync(self, message):
-        if message.tc1 == 0:
-            self.send(mavlink.MAVLink_timesync_message(round(1e9 * self.now), message.ts1))
 
     def on_parameter(self, message):
         values = {"GUID_OPTIONS": self.options["guid_options"], "ATC_ANGLE_BOOST": self.options["angle_boost"]}

@@ -23,7 +23,7 @@ LONGEST_AGE = 0.06  # s: two of the largest spacings, and a while for a wrench o
 BOOT = 40  # readings without an answer
 SLICE, PATIENCE = 0.005, 0.0005  # s without a look at DDS; s for the next reading
 RESTING = -0.13  # m, NED: where the vehicle stands on its feet
-JOINED = {"leave_at": 0, "alien_clock": False, "state_stops": 0.0}
+JOINED = {"leave_at": 0, "alien_clock": False}
 
 
 class Carried(Body):
@@ -85,8 +85,6 @@ class FakeJoinedPx4(FakePx4):
             self.lags.append(round(self.now - 1e-6 * sampled, 6))
 
     def send_odometry(self):
-        if 0.0 < self.joined["state_stops"] < self.flown_for:
-            return
         if self.is_flown:
             age = self.now - 1e-6 * max(self.answered)
             self.expect(age <= LONGEST_AGE, f"flown on for {age:.3f} s without a wrench")

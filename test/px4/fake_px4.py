@@ -274,7 +274,7 @@ class FakePx4(Fake):
         if self.stream_lost != self.flags.offboard_control_signal_lost or self.now > 1e-6 * self.flags.timestamp + 0.5:
             self.flags = msg.FailsafeFlags(
                 timestamp=self.stamp(),
-                local_position_invalid=self.options["bad_preflight"],
+                attitude_invalid=self.options["bad_preflight"],
                 offboard_control_signal_lost=self.stream_lost,
             )
         if round(self.now / 0.004) % 50 == 0:  # five times a second, whenever it changed

@@ -2,11 +2,11 @@
 
 ::
 
-    STREAM -> PROBE -> STREAM -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
+    STREAM -> PROBE -> STREAM -> STANDBY -> MODE -> ARM -> SPOOL_UP -> FLY -> LAND -> LANDED
                 any of them -> RELEASED: quiet for good, nothing is asked of the autopilot again
 
-With a commander (``Inputs.wish``) the sequence stands in STANDBY until it is to arm, an own take-off of the autopilot
-is CLIMB -> RETURN -> FLY, and after a landing of ours FLY -> DISARM -> LANDED.
+The commander's mode (``Inputs.wish``) leads from STANDBY on. An own take-off of the autopilot is
+FLY -> CLIMB -> RETURN -> FLY, and a landing of ours ends with FLY -> DISARM -> LANDED.
 
 ``step`` is called every 20 ms and is pure; ``RULES`` is the table of all that ends a phase. An autopilot leaves the
 offboard mode by itself a while after the last heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last
@@ -69,7 +69,7 @@ STREAM, MODE, ARM, SPOOL_UP, FLY, LAND, LANDED, RELEASED, PROBE, STANDBY, CLIMB,
 
 
 class Wish(IntEnum):
-    """What the flight wants of the autopilot now; a flight without commander wants FLY throughout."""
+    """What the flight wants of the autopilot now."""
 
     GROUND = 0
     """Stay disarmed, or disarm on the ground."""
@@ -106,8 +106,7 @@ class Inputs(NamedTuple):
 
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
     has waited for a command. ``refusal``: why the flight must not begin, empty if it may. ``stop``: why it must end
-    now, empty if it need not. ``ended``: it has flown to its planned end. ``silence``: time since the autopilot sent
-    anything.
+    now, empty if it need not. ``silence``: time since the autopilot sent anything.
     """
 
     now: float
@@ -118,7 +117,6 @@ class Inputs(NamedTuple):
     state_age: float = math.inf
     refusal: str = ""
     stop: str = ""
-    ended: bool = False
     silence: float = 0.0
     wish: Wish = Wish.FLY
 
@@ -172,9 +170,7 @@ class Case:
         self.left = math.isfinite(memory.left_at)
         self.unnamed = said.control == Control.UNSAID and inputs.now - memory.left_at < NAMED_WITHIN
         self.spooled = inputs.autopilot_time - memory.spooled_from >= limits.spool_up
-        # the first command may take longer, for the vehicle stands on the ground
-        starting = math.isinf(inputs.command_age) and self.elapsed <= limits.first_command
-        self.uncommanded = inputs.command_age > limits.command_timeout and not starting
+        self.uncommanded = inputs.command_age > limits.command_timeout
         self.undisarmed = self.elapsed > DISARMED_WITHIN and inputs.wish != Wish.KILL
         self.unaware = bool(profile.loss_limit) and not memory.noticed <= profile.loss_limit
         self.patient = self.elapsed <= PROBE_PATIENCE
@@ -228,8 +224,7 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     ((STREAM,), lambda c: c.unaware, RELEASED, _UNAWARE),
     ((STREAM,), lambda c: c.inputs.refusal and c.late, RELEASED, "arming refused: {i.refusal}"),
     ((STREAM,), lambda c: c.inputs.refusal, None, ""),
-    ((STREAM,), lambda c: c.wish == Wish.GROUND, STANDBY, ""),
-    ((STREAM,), lambda c: c.wish != Wish.GROUND, MODE, ""),
+    ((STREAM,), lambda _: True, STANDBY, ""),
     ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
     ((STANDBY,), lambda c: Wish.IDLE <= c.wish <= Wish.CLIMB, MODE, ""),
     # to the flight
@@ -246,7 +241,7 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     ((FLY,), lambda c: c.uncommanded, LAND, "controllers: no command for {silent:.0f} ms"),
     ((FLY,), lambda c: c.wish == Wish.GROUND, DISARM, ""),
     ((FLY,), lambda c: c.wish == Wish.CLIMB, CLIMB, ""),
-    ((FLY,), lambda c: c.inputs.ended or c.wish == Wish.LAND, LAND, ""),
+    ((FLY,), lambda c: c.wish == Wish.LAND, LAND, ""),
     # a take-off of the autopilot's own, and back to our mode
     (_TAKE_OFF, lambda c: c.wish in (Wish.GROUND, Wish.LAND), LAND, "landing asked for during the take-off"),
     ((CLIMB,), lambda c: c.control == Control.OTHER, RELEASED, "{taken} during its take-off: {now}"),
@@ -345,8 +340,8 @@ def _stream(case: Case) -> tuple[bool, Setpoint]:
         return fresh, Setpoint.COMMAND
     if phase not in (FLY, LAND) or case.control != Control.OURS:
         return False, Setpoint.NONE
-    if math.isinf(age) or (phase == FLY and case.wish in (Wish.GROUND, Wish.IDLE, Wish.CLIMB)):
-        return phase == FLY, Setpoint.IDLE
+    if phase == FLY and case.wish in (Wish.GROUND, Wish.IDLE, Wish.CLIMB):
+        return True, Setpoint.IDLE
     if case.memory.distrusted or not fresh:
         return False, Setpoint.LEVEL
     return True, Setpoint.COMMAND

@@ -9,7 +9,6 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 from quad_autopilot import arming, odometry
@@ -42,6 +41,8 @@ from quad_node.vehicle_node import VehicleNode
 
 BEAT = 0.02
 """Seconds between two steps of the sequence, and between two heartbeats."""
+LOOK = 0.002
+"""Seconds between two looks at a link that is no topic."""
 OVER = (FlightState.ENDED, FlightState.FAILED)
 _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
@@ -90,7 +91,7 @@ class AutopilotInterface:
         return ""
 
     def take(self) -> None:
-        """Take what has come; called before each beat, and after ``node.wake``."""
+        """Take what has come; called before each beat."""
 
     def send_request(self, request: Request) -> None:
         """Send a command."""
@@ -137,12 +138,17 @@ class AutopilotNode(VehicleNode):
             raise ParameterError(
                 "flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted"
             )
+        if self.link is None:
+            raise ParameterError(
+                "flight.roles: found no commander, expected one: scripts/fly --mission takeoff:2,case2,hold:5,land"
+            )
+        self.commander = self.link
         self.sequence = arming.Memory()
         self.state: VehicleState | None = None
         self.sample: odometry.Sample | None = None
         self.stop, self.origin, self.heard = "", -1, -math.inf
-        self.commanded_at, self._unanswered_at, self._beat_at = -math.inf, math.inf, math.inf
-        self._ended = self._is_landing = self._is_waking = self._has_climbed = False
+        self._unanswered_at, self._beat_at = math.inf, math.inf
+        self._is_landing = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self.large_resets = 0
@@ -163,18 +169,6 @@ class AutopilotNode(VehicleNode):
     def profile(self) -> Profile:
         """How the autopilot is asked."""
         return self.interface.profile
-
-    def wake(self) -> None:
-        """Have the executor take what has come; may be called in any thread."""
-        executor = self.ros.executor
-        if executor is not None and not self._is_waking:
-            self._is_waking = True
-            with suppress(RuntimeError):  # the process is leaving
-                executor.create_task(self._on_wake)
-
-    def _on_wake(self) -> None:
-        self._is_waking = False
-        self.interface.take()
 
     def stamps(self) -> Stamps:
         """Return the autopilot's time as its last state gave it."""
@@ -210,15 +204,14 @@ class AutopilotNode(VehicleNode):
                 moved = state.p_w.z - self.state.p_w.z
                 self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved)  # it moves along
         is_flying = self.sequence.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)
-        is_flying = is_flying and (self.link is None or self.link.armed)  # armed, its rotors idle: it stands
+        is_flying = is_flying and self.commander.armed  # else its rotors idle: it stands
         if not is_flying:
             self._standing.note(1e-6 * sample.timestamp_sample, state)
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
         state = marked(state, self.lift)
         self.sample, self.state, self.heard = sample, state, self.interface.clock()
-        flown = self.is_obeyed() and self.sequence.phase in (Phase.FLY, Phase.LAND)
-        # a commander looks at the vehicle before it is armed, and while the autopilot flies it
-        if self.phase == FlightState.FLYING and (flown or (self.commanded and self.sequence.phase != Phase.RELEASED)):
+        # the commander looks at the vehicle before it is armed, and while the autopilot flies it
+        if self.phase == FlightState.FLYING and self.sequence.phase != Phase.RELEASED:
             self._publish_step(sample, state)
         self.interface.on_accepted(sample)
 
@@ -237,8 +230,6 @@ class AutopilotNode(VehicleNode):
         turned = jump.tilt > _RESET_TILT or jump.heading > _RESET_HEADING
         if self.sequence.phase == Phase.FLY and (jump.distance > self.settings.reset_limit or turned):
             self.large_resets += 1
-            if not self.commanded:
-                self.stop = self.stop or f"{self.profile.state}: {text}"
 
     def _publish_step(self, sample: odometry.Sample, state: VehicleState) -> None:
         """Publish what was made of the last command, and the state; stamps stand on the plant period's grid."""
@@ -254,7 +245,6 @@ class AutopilotNode(VehicleNode):
             publisher.publish(pack(self.interface.predicted, self.current_step, self.current_step + 1, self.elapsed_ns))
         self.current_step = step
         self.interface.on_published()
-        self._ended = bool(self.end_step) and step >= self.end_step
         self.asked_at = time.monotonic()
         self._unanswered_at = min(self._unanswered_at, self.interface.clock())
         publisher, pack = self._state_out
@@ -274,8 +264,8 @@ class AutopilotNode(VehicleNode):
     def prepare(self) -> list[str]:
         """Return what the autopilot still has to do before step 0."""
         phase = self.sequence.phase
-        is_ready = phase == (Phase.STANDBY if self.commanded else Phase.FLY)
-        return self.interface.missing() or ([] if is_ready else [f"{self.profile.name} ({phase.name.lower()})"])
+        waits = [] if phase == Phase.STANDBY else [f"{self.profile.name} ({phase.name.lower()})"]
+        return self.interface.missing() or waits
 
     def waits_for(self) -> list[str]:
         """Return what must come before the flight begins, the autopilot's part included."""
@@ -304,17 +294,15 @@ class AutopilotNode(VehicleNode):
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
-        if self.link is not None and (not self.link.armed or self._wish() == Wish.CLIMB):
+        if not self.commander.armed or self._wish() == Wish.CLIMB:
             return False
         return self.sequence.phase == Phase.RETURN or (self.sequence.phase == Phase.FLY and self.is_obeyed())
 
     def _wish(self) -> Wish:
-        """Return what the flight wants of the autopilot: without a commander always to fly."""
-        if self.link is None:
-            return Wish.FLY
-        mode = self.link.mode.value.mode
+        """Return what the commander's mode wants of the autopilot."""
+        mode = self.commander.mode.value.mode
         if mode == FlightMode.PILOT:
-            return Wish.GROUND if self.sequence.phase in (Phase.STREAM, Phase.STANDBY) else Wish.FLY
+            return Wish.GROUND if self.sequence.phase == Phase.STANDBY else Wish.FLY
         own = self.settings.arming
         self._has_climbed = self._has_climbed or self.sequence.phase == Phase.RETURN
         # what the guard stops in the simulator, an autopilot lands: it has states and laws of its own
@@ -332,7 +320,7 @@ class AutopilotNode(VehicleNode):
     def _tell(self, now: float) -> None:
         """Publish what the autopilot says, when it changes and twice a second."""
         phase, said = self.sequence.phase, self.interface.autopilot
-        if self.link is None or said is None:
+        if said is None:
             return
         # on the ground what speaks against arming, in flight what is new since it began
         usual = self.sequence.usual if phase in _ALOFT else said.reasons if said.checks_pass else ()
@@ -384,11 +372,10 @@ class AutopilotNode(VehicleNode):
             1e-6 * self.stamps().now,
             interface.autopilot,
             interface.ack,
-            self._command_age(now),
+            max(now - self._unanswered_at, 0.0),
             now - self.heard,
             self._refusal() if self.sequence.phase == Phase.STREAM else "",
             self.stop,
-            self._ended,
             now - interface.spoke_at,
             self._wish(),
         )
@@ -396,8 +383,6 @@ class AutopilotNode(VehicleNode):
         self._tell(now)
         self._report_reasons()
         interface.ack = None
-        if self.sequence.phase == Phase.LAND:
-            self.input_watch.rest()  # controllers rest while the autopilot lands
         if output.request is not None:
             self._ask(output.request)
         if output.heartbeat:
@@ -409,14 +394,14 @@ class AutopilotNode(VehicleNode):
             self._end(output.reason, output.failed, now)
 
     def _end(self, reason: str, failed: bool, now: float) -> None:
-        """End the flight of a sequence that is over, once a commander has taken note of it."""
-        if self.link is not None and self.phase == FlightState.FLYING:
-            if not self.link.is_over and now - self.sequence.since < _COMMANDER_ENDS:
+        """End the flight of a sequence that is over, once the commander has taken note of it."""
+        if self.phase == FlightState.FLYING:
+            if not self.commander.is_over and now - self.sequence.since < _COMMANDER_ENDS:
                 return  # it takes note of what has become of the vehicle
-            is_seen = self.link.is_over or self.sequence.phase == Phase.RELEASED
+            is_seen = self.commander.is_over or self.sequence.phase == Phase.RELEASED
             unseen = "" if is_seen else f"{self.profile.name} disarmed before the mission had ended"
             cause = "" if self.cause in reason else self.cause
-            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.link.outcome, cause, unseen))))
+            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.commander.outcome, cause, unseen))))
             failed = bool(reason)
         super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
 
@@ -430,11 +415,7 @@ class AutopilotNode(VehicleNode):
 
     def on_command(self) -> None:
         """Note that a command has come: no state waits for one any more."""
-        self.commanded_at, self._unanswered_at = self.interface.clock(), math.inf
-
-    def _command_age(self, now: float) -> float:
-        """Return for how long in s a state has waited for a command; infinite before the first command."""
-        return max(now - self._unanswered_at, 0.0) if math.isfinite(self.commanded_at) else math.inf
+        self._unanswered_at = math.inf
 
     def arming_refusal(self) -> str:
         """Return why the vehicle must not be armed in our mode now; empty where it may, or flies."""
@@ -476,11 +457,9 @@ class AutopilotNode(VehicleNode):
         self.exit_code = 1
 
     def measurements(self) -> dict[str, float]:
-        """Return diagnostics: the base's, where the autopilot stands, and how old its states are when sent."""
+        """Return diagnostics: the base's, the interface's, and where the autopilot stands."""
         found = {**super().measurements(), "autopilot_phase": int(self.sequence.phase), **self.interface.measurements()}
         found["actuation_predicted"] = int(self.interface.is_predicting)
-        if self.sample is not None:
-            found["state_age_ms"] = 1e-3 * (self.sample.timestamp - self.sample.timestamp_sample)
         return found
 
     def close(self) -> None:

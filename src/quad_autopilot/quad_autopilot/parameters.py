@@ -8,12 +8,12 @@ from quad_core.parameters import Choice, Real, Whole
 ThrustCurve = Annotated[
     float, Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0)
 ]
-ResetLimit = Annotated[float, Real("m", "largest jump of the estimate that is flown through; beyond: land", 0.0, 100.0)]
+ResetLimit = Annotated[float, Real("m", "largest jump of the estimate that is flown through; beyond: HOLD", 0.0, 100.0)]
 
 
 def rates(plant_period: int) -> tuple[str, ...]:
     """Return what the other nodes need: states every ``plant_period`` ns, and an answer to every second one."""
-    nodes = ("trajectory", "position_controller", "attitude_controller")
+    nodes = ("trajectory", "position_controller", "attitude_controller", "commander")
     return (f"flight.plant_period={plant_period}", *(f"{node}.period_steps=2" for node in nodes))
 
 
@@ -32,7 +32,6 @@ class ArmingParameters(NamedTuple):
     speed: Annotated[float, Real("m/s", "speed (velocity, change of position) that forbids arming", 0.01, 10.0)] = 0.15
     step_timeout: Annotated[float, Real("s", "longest time for the mode, and again for arming", 0.1, 600.0)] = 10.0
     spool_up: Annotated[float, Real("s", "time from armed to the first state", 0.0, 60.0, "COM_SPOOLUP_TIME")] = 1.0
-    first_command: Annotated[float, Real("s", "longest time for the controllers' first command", 0.02, 10.0)] = 0.5
     command_timeout: Annotated[float, Real("s", "age of the newest command at which it lands", 0.01, 0.08)] = 0.06
     state_timeout: Annotated[float, Real("s", "time without a state after which the autopilot lands", 0.02, 10.0)] = 0.1
     land_timeout: Annotated[float, Real("s", "longest landing; then the autopilot is left alone", 1.0, 3600.0)] = 60.0

@@ -214,7 +214,7 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
 
 
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
-    run_id = f"{case}-{secrets.token_hex(4)}"
+    own, run_id = _own(options), f"{case}-{secrets.token_hex(4)}"
     asked = {name: value for name, value in vars(options).items() if name in Request._fields}
     settings = [*vehicle_owner.settings(options), *options.settings]
     request = Request(**{**asked, "case": case, "settings": settings})
@@ -234,5 +234,5 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         nodes=nodes,
         limits=read_limits(limits),
         one_process=options.one_process,
-        own=_own(options),
+        own=own,
     )

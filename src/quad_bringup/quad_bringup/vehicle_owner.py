@@ -4,16 +4,13 @@ import argparse
 from pathlib import Path
 
 from quad_bringup.processes import executable
-from quad_core.cascade import COMMANDER, OWNERS, SIMULATOR
+from quad_core.cascade import OWNERS, SIMULATOR
 from quad_core.parameters import ParameterError
 
 INTERFACES = {interface.name: role for role, interface in OWNERS.items() if interface.name}
 """{name: role} of the vehicle interfaces that fly can start."""
 AUTOPILOT = "autopilot"
 """The limits of flights on an autopilot's estimate."""
-_AGES = ("reference_late", "reference_lost", "setpoint_lost", "state_lost")
-_PATIENT = 60
-"""Seconds of wall time after which a commander acts, joined: the plant waits, so nothing ages meanwhile."""
 
 
 def commands(options: argparse.Namespace) -> dict[str, list[str]]:
@@ -24,13 +21,18 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     expected = f"--vehicle-owner: found {options.vehicle_owner!r}, expected"
     if name not in INTERFACES:
         raise ParameterError(f"{expected} one of {', '.join(INTERFACES)}, and =FILE with its parameters")
-    page = OWNERS[INTERFACES[name]].page
+    interface = OWNERS[INTERFACES[name]]
+    page = interface.page
     if not file:
         raise ParameterError(f"{expected} {name}=FILE: the vehicle's own parameters, {page}")
     if not Path(file).is_file():
         raise ParameterError(f"--vehicle-owner: {name}: found no file {file!r}, expected its parameters, {page}")
     if not options.realtime:
         raise ParameterError("--vehicle-owner: found lockstep, expected --realtime: a vehicle's clock cannot be halted")
+    if interface.autopilot_lands and options.mission is None:
+        raise ParameterError(
+            f"--vehicle-owner: {name}: found no mission, expected one: --mission takeoff:2,case2,hold:5,land"
+        )
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
         raise ParameterError("--vehicle-owner: found --own simulator as well, expected one of them")
     return {SIMULATOR: [str(executable(INTERFACES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]}
@@ -39,10 +41,4 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
 def settings(options: argparse.Namespace) -> list[str]:
     """Return what the bridge needs of the other nodes, as --set takes it; the user's settings come after it."""
     name = (options.vehicle_owner or "").partition("=")[0]
-    if name not in INTERFACES:
-        return []
-    found = list(OWNERS[INTERFACES[name]].settings)
-    if options.mission is not None:
-        found.append(f"{COMMANDER}.period_steps=2")
-        found += [f"{COMMANDER}.modes.{age}={_PATIENT}" for age in (_AGES if name == "joined" else ())]
-    return found
+    return list(OWNERS[INTERFACES[name]].settings) if name in INTERFACES else []

@@ -2,27 +2,67 @@
 
 ``attitude_setpoint`` becomes manual setpoints, its log block becomes ``state``. It has no torque setpoint: attitude
 laws stay in shadow. ``actuation`` is a prediction: a Crazyflie reports none.
+
+cflib is under the GPL-3: this package imports it and is of use only with it, so who ships this package together with
+cflib ships the whole under the GPL-3. Nothing else of the stack imports either.
 """
 
+import importlib
+import logging
 import sys
-import time
+from collections import deque
+from typing import Any
 
 from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
-from quad_autopilot.autopilot import Request
-from quad_autopilot.node import AutopilotInterface, AutopilotNode
+from quad_autopilot.autopilot import (
+    ARM_DISARM,
+    DO_SET_MODE,
+    NAV_LAND,
+    Ack,
+    Autopilot,
+    Control,
+    Profile,
+    Request,
+)
+from quad_autopilot.node import LOOK, AutopilotInterface, AutopilotNode
 from quad_autopilot.parameters import Flier
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_crazyflie import setpoints
 from quad_crazyflie.parameters import CRAZYFLIE
-from quad_crazyflie.vehicle import PROFILE, CrazyflieVehicle
 from quad_msgs.msg import FlightState
 from quad_node.main import run
 
+PERIOD = 10
+"""Milliseconds between two log blocks: the shortest that a Crazyflie gives."""
+CAN_ARM, ARMED, AUTO_ARMED, CAN_FLY, FLYING, TUMBLED, LOCKED, CRASHED, HIGH_LEVEL = (1 << bit for bit in range(9))
+FAULTS = {TUMBLED: "tumbled", LOCKED: "locked: restart it", CRASHED: "crashed"}
+PROFILE = Profile(
+    "Crazyflie", "SETPOINTS", "log block", "log block", "is it on, and the URI right?", Request(DO_SET_MODE)
+)
+_TOUCHED = 0.05  # m
+MANUAL_SINCE = 10
+"""CRTP protocol version of firmware 2025.09, the first that takes manual setpoints: an older one drops them."""
+
+
+def load() -> tuple[Any, Any, Any]:
+    """Return cflib.crtp, Crazyflie and LogConfig; raises ParameterError if cflib is not there."""
+    try:
+        crtp, crazyflie, log = map(importlib.import_module, ("cflib.crtp", "cflib.crazyflie", "cflib.crazyflie.log"))
+        return crtp, crazyflie.Crazyflie, log.LogConfig
+    except ImportError as error:
+        raise ParameterError(
+            f"cflib: not found ({error}); install it in addition: "
+            "pip install --no-deps --require-hashes -r requirements/vehicles/lock.txt (GPL-3)"
+        ) from error
+
 
 class CrazyflieInterface(AutopilotInterface):
-    """A Crazyflie: unlocked, flown by angles, yaw rate and thrust, landed by itself."""
+    """A Crazyflie: unlocked, flown by angles, yaw rate and thrust, landed by itself.
+
+    ``blocks`` fills in cflib's thread; all else is the node's thread.
+    """
 
     profile = PROFILE
 
@@ -34,56 +74,140 @@ class CrazyflieInterface(AutopilotInterface):
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self._largest = setpoints.largest_thrust(self.settings) / 4.0
         self.predicted = thrust.predicted(0.0, self._largest)
-        self.crazyflie = CrazyflieVehicle(self.settings, node.wake)
+        crtp, kind, self._log_config = load()
+        logging.getLogger("cflib").setLevel(logging.CRITICAL)  # what matters comes by callback
+        if not crtp.CLASSES:
+            crtp.init_drivers()
+        self.blocks: deque[tuple[int, dict[str, float]]] = deque(maxlen=100)
+        self.problem = ""
+        self.battery = 0.0
+        self._info = 0
+        self._is_claimed = self._is_armed = self._is_landing = False
+        self._airborne_until = 0.0
+        self._cf = kind()
+        self._cf.connected.add_callback(self._on_connected)
+        self._cf.connection_failed.add_callback(self._on_problem)
+        self._cf.connection_lost.add_callback(self._on_problem)
+        self._cf.open_link(self.settings.uri)
+        node.every(LOOK, self.take)
+
+    def _on_problem(self, _uri: str, text: str) -> None:
+        self.problem = " ".join(text.partition("Traceback")[0].split())[:200]
+
+    def _on_connected(self, _uri: str) -> None:
+        version = self._cf.platform.get_protocol_version()
+        if version < MANUAL_SINCE:
+            self.problem = (
+                f"its firmware speaks CRTP version {version}, expected {MANUAL_SINCE} (firmware 2025.09) or later: "
+                "older firmware drops manual setpoints without a word"
+            )
+            return
+        block = self._log_config("state", PERIOD)
+        for name, kind in setpoints.BLOCK.items():
+            block.add_variable(name, kind)
+        try:
+            self._cf.log.add_config(block)
+        except (KeyError, AttributeError) as error:
+            self.problem = f"its firmware logs too little: {error}"
+            return
+        block.data_received_cb.add_callback(self._on_block)
+        block.start()
+
+    def _on_block(self, timestamp: int, data: dict[str, float], _block: Any) -> None:
+        self.blocks.append((timestamp, data))
 
     def take(self) -> None:
         """Take what cflib's thread has put down; a link or a battery that fails ends the flight."""
-        if self.crazyflie.blocks:
-            self.spoke_at = time.monotonic()
-        while self.crazyflie.blocks:
-            stamp, block = self.crazyflie.blocks.popleft()
-            self.crazyflie.note(block, time.monotonic())
+        while self.blocks:
+            self.spoke_at = self.clock()
+            stamp, block = self.blocks.popleft()
+            self.note(block)
             self.node.on_sample(setpoints.sample(stamp, block))
-        self.autopilot, self.ack = self.crazyflie.autopilot, self.crazyflie.ack or self.ack
-        self.crazyflie.ack = None
-        problem = self.crazyflie.refusal() if self.node.phase == FlightState.FLYING else ""
-        if self.crazyflie.problem:
-            problem = f"{self.settings.uri}: {self.crazyflie.problem}"
+        problem = self._battery_refusal() if self.node.phase == FlightState.FLYING else ""
+        if self.problem:
+            problem = f"{self.settings.uri}: {self.problem}"
         self.node.stop = self.node.stop or problem
+
+    def note(self, block: dict[str, float]) -> None:
+        """Take battery and flags of a block; disarm after a landing of its own."""
+        self.battery, self._info = 1e-3 * block["pm.vbatMV"], int(block["supervisor.info"])
+        height, now = 1e-3 * block["stateEstimateZ.z"] - self.node.lift.ground_z, self.clock()
+        if (self._info & FLYING and height > _TOUCHED) or not self._is_landing:
+            self._airborne_until = now + 0.5
+        elif now > self._airborne_until and self._is_armed:
+            self._cf.high_level_commander.stop()
+            self._cf.supervisor.send_arming_request(False)
+            self._is_armed = False
+        self._renew()
+
+    def _renew(self) -> None:
+        """Bring ``autopilot`` up to what the Crazyflie said last and was asked for."""
+        faults = tuple(text for bit, text in FAULTS.items() if self._info & bit)
+        others = bool(self._info & HIGH_LEVEL) and not self._is_landing
+        control = Control.LANDING if self._is_landing else Control.OURS if self._is_claimed else Control.OTHER
+        self.autopilot = Autopilot(
+            "HIGH_LEVEL" if others or self._is_landing else "SETPOINTS",
+            Control.OTHER if others else control,
+            self._is_armed and bool(self._info & ARMED) and not faults,
+            bool(faults),
+            bool(self._info & (CAN_ARM | ARMED)),
+            faults,
+        )
 
     def missing(self) -> list[str]:
         """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
-        is_known = self.autopilot is not None or self.crazyflie.problem
+        is_known = self.autopilot is not None or self.problem
         return [] if is_known else [f"{self.settings.uri}: the tables of its log and parameters"]
 
     def refusal(self) -> str:
         """Return what speaks against a flight: an empty battery, or thrust that does not suffice."""
         weak = thrust.weakness(self.node.vehicle, self._largest, "max_rotor_thrust at 100 %")
-        return self.crazyflie.refusal() or weak
+        return self._battery_refusal() or weak
+
+    def _battery_refusal(self) -> str:
+        if self.battery < self.settings.low_battery:
+            return f"battery {self.battery:.2f} V, expected at least {self.settings.low_battery:g} V"
+        return ""
 
     def send_request(self, request: Request) -> None:
-        """Ask for what the sequence wants in the Crazyflie's own way."""
-        state = self.node.state
-        height = state.p_w.z - state.ground_z if state else 0.0
-        self.crazyflie.request(request, height, self.node.lift.ground_z)
+        """Carry out what the sequence asks for in the Crazyflie's own way."""
+        if request.command == DO_SET_MODE:  # none is needed: setpoints take precedence
+            self._is_claimed = True
+        elif request.command == ARM_DISARM:
+            self._is_armed = request.param1 == 1.0
+            self._cf.supervisor.send_arming_request(self._is_armed)
+        elif request.command == NAV_LAND:
+            state, ground = self.node.state, self.node.lift.ground_z
+            height = state.p_w.z - state.ground_z if state else 0.0
+            self._is_landing = True
+            # without it the high level commander is not listened to
+            self._cf.commander.send_notify_setpoint_stop()
+            self._cf.high_level_commander.land(ground, max(height / self.settings.landing_speed, 1.0), yaw=None)
+        self.ack = Ack(request.command, 0)
+        self._renew()
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send angles, yaw rate and thrust."""
         self.predicted = thrust.predicted(setpoint.thrust, self._largest)
-        self.crazyflie.fly(setpoints.manual(self.settings, setpoint, state))
+        self._cf.commander.send_setpoint_manual(*setpoints.manual(self.settings, setpoint, state), rate=False)
 
     def send_safe(self, output: Setpoint, _newtons: float, _state: VehicleState) -> None:
-        """Send the zero setpoint on the ground; when given up nothing: the landing that is asked for comes first."""
+        """Send the zero setpoint on the ground: rotors stand, and the thrust is unlocked.
+
+        When given up nothing: the landing that is asked for comes first.
+        """
         if output == Setpoint.IDLE:
-            self.crazyflie.idle()
+            self._cf.commander.send_setpoint(0.0, 0.0, 0.0, 0)
 
     def measurements(self) -> dict[str, float]:
         """Return the battery in V."""
-        return {} if self.node.sequence.phase == Phase.STREAM else {"battery_v": self.crazyflie.battery}
+        return {} if self.node.sequence.phase == Phase.STREAM else {"battery_v": self.battery}
 
     def close(self) -> None:
-        """Close the link."""
-        self.crazyflie.close()
+        """Close the link without a word: cflib itself would send a zero setpoint, which drops a flying vehicle."""
+        if self._cf.link is not None:
+            self._cf.link.close()
+            self._cf.link = None
 
 
 def main() -> None:

@@ -166,7 +166,7 @@ def _report(options: argparse.Namespace) -> int:
 
     flights, command = _opened(options), shlex.join(["log", *sys.argv[1:]])
     names = options.names.split(",") if options.names else [flight.name for flight in flights]
-    if len(names) != len(flights) or len(set(names)) != len(names) or not all(names):
+    if len(names) != len(flights) or len(set(names)) != len(names):
         raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
     page = report_page(flights, names, command)
     if len(flights) == 1:

@@ -95,15 +95,6 @@ def other_type(topic: str) -> Callable[[Topics], None]:
     return change
 
 
-def on_estimate(topics: Topics) -> None:
-    """Make of a flight one on an autopilot's estimate whose truth is a text."""
-    kind = "quad_msgs/msg/NodeParameters"
-    said = flight_samples.message(kind, role="simulator", node="/joined_plant")
-    topics["/flight/parameters"] = (kind, flight_samples.definition(kind).text, [flight_samples.encoded(said)])
-    topics["/state"] = topics["/truth"]
-    other_type("/truth")(topics)
-
-
 def stamped(seconds: int, nanoseconds: int) -> Callable[[Topics], None]:
     """Return a change that gives every second message one absurd stamp."""
 
@@ -171,7 +162,6 @@ HOSTILE: dict[str, Callable[[Path], Path]] = {
             "/attitude_controller/internals", "/position_controller/internals",
         )
     },
-    "text on /truth beside an autopilot's estimate": lambda path: flight(path, on_estimate),
     "nan": lambda path: flight(path, number=float("nan")),
     "infinite": lambda path: flight(path, number=float("inf")),
     "nan inside": lambda path: flight(path, number=float("nan"), of="internals"),

@@ -7,9 +7,6 @@ imports it. Its own connections answer every sender and drop what a full TCP buf
 import importlib
 import select
 import socket
-import threading
-from collections.abc import Callable
-from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
@@ -19,7 +16,6 @@ AUTOPILOT, COMPANION, SIMULATOR = 1, 191, 51
 """MAV_COMP_ID."""
 _LARGEST = 65_536
 _BATCH = 1000
-_PATIENCE = 0.2
 _STUCK = 5.0  # s in which an autopilot that reads nothing counts as gone
 
 
@@ -70,23 +66,9 @@ class Link:
         self.mavlink, self.target_system = mavlink, target_system
         self.peer = address(connect, "connect") if connect else None
         self.strangers = self.lost = 0
-        self._locked = self._is_closed = False
-        self._taken = threading.Event()
+        self._locked = False
         self._codec = _codec(mavlink, source_system, COMPANION)
         self._socket = _opened(socket.SOCK_DGRAM, listen)
-
-    def start(self, wake: Callable[[], None]) -> None:
-        """Call ``wake`` in another thread whenever something has come; ``messages`` must take it."""
-
-        def watch() -> None:
-            while not self._is_closed:
-                with suppress(OSError, ValueError):  # closed meanwhile
-                    if select.select([self._socket], [], [], _PATIENCE)[0]:
-                        self._taken.clear()
-                        wake()
-                        self._taken.wait(_PATIENCE)
-
-        threading.Thread(target=watch, name="mavlink", daemon=True).start()
 
     def messages(self) -> list[Any]:
         """Return what the autopilot has sent; the first address that sends its HEARTBEAT is the autopilot's."""
@@ -105,7 +87,6 @@ class Link:
                     continue
                 elif self._is_peer(sender, message.get_type()):
                     found.append(message)
-        self._taken.set()
         return found
 
     def _is_peer(self, sender: tuple[str, int], kind: str) -> bool:
@@ -125,8 +106,7 @@ class Link:
                 self.lost += 1
 
     def close(self) -> None:
-        """Close the port; the watching thread ends."""
-        self._is_closed = True
+        """Close the port."""
         self._socket.close()
 
 

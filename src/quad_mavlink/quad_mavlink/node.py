@@ -1,26 +1,49 @@
 """`ros2 run quad_mavlink mavlink_bridge`: takes the simulator's place with a vehicle that PX4 or ArduPilot flies.
 
 ``attitude_setpoint`` becomes SET_ATTITUDE_TARGET, the autopilot's estimate becomes ``state``. MAVLink has no torque
-message: attitude laws stay in shadow. ``actuation`` is a prediction: the autopilot reports none.
+message: attitude laws stay in shadow. ``actuation`` is a prediction: the autopilot reports none. The autopilot is asked
+for its states (SET_MESSAGE_INTERVAL) and, ArduPilot, for the parameters that decide what a thrust means.
 """
 
+import math
 import sys
-import time
+from typing import Any
 
-from quad_autopilot import thrust
+from quad_autopilot import frames, thrust
 from quad_autopilot.arming import Setpoint
-from quad_autopilot.autopilot import Request
-from quad_autopilot.node import OVER, AutopilotInterface, AutopilotNode
+from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
+from quad_autopilot.node import LOOK, OVER, AutopilotInterface, AutopilotNode
+from quad_autopilot.odometry import Sample
+from quad_autopilot.parameters import Flier
+from quad_core.geometry import body_z, clamp
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, words
-from quad_mavlink.parameters import MAVLINK
-from quad_mavlink.vehicle import MavlinkVehicle
+from quad_mavlink.link import AUTOPILOT
+from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
 from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 
+SET_MESSAGE_INTERVAL = 511
+GUID_OPTIONS, ANGLE_BOOST = "GUID_OPTIONS", "ATC_ANGLE_BOOST"
+THRUST_AS_THRUST = 8
+"""Bit 3 of GUID_OPTIONS: without it SET_ATTITUDE_TARGET's thrust is a climb rate."""
+_PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
+_ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
+_HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
+_STATES = {words.PX4: (_ODOMETRY,), words.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
+_ATTITUDE_ONLY = 7  # type_mask: body rates are ignored
+_LEAST_COSINE = 0.1  # ArduPilot multiplies the thrust by 1 / cos(tilt) (ATC_ANGLE_BOOST), and boosts no further
+
+
+def fraction(settings: MavlinkBridgeParameters, setpoint: AttitudeThrust, boosts: bool) -> float:
+    """Return what the autopilot needs for the thrust of ``setpoint``: 0..1; ``boosts``: it divides by cos(tilt)."""
+    newtons = setpoint.thrust * (clamp(body_z(setpoint.q_wb).z, _LEAST_COSINE, 1.0) if boosts else 1.0)
+    share = clamp(newtons / (4.0 * settings.max_rotor_thrust), 0.0, 1.0)
+    return clamp(thrust.compensated(settings.autopilot_curve, settings.thrust_curve, share), 0.0, 1.0)
+
 
 class MavlinkInterface(AutopilotInterface):
-    """PX4 or ArduPilot over MAVLink: armed, flown by attitude, landed."""
+    """PX4 or ArduPilot over MAVLink: armed, flown by attitude, landed. Nothing is known before the first HEARTBEAT."""
 
     profile = words.UNKNOWN
 
@@ -30,47 +53,144 @@ class MavlinkInterface(AutopilotInterface):
         found = self.settings
         self.max_rotor_thrust = thrust.required(found.max_rotor_thrust)
         self.predicted = thrust.predicted(0.0, self.max_rotor_thrust)
-        self.udp = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
-        self.mavlink = MavlinkVehicle(self.udp, found)
-        self._is_level_sent = False
-        node.every(1.0, self._on_second)
-        self.udp.start(node.wake)
+        self.link = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
+        self.kind = 0
+        self.parameters: dict[str, float] = {}
+        self._charge, self._checks_pass, self._refused = math.nan, True, ""
+        self._texts: tuple[words.Text, ...] = ()
+        self._heartbeat: Any = None
+        self._position: Any = None
+        self._is_asked = self._is_level_sent = False
+        node.every(1.0, self.on_second)
+        node.every(LOOK, self.take)
 
     def take(self) -> None:
-        """Take what the watching thread has announced, and what it could not."""
-        before = self.mavlink.kind
-        for message in self.udp.messages():
-            self.spoke_at = now = time.monotonic()
-            sample = self.mavlink.handle(message, now)
+        """Take what has come."""
+        before = self.kind
+        for message in self.link.messages():
+            self.spoke_at = self.clock()
+            sample = self.handle(message)
             if sample is not None:
-                self.node.on_sample(self.mavlink.stamped(sample, now))
-        self.profile, self.autopilot = self.mavlink.profile, self.mavlink.autopilot
-        self.ack = self.mavlink.ack or self.ack
-        self.mavlink.ack = None
-        if self.mavlink.kind != before:
+                self.node.on_sample(sample)
+        if self.kind != before:
             self.node.estimator = self.profile.name
-            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.udp.peer}", always=True)
-            self._on_second()
+            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.link.peer}", always=True)
+            self.on_second()
 
-    def _on_second(self) -> None:
-        if self.node.phase not in OVER:
-            self.mavlink.every_second(time.monotonic())
-        if self.mavlink.refused and not self.node.sample:
-            self.node.event(FlightEvent.WARNING, "states_refused", self.mavlink.refused[-1], self.node.elapsed_ns)
+    def handle(self, message: Any) -> Sample | None:
+        """Take a message; return the estimate that it completes."""
+        kind = message.get_type()
+        if kind == "HEARTBEAT":
+            self._on_heartbeat(message)
+        elif kind == "COMMAND_ACK":
+            self._on_ack(message)
+        elif kind == "STATUSTEXT":
+            self._texts = words.heard(self._texts, self.clock(), message.severity, message.text, message.id)
+        elif kind == "SYS_STATUS":
+            asked = message.onboard_control_sensors_enabled & _PREARM
+            self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
+            self._charge = 0.01 * message.battery_remaining if message.battery_remaining >= 0 else math.nan
+        elif kind == "PARAM_VALUE":
+            self.parameters[message.param_id] = message.param_value
+        elif kind == "ODOMETRY" and self.kind == words.PX4:
+            return words.of_odometry(message)
+        elif kind == "LOCAL_POSITION_NED":
+            self._position = message
+        elif kind == "ATTITUDE_QUATERNION" and self.kind == words.ARDUPILOT:
+            return words.of_pair(message, self._position)
+        if self.kind and self._heartbeat is not None:
+            texts = words.newest(self._texts, self.clock())
+            self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge)
+        return None
+
+    def _on_heartbeat(self, message: Any) -> None:
+        self._heartbeat = message
+        if message.autopilot in words.PROFILES:
+            self.kind, self.profile = message.autopilot, words.PROFILES[message.autopilot]
+        elif not self.kind:
+            self.profile = words.UNKNOWN._replace(
+                hint=f"system {self.settings.target_system} is MAV_AUTOPILOT {message.autopilot}, "
+                f"expected {words.PX4} (PX4) or {words.ARDUPILOT} (ArduPilot)"
+            )
+
+    def _on_ack(self, message: Any) -> None:
+        if message.target_system not in (0, self.settings.source_system):
+            return
+        if message.command != SET_MESSAGE_INTERVAL:
+            self.ack = Ack(message.command, message.result)
+        elif message.result:
+            self._refused = f"SET_MESSAGE_INTERVAL: result {message.result}"
+
+    def on_second(self) -> None:
+        """Send our HEARTBEAT, and ask for what is still missing."""
+        if self.node.phase in OVER:
+            return
+        mavlink, target = self.link.mavlink, self.settings.target_system
+        self.link.send(
+            mavlink.MAVLink_heartbeat_message(_ONBOARD_CONTROLLER, _NO_AUTOPILOT, 0, 0, _ACTIVE, mavlink_version=3)
+        )
+        if self._refused and not self.node.sample:
+            self.node.event(FlightEvent.WARNING, "states_refused", self._refused, self.node.elapsed_ns)
+        if not self.kind:
+            return
+        for name in self._unanswered():
+            self.link.send(mavlink.MAVLink_param_request_read_message(target, AUTOPILOT, name.encode("ascii"), -1))
+        for identity in _STATES[self.kind]:
+            self._command(SET_MESSAGE_INTERVAL, identity, 1e6 * self.settings.state_interval)
+        for identity, microseconds in ((_HEARTBEAT, 1e5), (_SYS_STATUS, 1e6)):
+            if not self._is_asked:
+                self._command(SET_MESSAGE_INTERVAL, identity, microseconds)
+        self._is_asked = True
+
+    def _unanswered(self) -> list[str]:
+        """Return the parameters that must be known before a flight and are not."""
+        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == words.ARDUPILOT else ()
+        return [name for name in needed if name not in self.parameters]
 
     def refusal(self) -> str:
         """Return what speaks against a flight: too weak rotors, or parameters of the autopilot."""
-        weak = thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "max_rotor_thrust")
-        return weak or self.mavlink.refusal()
+        if self.kind == words.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+            return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
+        if missing := self._unanswered():
+            return f"{', '.join(missing)}: asked for, not answered"
+        if self.kind == words.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
+            found = int(self.parameters[GUID_OPTIONS])
+            return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
+        return thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "max_rotor_thrust")
+
+    @property
+    def boosts(self) -> bool:
+        """Whether the autopilot divides the thrust by the cosine of the tilt."""
+        return self.kind == words.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
 
     def send_request(self, request: Request) -> None:
         """Send a COMMAND_LONG."""
-        self.mavlink.request(request)
+        self._command(request.command, request.param1, request.param2, request.attempt)
+
+    def _command(self, command: int, param1: float, param2: float, attempt: int = 0) -> None:
+        first, second = (0.0 if math.isnan(value) else float(value) for value in (param1, param2))
+        place = [math.nan if command == NAV_TAKEOFF else 0.0] * 4  # here, to the height of MIS_TAKEOFF_ALT
+        self.link.send(
+            self.link.mavlink.MAVLink_command_long_message(
+                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, 0.0, *place
+            )
+        )
 
     def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
-        """Send an attitude and a thrust in N."""
+        """Send an attitude (FRD in NED) and a thrust as SET_ATTITUDE_TARGET, stamped with the state that it answers."""
         self.predicted = thrust.predicted(setpoint.thrust, self.max_rotor_thrust)
-        self.mavlink.fly(setpoint, self.node.stamps())
+        x, y, z, w = frames.attitude(setpoint.q_wb)
+        self.link.send(
+            self.link.mavlink.MAVLink_set_attitude_target_message(
+                self.node.stamps().sampled // 1000 & 0xFFFFFFFF,
+                self.settings.target_system,
+                AUTOPILOT,
+                _ATTITUDE_ONLY,
+                [w, x, y, z],
+                *(0.0, 0.0, 0.0),
+                fraction(self.settings, setpoint, self.boosts),
+            )
+        )
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude: as a stream before the flight, once when it is given up, for a stream keeps the mode."""
@@ -80,11 +200,11 @@ class MavlinkInterface(AutopilotInterface):
 
     def measurements(self) -> dict[str, float]:
         """Return what the link dropped."""
-        return {"strangers": self.udp.strangers, "lost_datagrams": self.udp.lost}
+        return {"strangers": self.link.strangers, "lost_datagrams": self.link.lost}
 
     def close(self) -> None:
         """Close the port."""
-        self.udp.close()
+        self.link.close()
 
 
 def main() -> None:

@@ -1,18 +1,16 @@
 """What SET_ATTITUDE_TARGET carries is what was asked for."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from frames_oracle import ned_frd
 from hypothesis import given
 from hypothesis import strategies as st
+from mavlink_without_link import bridge
 from scipy.spatial.transform import Rotation
 
-from quad_autopilot.autopilot import Stamps
-from quad_core.types import AttitudeThrust, Quat
+from quad_core.types import AttitudeThrust, Quat, VehicleState
+from quad_mavlink.node import fraction
 from quad_mavlink.parameters import MavlinkBridgeParameters
-from quad_mavlink.vehicle import MavlinkVehicle, fraction
 
 TM = 5.0
 SETTINGS = MavlinkBridgeParameters(max_rotor_thrust=TM)
@@ -27,10 +25,10 @@ def asked(rotation, newtons):
 
 def sent(setpoint):
     """Return type_mask, q, body rates and thrust of the message."""
-    found = []
-    pack = SimpleNamespace(MAVLink_set_attitude_target_message=lambda *fields: fields)
-    MavlinkVehicle(SimpleNamespace(mavlink=pack, send=found.append), SETTINGS).fly(setpoint, Stamps())
-    return [found[0][3], found[0][4], found[0][5:8], found[0][8]]
+    made = bridge(SETTINGS)
+    made.send_attitude(setpoint, VehicleState())
+    (found,) = made.sent
+    return [found[4], found[5], found[6:9], found[9]]
 
 
 def obeyed(q, thrust):

@@ -93,11 +93,6 @@ class InputWatch:
         for topic in () if node.commanded else self._limits:
             node.subscribe(topic, partial(self._on_setpoint, topic), raw=True)
 
-    def rest(self) -> None:
-        """Report no controller: for a vehicle interface whose time waits for them, however slow."""
-        if not self._node.commanded:
-            self._limits = {}
-
     def note(self, topic: str) -> None:
         """Note that ``topic`` has come."""
         self._heard[topic] = time.monotonic()

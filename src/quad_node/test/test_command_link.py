@@ -185,15 +185,7 @@ def test_in_lockstep_and_where_no_node_sends_it_nothing_is_watched(options):
 def test_a_commander_that_leaves_a_state_unanswered_is_named_after_half_a_second(clock):
     owner = Owner(commanded=True, roles=(*ROLES, "commander"))
     watch = InputWatch(owner, lambda role: 5)
-    watch.rest()
     watch.note("flight/mode")
     clock.now += 60.0  # without a state: what comes then waits from there on
     assert after(watch, clock, 0.45) == ""
     assert after(watch, clock, 0.15) == "commander does not answer: flight/mode older than 0.5 s"
-
-
-def test_a_vehicle_interface_whose_time_waits_for_its_controllers_watches_nothing(owner, clock):
-    watch = InputWatch(owner, lambda role: 5)
-    owner.setpoint()
-    watch.rest()
-    assert after(watch, clock, 60.0) == ""

@@ -19,7 +19,7 @@ from quad_autopilot.node import AutopilotInterface, AutopilotNode
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, Vec3, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
-from quad_guard.guard import ASK_DESCEND, REQUESTED
+from quad_guard.guard import REQUESTED
 from quad_msgs.msg import FlightEvent
 from quad_node.codec import Stamped
 from quad_node.main import run
@@ -42,7 +42,7 @@ class Px4Interface(AutopilotInterface):
         super().__init__(node)
         self.px4 = messages.load()
         airframe = airframe or self.settings.airframe
-        self._mode, self.mapping = Mode(self.settings.mode), mapping.build(airframe)
+        self._mode, self.mapping = Mode(getattr(self.settings, "mode", Mode.WRENCH)), mapping.build(airframe)
         self.by_attitude = self._mode == Mode.ATTITUDE
         self.predicted = mapping.predict(self.mapping, Wrench())
         self._status: Any = None
@@ -211,13 +211,16 @@ class Px4Interface(AutopilotInterface):
 
     def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
         """Send level attitude, or no torque; what the guard flies where it has taken over."""
-        if output == Setpoint.LEVEL:
-            self.node.guard_request = ASK_DESCEND
         if self.by_attitude:
             super().send_safe(output, newtons, state)
         else:
             is_guarded = output == Setpoint.LEVEL and self.node.guard.taken_over
             self._send_wrench(self._flown if is_guarded else Wrench(newtons, Vec3()), self.node.stamps())
+
+    def measurements(self) -> dict[str, float]:
+        """Return how old PX4's states are when it sends them."""
+        stamps = self.node.stamps()
+        return {"state_age_ms": 1e-3 * (stamps.now - stamps.sampled)}
 
     def close(self) -> None:
         """Take our mode out of PX4's list."""

@@ -57,11 +57,10 @@ def _tables(flight: Flight) -> tuple[dict[str, Table], dict[str, int]]:
     tables, left_out = dict[str, Table](), dict[str, int]()
     for topic in TOPICS:
         source = truth_topic(flight) if topic == "truth" else topic
-        for name in filter(flight.has, dict.fromkeys((topic, source))):  # checks and notes read a replaced truth
-            _check(flight, name, flight.array(name))
         if not flight.has(source):
             continue
         table = flight.array(source)
+        _check(flight, source, table)
         good = _usable(topic, table)
         if topic == "truth" and not good.any():
             where = f"{flight.path}: {source}"

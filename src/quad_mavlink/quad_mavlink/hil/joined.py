@@ -14,7 +14,7 @@ from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
 from quad_autopilot.node import BEAT, OVER, AutopilotNode
-from quad_core.cascade import COMMAND, COMMANDER, STAGES, TRAJECTORY
+from quad_core.cascade import COMMAND, COMMANDER, STAGES
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
 from quad_dynamics.node import announce
@@ -65,15 +65,13 @@ class JoinedInterface(Px4Interface):
         sensors = Sensors(truth_steps=self.settings.truth_period_steps)
         suite = Suite(sensors, node.flight.seed, period, node.vehicle.gravity)
         self.exchange, self.gate = Exchange(mavlink, self._server, suite), Gate(self.settings.gate)
-        node.input_watch.rest()  # the gate waits for them
         self._period_us, self._dt = period // 1000, seconds(1, period)
         self._truth_out, self._disturbance_out = node.output("truth"), node.output("disturbance")
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
         self._booting, self._steps, self._outputs = "the plant", 0, motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
-        first = COMMANDER if node.commanded else TRAJECTORY
-        answers = {first: "reference", **{stage.role: stage.gives for stage in STAGES}}
+        answers = {COMMANDER: "reference", **{stage.role: stage.gives for stage in STAGES}}
         self._answers = {role: topic for role, topic in answers.items() if role in node.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
             node.subscribe(topic, partial(self._on_payload, topic), raw=True)
@@ -234,7 +232,7 @@ class JoinedInterface(Px4Interface):
     def _publish_moved(self) -> None:
         """Publish truth, disturbance and actuation of the flight's steps, those before its origin was known too."""
         node = self.node
-        if node.origin < 0 or node.phase != FlightState.FLYING or not (node.commanded or node.is_obeyed()):
+        if node.origin < 0 or node.phase != FlightState.FLYING:
             return
         while self._moved:
             at, truth, disturbance, actuation = self._moved.popleft()

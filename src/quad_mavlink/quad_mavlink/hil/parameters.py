@@ -4,9 +4,9 @@ from typing import Annotated, NamedTuple
 
 from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
-from quad_core.parameters import Choice, Real, Text, Whole
+from quad_core.parameters import Real, Text, Whole
 from quad_core.roles import PLANT_SLOTS, VehicleInterface
-from quad_px4.parameters import LossLimit, Mode
+from quad_px4.parameters import LossLimit
 
 
 class GateParameters(NamedTuple):
@@ -23,7 +23,6 @@ class GateParameters(NamedTuple):
 class JoinedPlantParameters(NamedTuple):
     """The plant under PX4's simulator interface and the bridge to PX4 in one vehicle interface."""
 
-    mode: Annotated[int, Choice(("wrench", "motors"), "sent to PX4: thrust and torque, or motors")] = Mode.WRENCH.value
     plant: Annotated[str, Text("plug-in of group quad.plant")] = "rigid_body"
     disturbance: Annotated[str, Text("plug-in of group quad.disturbance")] = "none"
     sensing: Annotated[str, Text("plug-in of group quad.sensing; not used: `state` is PX4's estimate")] = "sensor"
@@ -40,14 +39,20 @@ class JoinedPlantParameters(NamedTuple):
 
 
 JOINED = "joined_plant"
+_AGES = ("reference_late", "reference_lost", "setpoint_lost", "state_lost")
 INTERFACE = VehicleInterface(
     "quad_mavlink",
     JoinedPlantParameters,
     PLANT_SLOTS,
     "joined",
     "docs/how_to/px4.md",
-    # s of wall time: the plant waits for the autopilot, so nothing ages meanwhile
-    (*rates(4_000_000), "position_controller.input_timeout=60", "attitude_controller.input_timeout=60"),
+    (
+        *rates(4_000_000),
+        # s of wall time: the plant waits for the autopilot, so nothing ages meanwhile
+        "position_controller.input_timeout=60",
+        "attitude_controller.input_timeout=60",
+        *(f"commander.modes.{age}=60" for age in _AGES),
+    ),
     autopilot_lands=True,
     flies_on_estimate=True,
 )

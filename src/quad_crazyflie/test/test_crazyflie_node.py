@@ -4,19 +4,24 @@ from unittest.mock import Mock, call
 
 import pytest
 
+from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import ARM_DISARM, DO_SET_MODE, NAV_LAND, Control, Request
-from quad_crazyflie import vehicle as module
+from quad_core.types import AttitudeThrust, Vec3, VehicleState
+from quad_crazyflie import node as module
+from quad_crazyflie import setpoints
 from quad_crazyflie.parameters import CrazyflieBridgeParameters
-from quad_crazyflie.setpoints import Manual
 
 ARMED, FLYING, TUMBLED, HIGH_LEVEL = 2, 16, 32, 256
+SETTINGS = CrazyflieBridgeParameters(max_rotor_thrust=0.15, landing_speed=0.5)
 
 
 @pytest.fixture
 def vehicle(monkeypatch):
     cflib = Mock()
     monkeypatch.setattr(module, "load", lambda: (Mock(CLASSES=[1]), lambda: cflib, Mock()))
-    made = module.CrazyflieVehicle(CrazyflieBridgeParameters(max_rotor_thrust=0.15, landing_speed=0.5), lambda: None)
+    node = Mock(settings=SETTINGS, state=None)
+    node.lift.ground_z = 0.0
+    made = module.CrazyflieInterface(node)
     made.cflib = cflib
     return made
 
@@ -25,10 +30,21 @@ def block(info, height=1.0):
     return {"pm.vbatMV": 4000.0, "supervisor.info": info, "stateEstimateZ.z": 1000.0 * height}
 
 
+def note(vehicle, now, *given):
+    """Take a block at ``now`` s."""
+    vehicle.clock = lambda: now
+    vehicle.note(block(*given))
+
+
+def land(vehicle, height):
+    vehicle.node.state = VehicleState(p_w=Vec3(0.0, 0.0, height))
+    vehicle.send_request(Request(NAV_LAND))
+
+
 def flying(vehicle):
-    vehicle.request(Request(DO_SET_MODE), 0.0)
-    vehicle.request(Request(ARM_DISARM, 1.0), 0.0)
-    vehicle.note(block(ARMED | FLYING), 1.0)
+    vehicle.send_request(Request(DO_SET_MODE))
+    vehicle.send_request(Request(ARM_DISARM, 1.0))
+    note(vehicle, 1.0, ARMED | FLYING)
     return vehicle
 
 
@@ -40,38 +56,39 @@ def test_arming_is_the_supervisors_and_setpoints_are_ours(vehicle):
 
 
 def test_the_zero_setpoint_stands_the_rotors_and_a_manual_one_holds_angles(vehicle):
-    vehicle.idle()
-    vehicle.fly(Manual(1.0, 2.0, 3.0, 40.0))
+    asked = AttitudeThrust(thrust=0.3)
+    vehicle.send_safe(Setpoint.IDLE, 0.0, VehicleState())
+    vehicle.send_attitude(asked, VehicleState())
     assert vehicle.cflib.commander.mock_calls == [
         call.send_setpoint(0.0, 0.0, 0.0, 0),
-        call.send_setpoint_manual(1.0, 2.0, 3.0, 40.0, rate=False),
+        call.send_setpoint_manual(*setpoints.manual(SETTINGS, asked, VehicleState()), rate=False),
     ]
 
 
 def test_setpoints_are_ended_before_the_landing_that_takes_its_time(vehicle):
-    flying(vehicle).request(Request(NAV_LAND), 2.0)
+    land(flying(vehicle), 2.0)
     names = [name for name, *_ in vehicle.cflib.mock_calls]
     assert names[-2:] == ["commander.send_notify_setpoint_stop", "high_level_commander.land"]
     assert vehicle.cflib.high_level_commander.land.mock_calls == [call(0.0, 4.0, yaw=None)]
-    vehicle.request(Request(NAV_LAND), 0.01)
+    land(vehicle, 0.01)
     assert vehicle.cflib.high_level_commander.land.call_args == call(0.0, 1.0, yaw=None)
     assert vehicle.autopilot.control == Control.LANDING
 
 
 def test_another_commander_has_the_vehicle_and_a_fault_disarms(vehicle):
-    flying(vehicle).note(block(ARMED | FLYING | HIGH_LEVEL), 2.0)
+    note(flying(vehicle), 2.0, ARMED | FLYING | HIGH_LEVEL)
     assert vehicle.autopilot.control == Control.OTHER
-    vehicle.note(block(ARMED | TUMBLED), 3.0)
+    note(vehicle, 3.0, ARMED | TUMBLED)
     found = vehicle.autopilot
     assert (found.armed, found.failsafe, found.reasons) == (False, True, ("tumbled",))
 
 
 def test_it_is_disarmed_once_it_has_landed_and_never_before(vehicle):
-    flying(vehicle).request(Request(NAV_LAND), 1.0)
-    vehicle.note(block(ARMED | FLYING, 0.5), 2.0)
-    vehicle.note(block(ARMED, 0.01), 2.4)
+    land(flying(vehicle), 1.0)
+    note(vehicle, 2.0, ARMED | FLYING, 0.5)
+    note(vehicle, 2.4, ARMED, 0.01)
     assert call(False) not in vehicle.cflib.supervisor.send_arming_request.mock_calls
-    vehicle.note(block(ARMED, 0.01), 2.6)
+    note(vehicle, 2.6, ARMED, 0.01)
     assert vehicle.cflib.supervisor.send_arming_request.mock_calls[-1] == call(False)
     assert vehicle.cflib.high_level_commander.stop.called
 

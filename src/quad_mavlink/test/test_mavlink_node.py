@@ -1,0 +1,64 @@
+"""What goes to one autopilot and what is made of its words, without a link."""
+
+from types import SimpleNamespace
+
+import pytest
+from mavlink_without_link import bridge
+
+from quad_autopilot.autopilot import Request, Stamps
+from quad_core.types import AttitudeThrust, VehicleState
+from quad_mavlink.parameters import MavlinkBridgeParameters
+
+PX4, ARDUPILOT = 12, 3
+SYSTEM, OURS = 7, 255
+
+
+@pytest.fixture
+def vehicle():
+    return bridge(MavlinkBridgeParameters(max_rotor_thrust=5.0, target_system=SYSTEM, source_system=OURS))
+
+
+def message(kind, **fields):
+    return SimpleNamespace(get_type=lambda: kind, **fields)
+
+
+def beat(vehicle, kind):
+    vehicle.handle(message("HEARTBEAT", autopilot=kind, base_mode=1, custom_mode=0, system_status=4))
+
+
+def test_a_target_carries_the_ms_of_the_state_that_it_answers(vehicle):
+    vehicle.node.stamps.return_value = Stamps(now=5_009_000, sampled=5_001_999)
+    vehicle.send_attitude(AttitudeThrust(thrust=8.0), VehicleState())
+    assert vehicle.sent[-1][:5] == ("set_attitude_target", 5001, SYSTEM, 1, 7)
+    assert vehicle.sent[-1][6:] == (0.0, 0.0, 0.0, 0.4)
+    vehicle.node.stamps.return_value = Stamps(sampled=1000 * (2**32 + 5))
+    vehicle.send_attitude(AttitudeThrust(thrust=8.0), VehicleState())
+    assert vehicle.sent[-1][1] == 5  # the field has 32 bits
+
+
+def test_a_request_goes_to_the_vehicle_that_is_meant_with_numbers_alone(vehicle):
+    vehicle.send_request(Request(21, attempt=258))
+    assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+
+
+def test_our_heartbeat_is_that_of_an_onboard_controller(vehicle):
+    vehicle.on_second()
+    assert vehicle.sent == [("heartbeat", 18, 8, 0, 0, 4)]
+
+
+def test_answers_to_others_are_none(vehicle):
+    vehicle.handle(message("COMMAND_ACK", command=400, result=2, target_system=42))
+    assert vehicle.ack is None
+    vehicle.handle(message("COMMAND_ACK", command=400, result=2, target_system=OURS))
+    assert vehicle.ack == (400, 2)
+
+
+@pytest.mark.parametrize(("kind", "options", "word"), [(ARDUPILOT, 0, "found 0"), (ARDUPILOT, 1, "found 1")])
+def test_a_thrust_that_would_be_a_climb_rate_is_refused(vehicle, kind, options, word):
+    beat(vehicle, kind)
+    assert "not answered" in vehicle.refusal()
+    vehicle.parameters = {"GUID_OPTIONS": float(options), "ATC_ANGLE_BOOST": 1.0}
+    assert word in vehicle.refusal()
+    vehicle.parameters["GUID_OPTIONS"] = 9.0
+    assert vehicle.refusal() == ""
+    assert vehicle.boosts
