@@ -81,7 +81,10 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--own", "trajectory=python3", "--one-process"], ["--one-process"]),
         (["--mission", "takeoff,case9,land"], ["mission: found 'case9' as item 2, expected one of takeoff[:height]"]),
         (["--mission", "case1,land"], ["mission: found item 1 'case1', expected takeoff first"]),
-        (["--mission", "takeoff,case1,case2"], ["--mission: found case1, case2, expected one trajectory"]),
+        (
+            ["--mission", "takeoff,case1,case2"],
+            ["--mission: found case1, case2, expected one: a flight has one trajectory node"],
+        ),
         (["--mission", "takeoff", "--plant", "paper"], ["plant paper has no ground"]),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) and value[0] in ("hover", "case1", "orbit") else "",
