@@ -36,6 +36,8 @@ PATIENT = ("--set", "simulator.guard.command.lost_age=10.0", "--set", "flight.se
 """In real time: a busy machine may starve a controller for longer than the guard's 50 ms, and 300 ms of the owner's."""
 LOW = ("--set", "trajectory.hover.position.z=0.8")
 """A hover from which a landing takes little time."""
+AT_ONCE = ("--start", "printed", "--limits", "position_rmse=9")
+"""Without the 3 s that bring the vehicle to its reference."""
 STANDBY = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm", "--set", "flight.standby=true")
 _FLYING_BYTES = 200_000
 

@@ -7,7 +7,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from flying import executable, fly, in_domain, wait_until
+from flying import AT_ONCE, executable, fly, in_domain, wait_until
 from sockets import GROUP, LOOPBACK, udp_addresses
 
 from quad_bringup.domains import reserved_domain
@@ -73,9 +73,7 @@ def test_a_node_in_an_open_shell_says_so(tmp_path):
 
 
 def test_every_node_of_a_flight_says_its_lines_once_and_fly_does_not_repeat_them(tmp_path):
-    done = fly(
-        "hover", "--start", "printed", "--duration", "0.5", "--limits", "position_rmse=9", "--out", tmp_path / "a"
-    )
+    done = fly("hover", *AT_ONCE, "--duration", "0.5", "--out", tmp_path / "a")
     assert done.returncode == 0, done.stdout + done.stderr
     for role in WAITS:
         lines = texts(PREFIX.findall((tmp_path / "a/logs" / f"{role}.log").read_text()))

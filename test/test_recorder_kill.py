@@ -78,7 +78,7 @@ def test_a_flight_goes_on_when_the_disk_is_full(tmp_path):
 def test_a_flight_of_a_commander_goes_on_without_its_recorder_and_the_verdict_says_where_the_bag_ends(tmp_path):
     """In lockstep; scripts/accept stops does the same in real time."""
     out = tmp_path / "bag"
-    process = flying.start("--mission", "takeoff:1,hold:3,land", "--out", out)
+    process = flying.start("--mission", "takeoff:1,hold:1,land", "--out", out)
     pids = flying.wait_until_flying(process, out, 1_000_000)  # the vehicle is in the air
     os.kill(pids["recorder"], signal.SIGKILL)
     done = flying.finish(process)
