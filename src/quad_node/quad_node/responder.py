@@ -100,7 +100,8 @@ class InputTopic:
 
     def is_lost(self, step: int) -> bool:
         """Return whether the value that belongs to ``step`` never comes: later ones have."""
-        return self.newest is not None and self.newest.step > step - self.lag and self.at(step) is None
+        late = self.newest is not None and self.newest.step > step - self.lag
+        return late and step >= self.lag and self.at(step) is None
 
 
 class Responder(FlightNode):

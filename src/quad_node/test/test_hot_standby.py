@@ -159,7 +159,10 @@ def test_who_was_replaced_may_come_back_without_a_pause(make):
 @pytest.mark.parametrize("shadow", [True, False])
 def test_only_who_stands_by_leaves_out_a_step_whose_input_is_past(make, shadow):
     node = make(shadow=shadow)
-    taken = node.inputs[0]
+    taken, actuation = node.inputs
+    actuation.put(Stamped(0, 1, 0, None, True))
+    assert not node.leaves_out(0)  # there is none before step 0
+    actuation.put(Stamped(99, 100, 0, None, True))
     assert not node.leaves_out(100)
     taken.put(Stamped(95, 100, 0, None, True))
     assert not node.leaves_out(100)  # it may be on its way
