@@ -1,6 +1,7 @@
 """Missions over the real wire to a fake vehicle: messages built once, processes, what came of it."""
 
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
@@ -11,7 +12,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from threading import Lock
 from typing import NamedTuple
 
 from ament_index_python.packages import get_package_prefix
@@ -36,7 +36,6 @@ AIRFRAME = """
       rotor3: {px: -0.174, py: 0.174, km: -0.016}
 """
 CONFIG = ROOT / "src/quad_flight/quad_flight/config"
-_BUILDING = Lock()  # tests fly in several threads
 VEHICLE, GAINS = CONFIG / "vehicles/x500.yaml", CONFIG / "controllers/x500.yaml"
 
 
@@ -49,7 +48,9 @@ def environment() -> dict[str, str]:
     ]
     key = hashlib.sha256(b"".join([sys.prefix.encode(), *(path.read_bytes() for path in sources)])).hexdigest()[:16]
     prefix = ROOT / ".cache" / f"px4_msgs-{key}"
-    with _BUILDING:
+    prefix.parent.mkdir(exist_ok=True)
+    with prefix.with_suffix(".busy").open("w") as busy:  # tests fly in several threads and processes
+        fcntl.flock(busy, fcntl.LOCK_EX)
         if not (prefix / "share/px4_msgs/package.xml").is_file():
             build(prefix)
     packages = next(prefix.glob("lib/python*/site-packages"))
