@@ -33,7 +33,7 @@ TROUBLE = """\
       events: |
         # what comes
         push start=0.4 end=0.5 force=1,0,0
-        payload start=0.6 mass=0.05 offset=0.02,0,-0.05
+        payload start=0.6 mass=0.05
         rotor start=0.8 number=2 effectiveness=0.999
         link start=0.3 end=1.5 delay=0.002 jitter=0.004 drop=0.05
         freeze start=1.0 end=1.02
@@ -129,7 +129,7 @@ def test_a_scenario_of_one_s_own_acts_and_is_reported(tmp_path):
     when = dict(zip(reported["text"].tolist(), reported["stamp_ns"] // 2_000_000, strict=True))
     assert when["begins: push start=0.4 end=0.5 force=1,0,0"] == 200
     assert when["ends: push start=0.4 end=0.5 force=1,0,0"] == 250
-    assert when["begins: payload start=0.6 mass=0.05 offset=0.02,0,-0.05"] == 300
+    assert when["begins: payload start=0.6 mass=0.05"] == 300
     state = bag.array("state")["p_w"]
     assert (state[500:510] == state[500]).all()
 

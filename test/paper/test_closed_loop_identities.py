@@ -7,14 +7,14 @@ import test_aibs_step as position
 from evaluation import evaluator
 from paper_points import INDICES, VEHICLE
 
-from quad_core.types import NO_PAYLOAD, Vec3
+from quad_core.types import Vec3
 from quad_dynamics import paper
 from quad_dynamics.newton_euler import true_body
 from quad_dynamics.parameters import PlantParameters
 
 pytestmark = pytest.mark.unit
 
-BODY = true_body(PlantParameters(), VEHICLE, NO_PAYLOAD)
+BODY = true_body(PlantParameters(), VEHICLE, 0.0)
 # Eq. 29 with Eq. 19 in it; the derivative of the velocity stays open, it comes from the plant.
 velocities = {eq.x7.diff(eq.t): eq.x8, eq.x9.diff(eq.t): eq.x10, eq.x11.diff(eq.t): eq.x12}
 eq29 = evaluator(eq.EQ29.xreplace(velocities | eq.EQ21).xreplace(velocities))

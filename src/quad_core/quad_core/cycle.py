@@ -76,7 +76,7 @@ def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceler
         wind_w=conditions.wind_w,
         rotor_effectiveness=conditions.rotor_effectiveness,
         thrust_limit=conditions.thrust_limit,
-        payload_mass=conditions.payload.mass,
+        payload_mass=conditions.payload_mass,
         sensor_frozen=sensor.frozen,
         sensor_offset_w=sensor.offset_w,
         sensor_yaw_offset=sensor.yaw_offset,

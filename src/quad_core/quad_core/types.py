@@ -157,19 +157,6 @@ class Actuation(NamedTuple):
     yaw_limited: bool = False
 
 
-class Payload(NamedTuple):
-    """What hangs on the vehicle's own body, summed about the body origin, so that payloads add.
-
-    ``mass`` kg; ``moment_b`` first moment (mass times offset) kg m; ``inertia_b`` moments of inertia about the body
-    axes kg m^2; ``products_b`` kg m^2: sums of m y z, m x z, m x y.
-    """
-
-    mass: float = 0.0  # [kg]
-    moment_b: Vec3 = Vec3()  # [kg m]
-    inertia_b: Vec3 = Vec3()  # [kg m^2]
-    products_b: Vec3 = Vec3()  # [kg m^2]
-
-
 class SensorFault(NamedTuple):
     """What goes wrong between truth and ``state``: a frozen reading, a jump in position m and in heading rad."""
 
@@ -185,7 +172,6 @@ class LinkFault(NamedTuple):
     lost: bool = False
 
 
-NO_PAYLOAD = Payload()
 ALL_ROTORS = Rotors(1.0, 1.0, 1.0, 1.0)
 NO_SENSOR_FAULT = SensorFault()
 NO_LINK_FAULT = LinkFault()
@@ -196,13 +182,13 @@ class Conditions(NamedTuple):
 
     ``force_w`` N (world) and ``torque_b`` N m (body) from outside; ``wind_w`` m/s velocity of the air (world);
     ``rotor_effectiveness`` true over nominal thrust and drag torque of each rotor; ``thrust_limit`` largest thrust
-    that the battery allows over the nominal one. Parameter errors of eq. 10 belong to the plant, not here.
+    that the battery allows over the nominal one; ``payload_mass`` hangs at the centre. Parameter errors of eq. 10 belong to the plant, not here.
     """
 
     force_w: Vec3 = Vec3()  # [N]
     torque_b: Vec3 = Vec3()  # [N m]
     wind_w: Vec3 = Vec3()  # [m/s]
-    payload: Payload = NO_PAYLOAD
+    payload_mass: float = 0.0  # [kg]
     rotor_effectiveness: Rotors = ALL_ROTORS  # [1]
     thrust_limit: float = 1.0  # [1]
     sensor: SensorFault = NO_SENSOR_FAULT

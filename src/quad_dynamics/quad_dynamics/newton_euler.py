@@ -9,12 +9,6 @@ with outer force f and torque t. Body frame FLU, world frame ENU, inertia diagon
 rotors, tau_G, the paper never defines and drops from Eq. 16; plant ``rigid_body`` has it where a vehicle has rotor
 inertia.
 
-A payload may shift the centre of gravity. The state of a plant stays that of the body's own centre of gravity O; the
-common centre lies at c from it. With the force F and the torque t about O (gravity apart), M and J of both about the
-common centre::
-
-    J Omega' = t - c x F - Omega x J Omega        P'' = F / M + g - (Omega' x c + Omega x (Omega x c))
-
 A step of h s of x' = f(u, x) is the classical Runge-Kutta method of order 4::
 
     k1 = f(u(0), x)    k2 = f(u(h/2), x + h/2 k1)    k3 = f(u(h/2), x + h/2 k2)    k4 = f(u(h), x + h k3)
@@ -28,8 +22,6 @@ for each term would be most of the cost of a step in CPython.
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
-from quad_core.geometry import ZERO, add, body_z, cross, rotate, rotate_inverse
-from quad_core.types import Payload, Quat, Vec3
 from quad_core.vehicle import DragSign, Vehicle
 from quad_dynamics.parameters import PlantParameters
 
@@ -38,7 +30,6 @@ Quadruple = tuple[float, float, float, float]
 Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]
 Constant = TypeVar("Constant")
 Input = TypeVar("Input")
-LEAST_DETERMINANT = 1e-30
 
 
 class Body(NamedTuple):
@@ -54,18 +45,6 @@ class Body(NamedTuple):
     printed_drag: bool
 
 
-class Load(NamedTuple):
-    """Common mass kg, common centre m (body), and inertia about it kg m^2: xx, yy, zz and the elements yz, xz, xy."""
-
-    mass: float
-    centre: Vec3
-    moments: Vec3
-    products: Vec3
-
-
-NO_LOAD = Load(1.0, ZERO, Vec3(1.0, 1.0, 1.0), ZERO)
-
-
 def body_of(parameters: PlantParameters, vehicle: Vehicle, mass: float, xx: float, yy: float, zz: float) -> Body:
     """Return a body of ``mass`` kg and moments of inertia kg m^2 with the drag of ``vehicle``."""
     printed = parameters.drag_sign == DragSign.PRINTED
@@ -78,16 +57,16 @@ def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
     return body_of(parameters, vehicle, vehicle.mass, vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)
 
 
-def true_body(parameters: PlantParameters, vehicle: Vehicle, payload: Payload) -> Body:
-    """Return the body as it is: m + dm, I + dI (Eq. 10), with the mass and the moments of inertia of ``payload``."""
-    added, error = payload.inertia_b, parameters.inertia_error
+def true_body(parameters: PlantParameters, vehicle: Vehicle, payload_mass: float) -> Body:
+    """Return the body as it is: m + dm, I + dI (Eq. 10), with a payload of ``payload_mass`` kg at its centre."""
+    error = parameters.inertia_error
     return body_of(
         parameters,
         vehicle,
-        vehicle.mass + parameters.mass_error + payload.mass,
-        vehicle.inertia_xx + error.xx + added.x,
-        vehicle.inertia_yy + error.yy + added.y,
-        vehicle.inertia_zz + error.zz + added.z,
+        vehicle.mass + parameters.mass_error + payload_mass,
+        vehicle.inertia_xx + error.xx,
+        vehicle.inertia_yy + error.yy,
+        vehicle.inertia_zz + error.zz,
     )
 
 
@@ -152,80 +131,6 @@ def quaternion_rate(q_wb: Quadruple, omega_b: Triple) -> Quadruple:
     x, y, z, w = q_wb
     p, q, r = 0.5 * omega_b[0], 0.5 * omega_b[1], 0.5 * omega_b[2]
     return w * p + y * r - z * q, w * q + z * p - x * r, w * r + x * q - y * p, -x * p - y * q - z * r
-
-
-def has_lever(payload: Payload) -> bool:
-    """Return whether ``payload`` shifts the centre of gravity or turns the axes of inertia."""
-    m, p = payload.moment_b, payload.products_b
-    return m.x != 0.0 or m.y != 0.0 or m.z != 0.0 or p.x != 0.0 or p.y != 0.0 or p.z != 0.0
-
-
-def loaded(body: Body, payload: Payload) -> Load:
-    """Return mass, centre and inertia of ``body``, which has the payload's mass and moments already, by Steiner."""
-    mass = body.mass
-    x, y, z = payload.moment_b.x / mass, payload.moment_b.y / mass, payload.moment_b.z / mass
-    products = payload.products_b
-    return Load(
-        mass,
-        Vec3(x, y, z),
-        Vec3(
-            body.inertia_xx - mass * (y * y + z * z),
-            body.inertia_yy - mass * (x * x + z * z),
-            body.inertia_zz - mass * (x * x + y * y),
-        ),
-        Vec3(mass * y * z - products.x, mass * x * z - products.y, mass * x * y - products.z),
-    )
-
-
-def inertia_solved(load: Load, torque: Vec3) -> Vec3:
-    """Return J^-1 ``torque`` (N m to rad/s^2), by cofactors; zero where J is singular."""
-    a, b, c = load.moments
-    f, e, d = load.products
-    xx, yy, zz = b * c - f * f, a * c - e * e, a * b - d * d
-    xy, xz, yz = e * f - c * d, d * f - b * e, d * e - a * f
-    determinant = a * xx + d * xy + e * xz
-    if abs(determinant) < LEAST_DETERMINANT:
-        return ZERO
-    tx, ty, tz = torque
-    return Vec3(
-        (xx * tx + xy * ty + xz * tz) / determinant,
-        (xy * tx + yy * ty + yz * tz) / determinant,
-        (xz * tx + yz * ty + zz * tz) / determinant,
-    )
-
-
-def loaded_accelerations(
-    body: Body,
-    load: Load,
-    q_wb: Quat,
-    thrust: float,
-    v_w: Triple,
-    omega_b: Triple,
-    force_w: Triple,
-    torque_b: Triple,
-) -> tuple[Triple, Triple]:
-    """Return P'' of O in m/s^2 (world) and Omega' in rad/s^2 (body) under outer force N at O and torque N m about O."""
-    lift, drag = thrust_force(body_z(q_wb), thrust), drag_force(body, v_w)
-    fx, fy, fz = lift[0] + drag[0] + force_w[0], lift[1] + drag[1] + force_w[1], lift[2] + drag[2] + force_w[2]
-    damping = drag_torque(body, omega_b)
-    lever = cross(load.centre, rotate_inverse(q_wb, Vec3(fx, fy, fz)))
-    a, b, c = load.moments
-    f, e, d = load.products
-    p, q, r = omega_b
-    omega = Vec3(p, q, r)
-    turn = cross(omega, Vec3(a * p + d * q + e * r, d * p + b * q + f * r, e * p + f * q + c * r))
-    alpha = inertia_solved(
-        load,
-        Vec3(
-            torque_b[0] + damping[0] - lever.x - turn.x,
-            torque_b[1] + damping[1] - lever.y - turn.y,
-            torque_b[2] + damping[2] - lever.z - turn.z,
-        ),
-    )
-    offset = rotate(q_wb, add(cross(alpha, load.centre), cross(omega, cross(omega, load.centre))))
-    mass = load.mass
-    linear = (fx / mass - offset.x, fy / mass - offset.y, fz / mass - offset.z - body.gravity)
-    return linear, (alpha.x, alpha.y, alpha.z)
 
 
 def rk4(

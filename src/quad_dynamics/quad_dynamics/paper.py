@@ -2,8 +2,8 @@
 
 Right for small angles only; angles are not wrapped and theta may pass 90 degrees, where Eq. 16 goes on regardless.
 Eq. 16 has the external disturbance as acceleration; it comes in here as force and torque (Appendix A). Of the
-conditions it knows wind (as drag), rotors that fail, battery, and mass and moments of inertia of a payload, not its
-lever. Its rotors are ideal, and it has no ground.
+conditions it knows wind (as drag), rotors that fail, battery and the mass of a payload. Its rotors are ideal, and it
+has no ground.
 """
 
 import math
@@ -136,7 +136,7 @@ def step(
     A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller ends the flight.
     """
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    body = true_body(parameters, vehicle, conditions.payload)
+    body = true_body(parameters, vehicle, conditions.payload_mass)
     acting = acting_on(parameters, vehicle, actuation, body, conditions)
     h = dt / parameters.substeps
     x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12 = state
@@ -166,7 +166,7 @@ def lumped(
 ) -> Disturbance:
     """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state``; D_A adds to rows x2', x4', x6'."""
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    body = true_body(parameters, vehicle, conditions.payload)
+    body = true_body(parameters, vehicle, conditions.payload_mass)
     acting = acting_on(parameters, vehicle, actuation, body, conditions)
     axis, v_w = thrust_axis(state.x1, state.x3, state.x5), (state.x8, state.x10, state.x12)
     rates = (state.x2, state.x4, state.x6)

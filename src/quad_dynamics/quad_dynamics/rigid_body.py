@@ -1,8 +1,8 @@
 """Plant ``rigid_body``: Eqs. 1-9 with a unit quaternion and no small-angle step, RK4 at a fixed step.
 
 Beyond the paper, each only where vehicle, parameters or conditions ask for it: rotors that lag behind their command,
-their gyroscopic torque tau_G, the drag that they induce, wind, a payload off the centre, ground contact. The wrench
-acts in the body frame and the outer force in the world frame; both are constant over a plant period.
+their gyroscopic torque tau_G, the drag that they induce, wind, ground contact. The wrench acts in the body frame and
+the outer force in the world frame; both are constant over a plant period.
 """
 
 import math
@@ -14,16 +14,11 @@ from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Ve
 from quad_core.vehicle import Vehicle
 from quad_dynamics.ground import contact, contact_height
 from quad_dynamics.newton_euler import (
-    NO_LOAD,
     Body,
     Flat,
-    Load,
     Triple,
     angular_acceleration,
-    has_lever,
     linear_acceleration,
-    loaded,
-    loaded_accelerations,
     quaternion_rate,
     rk4,
     true_body,
@@ -57,16 +52,13 @@ class State(NamedTuple):
 class Surroundings(NamedTuple):
     """What is constant over a step: the vehicle and what acts on it apart from its rotors.
 
-    ``body`` includes mass and moments of inertia of a payload, ``load`` its lever; ``carries``: whether there is one.
-    Outer force N (world, with the wind's part of the drag) and torque N m, wind m/s. ``extended``: whether anything
-    acts that Eq. 1 does not know.
+    ``body`` includes the mass of a payload. Outer force N (world, with the wind's part of the drag) and torque N m,
+    wind m/s. ``extended``: whether anything acts that Eq. 1 does not know.
     """
 
     vehicle: Vehicle
     ground: Ground
     body: Body
-    load: Load
-    carries: bool
     force_w: Vec3
     torque_b: Vec3
     wind_w: Vec3
@@ -90,41 +82,28 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
 
 def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Conditions) -> Surroundings:
     """Return what acts over a step under ``conditions``."""
-    payload = conditions.payload
-    body = true_body(parameters, vehicle, payload)
-    carries = has_lever(payload)
+    body = true_body(parameters, vehicle, conditions.payload_mass)
     return Surroundings(
         vehicle=vehicle,
         ground=parameters.ground,
         body=body,
-        load=loaded(body, payload) if carries else NO_LOAD,
-        carries=carries,
         force_w=add(conditions.force_w, Vec3(*wind_force(body, conditions.wind_w))),
         torque_b=conditions.torque_b,
         wind_w=conditions.wind_w,
-        extended=carries
-        or parameters.ground.enabled
-        or vehicle.rotor_inertia > 0.0
-        or vehicle.rotor_drag_coefficient > 0.0,
+        extended=parameters.ground.enabled or vehicle.rotor_inertia > 0.0 or vehicle.rotor_drag_coefficient > 0.0,
     )
 
 
 def derivative(around: Surroundings, rotors: RotorWrench, s: Flat) -> Flat:
-    """Return the derivative of state ``s`` (p, v, q, omega) under what the rotors do and all that is ``around``: Eq. 1.
-
-    Of a body whose payload shifts its centre of gravity, the point that moves is still its own centre.
-    """
+    """Return the derivative of ``s`` (p, v, q, omega) under what the rotors do and all that is ``around``: Eq. 1."""
     _, _, height, vx, vy, vz, x, y, z, w, p, q, r = s
     v_w, q_wb, omega_b = (vx, vy, vz), Quat(x, y, z, w), (p, q, r)
     body, thrust, axis = around.body, rotors.thrust, body_z(q_wb)
     force, torque = around.force_w, add(rotors.torque_b, around.torque_b)
     if around.extended:
         force, torque = with_extensions(around, rotors, axis, height, v_w, q_wb, omega_b, torque)
-    if around.carries:
-        a, alpha = loaded_accelerations(body, around.load, q_wb, thrust, v_w, omega_b, force, torque)
-    else:
-        a = linear_acceleration(body, axis, thrust, v_w, force)
-        alpha = angular_acceleration(body, omega_b, torque)
+    a = linear_acceleration(body, axis, thrust, v_w, force)
+    alpha = angular_acceleration(body, omega_b, torque)
     dx, dy, dz, dw = quaternion_rate(q_wb, omega_b)
     return vx, vy, vz, a[0], a[1], a[2], dx, dy, dz, dw, alpha[0], alpha[1], alpha[2]
 
@@ -235,7 +214,7 @@ def lumped(
 ) -> Disturbance:
     """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state`` under the commanded ``wrench``.
 
-    All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind, ground and load too.
+    All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind and ground too.
     """
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
     speeds, thrusts = rotors_at_start(vehicle, state, actuation)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from quad_core.geometry import add
 from quad_core.parameters import ParameterError, Text
-from quad_core.types import CALM, Conditions, LinkFault, Payload, Rotors, SensorFault, Vec3
+from quad_core.types import CALM, Conditions, LinkFault, Rotors, SensorFault, Vec3
 from quad_core.vehicle import Vehicle
 from quad_dynamics import dryden, held_gaussian
 
@@ -96,13 +96,7 @@ KINDS = {
         "pulse of force (world) and torque (body)",
     ),
     "payload": Kind(
-        PAYLOAD,
-        {
-            "mass": Number("kg", 0.0, 100.0),
-            "offset": three("m", 10.0, 0.0),
-            "inertia": three("kg m^2", 10.0, 0.0),
-        },
-        "payload picked up at start and dropped at the end; offset of its centre (body), inertia about its own centre",
+        PAYLOAD, {"mass": Number("kg", 0.0, 100.0)}, "mass picked up at the centre at start and dropped at the end"
     ),
     "rotor": Kind(
         ROTOR,
@@ -204,7 +198,7 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
 
 def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float) -> Conditions:
     """Return conditions ``c`` with the event of ``row`` added, ``since`` s after its start."""
-    force, torque, wind, payload, rotors, limit, sensor, link = c
+    force, torque, wind, payload_mass, rotors, limit, sensor, link = c
     code, first, second = float(table[row, 0]), float(table[row, VALUES]), float(table[row, VALUES + 1])
     if code <= DRYDEN:
         wind = add(wind, air(table, row, since))
@@ -214,7 +208,7 @@ def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float
         drawn = drawn_row(table, row, since, float(table[row, VALUES + 4]))
         force, torque = add(force, vector(table, drawn, 0)), add(torque, vector(table, drawn, 3))
     elif code == PAYLOAD:
-        payload = carrying(payload, first, vector(table, row, VALUES + 1), vector(table, row, VALUES + 4))
+        payload_mass += first
     elif code == ROTOR:
         rotors = Rotors(
             rotors.r1 * second if first == 1.0 else rotors.r1,
@@ -233,21 +227,7 @@ def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float
     else:
         offset = add(sensor.offset_w, vector(table, row, VALUES))
         sensor = SensorFault(sensor.frozen, offset, sensor.yaw_offset + float(table[row, VALUES + 3]))
-    return Conditions(force, torque, wind, payload, rotors, limit, sensor, link)
-
-
-def carrying(p: Payload, mass: float, offset: Vec3, inertia: Vec3) -> Payload:
-    """Return ``p`` and one more payload: kg, m from the centre (body), kg m^2 about its own centre."""
-    x, y, z = offset.x, offset.y, offset.z
-    about = Vec3(
-        inertia.x + mass * (y * y + z * z), inertia.y + mass * (x * x + z * z), inertia.z + mass * (x * x + y * y)
-    )
-    return Payload(
-        p.mass + mass,
-        add(p.moment_b, Vec3(mass * x, mass * y, mass * z)),
-        add(p.inertia_b, about),
-        add(p.products_b, Vec3(mass * y * z, mass * x * z, mass * x * y)),
-    )
+    return Conditions(force, torque, wind, payload_mass, rotors, limit, sensor, link)
 
 
 def vector(table: NDArray[np.float64], row: int, first: int) -> Vec3:

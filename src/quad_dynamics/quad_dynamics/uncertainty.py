@@ -18,12 +18,12 @@ with A = I, BCD = dI, splits the inverse of the left side; then Eq. 11 is::
           - (E + I^-1 dI)^-1 I^-1 dI I^-1 (-Omega x I Omega + tau_A + tau_D)
 
 that is: the true acceleration minus the one that the nominal model expects of the commanded wrench. It is computed as
-just this difference; a test holds it against the formulas above. What a plant has beyond Eq. 10 (lag, wind, ground, the
-lever of a payload) adds to the true acceleration and so to D_P and D_A.
+just this difference; a test holds it against the formulas above. What a plant has beyond Eq. 10 (lag, wind, ground)
+adds to the true acceleration and so to D_P and D_A.
 """
 
 from quad_core.geometry import clamp
-from quad_core.types import NO_PAYLOAD, Wrench
+from quad_core.types import Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.newton_euler import Triple, angular_acceleration, linear_acceleration, nominal_body, true_body
 from quad_dynamics.parameters import PlantParameters
@@ -35,7 +35,7 @@ SMALLEST_INERTIA = 1e-7
 
 def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
     """Raise ValueError naming the parameter if the errors leave no physical mass or inertia."""
-    body = true_body(parameters, vehicle, NO_PAYLOAD)
+    body = true_body(parameters, vehicle, 0.0)
     if not body.mass >= SMALLEST_MASS:
         raise ValueError("mass_error: found vehicle.mass + mass_error below 0.001 kg, expected at least that")
     if not body.inertia_xx >= SMALLEST_INERTIA:

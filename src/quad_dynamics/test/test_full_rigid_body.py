@@ -1,4 +1,4 @@
-"""All that rigid_body has beyond Eq. 1 against an independent model: rotors one by one, a 6 by 6 mass matrix, SciPy."""
+"""All that rigid_body has beyond Eq. 1 against an independent model: rotors one by one, matrices, SciPy."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
 
-from quad_core.types import CALM, NO_PAYLOAD, Conditions, Payload, Rotors, Vec3, Wrench
+from quad_core.types import CALM, Conditions, Rotors, Vec3, Wrench
 from quad_core.vehicle import Layout
 from quad_dynamics import rigid_body
 from quad_dynamics.parameters import Effectiveness, PlantParameters
@@ -16,42 +16,19 @@ LAGGING = ASYMMETRIC._replace(
     rotor_time_constant=0.04, rotor_inertia=3e-4, rotor_drag_coefficient=6e-5, thrust_to_weight=4.0
 )
 START = starting(v=(2.0, 1.0, -1.5), angles=(0.4, -0.3, 2.0), omega=(2.0, -1.5, 1.0))
-PARCEL = (0.4, np.array([0.05, -0.08, -0.12]), np.diag([1e-3, 2e-3, 1.5e-3]))
 TURNS = np.array([-1.0, 1.0, -1.0, 1.0])
 """Rotation about body z: rotors 1 and 3 turn clockwise seen from above."""
-
-
-def skew(v):
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-
-
-def payload_of(parcel):
-    mass, offset, inertia = parcel
-    about = inertia - mass * skew(offset) @ skew(offset)
-    x, y, z = offset
-    return Payload(
-        mass,
-        Vec3(*(mass * offset).tolist()),
-        Vec3(*np.diag(about).tolist()),
-        Vec3(mass * y * z, mass * x * z, mass * x * y),
-    )
 
 
 class Model:
     """The right side for y = (p, v, q, omega, rotor speeds) after Newton and Euler, not after the code."""
 
-    def __init__(self, vehicle, parameters, conditions, parcel=None):
+    def __init__(self, vehicle, parameters, conditions):
         self.vehicle, self.conditions = vehicle, conditions
         self.factor = parameters.effectiveness
-        mass = vehicle.mass + parameters.mass_error
+        self.mass = vehicle.mass + parameters.mass_error + conditions.payload_mass
         inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
-        inertia = inertia + np.diag(parameters.inertia_error)
-        self.mass, self.moment = mass, np.zeros(3)
-        if parcel:
-            inertia = inertia + parcel[2] - parcel[0] * skew(parcel[1]) @ skew(parcel[1])
-            self.mass, self.moment = mass + parcel[0], parcel[0] * parcel[1]
-        self.inertia = inertia
-        self.matrix = np.block([[self.mass * np.eye(3), -skew(self.moment)], [skew(self.moment), inertia]])
+        self.inertia = inertia + np.diag(parameters.inertia_error)
 
     def rate(self, commanded):
         vehicle, c = self.vehicle, self.conditions
@@ -74,13 +51,7 @@ class Model:
             spin = vehicle.rotor_inertia * TURNS
             torque = torque - np.cross(omega, [0.0, 0.0, (spin * speeds).sum()]) - [0, 0, (spin * accelerating).sum()]
             torque = torque - vehicle.drag_torque_coefficient * np.abs(omega) * omega + np.array(c.torque_b)
-            right = np.concatenate(
-                [
-                    force - np.cross(omega, np.cross(omega, self.moment)),
-                    torque + np.cross(self.moment, gravity) - np.cross(omega, self.inertia @ omega),
-                ]
-            )
-            a, alpha = np.split(np.linalg.solve(self.matrix, right), 2)
+            a, alpha = force / self.mass, np.linalg.solve(self.inertia, torque - np.cross(omega, self.inertia @ omega))
             p, r, s = omega
             four = np.array([[0, s, -r, p], [-s, 0, p, r], [r, -p, 0, s], [-p, -r, -s, 0]])
             return np.concatenate([v, rotation @ a, 0.5 * four @ q, alpha, accelerating])
@@ -90,14 +61,12 @@ class Model:
 
 WEAK = Rotors(1.0, 0.7, 0.0, 0.9)
 CASES = [
-    pytest.param(PlantParameters(), CALM, None, Layout.PLUS, id="rotors alone"),
-    pytest.param(PlantParameters(), CALM, None, Layout.X, id="rotors alone, x"),
-    pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), None, Layout.X, id="wind, every error"),
-    pytest.param(PlantParameters(), CALM, PARCEL, Layout.PLUS, id="payload"),
+    pytest.param(PlantParameters(), CALM, Layout.PLUS, id="rotors alone"),
+    pytest.param(PlantParameters(), CALM, Layout.X, id="rotors alone, x"),
+    pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), Layout.X, id="wind, every error"),
     pytest.param(
         WRONG._replace(effectiveness=Effectiveness(0.95, 0.9, 1.1, 0.8)),
-        Conditions(Vec3(1.0, -2.0, 0.5), Vec3(0.02, 0.03, -0.01), Vec3(-2.0, 5.0, 0.5), rotor_effectiveness=WEAK),
-        PARCEL,
+        Conditions(Vec3(1.0, -2.0, 0.5), Vec3(0.02, 0.03, -0.01), Vec3(-2.0, 5.0, 0.5), 0.4, WEAK),
         Layout.X,
         id="everything",
     ),
@@ -112,13 +81,12 @@ def in_reach(rng, vehicle):
             return wrench, commanded.rotor_speed
 
 
-@pytest.mark.parametrize(("parameters", "conditions", "parcel", "layout"), CASES)
-def test_flight_under_a_changing_wrench(parameters, conditions, parcel, layout):
+@pytest.mark.parametrize(("parameters", "conditions", "layout"), CASES)
+def test_flight_under_a_changing_wrench(parameters, conditions, layout):
     dt, rng = 0.002, np.random.default_rng(2)
     vehicle = LAGGING._replace(layout=layout)
     parameters = parameters._replace(substeps=4, initial=START)
-    conditions = conditions._replace(payload=payload_of(parcel) if parcel else NO_PAYLOAD)
-    model = Model(vehicle, parameters, conditions, parcel)
+    model = Model(vehicle, parameters, conditions)
     state = rigid_body.init(parameters, vehicle)
     expected = flat(state)
     for _ in range(120):
@@ -132,15 +100,14 @@ def test_flight_under_a_changing_wrench(parameters, conditions, parcel, layout):
     assert np.abs(expected - flat(rigid_body.init(parameters, vehicle)))[:3].max() > 0.2
 
 
-@pytest.mark.parametrize(("parameters", "conditions", "parcel", "layout"), CASES)
-def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, conditions, parcel, layout):
+@pytest.mark.parametrize(("parameters", "conditions", "layout"), CASES)
+def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, conditions, layout):
     rng = np.random.default_rng(3)
     vehicle = LAGGING._replace(layout=layout)
     parameters = parameters._replace(initial=START)
-    conditions = conditions._replace(payload=payload_of(parcel) if parcel else NO_PAYLOAD)
     state = rigid_body.init(parameters, vehicle)
     wrench, commanded = in_reach(rng, vehicle)
-    true = Model(vehicle, parameters, conditions, parcel).rate(commanded)(0.0, flat(state))
+    true = Model(vehicle, parameters, conditions).rate(commanded)(0.0, flat(state))
     y = flat(state)
     axis, omega = Rotation.from_quat(y[6:10]).as_matrix()[:, 2], y[10:13]
     inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
@@ -151,7 +118,7 @@ def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, c
     np.testing.assert_allclose(lumped.lumped_acceleration_w, true[3:6] - nominal, atol=1e-9)
     np.testing.assert_allclose(lumped.lumped_angular_acceleration_b, true[10:13] - turning, atol=1e-8)
     assert lumped.wind_w == conditions.wind_w
-    assert lumped.payload_mass == (parcel[0] if parcel else 0.0)
+    assert lumped.payload_mass == conditions.payload_mass
     assert lumped.rotor_effectiveness == conditions.rotor_effectiveness
 
 
@@ -171,10 +138,10 @@ def test_rotor_speeds_follow_the_exact_exponential_at_any_step():
 def test_runge_kutta_keeps_order_four_with_everything_on():
     parameters = WRONG._replace(initial=START)
     vehicle = LAGGING._replace(drag_torque_coefficient=0.0)
-    conditions = Conditions(wind_w=Vec3(3.0, 1.0, 0.0), payload=payload_of(PARCEL))
+    conditions = Conditions(wind_w=Vec3(3.0, 1.0, 0.0), payload_mass=0.4)
     wrench, commanded = in_reach(np.random.default_rng(5), vehicle)
     start = rigid_body.init(parameters, vehicle)
-    f = Model(vehicle, parameters, conditions, PARCEL).rate(commanded)
+    f = Model(vehicle, parameters, conditions).rate(commanded)
     exact = solve_ivp(f, (0.0, 0.32), flat(start), method="DOP853", rtol=1e-13, atol=1e-14).y[:13, -1]
     errors = []
     for substeps in (8, 16, 32, 64):

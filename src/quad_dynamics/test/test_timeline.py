@@ -17,7 +17,7 @@ gust start=2 end=4 velocity=0,6,0
 dryden wind=5 altitude=10 airspeed=5 direction=0.5
 held_gaussian start=1 end=9
 push start=3 end=3.5 force=1,2,3 torque=0.1,0.2,0.3     # a pulse
-payload start=4 end=8 mass=0.2 offset=0.1,0,-0.05 inertia=1e-4,2e-4,3e-4
+payload start=4 end=8 mass=0.2
 rotor start=5 number=3 effectiveness=0.7
 rotor start=6 number=3 effectiveness=0.5
 battery start=2 limit=0.6 sag=4
@@ -52,24 +52,13 @@ def test_winds_add_and_a_gust_is_a_raised_cosine():
     assert at(text, 4.0).wind_w == (3.0, -2.0, 0.5)
 
 
-def test_pushes_add():
+def test_pushes_and_payloads_add():
     text = "push force=1,2,3\npush start=1 force=1,1,1 torque=0.1,0.2,0.3"
     assert at(text, 2.0).force_w == (2.0, 3.0, 4.0)
     assert at(text, 2.0).torque_b == (0.1, 0.2, 0.3)
     assert at(text, 0.5).torque_b == (0.0, 0.0, 0.0)
-
-
-def test_payloads_add_about_the_body_origin():
-    one = at("payload mass=0.2 offset=0.1,0.2,-0.05 inertia=1e-4,2e-4,3e-4", 1.0).payload
-    place = np.array([0.1, 0.2, -0.05])
-    inertia = np.diag([1e-4, 2e-4, 3e-4]) + 0.2 * (place @ place * np.eye(3) - np.outer(place, place))
-    assert one.mass == 0.2
-    assert one.moment_b == pytest.approx(0.2 * place)
-    assert one.inertia_b == pytest.approx(np.diag(inertia))
-    assert one.products_b == pytest.approx([-inertia[1, 2], -inertia[0, 2], -inertia[0, 1]])
-    two = at("payload mass=0.2 offset=0.1,0,0\npayload mass=0.3 offset=-0.1,0,0", 1.0).payload
-    assert (two.mass, two.moment_b.x, two.inertia_b.y) == pytest.approx((0.5, -0.01, 0.005))
-    assert at("payload start=1 end=2 mass=0.2", 2.0).payload.mass == 0.0
+    loads = "payload mass=0.25\npayload start=1 end=2 mass=0.5"
+    assert [at(loads, time).payload_mass for time in (0.5, 1.5, 2.0)] == [0.25, 0.75, 0.25]
 
 
 def test_rotor_losses_multiply_and_a_battery_sags_evenly():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plant_cases import ASYMMETRIC, NONE, WRONG, Reference, flat, motion, under, vector
 
-from quad_core.types import NO_PAYLOAD, Vec3, Wrench
+from quad_core.types import Vec3, Wrench
 from quad_dynamics import paper, rigid_body
 from quad_dynamics.newton_euler import nominal_body, true_body
 from quad_dynamics.parameters import PlantParameters
@@ -39,7 +39,7 @@ def test_without_errors_only_the_outer_force_and_torque_remain(plant):
 
 
 def test_true_body_differs_from_the_nominal_one_by_the_errors():
-    nominal, truth = nominal_body(WRONG, ASYMMETRIC), true_body(WRONG, ASYMMETRIC, NO_PAYLOAD)
+    nominal, truth = nominal_body(WRONG, ASYMMETRIC), true_body(WRONG, ASYMMETRIC, 0.0)
     assert nominal[:5] == (1.3, 9.81, 0.011, 0.017, 0.026)
     assert truth[:5] == pytest.approx((1.61, 9.81, 0.013, 0.014, 0.031), rel=1e-14)
     assert nominal[5:] == truth[5:] == (0.37, 2.9e-3, False)

@@ -15,7 +15,7 @@ gust start=0.1 end=0.3 velocity=0,3,0
 dryden wind=5 airspeed=5 direction=0.5
 held_gaussian start=0.1 end=0.4 hold=0.05
 push start=0.2 end=0.25 force=0.5,0,0.2 torque=0.01,0,0
-payload start=0.2 end=0.4 mass=0.05 offset=0.02,0,-0.05
+payload start=0.2 end=0.4 mass=0.05
 rotor start=0.15 number=3 effectiveness=0.9
 battery start=0.1 limit=0.8 sag=0.2
 freeze start=0.3 end=0.32

@@ -1,10 +1,10 @@
 """Plant ``mujoco``: the vehicle of ``rigid_body`` integrated by MuJoCo (RK4), behind the same plug-in contract.
 
-It takes parameter errors (Eq. 10), outer force and torque, wind on the linear drag, rotors that fail, battery, and mass
-and moments of inertia of a payload. Rotors that lag have their middle speed over a whole plant period. It has no lever
-of a payload, no rotor-induced drag and no tau_G: those belong to ``rigid_body``. The ground is MuJoCo's own contact of
-a plane and four feet, stiff and sticky as its defaults are. Drag torque (Eq. 9) is held over a step. It is not made for
-Numba: it flies over ROS and in the Python loop. The wrench acts at a site: it turns with the body in a step.
+It takes parameter errors (Eq. 10), outer force and torque, wind on the linear drag, rotors that fail, battery, and
+the mass of a payload. Rotors that lag have their middle speed over a whole plant period. It has no rotor-induced drag
+and no tau_G: those belong to ``rigid_body``. The ground is MuJoCo's own contact of a plane and four feet, stiff and
+sticky as its defaults are. Drag torque (Eq. 9) is held over a step. It is not made for Numba: it flies over ROS and in
+the Python loop. The wrench acts at a site: it turns with the body in a step.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import mujoco
 
 from quad_core.geometry import add, scale
-from quad_core.types import NO_PAYLOAD, Actuation, Conditions, Quat, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import DragSign, Layout, Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.newton_euler import Body, Triple, true_body
@@ -132,7 +132,7 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     if parameters.drag_sign == DragSign.PRINTED:
         raise ValueError("mujoco.drag_sign: found 'printed', expected 'corrected': MuJoCo's damping only slows down")
     start = rigid_body.init(parameters, vehicle)
-    free_body(true_body(parameters, vehicle, NO_PAYLOAD), 1e-3)
+    free_body(true_body(parameters, vehicle, 0.0), 1e-3)
     return start
 
 
@@ -154,7 +154,7 @@ def step(
     Overflow shows in the state: MuJoCo's own reset of an unstable one is switched off.
     """
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    body = true_body(parameters, vehicle, conditions.payload)
+    body = true_body(parameters, vehicle, conditions.payload_mass)
     commanded = actuation.rotor_speed
     speeds = middle = commanded
     thrusts = actuation.rotor_thrust
