@@ -182,7 +182,8 @@ class Conditions(NamedTuple):
 
     ``force_w`` N (world) and ``torque_b`` N m (body) from outside; ``wind_w`` m/s velocity of the air (world);
     ``rotor_effectiveness`` true over nominal thrust and drag torque of each rotor; ``thrust_limit`` largest thrust
-    that the battery allows over the nominal one; ``payload_mass`` hangs at the centre. Parameter errors of eq. 10 belong to the plant, not here.
+    that the battery allows over the nominal one; ``payload_mass`` kg hangs at the centre. Parameter errors of eq. 10
+    belong to the plant, not here.
     """
 
     force_w: Vec3 = Vec3()  # [N]

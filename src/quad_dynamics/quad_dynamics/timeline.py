@@ -48,11 +48,10 @@ def three(unit: str, largest: float, default: float | None = None) -> Number:
 
 
 class Kind(NamedTuple):
-    """One kind of event: code in the table, its numbers in the order of the table's columns, meaning."""
+    """One kind of event: code in the table, its numbers in the order of the table's columns."""
 
     code: float
     fields: Mapping[str, Number]
-    meaning: str
 
 
 class Event(NamedTuple):
@@ -67,8 +66,8 @@ class Event(NamedTuple):
 
 TIMES = {"start": Number("s", 0.0, LATEST, 0.0), "end": Number("s", 0.0, LATEST, FOR_EVER)}
 KINDS = {
-    "wind": Kind(WIND, {"velocity": three("m/s", 100.0)}, "constant wind"),
-    "gust": Kind(GUST, {"velocity": three("m/s", 100.0)}, "1-cosine gust of this peak; needs an end"),
+    "wind": Kind(WIND, {"velocity": three("m/s", 100.0)}),
+    "gust": Kind(GUST, {"velocity": three("m/s", 100.0)}),
     "dryden": Kind(
         DRYDEN,
         {
@@ -77,7 +76,6 @@ KINDS = {
             "airspeed": Number("m/s", 0.1, 100.0),
             "direction": Number("rad", -7.0, 7.0, 0.0),
         },
-        "turbulence for a mean wind (at 6 m) blowing towards direction, flown through at airspeed",
     ),
     "held_gaussian": Kind(
         GAUSSIAN,
@@ -88,32 +86,13 @@ KINDS = {
             "angular_clip": Number("rad/s^2", 0.0, 1e4, 2.0),
             "hold": Number("s", 0.01, 1000.0, 2.0),
         },
-        "the paper's disturbance, section 4",
     ),
-    "push": Kind(
-        PUSH,
-        {"force": three("N", 1e4, 0.0), "torque": three("N m", 1e3, 0.0)},
-        "pulse of force (world) and torque (body)",
-    ),
-    "payload": Kind(
-        PAYLOAD, {"mass": Number("kg", 0.0, 100.0)}, "mass picked up at the centre at start and dropped at the end"
-    ),
-    "rotor": Kind(
-        ROTOR,
-        {"number": Number("", 1.0, 4.0), "effectiveness": Number("", 0.0, 2.0)},
-        "true over nominal thrust of one rotor, 0: stopped",
-    ),
-    "battery": Kind(
-        BATTERY,
-        {"limit": Number("", 0.05, 1.0), "sag": Number("s", 0.0, 7200.0, 0.0)},
-        "largest thrust over nominal, reached evenly over the time sag",
-    ),
-    "freeze": Kind(FREEZE, {}, "sensors repeat their last reading"),
-    "jump": Kind(
-        JUMP,
-        {"offset": three("m", 1000.0, 0.0), "yaw": Number("rad", -3.2, 3.2, 0.0)},
-        "sensors jump in position (world) and heading",
-    ),
+    "push": Kind(PUSH, {"force": three("N", 1e4, 0.0), "torque": three("N m", 1e3, 0.0)}),
+    "payload": Kind(PAYLOAD, {"mass": Number("kg", 0.0, 100.0)}),
+    "rotor": Kind(ROTOR, {"number": Number("", 1.0, 4.0), "effectiveness": Number("", 0.0, 2.0)}),
+    "battery": Kind(BATTERY, {"limit": Number("", 0.05, 1.0), "sag": Number("s", 0.0, 7200.0, 0.0)}),
+    "freeze": Kind(FREEZE, {}),
+    "jump": Kind(JUMP, {"offset": three("m", 1000.0, 0.0), "yaw": Number("rad", -3.2, 3.2, 0.0)}),
     "link": Kind(
         LINK,
         {
@@ -121,9 +100,9 @@ KINDS = {
             "jitter": Number("s", 0.0, 10.0, 0.0),
             "drop": Number("", 0.0, 1.0, 0.0),
         },
-        "commands come late by delay and up to jitter more, and share drop of them never",
     ),
 }
+"""What each kind does: docs/reference/scenarios.md."""
 
 
 class Parameters(NamedTuple):
