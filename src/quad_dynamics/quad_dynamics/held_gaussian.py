@@ -40,15 +40,14 @@ def draw(parameters: Parameters, vehicle: Vehicle, seed: int, duration: float) -
     depends on another.
     """
     count = math.floor(duration / parameters.hold + EDGE_TOLERANCE) + 1
-    sd = (parameters.acceleration_sd,) * 3 + (parameters.angular_sd,) * 3
-    clip = (parameters.acceleration_clip,) * 3 + (parameters.angular_clip,) * 3
-    inertia = (vehicle.mass,) * 3 + (vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)
-    table = np.empty((count, CHANNELS))
+    sd = np.repeat((parameters.acceleration_sd, parameters.angular_sd), 3)
+    clip = np.repeat((parameters.acceleration_clip, parameters.angular_clip), 3)
+    inertia = np.array((vehicle.mass,) * 3 + (vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz))
+    normals = np.empty((count, CHANNELS))
     for channel in range(CHANNELS):
         stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM_FAMILY, channel)))
-        accelerations = sd[channel] * stream.standard_normal(count)
-        table[:, channel] = inertia[channel] * np.clip(accelerations, -clip[channel], clip[channel])
-    return table
+        normals[:, channel] = stream.standard_normal(count)
+    return inertia * np.clip(sd * normals, -clip, clip)
 
 
 def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> Conditions:

@@ -1,9 +1,9 @@
-"""Sensing ``sensor``: what the controllers see of the truth: bias, noise, rate, dropouts, then delay.
+"""Sensing ``sensor``: what the controllers see of the truth: bias, noise, rate, then delay.
 
-Every ``period_steps`` plant steps a sample of the truth is taken; between samples, and where one drops out, the last
-one holds. Slower channels take a new value from every n-th sample only. What each was ``delay`` s, and its own delay,
-ago is the `state`. A sensor fault acts on the reading that comes out. With the defaults and without a fault the state
-is the truth, bit for bit.
+Every ``period_steps`` plant steps a sample of the truth is taken; between samples the last one holds. Slower channels
+take a new value from every n-th sample only. What each was ``delay`` s, and its own delay, ago is the `state`. A
+sensor fault acts on the reading that comes out. With the defaults and without a fault the state is the truth, bit for
+bit.
 """
 
 import math
@@ -18,7 +18,6 @@ from quad_core.parameters import Real, Whole
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState
 
 CHANNELS = 12
-DROPOUT = 12
 STREAM_FAMILY = 2
 SLOTS = 512
 """Plant steps that the delay line holds."""
@@ -40,7 +39,6 @@ class Parameters(NamedTuple):
     position_every: Annotated[int, Whole("", "position, velocity change every so many samples", 1, 10_000)] = 1
     attitude_every: Annotated[int, Whole("", "the attitude changes every so many samples; 1: each", 1, 10_000)] = 1
     rate_every: Annotated[int, Whole("", "the body rates change every so many samples; 1: each", 1, 10_000)] = 1
-    dropout: Annotated[float, Real("", "share of the samples that are lost; 0: none", 0.0, 1.0)] = 0.0
     position_noise: Annotated[float, Real("m", "standard deviation of the position noise", 0.0, 100.0)] = 0.0
     position_bias: Annotated[float, Real("m", "standard deviation of the position bias", 0.0, 100.0)] = 0.0
     velocity_noise: Annotated[float, Real("m/s", "standard deviation of the velocity noise", 0.0, 100.0)] = 0.0
@@ -72,18 +70,17 @@ class Memory(NamedTuple):
 
 
 def draw(parameters: Parameters, seed: int, steps: int) -> NDArray[np.float64]:
-    """Return the random numbers of ``steps`` plant steps, shape (1 + samples, 13).
+    """Return the random numbers of ``steps`` plant steps, shape (1 + samples, 12): standard normals.
 
-    Row 0: standard normals for the biases; then a row per sample: 12 standard normals and one uniform for the dropout.
-    Each channel has its own stream of (seed, channel): a longer table begins like a shorter one.
+    Row 0 is for the biases; then a row per sample. Each channel has its own stream of (seed, channel): a longer table
+    begins like a shorter one.
     """
     samples = (steps - 1) // parameters.period_steps + 1 if is_active(parameters) else 0
-    table = np.zeros((1 + samples, CHANNELS + 1))
+    table = np.zeros((1 + samples, CHANNELS))
     if samples:
-        for channel in range(CHANNELS + 1):
+        for channel in range(CHANNELS):
             stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM_FAMILY, channel)))
-            uniform = channel == DROPOUT
-            table[:, channel] = stream.random(1 + samples) if uniform else stream.standard_normal(1 + samples)
+            table[:, channel] = stream.standard_normal(1 + samples)
     return table
 
 
@@ -130,8 +127,7 @@ def step(
             row = 1 + k // parameters.period_steps
             if row > len(table) - 1:
                 row = len(table) - 1
-            if k == 0 or float(table[row, DROPOUT]) >= parameters.dropout:
-                last_sample = renewed(parameters, last_sample, sampled(parameters, table, row, truth), row - 1)
+            last_sample = renewed(parameters, last_sample, sampled(parameters, table, row, truth), row - 1)
         reading = last_sample
         if memory.late:
             put(line, k % SLOTS, last_sample)

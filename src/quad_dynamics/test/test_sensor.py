@@ -15,9 +15,7 @@ FINE = SensorFault()
 PERIOD = 2_000_000
 TILTED = Rotation.from_euler("ZYX", [0.7, -0.3, 0.4])
 HERE = VehicleState(Vec3(1.0, -2.0, 3.0), Vec3(0.5, 0.25, -1.0), Quat(*TILTED.as_quat()), Vec3(0.1, -0.2, 0.3))
-NOISY = Parameters(
-    position_noise=0.01, velocity_noise=0.02, attitude_noise=0.0035, rate_noise=0.0087, delay=0.004, dropout=0.1
-)
+NOISY = Parameters(position_noise=0.01, velocity_noise=0.02, attitude_noise=0.0035, rate_noise=0.0087, delay=0.004)
 
 
 def seen(parameters, truths, seed=1, faults=None, period=PERIOD, step=sensor.step):
@@ -125,32 +123,12 @@ def test_the_noise_of_the_first_sample_is_not_the_bias_again():
     assert np.abs(np.subtract(biased.p_w, noisy.p_w)).min() > 1e-6
 
 
-def test_whether_a_sample_is_lost_does_not_depend_on_its_noise():
-    table = sensor.draw(NOISY, 5, 20_000)[1:]
-    related = np.corrcoef(table.T)[-1, :-1]
-    assert np.abs(related).max() < 4.5 / np.sqrt(20_000)
-
-
-def test_no_noise_shares_its_stream_with_the_dropout():
-    first = np.array([sensor.draw(NOISY, seed, 1)[0] for seed in range(400)])
-    # from one stream both take the same bits: the uniform number times 8, without its whole part, orders the normal one
-    same_bits = 8.0 * first[:, -1] % 1.0
-    assert max(abs(np.corrcoef(same_bits, np.abs(noise))[0, 1]) for noise in first[:, :-1].T) < 0.2
-
-
 def test_what_is_delayed_is_the_reading_with_its_noise():
-    noise = {"position_noise": 0.1, "dropout": 0.3, "period_steps": 2}
+    noise = {"position_noise": 0.1, "period_steps": 2}
     late, prompt = (seen(Parameters(delay=delay, **noise), moving(40)) for delay in (0.01, 0.0))
     assert [state[:4] for state in late[5:]] == [state[:4] for state in prompt[:-5]]
     assert {state[4:8] for state in late} == {(0.01,) * 4}
     assert {state[4:8] for state in prompt} == {(0.0,) * 4}
-
-
-def test_dropouts_are_as_frequent_as_stated_and_hold_the_last_sample():
-    x = np.array([r.p_w.x for r in seen(Parameters(dropout=0.3), moving(20_000))])
-    lost = np.diff(x) == 0.0
-    assert lost.mean() == pytest.approx(0.3, abs=4.0 * np.sqrt(0.21 / 20_000))
-    assert set(np.unique(x)) <= set(range(20_000))
 
 
 def test_a_bias_stays_for_a_flight_and_differs_between_flights():
