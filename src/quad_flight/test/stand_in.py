@@ -1,5 +1,6 @@
 """Tiny plug-ins, one for every group: a point mass that a proportional law holds; quick to compile."""
 
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -156,7 +157,7 @@ class position:  # noqa: N801
 
 
 class attitude:  # noqa: N801
-    """Passes the thrust on, ``gain`` times."""
+    """Passes the thrust on, ``gain`` times; remembers infinity from the seventh answer on if ``gain`` is 0."""
 
     Memory, Internals = Memory, Internals
 
@@ -167,7 +168,10 @@ class attitude:  # noqa: N801
     @staticmethod
     def step(parameters, vehicle, memory, inputs, dt):
         seen = Internals(dt, inputs.actuation.thrust)
-        return Wrench(parameters.gain * inputs.setpoint.thrust, _ZERO), Memory(memory.count + 1.0), seen
+        count = memory.count + 1.0
+        if parameters.gain == 0.0 and count > 6.0:
+            count = math.inf
+        return Wrench(parameters.gain * inputs.setpoint.thrust, _ZERO), Memory(count), seen
 
 
 MODULES = Modules(
