@@ -165,12 +165,11 @@ def euler_rates(angles: Vec3, omega_b: Vec3) -> Vec3:
     Singular at theta = +-90 deg; cos(theta) is clamped to 1e-6 in magnitude there, so the result is finite.
     """
     sphi, cphi = math.sin(angles.x), math.cos(angles.x)
-    ctheta = math.cos(angles.y)
-    if abs(ctheta) < 1e-6:
-        ctheta = 1e-6 if ctheta >= 0.0 else -1e-6
+    stheta, ctheta = math.sin(angles.y), math.cos(angles.y)
+    ctheta = math.copysign(max(abs(ctheta), 1e-6), ctheta)
     turn = sphi * omega_b.y + cphi * omega_b.z
     return Vec3(
-        omega_b.x + turn * math.sin(angles.y) / ctheta,
+        omega_b.x + turn * stheta / ctheta,
         cphi * omega_b.y - sphi * omega_b.z,
         turn / ctheta,
     )

@@ -28,7 +28,7 @@ class PlantModel:
         self._plant, self._weather, self._sensing = plant, weather, sensing
         self._seed, period = resolved.flight.seed, resolved.flight.plant_period
         self._side = Side(resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters)
-        self._do = side_functions(plant.module, weather.module, sensing.module)
+        self._do = side_functions(plant.module, sensing.module)
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
         self._link_line, linked = link.init()
         self._commanded = Wrench()
@@ -102,6 +102,8 @@ class PlantModel:
         return self.truth
 
     def _look(self, step: int) -> None:
-        self.conditions, self.state, self._memory = self._do.sense(
-            self._side, self._drawn, self._memory, self.truth, self.armed, step
+        side, drawn = self._side, self._drawn
+        self.conditions = self._weather.module.sample(side.disturbance, drawn.weather, seconds(step, side.period))
+        self.state, self._memory = self._do.sense(
+            side, drawn, self._memory, self.truth, self.conditions, self.armed, step
         )

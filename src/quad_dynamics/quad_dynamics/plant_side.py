@@ -69,6 +69,12 @@ def receive(
     return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
 
 
+def differs(memory: Memory, conditions: Conditions) -> bool:
+    """Return whether armed controllers see anything but the truth: errors or a fault of the sensors, or a ground."""
+    sensing, lift = memory.sensing, memory.lift
+    return sensing.active or sensing.frozen or is_faulty(conditions.sensor) or lift.on_ground or lift.ground_z != 0.0
+
+
 class SideFunctions(NamedTuple):
     """The functions of a plant step that depend on plug-ins; what each returns stands in ``side_functions``."""
 
@@ -78,10 +84,9 @@ class SideFunctions(NamedTuple):
     move: Callable[..., Any]
 
 
-def side_functions(plant: Any, disturbance: Any, sensing: Any) -> SideFunctions:
-    """Return the functions of three plug-in modules."""
-    plant_init, plant_step, plant_observe = plant.init, plant.step, plant.observe
-    disturbance_sample, sensing_step = disturbance.sample, sensing.step
+def side_functions(plant: Any, sensing: Any) -> SideFunctions:
+    """Return the functions of two plug-in modules."""
+    plant_init, plant_step, plant_observe, sensing_step = plant.init, plant.step, plant.observe, sensing.step
 
     def begin(side: Side, sensing: Any, linked: LinkMemory) -> Memory:
         """Return the memory before step 0; ``sensing``, ``linked``: memories of plug-in and link."""
@@ -96,22 +101,17 @@ def side_functions(plant: Any, disturbance: Any, sensing: Any) -> SideFunctions:
         return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
 
     def sense(
-        side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, armed: bool, k: int
-    ) -> tuple[Conditions, VehicleState, Memory]:
-        """Return what acts over step ``k``, the state that the controllers see of ``truth``, and the memory.
+        side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, conditions: Conditions, armed: bool, k: int
+    ) -> tuple[VehicleState, Memory]:
+        """Return the state that the controllers see of ``truth`` at step ``k``, and the memory.
 
         ``armed``: the motors may turn. Writes to the delay line of the sensors.
         """
-        conditions = disturbance_sample(side.disturbance, drawn.weather, seconds(k, side.period))
-        sensing, lift, state = memory.sensing, memory.lift, truth
-        if sensing.active or sensing.frozen or is_faulty(conditions.sensor):
-            state, sensing = sensing_step(
-                side.sensing, drawn.noise, drawn.sensing_line, sensing, truth, conditions.sensor, k
-            )
-        if lift.on_ground or lift.ground_z != 0.0 or not armed:
-            lift = lifted_off(lift, state, armed, seconds(1, side.period))
-            state = marked(state, lift)
-        return conditions, state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
+        state, sensing = sensing_step(
+            side.sensing, drawn.noise, drawn.sensing_line, memory.sensing, truth, conditions.sensor, k
+        )
+        lift = lifted_off(memory.lift, state, armed, seconds(1, side.period))
+        return marked(state, lift), Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
 
     def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> Memory:
         """Return the memory one plant period later, under ``wrench`` for the rotors."""

@@ -47,10 +47,11 @@ class Engine(NamedTuple):
 @cache
 def python_engine(modules: Modules) -> Engine:
     """Return the loop as plain Python."""
-    side = side_functions(modules.plant, modules.disturbance, modules.sensing)
+    side = side_functions(modules.plant, modules.sensing)
     functions = {
         **side._asdict(),
         "plant_lumped": modules.plant.lumped,
+        "disturbance_sample": modules.disturbance.sample,
         "trajectory_plan": modules.trajectory.plan,
         "trajectory_sample": modules.trajectory.sample,
         "trajectory_duration": modules.trajectory.duration,
