@@ -25,7 +25,6 @@ from quad_attitude_ctrl.command import (
     Desired,
     FilterStates,
     Shaping,
-    Source,
     desired,
     filters_at_rest,
     next_filters,
@@ -67,7 +66,9 @@ class Parameters(NamedTuple):
     roll: AxisGains = AxisGains()
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
-    command: Source = CommandSource.FILTER.value
+    command: Annotated[
+        int, Choice(CommandSource, "x_1d', x_1d'' from command filter, setpoint, or zero", "Eq. 41, addition")
+    ] = CommandSource.FILTER.value
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
     ] = AdaptationForm.ABS.value
@@ -75,7 +76,9 @@ class Parameters(NamedTuple):
         int,
         Choice(TorqueMapping, "Euler acceleration to torque: identity (Eq. 14), or Eq. 13 and Eq. 1 in full", "Eq. 14"),
     ] = TorqueMapping.EXACT.value
-    drag_sign: Annotated[int, Choice(DragSign, "a_2 x_2^2: drag, or as printed", "eqs. 9, 52")] = DragSign.CORRECTED
+    drag_sign: Annotated[int, Choice(DragSign, "a_2 x_2^2: opposing the motion, or as printed", "eqs. 9, 52")] = (
+        DragSign.CORRECTED
+    )
     anti_windup: AntiWindup = True
 
 

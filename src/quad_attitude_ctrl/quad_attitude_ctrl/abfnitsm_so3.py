@@ -24,7 +24,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
-from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping, Source
+from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping
 from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
@@ -70,7 +70,9 @@ class Parameters(NamedTuple):
     roll: AxisGains = AxisGains()
     pitch: AxisGains = AxisGains(angle_gain=50.0)
     yaw: AxisGains = AxisGains(rate_gain=12.0, filter=CommandFilter(bandwidth=8.0, max_rate=1.5))
-    command: Source = CommandSource.FILTER.value
+    command: Annotated[int, Choice(CommandSource, "source of Omega_d and Omega_d', as in abfnitsm", "addition")] = (
+        CommandSource.FILTER.value
+    )
     adaptation_form: Annotated[
         int, Choice(AdaptationForm, "Q_hat' in proportion to |s| (assumed printed) or to s sat(s)", "Eq. 54")
     ] = AdaptationForm.ABS.value
@@ -79,7 +81,9 @@ class Parameters(NamedTuple):
         float,
         Real("rad", "largest attitude error that law and filter act on; larger: faster turns", 0.01, 6.3, "addition"),
     ] = 0.6
-    margin: Annotated[float, Real("", "q_w past 180 deg that reverses a turn; 0: at once", 0.0, 0.5, "addition")] = 0.05
+    margin: Annotated[
+        float, Real("", "q_w beyond 180 degrees at which a turn changes direction; 0: at once", 0.0, 0.5, "addition")
+    ] = 0.05
 
 
 class Memory(NamedTuple):

@@ -71,20 +71,22 @@ class CommandSource(IntEnum):
     LED = 3
 
 
-Source = Annotated[int, Choice(CommandSource, "x_1d', x_1d'': from filter, setpoint, or zero", "Eq. 41, addition")]
-
-
 class CommandFilter(NamedTuple):
     """Command filter of one axis."""
 
-    bandwidth: Annotated[float, Real("rad/s", "its three equal poles; larger: faster", 0.1, 1e3, "addition")] = 40.0
+    bandwidth: Annotated[
+        float,
+        Real("rad/s", "bandwidth of the command filter (three equal poles); larger: faster", 0.1, 1e3, "addition"),
+    ] = 40.0
     max_rate: Annotated[float, Real("rad/s", "largest rate of the filter input; 1e6: off", 0.01, 1e6, "addition")] = 1e6
 
 
 class Shaping(NamedTuple):
     """Where desired rates and accelerations come from."""
 
-    command: Source = CommandSource.FILTER.value
+    command: Annotated[
+        int, Choice(CommandSource, "derivatives of the desired angles: command filter, setpoint, zero", "addition")
+    ] = CommandSource.FILTER.value
     roll: CommandFilter = CommandFilter()
     pitch: CommandFilter = CommandFilter()
     yaw: CommandFilter = CommandFilter(bandwidth=8.0, max_rate=1.5)

@@ -46,8 +46,12 @@ class Switching(IntEnum):
 class Gains(NamedTuple):
     """Gains of one axis."""
 
-    angle_gain: Annotated[float, Real("mixed", "angle's weight in the surface, k_1; larger: stiffer", 0.0, 1e4)] = 100.0
-    rate_gain: Annotated[float, Real("mixed", "rate's weight in the surface, k_2; larger: damped", 0.0, 1e4)] = 20.0
+    angle_gain: Annotated[
+        float, Real("mixed", "weight of the angle error in the surface, k_1; larger: stiffer", 0.0, 1e4)
+    ] = 100.0
+    rate_gain: Annotated[
+        float, Real("mixed", "weight of the rate error in the surface, k_2; larger: more damped", 0.0, 1e4)
+    ] = 20.0
     exponent: Annotated[float, Real("", "exponent a_1 of the surface; 1: linear", 0.1, 1.0)] = 0.7
     switching_gain: Annotated[
         float, Real("rad/s^2", "switching gain K, above the disturbance's bound; larger: more chattering", 0.0, 1e4)
@@ -62,7 +66,9 @@ class Parameters(NamedTuple):
     roll: Gains = Gains()
     pitch: Gains = Gains()
     yaw: Gains = Gains()
-    switching: Annotated[int, Choice(Switching, "sign(s), or a layer around s = 0")] = Switching.SIGN.value
+    switching: Annotated[int, Choice(Switching, "switching term: sign(s), or a layer around s = 0")] = (
+        Switching.SIGN.value
+    )
     anti_windup: AntiWindup = True
     shaping: Shaping = Shaping()
     torque: TorqueLimits = TorqueLimits()

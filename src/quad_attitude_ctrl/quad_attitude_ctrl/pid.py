@@ -56,8 +56,12 @@ class Parameters(NamedTuple):
     roll: Gains = Gains()
     pitch: Gains = Gains()
     yaw: Gains = Gains()
-    derivative_bandwidth: Annotated[float, Real("rad/s", "low-pass of the D part; larger: less lag", 0.1, 1e5)] = 300.0
-    acceleration_feed_forward: Annotated[float, Real("", "share of acceleration fed forward; 0: off", 0.0, 1.0)] = 1.0
+    derivative_bandwidth: Annotated[
+        float, Real("rad/s", "low-pass of the D part's angular acceleration; larger: less lag, more noise", 0.1, 1e5)
+    ] = 300.0
+    acceleration_feed_forward: Annotated[
+        float, Real("", "share of the desired angular acceleration that is fed forward; 0: off", 0.0, 1.0)
+    ] = 1.0
     anti_windup: AntiWindup = True
     shaping: Shaping = Shaping()
     torque: TorqueLimits = TorqueLimits()

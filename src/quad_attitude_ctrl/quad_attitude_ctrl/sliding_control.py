@@ -71,7 +71,7 @@ class AdaptationForm(IntEnum):
 
 
 class Estimates(NamedTuple):
-    """Q_hat_phi1 in rad/s^2, Q_hat_phi2 in 1/s^2, Q_hat_phi3 in 1/s, or their derivatives (per s more)."""
+    """estimate Q_hat_phi1 in rad/s^2, Q_hat_phi2 in 1/s^2, Q_hat_phi3 in 1/s, or their derivatives (per s more)."""
 
     constant: float = 0.0
     angle: float = 0.0
@@ -181,17 +181,27 @@ class AxisGains(NamedTuple):
     reaching_width: Annotated[
         float, Real("rad/s", "layer width of sat(s); larger: smoother; 1: printed", 1e-4, 100.0, "addition to Eq. 53")
     ] = 1.0
-    initial_constant: Annotated[float, Real("rad/s^2", "Q_hat_1 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    initial_angle: Annotated[float, Real("1/s^2", "Q_hat_2 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    initial_rate: Annotated[float, Real("1/s", "Q_hat_3 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
-    adaptation_constant: Annotated[float, Real("1/s^2", "rate Delta_1; 0: off", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
-    adaptation_angle: Annotated[float, Real("1/s^2", "rate Delta_2; 0: off", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
-    adaptation_rate: Annotated[float, Real("1/s^2", "rate Delta_3; 0: off", 0.0, 1e3, "assumed, Eq. 54")] = 1.0
+    initial_constant: Annotated[
+        float, Real("rad/s^2", "estimate Q_hat_1 at the start", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 0.0
+    initial_angle: Annotated[float, Real("1/s^2", "estimate Q_hat_2 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
+    initial_rate: Annotated[float, Real("1/s", "estimate Q_hat_3 at the start", 0.0, 1e3, "assumed, Eq. 54")] = 0.0
+    adaptation_constant: Annotated[
+        float, Real("1/s^2", "adaptation rate Delta_1; 0: off", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 1.0
+    adaptation_angle: Annotated[
+        float, Real("1/s^2", "adaptation rate Delta_2; 0: off", 0.0, 1e3, "assumed, Eq. 54")
+    ] = 1.0
+    adaptation_rate: Annotated[float, Real("1/s^2", "adaptation rate Delta_3; 0: off", 0.0, 1e3, "assumed, Eq. 54")] = (
+        1.0
+    )
     dead_zone: Annotated[float, Real("rad/s", "delta: no adaptation while |s| <= delta", 0.0, 100.0, "Eq. 55")] = 0.3
     max_estimate: Annotated[
         float, Real("mixed", "bound of each of the three estimates; 1e9: off", 0.0, 1e9, "addition to Eq. 54")
     ] = 10.0
-    max_torque: Annotated[float, Real("N m", "largest torque on this axis; 1e6: off", 0.0, 1e6, "addition")] = 0.5
+    max_torque: Annotated[float, Real("N m", "largest torque about this body axis; 1e6: off", 0.0, 1e6, "addition")] = (
+        0.5
+    )
     filter: CommandFilter = CommandFilter()
 
 

@@ -13,9 +13,13 @@ class AttitudeControllerParameters(NamedTuple):
     """The attitude controller node."""
 
     law: Annotated[str, Text("plug-in of group quad.attitude_law; its parameters stand under its name")] = "abfnitsm"
-    preset: Annotated[str, Text("values of the law's parameters: tuned (its defaults) or one it offers")] = "tuned"
+    preset: Annotated[str, Text("starting values of the law's parameters: tuned (its defaults) or one it offers")] = (
+        "tuned"
+    )
     period_steps: Annotated[int, Whole("steps", "plant steps between two wrenches", 1, 100_000)] = 1
-    input_timeout: Annotated[float, Real("s", "real time: setpoint age; older: level flight", 0.01, 60.0)] = 0.1
+    input_timeout: Annotated[
+        float, Real("s", "real time: age of the setpoint after which the vehicle is levelled", 0.01, 60.0)
+    ] = 0.1
     prediction: Prediction = Prediction()
 
 

@@ -104,7 +104,10 @@ class TorqueLimits(NamedTuple):
     yaw: Annotated[float, Real("N m", "largest torque about body z; 1e6: off", 0.0, 1e6, "addition")] = 0.5
 
 
-AntiWindup = Annotated[bool, Flag("its integrals rest while torque is limited, here or in `actuation`", "addition")]
+AntiWindup = Annotated[
+    bool,
+    Flag("integrals and estimates of an axis rest while its torque is limited, here or in `actuation`", "addition"),
+]
 
 
 class LimitedTorque(NamedTuple):

@@ -143,7 +143,12 @@ def _parser() -> argparse.ArgumentParser:
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
         ("--vehicle-owner", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
-        ("--set", "NODE.PARAM=VALUE", "repeatable, as --limits, --own, --shadow", {**several, "dest": "settings"}),
+        (
+            "--set",
+            "NODE.PARAM=VALUE",
+            "may be repeated, as --limits, --own and --shadow",
+            {**several, "dest": "settings"},
+        ),
         ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: limits/<start>.yaml)", {"action": "append"}),
         ("--namespace", "NAME", "namespace of the vehicle", {"default": ""}),
         ("--domain", "N", "ROS domain (default: one that no other flight uses)", {"type": int}),
@@ -209,7 +214,9 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
-        raise ParameterError("--own: found --one-process too; a node of your own is a process of its own")
+        raise ParameterError(
+            "--own: found --one-process too; a node of your own is a process of its own: leave out --one-process"
+        )
     return found
 
 

@@ -30,7 +30,9 @@ def read_mission(given: str) -> tuple[str, list[str]]:
     settings = []
     for name, section in content.items():
         if name not in items or not isinstance(section, dict):
-            raise ParameterError(f"--mission: {given}: found {name}, expected a trajectory among the items")
+            raise ParameterError(
+                f"--mission: {given}: found {name}, expected parameters of a trajectory among the items"
+            )
         for key, value in section.items():
             shown = "; ".join(map(str, value)) if isinstance(value, list) else value
             settings.append(f"{TRAJECTORY}.{name}.{key}={shown}")
@@ -53,5 +55,7 @@ def trajectory_of(mission: str) -> str | None:
     items = parse(mission, plugins.names(plugins.TRAJECTORY))
     names = list(dict.fromkeys(item.name for item in items if item.request == Request.MISSION))
     if len(names) > 1:
-        raise ParameterError(f"--mission: found {', '.join(names)}, expected one: a flight has one trajectory node")
+        raise ParameterError(
+            f"--mission: found {', '.join(names)}, expected one trajectory: a flight has one such node"
+        )
     return names[0] if names else None

@@ -326,7 +326,9 @@ class Commander(Responder):
         if not refusal:
             self._ask(PendingRequest(request, "service"))
         response.success = not refusal
-        response.message = refusal or f"{request.name}: takes effect after step {self.current_step}"
+        response.message = (
+            refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"
+        )
         return response
 
 

@@ -26,9 +26,13 @@ class ModeParameters(NamedTuple):
     arming_late: Annotated[
         float, Real("s", "time armed without take-off: after it, DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
     ] = 10.0
-    spool_up: Annotated[float, Real("s", "least time armed before take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")] = 1.0
+    spool_up: Annotated[
+        float, Real("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")
+    ] = 1.0
     takeoff_late: Annotated[float, Real("s", "longest take-off; after it the mode is LAND", 0.1, 1000.0)] = 30.0
-    landing_late: Annotated[float, Real("s", "wait for contact after a landing's end; then DESCEND", 0.1, 1000.0)] = 5.0
+    landing_late: Annotated[
+        float, Real("s", "time without contact after the landing's reference ended: then DESCEND", 0.1, 1000.0)
+    ] = 5.0
     release_time: Annotated[float, Real("s", "time for the guard to give back control on request", 0.01, 10.0)] = 0.5
 
 
@@ -36,7 +40,9 @@ class ArmingLimits(NamedTuple):
     """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
     rate_tolerance: Annotated[float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
-    spacing_factor: Annotated[float, Real("", "largest ratio of true and announced spacing of states", 1.0, 10.0)] = 2.0
+    spacing_factor: Annotated[
+        float, Real("", "largest factor between true and announced spacing of states", 1.0, 10.0)
+    ] = 2.0
     tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
     speed: Annotated[float, Real("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
     rate: Annotated[float, Real("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
@@ -87,7 +93,12 @@ class ReferenceLimits(NamedTuple):
     climb: AxisLimits = AxisLimits(1.0, 1.5, 5.0)
     landing: AxisLimits = AxisLimits(0.7, 1.5, 5.0)
     yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
-    landing_depth: Annotated[float, Real("m", "how far below the ground the landing's reference ends", 0.0, 10.0)] = 0.5
+    landing_depth: Annotated[
+        float,
+        Real(
+            "m", "the landing reference ends this far below the ground, so that thrust drops after touchdown", 0.0, 10.0
+        ),
+    ] = 0.5
 
 
 class CommanderParameters(NamedTuple):
@@ -97,9 +108,15 @@ class CommanderParameters(NamedTuple):
     mission: Annotated[
         str, Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests")
     ] = ""
-    takeoff_height: Annotated[float, Real("m", "take-off height above the ground, if none is named", 0.1, 1000.0)] = 1.5
-    wait_limit: Annotated[float, Real("s", "longest HOLD of a mission after a fault; then LAND", 1.0, 1e6)] = 60.0
-    give_up: Annotated[float, Real("s", "lockstep: wall-clock wait for a missing mission reference", 0.1, 60.0)] = 1.0
+    takeoff_height: Annotated[
+        float, Real("m", "height above the ground of a take-off without a height", 0.1, 1000.0)
+    ] = 1.5
+    wait_limit: Annotated[float, Real("s", "longest wait of a mission in HOLD after a fault; then LAND", 1.0, 1e6)] = (
+        60.0
+    )
+    give_up: Annotated[
+        float, Real("s", "lockstep: wall-clock time after which a missing mission reference is lost", 0.1, 60.0)
+    ] = 1.0
     modes: ModeParameters = ModeParameters()
     arming: ArmingLimits = ArmingLimits()
     fence: Fence = Fence()

@@ -151,7 +151,9 @@ class AxisGains(NamedTuple):
     initial_gain: Annotated[
         float, Real("1/s", "adaptive gain at first, xi_hat_8(0) (y: 10, z: 12)", 0.0, 1e3, "assumed, Eq. 37")
     ] = 7.0
-    max_gain: Annotated[float, Real("1/s", "bound of xi_hat_8; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = 10.0
+    max_gain: Annotated[float, Real("1/s", "bound of the adaptive gain; 1e9: off", 0.0, 1e9, "addition to Eq. 37")] = (
+        10.0
+    )
     adaptation_leak: Annotated[
         float, Real("1/s", "return rate to initial_gain; larger: faster; 0: printed", 0.0, 100.0, "addition to Eq. 37")
     ] = 0.05

@@ -20,7 +20,9 @@ from quad_core.vehicle import Vehicle
 class Observer(NamedTuple):
     """Parameters of the disturbance estimate (``printed``: bandwidth 0, no estimate)."""
 
-    bandwidth: Annotated[float, Real("rad/s", "bandwidth L of the estimate; 0: off", 0.0, 200.0, "addition")] = 12.0
+    bandwidth: Annotated[float, Real("rad/s", "bandwidth L of the estimate of d; 0: off", 0.0, 200.0, "addition")] = (
+        12.0
+    )
     max_estimate: Annotated[float, Real("m/s^2", "largest estimate per axis", 0.0, 100.0, "addition")] = 5.0
 
 

@@ -48,7 +48,9 @@ class Parameters(NamedTuple):
 
     xy: Gains = Gains()
     z: Gains = Gains()
-    derivative_bandwidth: Annotated[float, Real("rad/s", "low-pass of the D part; larger: less lag", 0.1, 1e4)] = 60.0
+    derivative_bandwidth: Annotated[
+        float, Real("rad/s", "low-pass of the D part's acceleration; larger: less lag, more noise", 0.1, 1e4)
+    ] = 60.0
     anti_windup: AntiWindup = True
     speed: SpeedLimits = SpeedLimits()
     limits: LiftLimits = LiftLimits()

@@ -34,10 +34,18 @@ class LiftLimits(NamedTuple):
         float,
         Real("", "floor of (U_z + g)/g: below 0 Eq. 38 commands upright; -1e6: off", -1e6, 1.0, "addition to Eq. 38"),
     ] = 0.3
-    tilt: Annotated[float, Real("rad", "largest tilt of the thrust; >= 1.57: off", 0.05, 1.58, "addition")] = 0.87
-    thrust: Annotated[float, Real("", "largest thrust over the vehicle's; 1e6: off", 0.1, 1e6, "addition")] = 1.0
-    min_thrust: Annotated[float, Real("", "smallest thrust over the vehicle's largest", 0.0, 0.5, "addition")] = 0.02
-    vertical_priority: Annotated[bool, Flag("missing thrust first costs horizontal lift; false: in proportion")] = True
+    tilt: Annotated[
+        float, Real("rad", "largest angle between desired thrust and vertical; >= 1.57: off", 0.05, 1.58, "addition")
+    ] = 0.87
+    thrust: Annotated[
+        float, Real("", "largest thrust as a fraction of the vehicle's largest; 1e6: off", 0.1, 1e6, "addition")
+    ] = 1.0
+    min_thrust: Annotated[
+        float, Real("", "smallest thrust as a fraction of the vehicle's largest", 0.0, 0.5, "addition")
+    ] = 0.02
+    vertical_priority: Annotated[
+        bool, Flag("missing thrust is taken from the horizontal part first; false: in proportion")
+    ] = True
 
 
 class LimitedLift(NamedTuple):
@@ -50,8 +58,12 @@ class LimitedLift(NamedTuple):
     tilt_limited: bool
 
 
-AntiWindup = Annotated[bool, Flag("integrals rest while a limit is met, here or in `actuation`", "addition")]
-FeedForward = Annotated[bool, Flag("the setpoint carries rates and accelerations from the reference's jerk and snap")]
+AntiWindup = Annotated[
+    bool, Flag("what the law integrates rests while a limit is met, here or in `actuation`", "addition")
+]
+FeedForward = Annotated[
+    bool, Flag("the setpoint carries the rates and accelerations that jerk and snap of the reference ask for")
+]
 """Parameters that laws share."""
 
 

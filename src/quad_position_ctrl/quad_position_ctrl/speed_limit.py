@@ -21,8 +21,12 @@ class SpeedLimits(NamedTuple):
 
     max_xy: Annotated[float, Real("m/s", "largest horizontal correction speed; 1e6: off", 0.01, 1e6, "addition")] = 8.0
     max_z: Annotated[float, Real("m/s", "largest vertical correction speed; 1e6: off", 0.01, 1e6, "addition")] = 5.0
-    braking_xy: Annotated[float, Real("m/s^2", "braking; larger: later; 1e6: off", 0.01, 1e6, "addition")] = 3.0
-    braking_z: Annotated[float, Real("m/s^2", "braking; larger: later; 1e6: off", 0.01, 1e6, "addition")] = 3.0
+    braking_xy: Annotated[
+        float, Real("m/s^2", "horizontal braking near the goal; larger: later; 1e6: off", 0.01, 1e6, "addition")
+    ] = 3.0
+    braking_z: Annotated[
+        float, Real("m/s^2", "vertical braking near the goal; larger: later; 1e6: off", 0.01, 1e6, "addition")
+    ] = 3.0
 
 
 class Shortening(NamedTuple):

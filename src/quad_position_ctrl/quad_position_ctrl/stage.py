@@ -13,9 +13,13 @@ class PositionControllerParameters(NamedTuple):
     """The position controller node."""
 
     law: Annotated[str, Text("plug-in of group quad.position_law; its parameters stand under its name")] = "aibs"
-    preset: Annotated[str, Text("values of the law's parameters: tuned (its defaults) or one it offers")] = "tuned"
+    preset: Annotated[str, Text("starting values of the law's parameters: tuned (its defaults) or one it offers")] = (
+        "tuned"
+    )
     period_steps: Annotated[int, Whole("steps", "plant steps between two attitude setpoints", 1, 100_000)] = 5
-    input_timeout: Annotated[float, Real("s", "real time: reference age; older: position hold", 0.01, 60.0)] = 0.2
+    input_timeout: Annotated[
+        float, Real("s", "real time: age of the reference after which the position is held", 0.01, 60.0)
+    ] = 0.2
     prediction: Prediction = Prediction()
 
 

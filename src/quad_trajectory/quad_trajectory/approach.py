@@ -43,7 +43,9 @@ class Start(IntEnum):
     PRINTED = 1
 
 
-Entry = Annotated[int, Choice(Start, "approach: a smooth path onto the curve; printed: a step")]
+Entry = Annotated[
+    int, Choice(Start, "approach: a smooth path from the vehicle to the curve; printed: a step to the curve")
+]
 """The parameter of every trajectory that chooses between them."""
 
 

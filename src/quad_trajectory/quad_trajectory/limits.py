@@ -19,7 +19,9 @@ class MotionLimits(NamedTuple):
     speed: Annotated[float, Real("m/s", "speed limit of the approach", 0.01, 100.0)] = 3.0
     acceleration: Annotated[float, Real("m/s^2", "acceleration limit of the approach", 0.01, 100.0)] = 2.5
     jerk: Annotated[float, Real("m/s^3", "jerk limit of the approach", 0.01, 1e4)] = 5.0
-    tilt: Annotated[float, Real("rad", "tilt limit of the approach, that of the specific force", 0.01, 1.4)] = 0.3
+    tilt: Annotated[
+        float, Real("rad", "tilt limit of the approach: atan(horizontal / vertical specific force)", 0.01, 1.4)
+    ] = 0.3
     yaw_rate: Annotated[float, Real("rad/s", "rate limit of shaped yaw turns", 0.01, 20.0)] = 1.0
     yaw_acceleration: Annotated[float, Real("rad/s^2", "acceleration limit of shaped yaw turns", 0.01, 100.0)] = 2.0
 

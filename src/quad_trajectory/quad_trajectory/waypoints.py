@@ -34,7 +34,9 @@ class Parameters(NamedTuple):
     speed: Annotated[float, Real("m/s", "speed limit of the path", 0.01, 100.0)] = 5.0
     thrust: Annotated[float, Real("", "thrust limit of the path over the vehicle's largest thrust", 0.1, 1.0)] = 0.7
     tilt: Annotated[float, Real("rad", "tilt limit of the path", 0.01, 1.4)] = 0.6
-    body_rate: Annotated[float, Real("rad/s", "largest turn rate of the thrust along the path", 0.05, 30.0)] = 2.0
+    body_rate: Annotated[
+        float, Real("rad/s", "largest turn rate of the thrust direction along the path", 0.05, 30.0)
+    ] = 2.0
     stay: Annotated[float, Real("s", "flight time at the last waypoint", 0.01, 1e5)] = 2.0
     limits: MotionLimits = MotionLimits()
 
