@@ -16,8 +16,8 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
-from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque
-from quad_core.geometry import ZERO, euler_from_quaternion, low_passed, slope
+from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
+from quad_core.geometry import ZERO, add, euler_from_quaternion, low_passed, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -80,14 +80,8 @@ def step(
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
-    measured, known = acceleration.second, given.second
-    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
-    command = Vec3(
-        known.x + xx * (feed_forward.x + feedback.x - measured.x),
-        known.y + yy * (feed_forward.y + feedback.y - measured.y),
-        known.z + zz * (feed_forward.z + feedback.z - measured.z),
-    )
-    torque = limited_torque(command, parameters.torque)
+    missing = subtract(add(feed_forward, feedback), acceleration.second)
+    torque = limited_torque(add(given.second, torque_for(vehicle, missing)), parameters.torque)
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
     internals = internals_of(goal, found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)

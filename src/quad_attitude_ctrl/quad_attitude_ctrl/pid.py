@@ -21,9 +21,11 @@ from quad_attitude_ctrl.torque import (
     integrals_frozen,
     internals_of,
     limited_torque,
+    torque_for,
 )
 from quad_core.geometry import (
     ZERO,
+    add,
     body_rates,
     clamp,
     euler_from_quaternion,
@@ -112,12 +114,7 @@ def step(
         old.y - pitch.rate * rate_error.y - pitch.derivative * measured.y,
         old.z - yaw.rate * rate_error.z - yaw.derivative * measured.z,
     )
-    torque_command = Vec3(
-        vehicle.inertia_xx * (feed_forward.x + feedback.x),
-        vehicle.inertia_yy * (feed_forward.y + feedback.y),
-        vehicle.inertia_zz * (feed_forward.z + feedback.z),
-    )
-    torque = limited_torque(torque_command, parameters.torque)
+    torque = limited_torque(torque_for(vehicle, add(feed_forward, feedback)), parameters.torque)
     frozen = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
     integral = Vec3(
         _integrated(roll, old.x, rate_error.x, frozen.x, dt),

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
-from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque
-from quad_core.geometry import ZERO, cross, euler_from_quaternion
+from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
+from quad_core.geometry import ZERO, add, cross, euler_from_quaternion
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -57,21 +57,13 @@ def step(
     goal = desired(parameters.shaping.command, filters, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
-    gyroscopic = cross(
-        omega_b,
-        Vec3(vehicle.inertia_xx * omega_b.x, vehicle.inertia_yy * omega_b.y, vehicle.inertia_zz * omega_b.z),
-    )
+    gyroscopic = cross(omega_b, torque_for(vehicle, omega_b))
     remainder = Vec3(
         feed_forward.x + gyroscopic.x / vehicle.inertia_xx,
         feed_forward.y + gyroscopic.y / vehicle.inertia_yy,
         feed_forward.z + gyroscopic.z / vehicle.inertia_zz,
     )
-    torque_command = Vec3(
-        vehicle.inertia_xx * (feedback.x + remainder.x),
-        vehicle.inertia_yy * (feedback.y + remainder.y),
-        vehicle.inertia_zz * (feedback.z + remainder.z),
-    )
-    torque = limited_torque(torque_command, parameters.torque)
+    torque = limited_torque(torque_for(vehicle, add(feedback, remainder)), parameters.torque)
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
     internals = internals_of(goal, found.angle_error, found.rate_error, remainder, feedback, torque, rest)

@@ -96,6 +96,12 @@ def inverse_dynamics(vehicle: Vehicle, omega_b: Vec3, acceleration_b: Vec3, drag
     )
 
 
+def torque_for(vehicle: Vehicle, acceleration_b: Vec3) -> Vec3:
+    """Return J a in N m for a body acceleration in rad/s^2, the nominal inertia alone."""
+    x, y, z = acceleration_b.x, acceleration_b.y, acceleration_b.z
+    return Vec3(vehicle.inertia_xx * x, vehicle.inertia_yy * y, vehicle.inertia_zz * z)
+
+
 class TorqueLimits(NamedTuple):
     """Largest torque about each body axis."""
 
