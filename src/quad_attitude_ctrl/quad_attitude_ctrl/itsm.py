@@ -18,7 +18,7 @@ from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
-from quad_attitude_ctrl.sliding_control import saturation
+from quad_attitude_ctrl.sliding_control import next_surface_integral, saturation
 from quad_attitude_ctrl.torque import (
     AntiWindup,
     TorqueLimits,
@@ -28,7 +28,7 @@ from quad_attitude_ctrl.torque import (
     inverse_dynamics,
     limited_torque,
 )
-from quad_core.geometry import ZERO, clamp, euler_from_quaternion, euler_rates, wrap_angle
+from quad_core.geometry import ZERO, euler_from_quaternion, euler_rates, wrap_angle
 from quad_core.parameters import Choice, Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
@@ -120,9 +120,9 @@ def step(
     torque = limited_torque(torque_command, parameters.torque)
     rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
     integral = Vec3(
-        _integrated(parameters.roll, old.x, roll.integrand, rest.x, dt),
-        _integrated(parameters.pitch, old.y, pitch.integrand, rest.y, dt),
-        _integrated(parameters.yaw, old.z, yaw.integrand, rest.z, dt),
+        old.x if rest.x else next_surface_integral(old.x, roll.integrand, parameters.roll.max_integral, dt),
+        old.y if rest.y else next_surface_integral(old.y, pitch.integrand, parameters.pitch.max_integral, dt),
+        old.z if rest.z else next_surface_integral(old.z, yaw.integrand, parameters.yaw.max_integral, dt),
     )
     next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
     next_memory = Memory(filters=next_states, integral=integral, initialised=True)
@@ -170,10 +170,3 @@ def axis_control(
     sliding = error_rate + integral
     reaching = -gains.switching_gain * switching(sliding, layered, gains.layer)
     return AxisControl(error, error_rate, integrand, sliding, acceleration - integrand, reaching)
-
-
-def _integrated(gains: Gains, integral: float, integrand: float, frozen: bool, dt: float) -> float:
-    """Return the integral of the surface in rad/s after a step of ``dt`` s, forward Euler, bounded."""
-    if frozen:
-        return integral
-    return clamp(integral + dt * integrand, -gains.max_integral, gains.max_integral)
