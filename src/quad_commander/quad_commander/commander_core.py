@@ -54,7 +54,7 @@ class CommanderCore:
         self._sent = references.from_state(state)._replace(v_w=ZERO)
         self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
         self._place: Place | None = None
-        self._time = self._unbegun = 0.0
+        self._time = self._unbegun = self._refused_for = 0.0
         self._hand_over: references.ReferencePlan | None = None
         self._aside: tuple[references.ReferencePlan, float] | None = None
         self._handed = 0.0
@@ -167,6 +167,10 @@ class CommanderCore:
     ) -> list[tuple[str, str]]:
         """Take down mode, request and answer; return what is new about them."""
         news, said, mode = [], self._said, decision.mode
+        refused = mode == Mode.DISARMED and decision.answer == modes.NOT_DONE and asked.sender == MISSION_SENDER
+        self._refused_for = self._refused_for + seen.dt if refused else 0.0
+        if self._refused_for > self._parameters.modes.arming_late:
+            self._gave_up, self._text = True, refusal
         again = asked == self._last and refusal == self._answer_text and asked.sender == MISSION_SENDER
         if decision.answer != modes.NOT_ASKED and not again:
             self._last, self._answer_text = asked, refusal

@@ -24,7 +24,14 @@ class ModeParameters(NamedTuple):
     overruns: Annotated[float, Real("", "share of late cycles in 1 s: above it, HOLD", 0.0, 1.0, "ros2_control")] = 0.05
     land_without_recorder: Annotated[bool, Flag("a lost recorder lands the vehicle; else it is an event only")] = False
     arming_late: Annotated[
-        float, Real("s", "time armed without take-off: after it, DISARMED", 0.1, 1000.0, "PX4 COM_DISARM_PRFLT")
+        float,
+        Real(
+            "s",
+            "time armed without take-off: after it, DISARMED; so long a take-off of a mission may be refused",
+            0.1,
+            1000.0,
+            "PX4 COM_DISARM_PRFLT",
+        ),
     ] = 10.0
     spool_up: Annotated[
         float, Real("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")

@@ -368,6 +368,14 @@ def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
     assert largest_steps(flight.in_the_air())[0] < 1.05 * DT
 
 
+def test_a_mission_whose_take_off_stays_refused_is_given_up_and_says_why():
+    flight = Flight("takeoff,hold:60,land").go(5.0, position_good=False)
+    assert not flight.said.mode.is_over
+    flight.go(6.0, position_good=False)
+    assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, True)
+    assert flight.said.outcome == "not armed: TAKEOFF is not possible: position lost"
+
+
 def test_ctrl_c_lands_and_says_so():
     flight = Flight("takeoff,hold:60,land").go(6.0)
     flight.go(10.0, end_asked="interrupted by SIGINT")
