@@ -38,7 +38,7 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
 """
 
 from functools import cache
-from importlib.metadata import EntryPoints, entry_points
+from importlib.metadata import entry_points
 from traceback import extract_tb
 from types import ModuleType
 from typing import Any
@@ -71,7 +71,7 @@ class PluginError(ValueError):
 
 
 @cache
-def installed() -> EntryPoints:
+def installed() -> Any:  # its type differs between releases of Python
     """Return the entry points of this environment, read once: each reading opens a file of every package in it."""
     return entry_points()
 
