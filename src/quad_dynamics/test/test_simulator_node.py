@@ -1,13 +1,15 @@
 """What the simulator publishes for tools."""
 
+from nav_msgs.msg import Odometry
+
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_dynamics.node import odometry
+from quad_dynamics.node import fill
 
 
 def test_odom_has_the_pose_in_map_and_the_twist_in_base_link():
     turned_left = Quat(0.0, 0.0, 0.5**0.5, 0.5**0.5)
     state = VehicleState(Vec3(1.0, 2.0, 3.0), Vec3(4.0, 5.0, 6.0), turned_left, Vec3(7.0, 8.0, 9.0))
-    found = odometry(state, 3_000_000_007)
+    found = fill(Odometry(), state, 3_000_000_007)
     assert (found.header.frame_id, found.child_frame_id) == ("map", "base_link")
     assert (found.header.stamp.sec, found.header.stamp.nanosec) == (3, 7)
     pose, twist = found.pose.pose, found.twist.twist
