@@ -71,7 +71,7 @@ class AdaptationForm(IntEnum):
 
 
 class Estimates(NamedTuple):
-    """estimate Q_hat_phi1 in rad/s^2, Q_hat_phi2 in 1/s^2, Q_hat_phi3 in 1/s, or their derivatives (per s more)."""
+    """Q_hat_phi1 in rad/s^2, Q_hat_phi2 in 1/s^2, Q_hat_phi3 in 1/s, or their derivatives (per s more)."""
 
     constant: float = 0.0
     angle: float = 0.0

@@ -8,7 +8,7 @@ from quad_core.lift_off import airborne, marked, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
 from quad_dynamics import link
-from quad_dynamics.plant_side import Drawn, Memory, Side, receive, side_functions
+from quad_dynamics.plant_side import Drawn, Memory, Side, differs, receive, side_functions
 from quad_guard.checks import WrenchCommand
 from quad_guard.ending import has_ground, stands
 
@@ -104,6 +104,8 @@ class PlantModel:
     def _look(self, step: int) -> None:
         side, drawn = self._side, self._drawn
         self.conditions = self._weather.module.sample(side.disturbance, drawn.weather, seconds(step, side.period))
-        self.state, self._memory = self._do.sense(
-            side, drawn, self._memory, self.truth, self.conditions, self.armed, step
-        )
+        self.state = self.truth
+        if not self.armed or differs(self._memory, self.conditions):
+            self.state, self._memory = self._do.sense(
+                side, drawn, self._memory, self.truth, self.conditions, self.armed, step
+            )
