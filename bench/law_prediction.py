@@ -31,6 +31,8 @@ NOISE = tuple(
 )
 LAG = ("vehicle.rotor_time_constant=0.03",)
 VELOCITY, ACCELERATION, GYRO, TORQUE = 1.0, 2.0, 3.0, 4.0
+WITHOUT = tuple(f"{role}.prediction.enabled=false" for role in CONTROLLERS)
+"""A late state turns the prediction on, unless told otherwise."""
 NAMES = {VELOCITY: "p + v A", ACCELERATION: "and v + a A", GYRO: "and gyro", TORQUE: "and newest torque"}
 
 
@@ -82,9 +84,9 @@ def main():
     parser.add_argument("--set", action="append", default=[], metavar="NODE.PARAM=VALUE", help="as scripts/fly")
     options = parser.parse_args()
     if options.what == "ages":
-        print("| delay | as it comes | predicted |\n|---|---|---|")
+        print("| delay | without prediction | predicted |\n|---|---|---|")
         for delay in DELAYS:
-            print(f"| {1e3 * delay:g} ms | {flown(delay, options.set)} |", end=" ", flush=True)
+            print(f"| {1e3 * delay:g} ms | {flown(delay, [*WITHOUT, *options.set])} |", end=" ", flush=True)
             print(f"{flown(delay, [*predicting(delay), *options.set])} |", flush=True)
     elif options.what == "methods":
         print(f"| delay | {' | '.join(NAMES.values())} |\n|---|" + "---|" * len(NAMES))
