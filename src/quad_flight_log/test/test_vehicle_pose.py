@@ -8,21 +8,22 @@ import numpy as np
 import pytest
 from ament_index_python.packages import get_package_share_directory
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from scipy.spatial.transform import Rotation
 
-from quad_flight_log.recorder.vehicle_pose import pose_of, transform_of
-from quad_msgs.msg import TrajectoryPoint, VehicleState
+from quad_core.types import Quat, TrajectoryPoint, Vec3, VehicleState
+from quad_flight_log.recorder.vehicle_pose import set_pose, set_transform
 
 
 def test_a_state_becomes_a_pose_and_a_transform():
-    turn = Rotation.from_euler("ZYX", [0.3, -0.2, 0.1]).as_quat()
-    state = VehicleState(stamp=Time(sec=3, nanosec=5), p_w=[1.0, 2.0, 3.0], q_wb=turn)
-    pose = pose_of(state)
-    assert (pose.header.frame_id, pose.header.stamp) == ("map", state.stamp)
+    turn = Quat(*Rotation.from_euler("ZYX", [0.3, -0.2, 0.1]).as_quat().tolist())
+    pose, found = PoseStamped(), TransformStamped()
+    set_pose(pose, VehicleState(p_w=Vec3(1.0, 2.0, 3.0), q_wb=turn), 3_000_000_005)
+    assert (pose.header.frame_id, pose.header.stamp) == ("map", Time(sec=3, nanosec=5))
     place, attitude = pose.pose.position, pose.pose.orientation
     assert (place.x, place.y, place.z) == (1.0, 2.0, 3.0)
-    np.testing.assert_array_equal([attitude.x, attitude.y, attitude.z, attitude.w], turn)
-    found = transform_of(pose, "second/base_link")
+    assert (attitude.x, attitude.y, attitude.z, attitude.w) == turn
+    set_transform(found, pose, "second/base_link")
     assert (found.header, found.child_frame_id) == (pose.header, "second/base_link")
     moved = found.transform.translation
     assert (moved.x, moved.y, moved.z) == (1.0, 2.0, 3.0)
@@ -31,11 +32,12 @@ def test_a_state_becomes_a_pose_and_a_transform():
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -3.0])
 def test_a_reference_becomes_a_level_pose_with_its_yaw(yaw):
-    found = pose_of(TrajectoryPoint(p_w=[1.0, 2.0, 3.5], yaw=yaw)).pose
+    found = PoseStamped()
+    set_pose(found, TrajectoryPoint(p_w=Vec3(1.0, 2.0, 3.5), yaw=yaw), 0)
     expected = Rotation.from_euler("Z", yaw).as_quat()
-    turn = found.orientation
+    turn = found.pose.orientation
     np.testing.assert_allclose([turn.x, turn.y, turn.z, turn.w], expected, atol=1e-15)
-    assert found.position.z == 3.5
+    assert found.pose.position.z == 3.5
 
 
 def test_the_tf_of_this_installation_is_that_of_every_other():

@@ -6,6 +6,7 @@ Stricter than rclpy: little endian alone, texts in UTF-8 with their zero byte, a
 import re
 from collections.abc import Callable
 from functools import cache
+from itertools import takewhile
 from typing import Any
 
 from quad_flight_log.errors import SchemaError, one_line
@@ -22,15 +23,16 @@ _MOST_PADDING = 3  # bytes behind the last field
 
 def payload_check(kind: type) -> Callable[[bytes], str]:
     """Return a function that says what is wrong with a CDR payload of the message class ``kind``, empty if nothing."""
-    name, whole = type_name(kind), _end(kind, bytes(1 << 16), _HEADER) if _is_fixed(kind) else -1
+    name, fields = type_name(kind), _fields(kind)
+    first = list(takewhile(_is_fixed, fields))  # their end is that of every message
+    begin, rest = _end(first, bytes(1 << 16), _HEADER), fields[len(first) :]
 
     def problem_of(payload: bytes) -> str:
         if payload[:2] != _PLAIN:
             return f"found {payload[:2].hex() or 'nothing'}, expected 0001 (little-endian CDR) of {name}"
-        if len(payload) == whole:
-            return ""
         try:
-            left = len(payload) - _end(kind, payload, _HEADER)
+            whole = len(payload) >= begin
+            left = len(payload) - (_end(rest, payload, begin) if whole else _end(fields, payload, _HEADER))
         except ValueError as error:
             return f"{one_line(error)} in {len(payload)} bytes of {name}"
         return f"found {left} bytes behind the last field of {name}" if left > _MOST_PADDING else ""
@@ -38,13 +40,17 @@ def payload_check(kind: type) -> Callable[[bytes], str]:
     return problem_of
 
 
+Field = tuple[str, Any, int]
+"""Name; bytes of one number, ``string`` or a message class; how many, -1 for a sequence."""
+
+
 @cache
-def _fields(kind: type) -> list[tuple[str, Any, int]]:
-    """Return (name; bytes of one number, ``string`` or a message class; how many, -1 for a sequence) of each field.
+def _fields(kind: type) -> list[Field]:
+    """Return the fields of a message class.
 
     Raises SchemaError for a kind of field that is not recorded.
     """
-    found: list[tuple[str, Any, int]] = []
+    found: list[Field] = []
     for field, text in kind.get_fields_and_field_types().items():  # type: ignore[attr-defined]
         match = _KIND.fullmatch(text)
         base = match["base"].partition("<")[0] if match else ""
@@ -55,17 +61,15 @@ def _fields(kind: type) -> list[tuple[str, Any, int]]:
     return found or [("nothing", 1, 1)]
 
 
-def _is_fixed(kind: type) -> bool:
-    """Return whether all messages of a class have one length."""
-    return all(
-        count > 0 and (isinstance(content, int) or (content != "string" and _is_fixed(content)))
-        for _, content, count in _fields(kind)
-    )
+def _is_fixed(field: Field) -> bool:
+    """Return whether a field takes the same place in all messages."""
+    _, content, count = field
+    return count > 0 and (isinstance(content, int) or (content != "string" and all(map(_is_fixed, _fields(content)))))
 
 
-def _end(kind: type, payload: bytes, at: int) -> int:
-    """Return where a message that begins at ``at`` ends; raises ValueError."""
-    for name, content, count in _fields(kind):
+def _end(fields: list[Field], payload: bytes, at: int) -> int:
+    """Return where fields of which the first begins at ``at`` end; raises ValueError."""
+    for name, content, count in fields:
         number = count
         if count < 0:
             number, at = _length(payload, at)
@@ -75,7 +79,7 @@ def _end(kind: type, payload: bytes, at: int) -> int:
             raise ValueError(f"{name}: found more than {_MOST_ITEMS} items")
         else:
             for _ in range(number):
-                at = _text_end(payload, at, name) if content == "string" else _end(content, payload, at)
+                at = _text_end(payload, at, name) if content == "string" else _end(_fields(content), payload, at)
                 if at > len(payload):
                     break
         if at > len(payload):

@@ -9,14 +9,17 @@ import time
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
 
+from quad_core.cascade import SIGNALS
 from quad_core.geometry import quaternion_from_euler
-from quad_core.types import Quat, Vec3
+from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
-from quad_msgs.msg import TrajectoryPoint, VehicleState
+from quad_node import topics
+from quad_node.codec import unpacker
+from quad_node.conversion import set_stamp
 
 FOLLOWED = ("truth", "state", "reference")
 PERIOD_NS = 20_000_000  # of flight time between two poses in a bag
@@ -24,25 +27,22 @@ TRUTH_WITHIN_NS = 100_000_000  # from the beginning, where a vehicle sends it at
 LIVE_PERIOD = 0.04  # s between two published ones: a flight in lockstep may be many times as fast as the clock
 
 
-def pose_of(message: VehicleState | TrajectoryPoint) -> PoseStamped:
-    """Return the pose of a state or a reference in the frame ``map``, attitude from body to world."""
-    state = isinstance(message, VehicleState)
-    attitude = Quat(*message.q_wb.tolist()) if state else quaternion_from_euler(Vec3(0.0, 0.0, message.yaw))
-    found = PoseStamped()
-    found.header.frame_id, found.header.stamp = "map", message.stamp
-    place, turn = found.pose.position, found.pose.orientation
-    place.x, place.y, place.z = message.p_w.tolist()
+def set_pose(pose: PoseStamped, value: VehicleState | TrajectoryPoint, stamp_ns: int) -> None:
+    """Write the pose of a state or a reference into ``pose``: in the frame ``map``, attitude from body to world."""
+    attitude = value.q_wb if isinstance(value, VehicleState) else quaternion_from_euler(Vec3(0.0, 0.0, value.yaw))
+    pose.header.frame_id = "map"
+    set_stamp(pose.header.stamp, stamp_ns)
+    place, turn = pose.pose.position, pose.pose.orientation
+    place.x, place.y, place.z = value.p_w
     turn.x, turn.y, turn.z, turn.w = attitude
-    return found
 
 
-def transform_of(pose: PoseStamped, body: str) -> TransformStamped:
-    """Return a pose as the transform from ``map`` to ``body``."""
-    found = TransformStamped(header=pose.header, child_frame_id=body)
-    place, moved = pose.pose.position, found.transform.translation
+def set_transform(transform: TransformStamped, pose: PoseStamped, body: str) -> None:
+    """Write a pose into ``transform``: from ``map`` to ``body``."""
+    transform.header, transform.child_frame_id = pose.header, body
+    place, moved = pose.pose.position, transform.transform.translation
     moved.x, moved.y, moved.z = place.x, place.y, place.z
-    found.transform.rotation = pose.pose.orientation
-    return found
+    transform.transform.rotation = pose.pose.orientation
 
 
 class PoseOutput:
@@ -56,7 +56,10 @@ class PoseOutput:
         self._bag, self._live, self._truth = bag, live, False
         self._due_ns = {**dict.fromkeys(FOLLOWED, 0), "state": TRUTH_WITHIN_NS}
         self._shown = dict.fromkeys(FOLLOWED, 0.0)
+        self._unpack = {name: unpacker(SIGNALS[name].kind, topics.TOPICS[name].type) for name in FOLLOWED}
         self._body = f"{node.get_namespace().strip('/')}/base_link".lstrip("/")
+        # filled again for each pose: making a message takes many times as long as setting its numbers
+        self._pose, self._reference, self._tf = PoseStamped(), PoseStamped(), TFMessage(transforms=[TransformStamped()])
         self._outputs: dict[str, tuple[int, Publisher]] = {}
         for topic, kind in (("pose", PoseStamped), ("/tf", TFMessage), ("reference_pose", PoseStamped)):
             handle = bag.add_topic(node.resolve_topic_name(topic), definition_of(kind))
@@ -68,11 +71,14 @@ class PoseOutput:
         if now_ns < self._due_ns[topic] or (self._truth and topic == "state"):
             return
         self._due_ns[topic] = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
+        found = self._unpack[topic](payload)
         if topic == "reference":
-            messages = {"reference_pose": pose_of(deserialize_message(payload, TrajectoryPoint))}
+            set_pose(self._reference, found.value, found.stamp_ns)
+            messages = {"reference_pose": self._reference}
         else:
-            pose = pose_of(deserialize_message(payload, VehicleState))
-            messages = {"pose": pose, "/tf": TFMessage(transforms=[transform_of(pose, self._body)])}
+            set_pose(self._pose, found.value, found.stamp_ns)
+            set_transform(self._tf.transforms[0], self._pose, self._body)
+            messages = {"pose": self._pose, "/tf": self._tf}
         wall, now = time.time_ns(), time.monotonic()
         shows = self._live and now - self._shown[topic] >= LIVE_PERIOD
         self._shown[topic] = now if shows else self._shown[topic]
