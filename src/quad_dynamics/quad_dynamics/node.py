@@ -57,7 +57,7 @@ class Simulator(VehicleNode):
         self._disturbance_out = self.output("disturbance")
         self._odom_out = self.publisher("odom", match=self._state_out is None)
         self._clock_out = self.publisher("clock", match=False)
-        self._odom = Odometry()
+        self._odom, self._clock = Odometry(), Clock()
         self._published_step = -1
         self._timer: Any = None
         self._clock_start = 0.0
@@ -201,9 +201,8 @@ class Simulator(VehicleNode):
         """Publish odom (pose in map, twist in base_link) and clock, where they are due; no control depends on them."""
         stamp = step * self.flight.plant_period
         if step % self.settings.clock_period_steps == 0:
-            clock = Clock()
-            set_stamp(clock.clock, stamp)
-            self._clock_out.publish(clock)
+            set_stamp(self._clock.clock, stamp)
+            self._clock_out.publish(self._clock)
         if step % self.settings.odom_period_steps == 0:
             self._odom_out.publish(fill(self._odom, self.model.state, stamp))
 
