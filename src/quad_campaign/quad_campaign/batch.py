@@ -10,6 +10,7 @@ from quad_campaign.parts import Parts
 from quad_core.parameters import Value
 from quad_flight.flight import Flight, Result, fly
 from quad_flight.many import run_many
+from quad_flight.set_up import is_late
 from quad_flight.variation import Variation
 
 ENDED = "ended"
@@ -23,27 +24,32 @@ FIGURES = {
 
 
 class Batch(NamedTuple):
-    """A campaign made ready to fly."""
+    """A campaign made ready to fly. ``base``: its flight 0; ``variation``: of its flight without values.
+
+    ``variations``: {whether sensors are late: of a flight like that}, as far as there was one. Values decide what runs:
+    where sensors are late, laws see predicted states.
+    """
 
     definition: Definition
     base: Flight
     variation: Variation
+    variations: dict[bool, Variation]
 
 
 def prepared(definition: Definition) -> Batch:
     """Return a campaign ready to fly; raises ParameterError or PluginError if its flight or parameters are unknown."""
     plain = base_flight(definition)
-    # values decide what runs: where sensors are late, laws see predicted states
-    base = base_flight(definition, drawn(definition, Variation(plain, definition.vary), 0))
-    batch = Batch(definition, base, Variation(base, definition.vary))
-    batch.variation.apply(drawn(definition, batch.variation, 0))
-    return batch
+    batch = Batch(definition, plain, Variation(plain, definition.vary), {})
+    return batch._replace(base=flight_of(batch, 0)[0])
 
 
 def flight_of(batch: Batch, number: int) -> tuple[Flight, dict[str, Value]]:
-    """Return flight ``number`` and the values that make it."""
+    """Return flight ``number``, as ``base_flight`` makes it of its values, and those."""
     values = drawn(batch.definition, batch.variation, number)
-    return batch.variation.apply(values), values
+    late = is_late(batch.variation.apply(values).setup.sensing)
+    if late not in batch.variations:
+        batch.variations[late] = Variation(base_flight(batch.definition, values), batch.definition.vary)
+    return batch.variations[late].apply(values), values
 
 
 def fly_numbers(batch: Batch, numbers: Iterable[int], *, compiled: bool = True) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ import pytest
 from quad_campaign.batch import flight_of, fly_numbers, prepared, run
 from quad_campaign.campaign_cli import main
 from quad_campaign.campaign_report import page, quantiles, success, worst
-from quad_campaign.definition import command, read_definition, request
+from quad_campaign.definition import base_flight, command, read_definition, request
 from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_resolved, fly
@@ -74,6 +74,18 @@ def test_the_command_of_a_flight_flies_the_very_same_flight(definition):
         words = command(definition, values)
         assert words[:3] == ["hover", "--duration", "0.1"]
         assert f"vehicle.mass={values['vehicle.mass']!r}" in words
+
+
+def test_values_decide_what_runs(file):
+    ground = "simulator.rigid_body.ground.enabled: {choice: [true, false]}"
+    start = "simulator.rigid_body.initial.p.z: {uniform: [0.0, 0.3]}"
+    late = "simulator.sensor.delay: {choice: [0.0, 0.02]}"
+    file.write_text("\n  ".join((FILE.rstrip(), ground, start, late)), encoding="utf-8")
+    definition = read_definition(file)
+    batch = prepared(definition)
+    for flight, values in (flight_of(batch, number) for number in range(16)):
+        again = base_flight(definition, values)
+        assert (flight.modules, flight.setup, flight.seed) == (again.modules, again.setup, again.seed), values
 
 
 def test_a_row_tells_the_flight(definition):

@@ -78,7 +78,7 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
             resolved[role] = resolve(role, values)
             if role == SIMULATOR and request.mission is not None:
                 resolved[role] = resolve(role, {**values, **_on_the_ground(resolved[role], values)})
-            if role == SIMULATOR and (request.relay or _is_late(resolved[role].plugins["sensing"].parameters)):
+            if role == SIMULATOR and (request.relay or is_late(resolved[role].plugins["sensing"].parameters)):
                 for stage in STAGES:
                     asked[stage.role] = {"prediction.enabled": True, **asked.get(stage.role, {})}
             if role == SIMULATOR and request.relay:
@@ -93,7 +93,7 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
     return resolved
 
 
-def _is_late(sensing: Any) -> bool:
+def is_late(sensing: Any) -> bool:
     """Return whether sensors with these parameters say that what they show is old."""
     return any(field.name.endswith("delay") and float(field.default) > 0.0 for field in fields(sensing))
 

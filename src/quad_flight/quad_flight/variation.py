@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.parameters import Choice, Field, ParameterError, Value, checked, fields
 from quad_flight.flight import Flight
+from quad_guard.ending import has_ground, stands
 
 SEED = "flight.seed"
 _PARTS = {
@@ -57,6 +58,7 @@ class Variation:
                 setup = _replaced(setup, path, good)
             else:
                 seed = good
+        setup = setup._replace(has_ground=has_ground(setup.plant), stands=stands(setup.plant))
         return self._base._replace(setup=setup, seed=seed)
 
 
