@@ -7,15 +7,15 @@ Keys: ``flight`` (as ``scripts/fly`` takes it: ``case``, ``preset``, ``vehicle``
 The values of flight n come from (seed, n, parameter) alone, so any flight can be flown again by its number.
 """
 
+import math
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
-from quad_core.parameter_files import StrictLoader
+from quad_core.parameter_files import StrictLoader, load_yaml
 from quad_core.parameters import ParameterError, Real, Value
 from quad_flight.flight import Flight, flight_from_resolved
 from quad_flight.set_up import Request, resolve_flight
@@ -50,16 +50,20 @@ class Definition(NamedTuple):
 def read_definition(path: Path) -> Definition:
     """Read a campaign file; raises ParameterError naming file and key, what was found and what was expected."""
     try:
-        content = yaml.load(path.read_text("utf-8"), StrictLoader)
+        content = load_yaml(path.read_text("utf-8"), StrictLoader)
     except OSError as error:
         raise ParameterError(f"{path}: {error.strerror}") from error
-    except (yaml.YAMLError, ParameterError) as error:
-        raise ParameterError(f"{path}: {' '.join(str(error).split())}") from error
+    except ValueError as error:
+        raise ParameterError(f"{path}: {error}") from error
     _only(path, "", content, _KEYS)
     flight = content.get("flight", {})
     _only(path, "flight", flight, _FLIGHT)
     if "case" not in flight:
         raise ParameterError(f"{path}: flight.case: found nothing, expected the case to fly")
+    for key, value in flight.items():
+        texts, expected = (value, "a list of texts") if key == "set" else ([value], "text")
+        if key != "duration" and not (isinstance(texts, list) and all(isinstance(each, str) for each in texts)):
+            raise ParameterError(f"{path}: flight.{key}: found {value!r}, expected {expected}")
     vary = content.get("vary", {})
     _only(path, "vary", vary, None)
     success = content.get("success", {})
@@ -110,7 +114,10 @@ def drawn(definition: Definition, variation: Variation, number: int) -> dict[str
     for name, how in definition.vary.items():
         key = [definition.seed, number, zlib.crc32(name.encode())]
         stream = np.random.Generator(np.random.PCG64(np.random.SeedSequence(key)))
-        values[name] = _draw(how, stream, isinstance(variation.field(name).spec, Real))
+        try:
+            values[name] = _draw(how, stream, isinstance(variation.field(name).spec, Real))
+        except (ValueError, OverflowError) as error:
+            raise ParameterError(f"{definition.name}: vary.{name}.{how.kind}: found {how.values}: {error}") from error
     return values
 
 
@@ -125,7 +132,7 @@ def _draw(how: Distribution, stream: np.random.Generator, real: bool) -> Value:
         value = float(stream.normal(first, second))
         if low <= value <= high:
             return value
-    raise ParameterError(f"normal: found no value within [{low}, {high}] in {_TRIES} tries, expected a wider range")
+    raise ParameterError(f"no value within [{low}, {high}] in {_TRIES} tries, expected a wider range")
 
 
 def _distribution(where: str, spec: Any) -> Distribution:
@@ -135,14 +142,16 @@ def _distribution(where: str, spec: Any) -> Distribution:
         raise ParameterError(f"{where}: found {spec!r}, expected one of uniform, normal, choice")
     kind = kinds[0]
     values = spec[kind]
+    if "within" in spec and kind != "normal":
+        raise ParameterError(f"{where}: found within with {kind}, expected it with normal alone")
     if not isinstance(values, list) or not values:
         raise ParameterError(f"{where}.{kind}: found {values!r}, expected a list")
     if kind == "choice":
         return Distribution(kind, tuple(values), None)
     pair = _pair(f"{where}.{kind}", values)
-    if pair[1] < (pair[0] if kind == "uniform" else 0.0):
+    if not (all(map(math.isfinite, pair)) and pair[1] >= (pair[0] if kind == "uniform" else 0.0)):
         expected = "low <= high" if kind == "uniform" else "a standard deviation of at least 0"
-        raise ParameterError(f"{where}.{kind}: found {values!r}, expected {expected}")
+        raise ParameterError(f"{where}.{kind}: found {values!r}, expected {expected}, both finite")
     within = _pair(f"{where}.within", spec["within"]) if "within" in spec else None
     return Distribution(kind, pair, within)
 

@@ -113,10 +113,17 @@ def test_a_row_tells_the_flight(definition):
         ("vehicle.mass", "vehicle.mas", ["vehicle.mas", "vehicle.mass"]),
         ("aibs.thrust_form", "lqr.thrust_form", ["lqr", "aibs"]),
         ("vary:", "vary: [", ["line"]),
+        ("case: hover", "case: hover, preset: 5", ["small.yaml", "flight.preset", "5", "text"]),
+        ("set: [simulator.held_gaussian.acceleration_sd=0.4]", "set: flight.seed=3", ["flight.set", "a list"]),
+        ("{uniform: [0.5, 0.6]}", "{uniform: [0.5, .nan]}", ["small.yaml", "vehicle.mass", "nan", "finite"]),
+        ("{uniform: [0.5, 0.6]}", "{uniform: [0.5, 0.6], within: [0.5, 0.51]}", ["vehicle.mass", "within", "normal"]),
+        ("within: [-0.05, 0.05]", "within: [0.05, -0.05]", ["small", "mass_error", "no value within"]),
+        ("{uniform: [1, 3]}", "{uniform: [1, 1.0e+30]}", ["small", "substeps", "1e+30"]),
+        ("seed: 5", "about: caf\udce9", ["small.yaml", "utf-8"]),
     ],
 )
 def test_a_wrong_file_is_refused_by_key(file, capsys, tmp_path, old, new, words):
-    file.write_text(FILE.replace(old, new), encoding="utf-8")
+    file.write_text(FILE.replace(old, new), encoding="utf-8", errors="surrogateescape")
     assert main([str(file), "--flights", "2", "--out", str(tmp_path / "out"), "--engine", "python"]) == 2
     said = capsys.readouterr().err
     assert all(word in said for word in words), said
