@@ -5,7 +5,7 @@ import hashlib
 import shlex
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NoReturn
@@ -40,6 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Fly a campaign or one of its flights; returns the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser().parse_args(given)
+    if options.resume and options.out is None:
+        _parser().error("--resume: found no --out, expected --out DIR, the campaign to go on with")
     try:
         path = shipped().get(options.file, Path(options.file))
         definition = read_definition(path)
@@ -65,22 +67,24 @@ def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = _Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     parser.add_argument("file", metavar="FILE", help=f"{', '.join(shipped())}, or the path of a YAML file")
-    parser.add_argument("--flights", type=_positive, default=1000, metavar="N", help="how many (default: 1000)")
+    parser.add_argument("--flights", type=_at_least(1), default=1000, metavar="N", help="how many (default: 1000)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")
     parser.add_argument("--resume", action="store_true", help="resume the campaign in DIR")
     parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler")
-    parser.add_argument("--refly", type=int, metavar="N", help="fly flight N over ROS, with a bag")
-    parser.add_argument("--part", type=_positive, default=50, metavar="N", help="flights per part (default: 50)")
+    parser.add_argument("--refly", type=_at_least(0), metavar="N", help="fly flight N over ROS, with a bag")
+    parser.add_argument("--part", type=_at_least(1), default=50, metavar="N", help="flights per part (default: 50)")
     parser.add_argument(
         "--engine", choices=("compiled", "python"), default="compiled", help="python: slow, the same bits"
     )
     return parser
 
 
-def _positive(word: str) -> int:
-    number = int(word)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"found {word}, expected at least 1")
+def _at_least(least: int) -> Callable[[str], int]:
+    def number(word: str) -> int:
+        if int(word) < least:
+            raise argparse.ArgumentTypeError(f"found {word}, expected at least {least}")
+        return int(word)
+
     return number
 
 

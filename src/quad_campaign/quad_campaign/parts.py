@@ -26,10 +26,13 @@ class Parts:
         if not resume and self.directory.exists() and any(self.directory.iterdir()):
             raise ParameterError(f"--out: {self.directory} exists; go on with --resume or choose another directory")
         if resume and path.exists():
-            before = json.loads(path.read_text("utf-8"))
+            try:
+                before = dict(json.loads(path.read_text("utf-8"))["identity"])
+            except (ValueError, KeyError, TypeError) as error:
+                raise ParameterError(f"--resume: {path}: found no identity of a campaign ({error!r})") from error
             for key, value in about["identity"].items():
-                if before["identity"].get(key) != value:
-                    found = f"found {key} {value!r}, expected {before['identity'].get(key)!r} as it was begun with"
+                if before.get(key) != value:
+                    found = f"found {key} {value!r}, expected {before.get(key)!r} as it was begun with"
                     raise ParameterError(f"--resume: {path}: {found}")
             return
         (self.directory / "parts").mkdir(parents=True, exist_ok=True)

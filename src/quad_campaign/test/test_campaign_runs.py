@@ -164,6 +164,19 @@ def test_a_campaign_that_was_killed_goes_on_and_ends_as_if_it_had_not(file, tmp_
     assert (out / "report.html").stat().st_size > 1_000_000
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--refly", "-1"], "-1, expected at least 0"), (["--flights", "x"], "'x'"), (["--resume"], "expected --out DIR")],
+)
+def test_wrong_usage_is_exit_code_2(file, capsys, monkeypatch, tmp_path, words, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as left:
+        main([str(file), "--engine", "python", *words])
+    assert left.value.code == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "campaigns").exists()
+
+
 def test_parts_hold_each_flight_once(tmp_path):
     parts = Parts(tmp_path / "out", 5, 2)
     parts.open({"identity": {}}, resume=False)
@@ -175,6 +188,9 @@ def test_parts_hold_each_flight_once(tmp_path):
         parts.joined()
     with pytest.raises(ParameterError, match="--resume"):
         parts.open({"identity": {}}, resume=False)
+    (tmp_path / "out" / "campaign.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"campaign\.json: found no identity"):
+        parts.open({"identity": {}}, resume=True)
 
 
 @pytest.mark.long
