@@ -18,7 +18,7 @@ FARTHEST = 1e4
 CLOSEST = 0.01
 """m; between two waypoints, below which the path between them is no path."""
 
-_NUMBER = re.compile(r"[+-]?\d+(\.\d+)?|[+-]?\.\d+")
+_NUMBER = re.compile(r"[+-]?\d+(\.\d+)?|[+-]?\.\d+", re.ASCII)
 _MOST_DIGITS = 15
 _DEGREE = math.pi / 180.0
 _TURN = 2.0 * math.pi
