@@ -159,7 +159,7 @@ def switching(sliding: float, layered: bool, width: float) -> float:
 def axis_control(
     gains: Gains, layered: bool, error: float, error_rate: float, integral: float, acceleration: float
 ) -> AxisControl:
-    """Return the law of one gains.
+    """Return the law of one axis.
 
     ``error`` in rad, ``error_rate`` in rad/s, ``integral`` of the surface in rad/s, ``acceleration`` x_d'' in rad/s^2.
     """
