@@ -101,7 +101,9 @@ def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run
     pick = itemgetter(*(1 + order.index(place) for place in range(len(_HEAD), len(_HEAD) + len(_numbers(cls)))))
     at = {name: 1 + order.index(place) for place, name in enumerate(_HEAD) if place in order}
     of_run, last = run_number(run_id) if "run" in at else 0, at.get("next_step")
-    name = run_id.encode() if "run_id" in message_type.get_fields_and_field_types() else b""
+    # a whole text in CDR, with length and end: part of a longer one is another run's
+    text = run_id.encode() if "run_id" in message_type.get_fields_and_field_types() else b""
+    name = struct.pack(f"<I{len(text)}sx", len(text) + 1, text) if text else b""
 
     def read(payload: bytes) -> Stamped:
         if payload[:2] != HEADER[:2] or len(payload) < size:

@@ -101,7 +101,7 @@ def test_the_end_comes_with_its_outcome(owner, link):
 
 def test_a_mode_that_is_malformed_or_of_another_run_is_rejected(owner, link):
     owner.callbacks["flight/mode"](b"\x00\x01\x00\x00abc")
-    owner.mode(0, FlightMode.KILL, run_id="b2")
+    owner.mode(0, FlightMode.KILL, run_id=RUN + "2")
     assert (link.mode.step, owner.told) == (-1, ["rejected_malformed", "foreign_run"])
 
 
