@@ -364,7 +364,8 @@ class VehicleNode(FlightNode):
 
     def _on_node(self, message: NodeStatus) -> None:
         problem = self.handshake.on_status(message)
-        if problem and self.commanded and self.armed and message.role in (TRAJECTORY, RECORDER):
+        flies = self.commanded and self.armed and self.phase != FlightState.WAITING
+        if problem and flies and message.role in (TRAJECTORY, RECORDER):
             self.event(FlightEvent.WARNING, "node_failed", problem)  # neither is needed to land
             if message.role == RECORDER:
                 self.unrecorded = True

@@ -83,6 +83,14 @@ def test_without_a_guard_a_lost_commander_ends_the_flight_and_a_silent_controlle
     assert owner.phase == phase
 
 
+def test_before_the_flight_a_commander_excuses_no_node_that_does_not_fit(start_node):
+    owner = start_node(Owner, "flight.roles:=simulator,trajectory,commander")
+    status = NodeStatus(node="/trajectory", role="trajectory", state=NodeStatus.READY, period_steps=5)
+    status.plant_period, status.interface_hash = 4_000_000, owner.handshake._hash
+    owner.callbacks["flight/nodes"](status)
+    assert (owner.phase, owner.exit_code) == (FlightState.FAILED, 1)
+
+
 def test_a_recorder_that_fails_after_the_end_is_heard(owner):
     owner.end(FlightState.ENDED, "")
     assert not owner.done.done()
