@@ -141,7 +141,7 @@ class VehicleGuard:
         if status.mode == KILL:
             self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; motors off", stamp)
         elif status.mode == PASS:
-            text = f"step {step}: the controller flies again"
+            text = f"step {step}: {'the guard rests' if status is _RESTING else 'the controller flies again'}"
             self._node.event(FlightEvent.WARNING, "guard_released", text, stamp, always=True)
         else:
             ages = f"wrench {status.command_age:.3f} s, state {status.state_age:.3f} s old"

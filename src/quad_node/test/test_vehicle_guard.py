@@ -121,6 +121,13 @@ def test_a_kill_is_an_error_and_a_release_is_said():
     assert kinds(node)[-1] == "guard_killed"
 
 
+def test_a_guard_that_rests_after_a_landing_hands_nothing_back():
+    node, ours = made()
+    step(ours, 0, request=guard.ASK_DESCEND)
+    ours.rest(1)
+    assert [text for _, text in node.events[1:]] == ["step 1: the guard rests"]
+
+
 def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
     node, ours = made()
     step(ours, 0)
