@@ -22,6 +22,7 @@ from quad_core.cascade import COMMANDER, TRAJECTORY
 from quad_core.cycle import seconds, steps_to_cover
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.parameters import Choice, fields
+from quad_core.records import finite_check
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
@@ -31,6 +32,7 @@ from quad_node.main import run
 from quad_node.responder import Responder, Sample
 
 _SAMPLES = 400  # instants at which a plan is looked at before the flight
+_is_finite = finite_check(TrajectoryPoint)
 
 
 class Trajectory(Responder):
@@ -71,6 +73,11 @@ class Trajectory(Responder):
         if flies and (not self._commanded or self._is_left(sample)):
             time = seconds(sample.stamp_ns - self._first_stamp, 1)
             point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
+            if not _is_finite(point):
+                text = f"{self._plugin.name}: non-finite reference at step {sample.step}"
+                self.event(FlightEvent.ERROR, "law_nonfinite", text, sample.stamp_ns)
+                self.finish(1, text)
+                return
         else:
             point = (reference or _standing(sample.state))._replace(trajectory_time=NOT_BEGUN)
         yield self._reference_out, self._pack(point, sample.step, next_step, sample.stamp_ns)
@@ -129,8 +136,13 @@ def _as_state(reference: TrajectoryPoint) -> VehicleState:
 
 
 def _bounds(module: ModuleType, parameters: Any, plan: Any, length: float, gravity: float) -> dict[str, Any]:
-    """Return the fields of FlightPlan that bound a plan of ``length`` s, found at 400 instants; gravity in m/s^2."""
+    """Return the fields of FlightPlan that bound a plan of ``length`` s, found at 400 instants; gravity in m/s^2.
+
+    Raises ValueError if a number of a reference is not finite.
+    """
     points = [module.sample(parameters, plan, length * index / _SAMPLES) for index in range(_SAMPLES)]
+    if not all(map(_is_finite, points)):
+        raise ValueError("a number of its reference is not finite")
     low, high = ([side(axis) for axis in zip(*(point.p_w for point in points), strict=True)] for side in (min, max))
     return {
         "low": low,

@@ -1,12 +1,13 @@
 """The trajectory node: a start from which no plan keeps its limits ends the flight with the reason."""
 
+import math
 from functools import partial
 from types import SimpleNamespace
 
 import pytest
 from rclpy.serialization import serialize_message
 
-from quad_core.types import Quat, Vec3, VehicleState
+from quad_core.types import Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightMode
 from quad_node.responder import Sample
 from quad_trajectory.node import Trajectory
@@ -44,6 +45,15 @@ def test_a_plan_that_is_refused_is_an_event_and_ends_the_node(node):
     node._plugin = node._plugin._replace(module=SimpleNamespace(plan=refusing))
     assert list(node.answer(SAMPLE, [])) == []
     assert (node.done.done(), node.exit_code, node.counters["plan_refused"]) == (True, 1, 1)
+
+
+@pytest.mark.parametrize(("kind", "steps"), [("plan_refused", 0), ("law_nonfinite", 1)])
+def test_a_reference_that_is_not_finite_is_not_published(node, kind, steps):
+    good = [len(list(node.answer(SAMPLE, []))) for _ in range(steps)]
+    broken = {**vars(node._plugin.module), "sample": lambda *_: TrajectoryPoint(yaw=math.nan)}
+    node._plugin = node._plugin._replace(module=SimpleNamespace(**broken))
+    assert list(node.answer(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])) == []
+    assert (good, node.done.done(), node.exit_code, node.counters[kind]) == ([2] * steps, True, 1, 1)
 
 
 def test_the_plan_comes_before_the_first_reference_and_once(node):
