@@ -9,6 +9,7 @@ the Python loop. The wrench acts at a site: it turns with the body in a step.
 
 import math
 from functools import lru_cache
+from threading import get_ident
 from typing import NamedTuple
 
 import mujoco
@@ -77,7 +78,7 @@ class Floor(NamedTuple):
 
 
 class FreeBody:
-    """A free body under gravity and linear drag. It keeps nothing between calls that changes a result."""
+    """A free body under gravity and linear drag. It keeps nothing between calls of its thread that changes a result."""
 
     def __init__(self, body: Body, step: float, floor: Floor | None = None) -> None:
         """Compile the model of ``body`` with steps of ``step`` s; raises ValueError if MuJoCo refuses it."""
@@ -118,9 +119,13 @@ class FreeBody:
         return VehicleState(Vec3(px, py, pz), Vec3(vx, vy, vz), Quat(x, y, z, w), Vec3(p, q, r))
 
 
-@lru_cache(maxsize=64)
 def free_body(body: Body, step: float, floor: Floor | None = None) -> FreeBody:
-    """Return the model of ``body``, compiled once."""
+    """Return the model of ``body``, compiled once in each thread: MuJoCo lets others run while it integrates."""
+    return _of_thread(get_ident(), body, step, floor)
+
+
+@lru_cache(maxsize=64)
+def _of_thread(thread: int, body: Body, step: float, floor: Floor | None) -> FreeBody:  # noqa: ARG001
     return FreeBody(body, step, floor)
 
 

@@ -1,6 +1,8 @@
 """rigid_body and MuJoCo, written by different people, under the same random wrench: same flight, same order."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -82,3 +84,10 @@ def test_nothing_is_kept_between_two_steps():
     once = mujoco_plant.step(parameters, VEHICLE, state, wrench, conditions, 2e-3)
     mujoco_plant.step(parameters, VEHICLE, once[0], Wrench(50.0, Vec3(1.0, 1.0, 1.0)), Conditions(), 2e-3)
     assert mujoco_plant.step(parameters, VEHICLE, state, wrench, conditions, 2e-3) == once
+
+
+def test_flights_in_threads_are_those_flown_alone():
+    vehicles = [VEHICLE, VEHICLE._replace(thrust_to_weight=9.0)]  # one body to MuJoCo
+    with ThreadPoolExecutor(2) as pool:
+        together = list(pool.map(partial(flown, mujoco_plant, 1e-2), vehicles))
+    assert together == [flown(mujoco_plant, 1e-2, vehicle) for vehicle in vehicles]
