@@ -59,11 +59,12 @@ class Ages(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """The last sample and the reading of a frozen sensor; ``late``: some channel has an age."""
+    """The last sample and the reading of a frozen sensor; ``late``: some channel has an age. ``period`` in ns."""
 
     active: bool
     late: bool
     ages: Ages
+    period: int
     last_sample: VehicleState
     frozen: bool
     reading: VehicleState
@@ -95,7 +96,7 @@ def init(parameters: Parameters, plant_period: int) -> tuple[NDArray[np.float64]
     Raises ValueError if the line is too short for the delay.
     """
     ages = Ages(*(_steps(parameters, name, plant_period) for name in Ages._fields))
-    memory = Memory(is_active(parameters), max(ages) > 0, ages, VehicleState(), False, VehicleState())
+    memory = Memory(is_active(parameters), max(ages) > 0, ages, plant_period, VehicleState(), False, VehicleState())
     return np.zeros((SLOTS, 13)), memory
 
 
@@ -131,11 +132,11 @@ def step(
         reading = last_sample
         if memory.late:
             put(line, k % SLOTS, last_sample)
-            reading = aged(parameters, line, memory.ages, k)
+            reading = aged(line, memory.ages, memory.period, k)
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
-    return reading, Memory(memory.active, memory.late, memory.ages, last_sample, fault.frozen, reading)
+    return reading, Memory(memory.active, memory.late, memory.ages, memory.period, last_sample, fault.frozen, reading)
 
 
 def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
@@ -191,7 +192,7 @@ def put(line: NDArray[np.float64], slot: int, state: VehicleState) -> None:
     line[slot, 10], line[slot, 11], line[slot, 12] = state.omega_b.x, state.omega_b.y, state.omega_b.z
 
 
-def aged(parameters: Parameters, line: NDArray[np.float64], ages: Ages, k: int) -> VehicleState:
+def aged(line: NDArray[np.float64], ages: Ages, period: int, k: int) -> VehicleState:
     """Return each channel as it was its age before plant step ``k``, and its age; before step 0 it was as then."""
     p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
     q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
@@ -200,10 +201,10 @@ def aged(parameters: Parameters, line: NDArray[np.float64], ages: Ages, k: int) 
         Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
         Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),
         Vec3(float(line[w, 10]), float(line[w, 11]), float(line[w, 12])),
-        parameters.delay + parameters.position_delay,
-        parameters.delay + parameters.velocity_delay,
-        parameters.delay + parameters.attitude_delay,
-        parameters.delay + parameters.rate_delay,
+        seconds(ages.position, period),
+        seconds(ages.velocity, period),
+        seconds(ages.attitude, period),
+        seconds(ages.rate, period),
         0.0,
         False,
     )

@@ -77,6 +77,16 @@ def test_delay_is_that_many_steps_exactly(delay, steps):
     assert [r.p_w.x for r in readings] == [float(max(k - steps, 0)) for k in range(1200)]
 
 
+@pytest.mark.parametrize("period", [PERIOD, 3_000_000])
+def test_a_delay_that_is_no_whole_step_is_told_as_it_is_flown(period):
+    delays = {"position_delay": 0.045, "velocity_delay": 0.0051, "attitude_delay": 0.0, "rate_delay": 0.02}
+    reading = seen(Parameters(**delays), moving(100), period=period)[-1]
+    flown = 99.0 - reading.p_w.x
+    assert reading.position_age == pytest.approx(flown * period * 1e-9, abs=1e-12)
+    told = (reading.velocity_age, reading.attitude_age, reading.rate_age)
+    assert told == pytest.approx((0.006, 0.0, 0.02 if period == PERIOD else 0.021), abs=1e-12)
+
+
 def turning(count):
     """Return states of which every number tells its plant step."""
     turns = Rotation.from_euler("ZYX", [[1e-3 * k, 2e-3 * k, 0.1] for k in range(count)]).as_quat()
