@@ -9,10 +9,10 @@ from pathlib import Path
 from domain_coordinator import domain_id
 
 from quad_core.parameters import ParameterError
+from quad_node.middleware import DOMAIN, checked_domain
 
 # Above 101 the ports of the default transport may collide with ephemeral ones; 0 is the default of all other nodes.
 DOMAINS = range(1, 102)
-LAST_DOMAIN = 232  # the middleware crashes beyond
 _FIRST_PORT, _PORTS_EACH = 7400, 250
 _UDP_SOCKETS = Path("/proc/net/udp")
 
@@ -24,11 +24,9 @@ def reserved_domain(requested: int | None) -> Iterator[int]:
     ``requested``, else ROS_DOMAIN_ID where it is set: exactly this one, which other flights may want too (namespaces
     tell them apart). Raises ParameterError if no domain is free.
     """
-    for name, chosen in (("--domain", requested), ("ROS_DOMAIN_ID", os.environ.get("ROS_DOMAIN_ID") or None)):
+    for name, chosen in (("--domain", requested), (DOMAIN, os.environ.get(DOMAIN) or None)):
         if chosen is not None:
-            if not str(chosen).isdecimal() or int(chosen) > LAST_DOMAIN:
-                raise ParameterError(f"{name}: found {chosen}, expected 0 to {LAST_DOMAIN}")
-            yield int(chosen)
+            yield checked_domain(name, chosen)
             return
     reservation = domain_id(iter(_candidates()).__next__)
     try:

@@ -102,6 +102,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         close_unless_asked()
         rclpy.init(args=[])
         code, line = ask(WORDS[options.request], options.namespace.strip("/"), options.patience, place)
+    except ParameterError as error:
+        code, line = NO_ANSWER, str(error)
     except InvalidNamespaceException as error:
         code, line = NO_ANSWER, f"--namespace: {str(error).splitlines()[0]}"
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -102,3 +102,11 @@ def test_a_place_is_sent_as_it_was_written(words, place, monkeypatch):
 def test_a_flight_without_a_commander_is_named(commander):
     line = "flight/request: found no commander in namespace 'b' within 0.5 s, expected one"
     assert command.ask(Request.LAND, "b", 0.5) == (command.NO_ANSWER, line)
+
+
+def test_a_domain_that_is_none_is_no_refusal_of_the_commander(monkeypatch, capsys):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "300")
+    with pytest.raises(SystemExit) as ended:
+        command.main(["land"])
+    assert ended.value.code == command.NO_ANSWER
+    assert capsys.readouterr().err == "command: land: ROS_DOMAIN_ID: found 300, expected 0 to 232\n"

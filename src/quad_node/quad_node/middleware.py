@@ -7,6 +7,8 @@ import os
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
+from quad_core.parameters import ParameterError
+
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
@@ -15,6 +17,8 @@ RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
 CLOSED = "seen only on this machine"
+DOMAIN = "ROS_DOMAIN_ID"
+LAST_DOMAIN = 232  # Fast DDS ends the process beyond, with exit code 1
 
 # Values that ask for no more than this machine. rmw_fastrtps reads each as a wish for its own transports, shared memory
 # among them, and then ignores those of the profile; so they are removed.
@@ -37,20 +41,28 @@ def choices(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
+def checked_domain(name: str, domain: str | int) -> int:
+    """Return ``domain``, given as ``name``, as a number; raises ParameterError if it is no domain."""
+    if not str(domain).isdecimal() or int(domain) > LAST_DOMAIN:
+        raise ParameterError(f"{name}: found {domain}, expected 0 to {LAST_DOMAIN}")
+    return int(domain)
+
+
 def close(environment: MutableMapping[str, str] = os.environ) -> str:
     """Choose this machine, whatever the user has chosen; returns the line that says which shells see the nodes."""
     for name in _CHOICES:
         environment.pop(name, None)
     environment[PROFILES] = SETTINGS
-    domain = f"ROS_DOMAIN_ID={environment.get('ROS_DOMAIN_ID') or 0}"
-    return f"{CLOSED}: export {domain}; unset {TRANSPORTS}"
+    return f"{CLOSED}: export {DOMAIN}={environment.get(DOMAIN) or 0}; unset {TRANSPORTS}"
 
 
 def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> str:
     """Choose this machine if the user has chosen nothing else; called before rclpy starts.
 
     Returns a line that says who can see the nodes. It begins with ``OPEN`` if other hosts or users may join.
+    Raises ParameterError for a ROS_DOMAIN_ID that is no domain.
     """
+    checked_domain(DOMAIN, environment.get(DOMAIN) or 0)
     rmw = environment.get(RMW) or FAST_DDS
     if rmw != FAST_DDS:
         return f"{OPEN}: {rmw} has its own settings"

@@ -5,6 +5,7 @@ import os
 import pytest
 import rclpy
 
+from quad_core.parameters import ParameterError
 from quad_node import executor
 from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, TRANSPORTS, close, close_unless_asked
 
@@ -65,3 +66,9 @@ def test_a_node_has_the_settings_before_rclpy_starts(monkeypatch):
     monkeypatch.setattr(rclpy, "init", lambda **_: found.append(os.environ[PROFILES]))
     executor.init([])
     assert found == [SETTINGS]
+
+
+@pytest.mark.parametrize("domain", ["abc", "-1", "233"])
+def test_a_domain_that_would_end_the_process_is_refused_by_name(domain):
+    with pytest.raises(ParameterError, match=f"ROS_DOMAIN_ID: found {domain}, expected 0 to 232"):
+        close_unless_asked({"ROS_DOMAIN_ID": domain})
