@@ -76,6 +76,7 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--set", "flight.roles=simulator"], ["flight.roles", "recorder"]),
         (["hover", "--own", "pilot=python3"], ["pilot=python3"]),
         (["hover", "--own", "trajectory="], ["NODE=COMMAND"]),
+        (["hover", "--own", "trajectory=python3 'own.py"], ["--own: trajectory", "No closing quotation"]),
         (["hover", "--own", "trajectory=no-such-program"], ["'no-such-program', neither on PATH nor a file"]),
         (["hover", "--own", f"trajectory={ROOT}/README.md"], ["README.md', a file that is not executable"]),
         (["hover", "--own", "trajectory=python3", "--one-process"], ["--one-process"]),
@@ -122,6 +123,12 @@ def test_an_existing_directory_is_never_overwritten(capsys, tmp_path):
     (tmp_path / "both" / "case2" / "old.mcap").write_bytes(b"old")
     assert "case2" in refused(capsys, "--out", str(tmp_path / "both"))
     assert [path.name for path in (tmp_path / "both").iterdir()] == ["case2"]
+
+
+def test_a_link_to_nothing_in_place_of_the_flights_is_named(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "flights").symlink_to("gone")
+    assert "flights: found a link to nothing, expected a directory" in refused(capsys, "hover")
 
 
 def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypatch):

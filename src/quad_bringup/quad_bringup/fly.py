@@ -186,9 +186,11 @@ def _directories(options: argparse.Namespace, cases: list[str], made: list[Path]
 
 def _numbered(stem: str, made: list[Path]) -> Path:
     """Make and return flights/STEM-N with the first free N, also when others do the same at the same time."""
-    number = 1
+    number, parent = 1, Path("flights")
+    if parent.is_symlink() and not parent.exists():
+        raise ParameterError(f"{parent}: found a link to nothing, expected a directory")
     while True:
-        directory = Path("flights", f"{stem}-{number}")
+        directory = parent / f"{stem}-{number}"
         try:
             _make(directory, made)
             return directory
@@ -209,7 +211,10 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
         role, _, command = given.partition("=")
         if role not in ROLES or not command.strip():
             raise ParameterError(f"--own: found {given!r}, expected NODE=COMMAND, NODE one of {', '.join(ROLES)}")
-        found[role] = shlex.split(command)
+        try:
+            found[role] = shlex.split(command)
+        except ValueError as error:
+            raise ParameterError(f"--own: {role}: found {command!r}, expected words as in a shell: {error}") from error
         if shutil.which(program := found[role][0]) is None:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
