@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 from rclpy.serialization import deserialize_message
 
@@ -38,6 +39,7 @@ class CommandLink:
         self._passed_on = False
         starter = os.environ.get(STARTER, "")
         self._starter = int(starter) if starter.isdecimal() else 0
+        self._parent = os.getppid()
         self._requests = node.publisher("flight/request")
         node.subscribe("flight/mode", self._on_mode, raw=True)
 
@@ -58,12 +60,16 @@ class CommandLink:
     def pass_on(self, asked_to_end: str) -> None:
         """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone."""
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
-        if not why and self._starter and os.getppid() != self._starter:
+        if not why and self._starter and self._is_alone():
             why = "the process that started the flight is gone"
         if why and not self._passed_on:
             self._passed_on = True
             run_id = self._node.flight.run_id
             self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
+
+    def _is_alone(self) -> bool:
+        """Return whether who started the flight is gone, or the script by which it started this process."""
+        return os.getppid() != self._parent or not Path("/proc", str(self._starter)).exists()
 
     def _on_mode(self, payload: bytes) -> None:
         try:

@@ -1,5 +1,6 @@
 """What a vehicle interface receives of a commander, and without one of the trajectory and the position controller."""
 
+import os
 from collections import Counter
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ from quad_node.flight_node import FlightNode
 from quad_node.handshake import run_number
 
 RUN = "a1"
+NO_PROCESS = 2**22 + 1  # Linux gives no process such a number
 
 
 class Owner:
@@ -115,13 +117,18 @@ def test_the_end_is_asked_for_once_with_its_reason(owner, link):
     ]
 
 
-def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch):
-    monkeypatch.setenv(STARTER, "4711")
-    monkeypatch.setattr(command_link.os, "getppid", lambda: 4711)
+@pytest.mark.parametrize("is_direct", [True, False])
+def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch, is_direct):
+    starter = os.getpid()
+    monkeypatch.setenv(STARTER, str(starter))
+    monkeypatch.setattr(command_link.os, "getppid", lambda: starter if is_direct else 4711)  # a script between
     link = CommandLink(owner, list)
     link.pass_on("")
     assert owner.sent == []
-    monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
+    if is_direct:
+        monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
+    else:
+        link._starter = NO_PROCESS
     link.pass_on("")
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
 
