@@ -42,6 +42,7 @@ PROFILE = Profile(
     "Crazyflie", "SETPOINTS", "log block", "log block", "is it on, and the URI right?", Request(DO_SET_MODE)
 )
 _TOUCHED = 0.05  # m
+_AROUND = 1 << 24  # ms after which the stamps of log blocks begin again: 4.7 hours
 MANUAL_SINCE = 10
 """CRTP protocol version of firmware 2025.09, the first that takes manual setpoints: an older one drops them."""
 
@@ -81,7 +82,7 @@ class CrazyflieInterface(AutopilotInterface):
         self.blocks: deque[tuple[int, dict[str, float]]] = deque(maxlen=100)
         self.problem = ""
         self.battery = 0.0
-        self._info = 0
+        self._info, self._stamp = 0, _AROUND
         self._is_claimed = self._is_armed = self._is_landing = False
         self._airborne_until = 0.0
         self._cf = kind()
@@ -121,8 +122,9 @@ class CrazyflieInterface(AutopilotInterface):
         while self.blocks:
             self.spoke_at = self.clock()
             stamp, block = self.blocks.popleft()
+            self._stamp += (stamp - self._stamp + _AROUND // 2) % _AROUND - _AROUND // 2
             self.note(block)
-            self.node.on_sample(setpoints.sample(stamp, block))
+            self.node.on_sample(setpoints.sample(self._stamp, block))
         problem = self._battery_refusal() if self.node.phase == FlightState.FLYING else ""
         if self.problem:
             problem = f"{self.settings.uri}: {self.problem}"

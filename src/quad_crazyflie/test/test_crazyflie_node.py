@@ -83,6 +83,15 @@ def test_another_commander_has_the_vehicle_and_a_fault_disarms(vehicle):
     assert (found.armed, found.failsafe, found.reasons) == (False, True, ("tumbled",))
 
 
+def test_the_stamps_of_its_blocks_begin_again_and_those_of_its_states_do_not(vehicle):
+    stamps = [(1 << 24) - 20, (1 << 24) - 10, 0, 10]
+    vehicle.blocks.extend((stamp, {**dict.fromkeys(setpoints.BLOCK, 0.0), **block(ARMED)}) for stamp in stamps)
+    vehicle.take()
+    taken = [given.args[0].timestamp_sample for given in vehicle.node.on_sample.mock_calls]
+    assert [later - taken[0] for later in taken] == [0, 10_000, 20_000, 30_000]
+    assert taken[0] > 0
+
+
 def test_it_is_disarmed_once_it_has_landed_and_never_before(vehicle):
     land(flying(vehicle), 1.0)
     note(vehicle, 2.0, ARMED | FLYING, 0.5)
