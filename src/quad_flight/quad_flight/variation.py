@@ -74,6 +74,8 @@ def _places(base: Flight) -> dict[str, _Place]:
             own = (*part, "law")
             for name in base.resolved[role].law.module.Parameters._fields[1:]:
                 for field in fields(getattr(base.resolved[role].node, name), f"{name}."):
+                    if field.name == f"{name}.enabled":  # whether the law is wrapped at all
+                        continue
                     found[f"{role}.{field.name}"] = _Place((*part, *field.name.split(".")), field)
         for field in fields(plugin.parameters):
             found[f"{role}.{plugin.name}.{field.name}"] = _Place((*own, *field.name.split(".")), field)

@@ -1,0 +1,18 @@
+"""Which parameters may vary between flights: none that decides which code runs."""
+
+import pytest
+
+from quad_core.parameters import ParameterError
+from quad_flight.flight import from_names
+from quad_flight.variation import Variation
+
+
+def test_what_decides_which_code_runs_cannot_vary():
+    base = from_names("hover", settings=["simulator.sensor.delay=0.02"])
+    flight = Variation(base, ["position_controller.prediction.max_age"]).apply(
+        {"position_controller.prediction.max_age": 0.03}
+    )
+    assert flight.setup.stages.position_controller.prediction.max_age == 0.03
+    for name in ("position_controller.prediction.enabled", "position_controller.law", "simulator.plant"):
+        with pytest.raises(ParameterError, match=name):
+            Variation(base, [name])
