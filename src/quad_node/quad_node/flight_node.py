@@ -315,7 +315,7 @@ class FlightNode:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
 
     def _watch_flight(self) -> None:
-        quiet = time.monotonic() - self.last_heard
+        quiet = time.monotonic() - self.last_heard - self.slept
         if self.flying and quiet > self.flight.silence_timeout:
             self.event(
                 FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"

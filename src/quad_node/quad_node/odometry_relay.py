@@ -90,7 +90,7 @@ class OdometryRelay(FlightNode):
                 self._give_up("estimator_refused", why)
             return
         limit = _SILENT_LOCKSTEP if self.lockstep else _SILENT
-        if self._begun and now - self._accepted_at > limit:
+        if self._begun and now - self._accepted_at - self.slept > limit:
             since = seconds(self.current_step, self.flight.plant_period)
             what = f"no message that can be used ({self._refusal})" if self._refusal else "silent"
             self._give_up("estimator_silent", f"{self._topic}: {what} since {since:.3f} s")

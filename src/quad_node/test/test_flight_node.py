@@ -35,3 +35,12 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
     finally:
         ours.destroy_node()
         foreign.destroy_node()
+
+
+def test_a_node_that_stood_still_first_reads_what_came_meanwhile(start_node):
+    node = start_node(lambda: FlightNode("position_controller"))
+    node.flying, node.last_heard, node._ticked_at = True, node.last_heard - 30.0, node._ticked_at - 30.0
+    node._housekeeping()
+    assert not node.done.done()
+    node._housekeeping()
+    assert (node.done.done(), node.counters["simulator_lost"]) == (True, 1)
