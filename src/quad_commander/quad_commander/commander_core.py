@@ -63,6 +63,7 @@ class CommanderCore:
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
         self._went_along = False
+        self._on_ground = state.on_ground
         self._flown = self._gave_up = self._cut_by_end = False
 
     @property
@@ -73,11 +74,12 @@ class CommanderCore:
     def foresee(self, request: Request) -> str:
         """Return why ``request`` would be refused now, empty if it would not."""
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
-        answer, blocked_by = modes.asked(self.mode, request, raised)
+        answer, blocked_by = modes.asked(self.mode, request, raised, self._on_ground)
         return modes.refusal_text(self.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
+        self._on_ground = seen.state.on_ground
         for one in asked:
             self._requests.add(one)
         if seen.refusals is not None:

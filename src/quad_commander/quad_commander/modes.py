@@ -113,9 +113,7 @@ def step(
             break
     answer, blocked_by = NOT_ASKED, NO_REASON
     if request != Request.NONE:
-        answer, blocked_by = asked(mode, request, raised)
-        if mode == Mode.LAND and request == Request.HOLD and seen.state.on_ground:
-            answer = NOT_DONE
+        answer, blocked_by = asked(mode, request, raised, seen.state.on_ground)
         if answer == DONE and (mode != GRANTED[request][mode] or request == Request.GOTO):
             mode, reason = GRANTED[request][mode], ON_REQUEST
     worst = most_severe(mode, raised)
@@ -178,10 +176,12 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
     return frozenset(condition for condition, is_raised in found.items() if is_raised)
 
 
-def asked(mode: Mode, request: Request, raised: Set[Condition]) -> tuple[int, int]:
-    """Return DONE or NOT_DONE, and the condition that forbids ``request``."""
+def asked(mode: Mode, request: Request, raised: Set[Condition], on_ground: bool) -> tuple[int, int]:
+    """Return DONE or NOT_DONE, and the condition that forbids ``request``; ``on_ground``: not clear of the ground."""
     target = GRANTED[request].get(mode)
-    if target is None or (mode == Mode.PILOT and request == Request.DISARM and Condition.CONTACT not in raised):
+    slides = mode == Mode.LAND and request == Request.HOLD and on_ground
+    flies = mode == Mode.PILOT and request == Request.DISARM and Condition.CONTACT not in raised
+    if target is None or slides or flies:
         return NOT_DONE, NO_REASON
     if (target < mode or target == Mode.ARMING) and target != Mode.DISARMED:
         blocking = most_severe(target, raised)

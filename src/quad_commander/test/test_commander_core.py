@@ -253,7 +253,7 @@ def test_a_hold_before_the_vehicle_is_clear_of_the_ground_lands_in_place(asked, 
     assert (flight.core.mode, flight.said.text) == (Mode.LAND, f"{text}; not clear of the ground")
     flight.go(1.0, **standing).go(DT, PendingRequest(Request.HOLD, "pilot"), **standing)
     assert (flight.core.mode, flight.said.reference.p_w[:2]) == (Mode.LAND, (0.2, 0.0))
-    assert flight.said.answer_text == "HOLD is not possible in LAND"
+    assert flight.said.answer_text == flight.core.foresee(Request.HOLD) == "HOLD is not possible in LAND"
     assert flight.said.reference.p_w.z < 0.0
     flight.go(DT, state=standing["state"], guard=GuardStatus(on_ground=True, contact=True))
     assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, True)
