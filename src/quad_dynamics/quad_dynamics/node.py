@@ -52,6 +52,8 @@ class Simulator(VehicleNode):
         self.settings = self.resolved.node
         self.model = PlantModel(self.resolved)
         self.model.stand(self.guard.parameters.ground_height)
+        if self.commanded and not self.lockstep:  # no plan says how long it flies, and drawing holds up the plant
+            self.on_plan(sys.maxsize)
         self._state_out = self.output("state") if self.settings.publish_state else None
         self._truth_out, self._actuation_out = self.output("truth"), self.output("actuation")
         self._disturbance_out = self.output("disturbance")

@@ -1,9 +1,18 @@
-"""What the simulator publishes for tools."""
+"""What the simulator publishes for tools, and when it draws."""
 
+import pytest
 from nav_msgs.msg import Odometry
 
-from quad_core.types import Quat, Vec3, VehicleState
-from quad_dynamics.node import fill
+from quad_core.types import Quat, Vec3, VehicleState, Wrench
+from quad_dynamics.node import Simulator, fill
+
+
+def test_a_mission_in_real_time_draws_nothing_for_half_an_hour(start_node, monkeypatch):
+    roles = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
+    model = start_node(Simulator, f"flight.roles:={roles}", "flight.mode:=realtime").model
+    monkeypatch.setattr(model, "cover", lambda steps: pytest.fail(f"drawn in flight: {steps} steps"))
+    for second in (120, 240, 1799):
+        model.advance(500 * second, Wrench())
 
 
 def test_odom_has_the_pose_in_map_and_the_twist_in_base_link():
