@@ -15,7 +15,7 @@ TOPICS = ["truth", "wrench_setpoint", "attitude_controller/internals", "flight/p
 
 
 def test_csv_keeps_every_digit(flown, flown_bag, tmp_path):
-    paths = export(open_flight(flown_bag), tmp_path, TOPICS)[0]
+    paths = export(open_flight(flown_bag), tmp_path, [*TOPICS, "/truth"])[0]
     assert [path.name for path in paths] == [
         "truth.csv", "wrench_setpoint.csv", "attitude_controller.internals.csv", "flight.parameters.csv",
     ]  # fmt: skip

@@ -22,7 +22,8 @@ def export(flight: Flight, directory: Path, topics: list[str]) -> tuple[list[Pat
     The topic /a/b becomes a.b.csv. Raises FlightLogError for an existing file, TopicError for a topic that the bag has
     not.
     """
-    names = list(map(flight.resolve, topics)) or [name for name, topic in flight.topics.items() if topic.messages]
+    every = [name for name, topic in flight.topics.items() if topic.messages]
+    names = dict.fromkeys(map(flight.resolve, topics)) or every
     directory.mkdir(parents=True, exist_ok=True)
     paths, left_out = list[Path](), list[str]()
     for name in names:
