@@ -10,7 +10,7 @@ import pytest
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import Figure, Line, Panel
+from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, page_text, table, verbatim, write_page
 from quad_flight_log.report.pages import report_page
 
@@ -92,10 +92,11 @@ def test_commands_write_where_they_say(bag, tmp_path, capsys):
     assert main(["report", str(bag), "--out", str(tmp_path)]) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "circle.html")
     assert (tmp_path / "circle.html").stat().st_size > 1_000_000
-    assert main(["report", str(bag), str(bag), "--names", "one,two", "--out", str(tmp_path)]) == 0
+    assert main(["report", str(bag), str(bag), "--names", "one,reference", "--out", str(tmp_path)]) == 0
     assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", capsys.readouterr().out)
     drawn = data_of((tmp_path / "comparison.html").read_text())["figure-05-case1-path"]["data"]
-    assert {trace["meta"]["run"] for trace in drawn} == {"one", "two", "reference"}
+    assert {trace["meta"]["run"] for trace in drawn} == {"one", "reference", REFERENCE}
+    assert len({trace["line"]["color"] for trace in drawn}) == 3
 
 
 def test_several_flights_have_names_of_their_own_and_one_trajectory(bag, tmp_path, capsys):

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from quad_flight_log.analysis.arrays import Floats
 
-REFERENCE = "reference"
+REFERENCE = "/reference"
+"""The run of what was wanted: no folder, and so no flight, has this name."""
 POINTS = 2000  # of one line; more cannot be told apart on a page
 PALETTE = (
     "#1f83c8",

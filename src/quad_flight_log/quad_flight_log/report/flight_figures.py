@@ -184,8 +184,8 @@ def _references(runs: Sequence[Run]) -> list[tuple[Run, str, str]]:
             table = run.tables["reference"]
             different.setdefault(tuple(table[name].tobytes() for name in ("trajectory_time", "p_w", "yaw")), run)
     if len(different) == 1:
-        return [(run, REFERENCE, REFERENCE) for run in different.values()]
-    return [(run, run.name, f"{run.name}: {REFERENCE}") for run in different.values()]
+        return [(run, REFERENCE, "the reference") for run in different.values()]
+    return [(run, run.name, f"{run.name}: reference") for run in different.values()]
 
 
 def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
