@@ -37,6 +37,12 @@ def describe_exit(code: int) -> str:
         return f"was killed by signal {-code}"
 
 
+def _signal(process: "subprocess.Popen[bytes]", number: signal.Signals) -> None:
+    """Send a signal to a process and to those of its group: a script does not pass on what it gets."""
+    if process.poll() is None:
+        os.killpg(process.pid, number)
+
+
 class Processes:
     """One process per role, its output in ``<logs>/<role>.log``."""
 
@@ -92,7 +98,7 @@ class Processes:
         owner = self.owner()
         if owner is not None:
             self._asked = True
-            owner.send_signal(signal.SIGINT)
+            _signal(owner, signal.SIGINT)
 
     def owner(self) -> "subprocess.Popen[bytes] | None":
         """Return the process that owns the vehicle: the simulator or the only one there was, None if it has left."""
@@ -118,7 +124,7 @@ class Processes:
     def _ask(self, only: str, number: signal.Signals, patience: float) -> None:
         asked = [process for role, process in self._running.items() if only in ("", role)]
         for process in asked:
-            process.send_signal(number)
+            _signal(process, number)
         deadline = time.monotonic() + patience
         while asked and self._running and time.monotonic() < deadline:
             self.reap()

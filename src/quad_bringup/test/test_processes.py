@@ -46,6 +46,10 @@ def started(tmp_path, monkeypatch):
 def start(started, role, text):
     """Start ``text`` as Python and wait for its first line."""
     started.start(role, [sys.executable, "-S", "-c", text])
+    wait_for_a_line(started, role)
+
+
+def wait_for_a_line(started, role):
     deadline = time.monotonic() + 30.0
     while not started.last_lines(role) and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -84,6 +88,13 @@ def test_stop_asks_first_and_kills_at_last(started):
     assert not started.running()
     assert started.codes == {"simulator": 1, "recorder": -9}
     assert started.last_lines("simulator") == ["ready", "asked"]
+
+
+def test_a_node_behind_a_script_is_asked_too(started):
+    started.start("simulator", ["/bin/bash", "-c", f'{sys.executable} -S -c "$0"; exit $?', POLITE])
+    wait_for_a_line(started, "simulator")
+    started.stop()
+    assert (started.codes, started.last_lines("simulator")) == ({"simulator": 1}, ["ready", "asked"])
 
 
 def test_who_lands_a_vehicle_has_the_time_for_it(started):
