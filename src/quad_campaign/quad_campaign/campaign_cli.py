@@ -70,7 +70,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--flights", type=_at_least(1), default=1000, metavar="N", help="how many (default: 1000)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")
     parser.add_argument("--resume", action="store_true", help="resume the campaign in DIR")
-    parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler")
+    parser.add_argument(
+        "--scheduler", type=_address, default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler"
+    )
     parser.add_argument("--refly", type=_at_least(0), metavar="N", help="fly flight N over ROS, with a bag")
     parser.add_argument("--part", type=_at_least(1), default=50, metavar="N", help="flights per part (default: 50)")
     parser.add_argument(
@@ -86,6 +88,12 @@ def _at_least(least: int) -> Callable[[str], int]:
         return int(word)
 
     return number
+
+
+def _address(word: str) -> str:
+    if word and not word.rpartition(":")[2].isdigit():
+        raise argparse.ArgumentTypeError(f"found {word!r}, expected tcp://HOST:PORT")
+    return word
 
 
 def _refly(definition: Definition, options: argparse.Namespace) -> int:

@@ -166,7 +166,12 @@ def test_a_campaign_that_was_killed_goes_on_and_ends_as_if_it_had_not(file, tmp_
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--refly", "-1"], "-1, expected at least 0"), (["--flights", "x"], "'x'"), (["--resume"], "expected --out DIR")],
+    [
+        (["--refly", "-1"], "-1, expected at least 0"),
+        (["--flights", "x"], "'x'"),
+        (["--resume"], "expected --out DIR"),
+        (["--scheduler", "tcp://host"], "'tcp://host', expected tcp://HOST:PORT"),
+    ],
 )
 def test_wrong_usage_is_exit_code_2(file, capsys, monkeypatch, tmp_path, words, said):
     monkeypatch.chdir(tmp_path)
