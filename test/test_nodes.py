@@ -30,10 +30,13 @@ def call(role: str, *args: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command(role, *args), capture_output=True, text=True, timeout=30, check=False)
 
 
-def test_help_says_where_the_parameters_are():
-    done = call("recorder", "--help")
+@pytest.mark.parametrize("package", ["quad_dynamics", "quad_mujoco"])
+def test_help_says_how_it_is_started_and_where_the_parameters_are(package):
+    path = Path(get_package_prefix(package), "lib", package, "simulator")
+    done = subprocess.run([path, "--help"], capture_output=True, text=True, timeout=30, check=False)
     assert done.returncode == 0
-    assert "docs/reference/parameters/recorder.md" in done.stdout
+    assert f"usage: ros2 run {package} simulator" in done.stdout
+    assert "docs/reference/parameters/simulator.md" in done.stdout
 
 
 @pytest.mark.parametrize(

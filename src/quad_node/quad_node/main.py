@@ -4,13 +4,13 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
-from quad_core.cascade import ALL_ROLES
 from quad_msgs.msg import FlightEvent
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
@@ -25,7 +25,7 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
     """Run one node until it is done; returns 0 flown to the end, 1 failed or interrupted, 2 bad set-up."""
     given = sys.argv if args is None else args
     if "--help" in given or "-h" in given:
-        print(help_text(role, summary))
+        print(help_text(role, summary, given[0]))
         return 0
     return run_all(role, [make], given)
 
@@ -103,9 +103,9 @@ def _any_of(futures: list[Future]) -> Future:
     return news
 
 
-def help_text(role: str, summary: str) -> str:
-    """Return what --help prints."""
-    start = f"ros2 run {ALL_ROLES[role].package} {role}"
+def help_text(role: str, summary: str, program: str) -> str:
+    """Return what --help prints; ``program``: the path of the executable, in the folder of its package."""
+    start = f"ros2 run {Path(program).resolve().parent.name} {role}"
     return f"""{summary}
 
 usage: {start} [--ros-args -p NAME:=VALUE --params-file FILE]
