@@ -30,9 +30,9 @@ class Inputs(NamedTuple):
     """What is observed at one step; the defaults are a healthy vehicle in the air.
 
     The node fills in what stands before ``reference_age``, ``CommanderCore`` the rest. Ages in s (steps times period in
-    lockstep, steady clock in real time). ``mission``: newest point of the mission's trajectory, ``mission_lag`` s
-    before this step (in real time at least the time since it arrived); None before the first. ``guard``: its last
-    report. ``battery``: share of full, 1 if unknown. ``refusals``: reasons against arming if they were looked for.
+    lockstep, steady clock in real time). ``mission``: newest point of the mission's trajectory, whose step is
+    ``mission_lag`` s before this one; None before the first. ``guard``: its last report.
+    ``battery``: share of full, 1 if unknown. ``refusals``: reasons against arming if they were looked for.
     ``estimator_reset``: the estimate jumped since the last step. ``end_asked``: why the flight shall end, empty if it
     shall not. ``by_autopilot``: an autopilot owns the vehicle; ``autopilot_flies``: it flies it now; ``pilot``,
     ``landed`` and ``position_good`` are what it says.
