@@ -25,7 +25,7 @@ from quad_guard.checks import (
     command_refusal,
 )
 from quad_guard.ending import described
-from quad_guard.guard import ASK_DESCEND, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST
+from quad_guard.guard import ASK_DESCEND, ASK_KILL, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
@@ -239,8 +239,12 @@ class VehicleNode(FlightNode):
 
         ``step``: None is the current one; ``command`` and ``sample``: the newest, the state as it was published.
         """
-        if self.link is not None and not self.gives_up:
-            self.armed, self.guard_request = self.link.armed, self.link.mode.value.guard_request
+        if self.link is not None:
+            asked = self.link.mode.value.guard_request
+            if not self.gives_up:
+                self.armed, self.guard_request = self.link.armed, asked
+            elif asked == ASK_KILL:
+                self.guard_request = asked
         step = self.current_step if step is None else step
         if not self.armed:
             self.guard.rest(step)

@@ -1,11 +1,13 @@
 """What the owner of a vehicle believes of the other nodes."""
 
 import pytest
+from rclpy.serialization import serialize_message
 
 from quad_core.cascade import SIMULATOR
-from quad_core.types import Vec3, Wrench
+from quad_core.types import Vec3, VehicleState, Wrench
 from quad_guard import guard
-from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
+from quad_guard.checks import StateSample, WrenchCommand
+from quad_msgs.msg import FlightMode, FlightState, NodeStatus, RecorderAck
 from quad_node.codec import pack_wrench
 from quad_node.vehicle_node import VehicleNode
 
@@ -89,6 +91,19 @@ def test_before_the_flight_a_commander_excuses_no_node_that_does_not_fit(start_n
     status.plant_period, status.interface_hash = 4_000_000, owner.handshake._hash
     owner.callbacks["flight/nodes"](status)
     assert (owner.phase, owner.exit_code) == (FlightState.FAILED, 1)
+
+
+def test_a_kill_stops_the_motors_of_a_flight_that_was_given_up_too(start_node):
+    owner = start_node(Owner, "flight.roles:=simulator,commander")
+    flown = []
+    for step, asked in enumerate((guard.NO_REQUEST, guard.NO_REQUEST, guard.ASK_KILL)):
+        mode = FlightMode(mode=FlightMode.HOLD, guard_request=asked)
+        owner.callbacks["flight/mode"](serialize_message(mode))
+        sample = StateSample(VehicleState(Vec3(0.0, 0.0, 2.0 + 1e-3 * step)), step, True)
+        flown.append(owner.guarded(WrenchCommand(Wrench(5.5), step, True), sample, step).thrust > 0.0)
+        owner.phase = FlightState.FLYING
+        owner.give_up("attitude_controller failed")
+    assert (owner.gives_up, flown) == (True, [True, True, False])
 
 
 def test_a_recorder_that_fails_after_the_end_is_heard(owner):
