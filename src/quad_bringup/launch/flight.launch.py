@@ -47,7 +47,7 @@ def words(context: LaunchContext) -> list[str]:
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     options = given.pop("options")
     try:
-        found = [*shlex.split(options), "--domain", os.environ.get("ROS_DOMAIN_ID") or "0"]
+        found = ["--domain", os.environ.get("ROS_DOMAIN_ID") or "0", *shlex.split(options)]
     except ValueError as error:
         raise ParameterError(f"options: found {options!r}, expected words as in a shell: {error}") from error
     for name in FLAGS:

@@ -74,15 +74,15 @@ def test_without_arguments_it_is_the_flight_of_scripts_fly_in_the_domain_of_the_
 def test_every_argument_reaches_fly(launch_file):
     given = {"case": "case2", "mission": "takeoff,case2,goto:1 2 3 -90deg,land", "vehicle": "x500", "preset": "x500"}
     given |= {"params_file": "last.yaml", "directory": "bag", "limits": "position_rmse=0.1", "namespace": "uav1"}
-    given |= {"realtime": "True", "visible": "true", "options": "--seed 7 --set 'trajectory.waypoints.points=0 0 1'"}
+    given |= {"realtime": "True", "visible": "true", "options": "--domain 9 --seed 7 --set 'a.b=0 0 1'"}
     assert given.keys() == launch_file.ARGUMENTS.keys()
     found = options(launch_file, **given)
     for name, value in (("scenario", "last.yaml"), ("out", Path("bag")), ("limits", ["position_rmse=0.1"])):
         assert getattr(found, name) == value
     for name in ("case", "mission", "vehicle", "preset", "namespace"):
         assert getattr(found, name) == given[name]
-    assert (found.realtime, found.visible, found.seed) == (True, True, 7)
-    assert found.settings == ["trajectory.waypoints.points=0 0 1"]
+    assert (found.realtime, found.visible, found.seed, found.domain) == (True, True, 7, 9)
+    assert found.settings == ["a.b=0 0 1"]
 
 
 @pytest.mark.parametrize(
