@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.parameters import Choice, Field, ParameterError, Value, checked, fields
+from quad_core.vehicle import check_inertia
 from quad_flight.flight import Flight
 from quad_guard.ending import has_ground, stands
 
@@ -58,6 +59,7 @@ class Variation:
                 setup = _replaced(setup, path, good)
             else:
                 seed = good
+        check_inertia(setup.vehicle)
         setup = setup._replace(has_ground=has_ground(setup.plant), stands=stands(setup.plant))
         return self._base._replace(setup=setup, seed=seed)
 

@@ -1,4 +1,4 @@
-"""Which parameters may vary between flights: none that decides which code runs."""
+"""Which parameters may vary between flights: none that decides which code runs, and to nothing that fly refuses."""
 
 import pytest
 
@@ -16,3 +16,9 @@ def test_what_decides_which_code_runs_cannot_vary():
     for name in ("position_controller.prediction.enabled", "position_controller.law", "simulator.plant"):
         with pytest.raises(ParameterError, match=name):
             Variation(base, [name])
+
+
+def test_an_inertia_that_no_body_has_is_refused():
+    base = from_names("hover")
+    with pytest.raises(ParameterError, match="inertia"):
+        Variation(base, ["vehicle.inertia_zz"]).apply({"vehicle.inertia_zz": 1.0})
