@@ -1,6 +1,6 @@
-"""The last check before the rotors: a wrench passes unchanged, or the backup law flies.
+"""The last check before the rotors: a good wrench passes, or the backup law flies.
 
-    wrench to the rotors = the controller's, to the bit       in PASS
+    wrench to the rotors = the controller's, to the bit       in PASS, its thrust alone without a state for 50 ms
                            quad_guard.backup                   in DESCEND
                            none                               in KILL
 
@@ -199,10 +199,13 @@ def fly(
     dt: float,
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's."""
+    none = Vec3(0.0, 0.0, 0.0)
     if mode == PASS:
-        return wrench, memory.descent
+        # a torque that answers no accepted state turns the vehicle over within 0.1 s
+        blind = state_age > parameters.state.warn_age
+        return (Wrench(wrench.thrust, none) if blind else wrench), memory.descent
     if mode == KILL:
-        return Wrench(0.0, Vec3(0.0, 0.0, 0.0)), memory.descent
+        return Wrench(0.0, none), memory.descent
     descent = memory.descent if memory.mode == DESCEND else FRESH_DESCENT
     return descend(
         parameters.contact,

@@ -101,6 +101,21 @@ def test_a_silent_state_warns_descends_sinks_faster_and_kills():
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
 
+def test_without_an_accepted_state_for_50_ms_the_thrust_passes_and_the_torque_does_not():
+    owner, given = Owner(), Wrench(9.0, Vec3(0.3, -0.2, 0.1))
+    owner.run(0.5)
+    last = owner.step - 1
+    while owner.report.mode == guard.PASS:
+        owner.once(command=owner.good_command(given), sample=no_state(owner))
+        passed = given if owner.step - 1 - last <= 25 else Wrench(9.0, Vec3(0.0, 0.0, 0.0))
+        assert owner.report.mode != guard.PASS or owner.wrench == passed
+    owner = Owner()
+    owner.run(0.5, command=lambda it: it.good_command(given))
+    owner.run(0.08, command=lambda it: it.good_command(given), sample=no_state)
+    owner.once(command=owner.good_command(given))
+    assert owner.wrench == given
+
+
 def test_what_never_came_is_lost_too_and_motors_without_any_state_ever_stop_after_half_a_second():
     commanded, seeing = Owner(), Owner()
     seeing.run(0.1, command=silent)
