@@ -27,6 +27,7 @@ from quad_node.executor import SPIN_TIMEOUT, init, settle
 PERIOD = 2_000_000
 SLOW = 5
 ACK = 20
+SETTLED = 25  # ticks of 20 ms
 
 
 class Relay(Node):
@@ -38,7 +39,7 @@ class Relay(Node):
         self.done = Future()
         self.out = {}
         self.have = dict.fromkeys(("state", "reference", "attitude_setpoint", "actuation"), -1)
-        self.answered, self.count, self.step, self.began = -1, 0, 0, 0.0
+        self.answered, self.count, self.step, self.began, self.ticks = -1, 0, 0, 0.0, 0
         for name, topic in topics.TOPICS.items():
             if role in topic.publishers and (topic.step or name == "flight/recorded"):
                 publisher = self.create_publisher(topic.type, name, topic.qos(topic.history(lockstep=True)))
@@ -130,7 +131,8 @@ class Relay(Node):
         """Begin when everyone is matched."""
         if self.role != SIMULATOR or self.began or not all(self.matched(name) for name in self.out):
             return
-        if self.count_publishers("wrench_setpoint") and self.count_subscribers("wrench_setpoint") > 1:
+        self.ticks += 1  # the others need a moment more, which nobody reports: a sample before it is lost
+        if self.ticks > SETTLED and self.count_subscribers("wrench_setpoint") > 1:
             self.began = time.monotonic()
             say({"began": True})
             self.publish_step()

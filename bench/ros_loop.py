@@ -19,7 +19,7 @@ _IDLE = 10.0
 def measure(rounds: int) -> list[Row]:
     """Return all rows; paired rounds of relay and stack."""
     rows = []
-    rows += _lockstep(rounds, False, "five processes", ">= 0.8", "")
+    rows += _lockstep(rounds, False, "five processes", ">= 0.75", "")
     rows += _lockstep(rounds, True, "one process", "", ">= 0.6")
     rows += _vehicles(rounds)
     for rate in (500, 1000):
@@ -83,9 +83,9 @@ def _real_time(rounds: int, rate: int) -> list[Row]:
     runs = [stack(request) for _ in range(rounds)]
     name = f"real time {rate} Hz"
     rows = [
-        Row(BENCH, f"{name}: latency p50", tuple(run.latency["p50"] for run in runs), "ms", "< 0.5"),
+        Row(BENCH, f"{name}: latency p50", tuple(run.latency["p50"] for run in runs), "ms", "<= 0.3 at 1 kHz"),
         Row(BENCH, f"{name}: latency p99", tuple(run.latency["p99"] for run in runs), "ms"),
-        Row(BENCH, f"{name}: missed commands", tuple(100.0 * run.missed / run.steps for run in runs), "%", "< 0.5"),
+        Row(BENCH, f"{name}: missed", tuple(100.0 * run.missed / run.steps for run in runs), "%", "<= 0.15 at 1 kHz"),
     ]
     for role in runs[0].cpu:
         share = tuple(100.0 * run.cpu[role] / run.wall for run in runs)

@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from rclpy.timer import Timer
 
@@ -72,7 +73,7 @@ class FlightNode:
         self.slept = 0.0
         self._last_reported: dict[str, float] = {}
         self._out: list[tuple[Publisher, int, str]] = []
-        self._in: dict[str, str] = {}
+        self._in: dict[str, tuple[Subscription, str]] = {}
         if self.flight.standby and self.lockstep:
             raise ParameterError(
                 "flight.standby: found true with flight.mode lockstep, expected realtime: in lockstep the plant waits "
@@ -115,7 +116,7 @@ class FlightNode:
         )
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
-            self._in[entry.name] = " or ".join(sources)
+            self._in[entry.name] = subscription, " or ".join(sources)
         return subscription
 
     @property

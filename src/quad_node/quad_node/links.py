@@ -12,6 +12,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import qos_policy_name_from_kind
+from rclpy.subscription import Subscription
 
 from quad_msgs.msg import FlightEvent
 
@@ -30,13 +31,14 @@ _UNNAMED = "_NODE_NAME_UNKNOWN_"
 def missing(
     graph: Node,
     out: Iterable[tuple[Publisher, int, str]],
-    sources: Mapping[str, str],
+    sources: Mapping[str, tuple[Subscription, str]],
     standby: Pairs = _NO_PAIRS,
 ) -> list[str]:
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
-    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: roles that publish it}; ``standby``:
-    topics that two controllers may send.
+    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: its subscription, roles that publish it};
+    ``standby``: topics that two controllers may send. A message to a reader that has not matched its writer yet is
+    lost for good, and the graph knows of a writer earlier: both ends count what they have matched.
     """
     found = [
         f"a reader of {publisher.topic_name} ({readers})"
@@ -44,7 +46,9 @@ def missing(
         if publisher.get_subscription_count() < needed
     ]
     found += [
-        f"{name} of {role}" for name, role in sources.items() if graph.count_publishers(name) <= (name in standby)
+        f"{name} of {role}"
+        for name, (subscription, role) in sources.items()
+        if subscription.get_publisher_count() <= (name in standby)
     ]
     return found + described(second_senders(graph, sources, standby))
 

@@ -26,6 +26,14 @@ class Graph:
         return [SimpleNamespace(node_namespace=space, node_name=name) for space, name in self.publishers[topic]]
 
 
+def sources(graph, **roles):
+    """Return {topic: (a subscription that has matched what ``graph`` shows, role)}."""
+    return {
+        topic: (SimpleNamespace(get_publisher_count=lambda topic=topic: graph.count_publishers(topic)), role)
+        for topic, role in roles.items()
+    }
+
+
 def test_other_qos_is_named_by_topic_and_policy():
     events = []
     found = qos_events(lambda *event: events.append(event), "state")
@@ -39,11 +47,15 @@ def test_a_standby_is_a_second_sender_by_right():
     graph = Graph({"wrench_setpoint": [("/", "attitude_controller"), ("/", "shadow_attitude_controller")]})
     assert second_senders(graph, ["wrench_setpoint"], PAIR) == {}
     assert list(second_senders(graph, ["wrench_setpoint"])) == ["wrench_setpoint"]
-    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, PAIR) == []
+    expected = sources(graph, wrench_setpoint="attitude_controller")
+    assert missing(graph, [], expected, PAIR) == []
     graph.publishers["wrench_setpoint"].pop()
-    assert missing(graph, [], {"wrench_setpoint": "attitude_controller"}, PAIR) == [
-        "wrench_setpoint of attitude_controller"
-    ]
+    assert missing(graph, [], expected, PAIR) == ["wrench_setpoint of attitude_controller"]
+
+
+def test_a_writer_that_the_graph_shows_is_missing_until_the_reader_has_matched_it():
+    graph, unmatched = Graph({"state": [("/", "simulator")]}), SimpleNamespace(get_publisher_count=lambda: 0)
+    assert missing(graph, [], {"state": (unmatched, "simulator")}) == ["state of simulator"]
 
 
 def test_who_was_started_again_in_flight_is_no_third_sender_beside_its_ghost():
@@ -76,7 +88,8 @@ def test_a_second_sender_is_named(senders, named):
 def test_what_is_missing_is_named_and_so_is_what_is_too_much():
     readers = SimpleNamespace(topic_name="/reference", get_subscription_count=lambda: 1)
     graph = Graph({"state": [("/", "simulator"), ("/", "other")]})
-    assert missing(graph, [(readers, 2, "position_controller")], {"state": "simulator", "actuation": "simulator"}) == [
+    expected = sources(graph, state="simulator", actuation="simulator")
+    assert missing(graph, [(readers, 2, "position_controller")], expected) == [
         "a reader of /reference (position_controller)",
         "actuation of simulator",
         "one publisher of state, there are 2: /other, /simulator",
