@@ -133,12 +133,18 @@ def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
 
 
 def overrides_for(files: list[dict[str, dict[str, Value]]], role: str, namespace: str = "/") -> dict[str, Value]:
-    """Return the values that ``files`` hold for the node ``role`` in ``namespace``; later files win."""
-    merged: dict[str, Value] = {}
+    """Return the values that ``files`` hold for the node ``role`` in ``namespace``, as rclpy has them.
+
+    A later file wins within a section; of two sections the one that first appears later, named or with wildcards.
+    """
+    sections: dict[str, dict[str, Value]] = {}
     for content in files:
-        for pattern in sorted(content, key=lambda name: "*" not in name):
-            if reaches(pattern, role, namespace):
-                merged.update(content[pattern])
+        for pattern, values in content.items():
+            sections.setdefault(pattern, {}).update(values)
+    merged: dict[str, Value] = {}
+    for pattern, values in sections.items():
+        if reaches(pattern, role, namespace):
+            merged.update(values)
     return merged
 
 

@@ -65,11 +65,11 @@ def test_an_empty_file_says_nothing(tmp_path):
     assert read_parameter_file(written(tmp_path, "")) == {}
 
 
-def test_named_sections_win_over_wildcards_and_later_files_over_earlier():
+def test_a_later_file_wins_within_a_section_and_a_later_section_over_an_earlier_one():
     first = {"/**": {"flight.seed": 1, "vehicle.mass": 0.5}, "/**/recorder": {"flight.seed": 2}}
-    second = {"/one/recorder": {"vehicle.mass": 0.7}, "/two/recorder": {"vehicle.mass": 0.9}}
+    second = {"/one/recorder": {"vehicle.mass": 0.7}, "/two/recorder": {"vehicle.mass": 0.9}, "/**": {"flight.seed": 3}}
     assert overrides_for([first, second], "recorder", "/one") == {"flight.seed": 2, "vehicle.mass": 0.7}
-    assert overrides_for([first, second], "simulator", "/one") == {"flight.seed": 1, "vehicle.mass": 0.5}
+    assert overrides_for([first, second], "simulator", "/one") == {"flight.seed": 3, "vehicle.mass": 0.5}
 
 
 def test_what_is_written_is_what_pyyaml_writes_and_reads():
