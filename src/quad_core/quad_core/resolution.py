@@ -113,7 +113,7 @@ def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
         return {}
     if preset not in offered:
         raise ParameterError(
-            f"preset: found {preset!r}, expected one that {law} offers: {', '.join({'tuned', *offered})}"
+            f"preset: found {preset!r}, expected one that {law} offers: {', '.join(sorted({'tuned', *offered}))}"
         )
     return offered[preset]
 
