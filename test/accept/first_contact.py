@@ -120,7 +120,7 @@ typed(
     "F10 a campaign says what it does", "scripts/campaign campaign_case2 --flights 20 --out c", 0, "", "0 % for 152 s"
 )
 typed("F12 export without --out", "scripts/log export --help", 0, "--out", "'default: only print', but it wrote")
-FLOWN = f"{ROOT}/scripts/fly hover --duration 5 --out b > /dev/null && timeout --preserve-status -s INT 1"
+FLOWN = f"{ROOT}/scripts/fly hover --duration 5 --out b > /dev/null && timeout --preserve-status -s INT 0.6"
 for verb in ("replay", "export", "report"):
     typed(f"F13 Ctrl-C in log {verb}", f"bash -c '{FLOWN} {ROOT}/scripts/log {verb} b'", 130, "", "10 to 25 lines")
 typed(

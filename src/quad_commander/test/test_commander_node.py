@@ -143,7 +143,11 @@ def test_a_battery_that_cannot_be_is_ignored_and_named(make, share):
     [
         (lambda node: None, "plan: found none"),
         (
-            lambda node: (node.plan(), node._in.update(wrench_setpoint=""), setattr(node, "publishing", 2)),
+            lambda node: (
+                node.plan(),
+                node._in.update(wrench_setpoint=(SimpleNamespace(get_publisher_count=lambda: 2), "")),
+                setattr(node, "publishing", 2),
+            ),
             "one publisher of wrench_setpoint, there are 2: /node_0, /node_1",
         ),
         (
