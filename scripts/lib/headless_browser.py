@@ -75,8 +75,9 @@ class Browser:
 
     def open(self, url: str) -> None:
         """Load a page and wait until its scripts have been read."""
+        self.value("window.isLeft = true")  # until the new page is there the one before it answers
         self._call("Page.navigate", url=url)
-        self.wait("document.readyState === 'complete'")
+        self.wait("!window.isLeft && document.readyState === 'complete'")
 
     def value(self, expression: str) -> Any:
         """Return the value of a JavaScript expression, a promise awaited; fails on an exception in it."""
