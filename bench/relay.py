@@ -132,7 +132,9 @@ class Relay(Node):
         if self.role != SIMULATOR or self.began or not all(self.matched(name) for name in self.out):
             return
         self.ticks += 1  # the others need a moment more, which nobody reports: a sample before it is lost
-        if self.ticks > SETTLED and self.count_subscribers("wrench_setpoint") > 1:
+        if self.ticks <= SETTLED:
+            return
+        if self.count_publishers("wrench_setpoint") and self.count_subscribers("wrench_setpoint") > 1:
             self.began = time.monotonic()
             say({"began": True})
             self.publish_step()

@@ -20,6 +20,7 @@ the prediction is flown for ``state.gone_age``, then the motors are off.
 import math
 from typing import NamedTuple
 
+from quad_core.geometry import ZERO
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -199,13 +200,12 @@ def fly(
     dt: float,
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's."""
-    none = Vec3(0.0, 0.0, 0.0)
     if mode == PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
         blind = state_age > parameters.state.warn_age
-        return (Wrench(wrench.thrust, none) if blind else wrench), memory.descent
+        return (Wrench(wrench.thrust, ZERO) if blind else wrench), memory.descent
     if mode == KILL:
-        return Wrench(0.0, none), memory.descent
+        return Wrench(0.0, ZERO), memory.descent
     descent = memory.descent if memory.mode == DESCEND else FRESH_DESCENT
     return descend(
         parameters.contact,

@@ -37,8 +37,8 @@ def missing(
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
     ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: its subscription, roles that publish it};
-    ``standby``: topics that two controllers may send. A message to a reader that has not matched its writer yet is
-    lost for good, and the graph knows of a writer earlier: both ends count what they have matched.
+    ``standby``: topics that two controllers may send. What is sent before both ends have matched may be lost, and
+    the graph may know of a writer earlier: both ends count what they have matched.
     """
     found = [
         f"a reader of {publisher.topic_name} ({readers})"
