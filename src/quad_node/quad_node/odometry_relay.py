@@ -150,6 +150,7 @@ class OdometryRelay(FlightNode):
             text = f"{self._topic}: nothing for {1e3 * passed:.0f} ms"
             self.event(FlightEvent.WARNING, "estimator_late", text, stamp)
         if not is_flyable(state):
+            self.reject(self._topic, "its state is out of range", stamp, "rejected_odometry")
             return
         dt = seconds(max(step - self.current_step, 0), self.flight.plant_period)
         stands = self._settings.on_ground and not self._begun

@@ -112,6 +112,18 @@ def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, chan
     assert relay.exit_code == 1
 
 
+def test_a_pose_from_which_no_flyable_state_comes_is_counted(relay):
+    """Two poses 2 us apart in the steps 1 and 2: the slope between them is 5 km/s."""
+    relay.flying = True
+    for ns, x in ((2_999_999, 0.0), (3_000_001, 0.01)):
+        pose = PoseStamped()
+        pose.header.frame_id, pose.header.stamp.nanosec, pose.pose.position.x = "map", ns, x
+        relay._on_message(pose)
+    assert [state.step for state in relay.sent] == [1]
+    assert relay.counters["rejected"] == 1
+    assert relay.said == [("rejected_odometry", "est/odom: its state is out of range; message ignored")]
+
+
 def test_an_estimator_that_is_late_in_flight_is_named(relay):
     relay._on_message(message_at(0))
     relay._on_flight_state(BEGUN)
