@@ -116,7 +116,7 @@ class FlightNode:
         )
         sources = [role for role in entry.publishers if role in self.roles]
         if entry.required and entry.exists(self.roles) and sources:
-            self._in[entry.name] = subscription, " or ".join(sources)
+            self._in[entry.wire] = subscription, " or ".join(sources)
         return subscription
 
     @property

@@ -6,7 +6,7 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from quad_msgs.msg import Actuation
+from quad_msgs.msg import Actuation, FlightMode
 from quad_node.flight_node import FlightNode
 from quad_node.topics import stream
 
@@ -32,6 +32,27 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
         while len(steps) < 301 and time.monotonic() < deadline:
             executor_.spin_once(0.01)
         assert steps == [740] + [0] * 300
+    finally:
+        ours.destroy_node()
+        foreign.destroy_node()
+
+
+def test_a_second_sender_of_the_modes_that_the_nodes_follow_is_named(start_node):
+    """Each mode travels on flight/mode/steps; nodes of a flight read nothing on flight/mode."""
+    roles = "simulator,trajectory,position_controller,attitude_controller,commander"
+    node = start_node(lambda: FlightNode("trajectory"), f"flight.roles:={roles}")
+    ours, foreign = Node("ours"), Node("foreign")
+    try:
+        node.subscribe("flight/mode", lambda _: None)
+        publishers = [each.create_publisher(FlightMode, "flight/mode/steps", stream()) for each in (ours, foreign)]
+        deadline = time.monotonic() + 10.0
+        while not all(each.get_subscription_count() for each in publishers) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        expected = "one publisher of flight/mode/steps, there are 2: /foreign, /ours"
+        while expected not in (found := node.missing_links()) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert expected in found
+        assert "flight/mode/steps of commander" not in found
     finally:
         ours.destroy_node()
         foreign.destroy_node()
