@@ -202,7 +202,10 @@ def event_rows() -> list[list[str]]:
         raise ValueError(f"event_meanings.yaml: found {', '.join(gone)}, expected kinds that the sources send")
     found: dict[str, tuple[set[str], set[str]]] = {kind: (set(), set()) for kind in EVENTS}
     for path, source in sources.items():
-        for severity, kind in re.findall(r"event\(\s*FlightEvent\.(\w+), \"(\w+)\"", source):
+        sent = re.findall(r"(?:event|report)\(\s*FlightEvent\.(\w+), \"(\w+)\"", source)
+        sent += [("warning", kind) for kind in re.findall(r"\"(rejected_\w+)\"", source)]
+        sent += [("error", kind) for kind in re.findall(r"_give_up\(\"(\w+)\"", source)]  # of the odometry relay
+        for severity, kind in sent:
             severities, packages = found.setdefault(kind, (set(), set()))
             severities.add(severity.lower())
             packages.add(path.relative_to(ROOT / "src").parts[0])
