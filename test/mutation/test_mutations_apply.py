@@ -1,8 +1,10 @@
 """Every declared mistake still fits the sources; running them is the business of scripts/mutate."""
 
+import ast
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import mutation_engine
@@ -53,6 +55,18 @@ def test_what_unit_tests_read_of_the_root_is_copied():
             path = "/".join(re.findall(r'"([^"]+)"', words))
             copied = [name for name in mutation_engine.COPIED if f"{path}/".startswith(f"{name}/")]
             assert copied, f"{file.relative_to(ROOT)} reads {path}, which scripts/mutate does not copy"
+
+
+def test_what_unit_tests_import_of_the_root_is_copied():
+    folders = [ROOT / name for name in mutation_engine.COPIED]
+    for file in sorted([*(ROOT / "src").glob("*/test/*.py"), *(ROOT / "studies/test").glob("*.py")]):
+        nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for name in {node.module for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}:
+            spec = find_spec(name.partition(".")[0])
+            origin = Path(spec.origin).resolve() if spec and spec.origin and spec.has_location else Path("/")
+            if origin.is_relative_to(ROOT) and origin.relative_to(ROOT).parts[0] not in (".venv", "build", "install"):
+                known = any(origin.is_relative_to(folder) for folder in folders)
+                assert known, f"{file.relative_to(ROOT)} imports {name}, which scripts/mutate does not copy"
 
 
 def test_layout_and_comments_do_not_matter():

@@ -5,13 +5,10 @@ import math
 import pytest
 from paper_flight import PaperCase, arrival, paper_flight, worst_rmse
 
-from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_parameters
 
-pytestmark = pytest.mark.skipif(
-    not plugins.names(plugins.PLANT), reason="plug-ins are not installed: run scripts/setup"
-)
+pytestmark = pytest.mark.unit
 
 
 def test_words_reach_the_nodes_they_are_meant_for():
