@@ -115,7 +115,8 @@ def test_another_address_with_the_same_number_is_a_stranger():
         for _ in range(300):
             second.step()
             second.publish()
-        flight.fly(0.5)
+            second.socket.sendto(b"\xfd\xff", second.peer)  # the begin of a message of 255 bytes
+            flight.tick()
         assert flight.bridge.link.strangers > 0
         assert flight.output.phase == Phase.FLY
         second.socket.close()

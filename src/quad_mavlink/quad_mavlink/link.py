@@ -5,6 +5,7 @@ imports it. Its own connections answer every sender and drop what a full TCP buf
 """
 
 import importlib
+import re
 import select
 import socket
 from types import ModuleType
@@ -31,11 +32,14 @@ def load() -> ModuleType:
 
 
 def address(text: str, key: str) -> tuple[str, int]:
-    """Return host and port of ``host:port``; raises ParameterError with the parameter ``key``."""
-    host, _, port = text.rpartition(":")
-    if not host or not port.isdigit() or not 0 <= int(port) < 65536:
+    """Return IPv4 address and port of ``host:port``; raises ParameterError with the parameter ``key``."""
+    found = re.fullmatch("(.+):([0-9]{1,5})", text)
+    if not found or int(found[2]) > 65535:
         raise ParameterError(f"{key}: found {text!r}, expected host:port")
-    return host, int(port)
+    try:
+        return socket.gethostbyname(found[1]), int(found[2])
+    except (OSError, ValueError, TypeError) as error:  # unknown, or no name at all
+        raise ParameterError(f"{key}: found {text!r}, expected a host that is known: {error}") from error
 
 
 def _opened(kind: socket.SocketKind, listen: str) -> socket.socket:
@@ -80,22 +84,18 @@ class Link:
                 break
             except OSError:
                 continue  # nothing listens at the peer's port yet
+            if self._locked and sender != self.peer:  # parsed, a piece of a message would swallow the autopilot's next
+                self.strangers += 1
+                continue
             for message in self._codec.parse_buffer(data) or ():
                 if message.get_type() == "BAD_DATA":
                     self.lost += 1
                 elif (message.get_srcSystem(), message.get_srcComponent()) != (self.target_system, AUTOPILOT):
                     continue
-                elif self._is_peer(sender, message.get_type()):
+                elif self._locked or message.get_type() == "HEARTBEAT":
+                    self.peer, self._locked = sender, True
                     found.append(message)
         return found
-
-    def _is_peer(self, sender: tuple[str, int], kind: str) -> bool:
-        if self._locked:
-            self.strangers += sender != self.peer
-            return sender == self.peer
-        if kind == "HEARTBEAT":
-            self.peer, self._locked = sender, True
-        return self._locked
 
     def send(self, message: Any) -> None:
         """Send a message to the autopilot, if its address is known; what cannot be sent is lost, as on any link."""

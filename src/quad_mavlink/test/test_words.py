@@ -117,7 +117,10 @@ def test_a_pair_stands_at_the_attitude_s_time_and_an_old_position_makes_none():
     assert pair_of(1010, None) is None
 
 
-@pytest.mark.parametrize("text", ["", "14540", ":14540", "host:", "host:x", "host:70000"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "14540", ":14540", "host:", "host:x", "host:70000", "host:²", "host:٣", f"host:{9:05000}", "a\0b:1", "..:1"],
+)
 def test_an_address_that_is_none_is_refused_by_name(text):
     with pytest.raises(ParameterError, match="listen: found"):
         link.address(text, "listen")
