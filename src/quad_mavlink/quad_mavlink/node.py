@@ -98,14 +98,14 @@ class MavlinkInterface(AutopilotInterface):
             self._position = message
         elif kind == "ATTITUDE_QUATERNION" and self.kind == words.ARDUPILOT:
             return words.of_pair(message, self._position)
-        if self.kind and self._heartbeat is not None:
+        if self._heartbeat is not None:
             texts = words.newest(self._texts, self.clock())
             self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge)
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
-        self._heartbeat = message
         if message.autopilot in words.PROFILES:
+            self._heartbeat = message
             self.kind, self.profile = message.autopilot, words.PROFILES[message.autopilot]
         elif not self.kind:
             self.profile = words.UNKNOWN._replace(

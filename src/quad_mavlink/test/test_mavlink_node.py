@@ -53,6 +53,13 @@ def test_answers_to_others_are_none(vehicle):
     assert vehicle.ack == (400, 2)
 
 
+def test_a_heartbeat_that_names_no_autopilot_says_nothing_of_its_mode(vehicle):
+    beat(vehicle, PX4)
+    known = vehicle.autopilot
+    beat(vehicle, 8)  # MAV_AUTOPILOT_INVALID, as other parts of a vehicle send it
+    assert (vehicle.kind, vehicle.autopilot) == (PX4, known)
+
+
 @pytest.mark.parametrize(("kind", "options", "word"), [(ARDUPILOT, 0, "found 0"), (ARDUPILOT, 1, "found 1")])
 def test_a_thrust_that_would_be_a_climb_rate_is_refused(vehicle, kind, options, word):
     beat(vehicle, kind)
