@@ -27,6 +27,7 @@ from quad_autopilot.autopilot import (
 )
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, STAGE, STAGES
+from quad_core.cycle import seconds
 from quad_core.lift_off import lifted_off, marked, standing
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
@@ -34,7 +35,7 @@ from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
-from quad_node.codec import UNUSABLE, unpacker
+from quad_node.codec import UNUSABLE, Stamped, unpacker
 from quad_node.conversion import set_stamp
 from quad_node.topics import message_type
 from quad_node.vehicle_node import VehicleNode
@@ -285,12 +286,23 @@ class AutopilotNode(VehicleNode):
         except UNUSABLE as error:
             self.unusable("attitude_setpoint", payload, error)
             return
-        if not stamped.finite:
-            self.reject("attitude_setpoint", "a number that is not finite", stamped.stamp_ns)
+        if refused := self._setpoint_refusal(stamped):
+            self.reject("attitude_setpoint", refused, stamped.stamp_ns, "rejected_setpoint")
             return
         self.on_command()
         if self.may_fly() and self.state is not None:
             self.interface.send_attitude(stamped.value, self.state)
+
+    def _setpoint_refusal(self, stamped: Stamped) -> str:
+        """Return why a setpoint is not flown, empty if it is; its age is judged as the guard judges a wrench's."""
+        if not stamped.finite:
+            return "a number that is not finite"
+        if not odometry.is_attitude(stamped.value.q_wb):
+            return "a quaternion that is not of length 1"
+        late, limit = seconds(self.current_step - stamped.step, self.flight.plant_period), self.guard.parameters.command
+        if not 0.0 <= late <= limit.too_old:
+            return f"it answers a state {late:g} s old, expected 0 to {limit.too_old:g} s"
+        return ""
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""

@@ -53,11 +53,16 @@ def refusal(sample: Sample, newest: int) -> str:
     numbers = (*sample.position, *sample.q, *sample.velocity, *sample.angular_velocity)
     if not all(math.isfinite(number) for number in numbers):
         return "a number that is not finite"
-    if not _SHORTEST < math.sqrt(sum(part * part for part in sample.q)) < _LONGEST:
+    if not is_attitude(sample.q):
         return "a quaternion that is not of length 1"
     if sample.timestamp_sample <= newest:
         return f"timestamp_sample {sample.timestamp_sample}, not after {newest}"
     return ""
+
+
+def is_attitude(q: Sequence[float]) -> bool:
+    """Return whether a quaternion is of length 1, as single precision has it."""
+    return _SHORTEST < math.sqrt(sum(part * part for part in q)) < _LONGEST
 
 
 def state(sample: Sample) -> VehicleState:
