@@ -12,7 +12,7 @@ COMMANDS = {
 }  # fmt: skip
 FORCE = 21196.0
 """Second parameter of COMPONENT_ARM_DISARM: disarm in the air, too."""
-ACCEPTED, IN_PROGRESS = 0, 5
+IN_PROGRESS = 5
 RESULTS = (
     "accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
 )  # fmt: skip

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Choice, Real, Whole
 
+RotorThrust = Annotated[float, Real("N", "largest thrust of a rotor, measured; 0: refused", 0.0, 1e4, "T_m")]
 ThrustCurve = Annotated[
     float, Real("", "k of the motors' true curve, thrust / T_m = k u^2 + (1 - k) u; 0: linear", 0.0, 1.0)
 ]

@@ -31,11 +31,10 @@ def compensated(assumed: float, true: float, fraction: float) -> float:
     return assumed * u * u + (1.0 - assumed) * u
 
 
-def required(max_rotor_thrust: float) -> float:
-    """Return parameter ``max_rotor_thrust`` in N; raises ParameterError where it was not given."""
+def require(max_rotor_thrust: float, key: str = "max_rotor_thrust") -> None:
+    """Raise ParameterError, which names ``key``, where the largest thrust of a rotor in N was not given."""
     if max_rotor_thrust <= 0.0:
-        raise ParameterError("max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N")
-    return max_rotor_thrust
+        raise ParameterError(f"{key}: found 0.0, expected the largest thrust of one rotor in N; docs/how_to/px4.md")
 
 
 def predicted(newtons: float, max_rotor_thrust: float) -> Actuation:

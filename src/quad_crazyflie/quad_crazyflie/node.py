@@ -70,7 +70,7 @@ class CrazyflieInterface(AutopilotInterface):
     def __init__(self, node: AutopilotNode) -> None:
         """Look for cflib and begin to connect; raises ParameterError for what cannot fly."""
         super().__init__(node)
-        thrust.required(self.settings.max_rotor_thrust)
+        thrust.require(self.settings.max_rotor_thrust)
         if self.settings.arming.takeoff == Flier.AUTOPILOT:
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self._largest = setpoints.largest_thrust(self.settings) / 4.0

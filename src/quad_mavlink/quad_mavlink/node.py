@@ -51,8 +51,8 @@ class MavlinkInterface(AutopilotInterface):
         """Look for pymavlink and open the port; raises ParameterError for what cannot fly."""
         super().__init__(node)
         found = self.settings
-        self.max_rotor_thrust = thrust.required(found.max_rotor_thrust)
-        self.predicted = thrust.predicted(0.0, self.max_rotor_thrust)
+        thrust.require(found.max_rotor_thrust)
+        self.predicted = thrust.predicted(0.0, found.max_rotor_thrust)
         self.link = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.kind = 0
         self.parameters: dict[str, float] = {}
@@ -156,7 +156,7 @@ class MavlinkInterface(AutopilotInterface):
         if self.kind == words.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
             found = int(self.parameters[GUID_OPTIONS])
             return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
-        return thrust.weakness(self.node.vehicle, self.max_rotor_thrust, "max_rotor_thrust")
+        return thrust.weakness(self.node.vehicle, self.settings.max_rotor_thrust, "max_rotor_thrust")
 
     @property
     def boosts(self) -> bool:
@@ -178,7 +178,7 @@ class MavlinkInterface(AutopilotInterface):
 
     def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
         """Send an attitude (FRD in NED) and a thrust as SET_ATTITUDE_TARGET, stamped with the state that it answers."""
-        self.predicted = thrust.predicted(setpoint.thrust, self.max_rotor_thrust)
+        self.predicted = thrust.predicted(setpoint.thrust, self.settings.max_rotor_thrust)
         x, y, z, w = frames.attitude(setpoint.q_wb)
         self.link.send(
             self.link.mavlink.MAVLink_set_attitude_target_message(

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, RotorThrust, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Real, Text, Whole
 from quad_core.roles import VehicleInterface
@@ -16,9 +16,7 @@ class MavlinkBridgeParameters(NamedTuple):
     target_system: Annotated[int, Whole("", "the autopilot's system number", 1, 255, "MAV_SYS_ID, SYSID_THISMAV")] = 1
     source_system: Annotated[int, Whole("", "the bridge's number, for GCS failsafes", 1, 255, "MAV_GCS_SYSID")] = 255
     state_interval: Annotated[float, Real("s", "spacing of states", 0.002, 0.1, "SET_MESSAGE_INTERVAL")] = 0.01
-    max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of a rotor, measured; 0: refused", 0.0, 1e4, "T_m")
-    ] = 0.0
+    max_rotor_thrust: RotorThrust = 0.0
     autopilot_curve: Annotated[
         float, Real("", "the autopilot's curve; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO")
     ] = 0.0

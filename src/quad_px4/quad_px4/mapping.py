@@ -61,10 +61,7 @@ class ThrustTorque(NamedTuple):
 
 def build(airframe: AirframeParameters) -> Mapping:
     """Return the mapping of an airframe; raises ParameterError for an unknown thrust or rotors that are no X."""
-    if airframe.max_rotor_thrust <= 0.0:
-        raise ParameterError(
-            "airframe.max_rotor_thrust: found 0.0, expected the largest thrust of one rotor in N; docs/how_to/px4.md"
-        )
+    thrust.require(airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
     rotors = (airframe.rotor0, airframe.rotor1, airframe.rotor2, airframe.rotor3)
     quadrants = [(rotor.px > 0.0, rotor.py > 0.0) for rotor in rotors]
     one_each = [(False, True), (True, True), (True, False), (False, False)]

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_autopilot.parameters import ArmingParameters, ResetLimit, ThrustCurve, rates
+from quad_autopilot.parameters import ArmingParameters, ResetLimit, RotorThrust, ThrustCurve, rates
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import Choice, Real, Text, Whole
 from quad_core.roles import VehicleInterface
@@ -38,9 +38,7 @@ class RotorPlace(NamedTuple):
 class AirframeParameters(NamedTuple):
     """What turns N and N m into PX4's normalised setpoints (``airframe.*``); four rotors in X, counted as PX4 does."""
 
-    max_rotor_thrust: Annotated[
-        float, Real("N", "largest thrust of a rotor, measured; 0: refused", 0.0, 1e4, "T_m")
-    ] = 0.0
+    max_rotor_thrust: RotorThrust = 0.0
     drag_ratio: Annotated[float, Real("m", "true drag torque over thrust; 0: as PX4's KM", 0.0, 10.0, "k_q")] = 0.0
     thr_mdl_fac: Annotated[float, Real("", "the thrust curve set in PX4; 0: linear", 0.0, 1.0, "THR_MDL_FAC")] = 0.0
     thrust_curve: ThrustCurve = 0.0
