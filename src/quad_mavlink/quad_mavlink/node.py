@@ -60,7 +60,7 @@ class MavlinkInterface(AutopilotInterface):
         self._texts: tuple[words.Text, ...] = ()
         self._heartbeat: Any = None
         self._position: Any = None
-        self._is_asked = self._is_level_sent = False
+        self._is_level_sent = False
         node.every(1.0, self.on_second)
         node.every(LOOK, self.take)
 
@@ -135,12 +135,9 @@ class MavlinkInterface(AutopilotInterface):
             return
         for name in self._unanswered():
             self.link.send(mavlink.MAVLink_param_request_read_message(target, AUTOPILOT, name.encode("ascii"), -1))
-        for identity in _STATES[self.kind]:
-            self._command(SET_MESSAGE_INTERVAL, identity, 1e6 * self.settings.state_interval)
-        for identity, microseconds in ((_HEARTBEAT, 1e5), (_SYS_STATUS, 1e6)):
-            if not self._is_asked:
-                self._command(SET_MESSAGE_INTERVAL, identity, microseconds)
-        self._is_asked = True
+        states = dict.fromkeys(_STATES[self.kind], 1e6 * self.settings.state_interval)
+        for identity, microseconds in {**states, _HEARTBEAT: 1e5, _SYS_STATUS: 1e6}.items():
+            self._command(SET_MESSAGE_INTERVAL, identity, microseconds)
 
     def _unanswered(self) -> list[str]:
         """Return the parameters that must be known before a flight and are not."""

@@ -46,6 +46,16 @@ def test_our_heartbeat_is_that_of_an_onboard_controller(vehicle):
     assert vehicle.sent == [("heartbeat", 18, 8, 0, 0, 4)]
 
 
+@pytest.mark.parametrize(("kind", "states"), [(PX4, {331}), (ARDUPILOT, {31, 32})])
+def test_what_is_needed_is_asked_for_every_second_for_a_request_may_be_lost(vehicle, kind, states):
+    beat(vehicle, kind)
+    for _ in range(2):
+        vehicle.sent.clear()
+        vehicle.on_second()
+        asked = {found[5]: found[6] for found in vehicle.sent if found[0] == "command_long" and found[3] == 511}
+        assert asked == {**dict.fromkeys(states, 1e4), 0: 1e5, 1: 1e6}  # us; 0: HEARTBEAT, 1: SYS_STATUS
+
+
 def test_answers_to_others_are_none(vehicle):
     vehicle.handle(message("COMMAND_ACK", command=400, result=2, target_system=42))
     assert vehicle.ack is None
