@@ -30,7 +30,8 @@ class Preflight:
     def __init__(self, flight: FlightParameters, settings: CommanderParameters) -> None:
         """Start with nothing received."""
         self._flight, self._settings, self._limits = flight, settings, settings.arming
-        self._nodes: dict[str, NodeStatus] = {}
+        self._periods: dict[str, int] = {}  # by role, in plant steps
+        self._others: set[tuple[str, str]] = set()  # name and run id of nodes of other runs, which may have equal names
         self._plan: FlightPlan | None = None
         self._plans = 0
         self._counts: Counter[str] = Counter()
@@ -53,9 +54,17 @@ class Preflight:
         self._counts[topic] += 1
 
     def on_node(self, status: NodeStatus) -> None:
-        """Take in what a node says of itself; in a flight with a run id a status without one is dropped."""
-        if status.run_id or not self._flight.run_id:
-            self._nodes[status.node] = status
+        """Take in what a node says of itself; in a flight with a run id a status without one is dropped.
+
+        A node of another run that leaves is forgotten.
+        """
+        own = self._flight.run_id
+        if own in ("", status.run_id):
+            self._periods[status.role] = status.period_steps
+        if status.state in (NodeStatus.DONE, NodeStatus.FAULT):
+            self._others.discard((status.node, status.run_id))
+        elif status.run_id not in ("", own):
+            self._others.add((status.node, status.run_id))
 
     def on_plan(self, plan: FlightPlan, flying: bool) -> None:
         """Take in a plan; a repetition changes nothing; in flight a new one replaces the old."""
@@ -85,7 +94,7 @@ class Preflight:
     def _of_nodes(self) -> list[str]:
         own = self._flight.run_id
         found = [] if own else ["flight.run_id is empty; arming needs a run id"]
-        if others := sorted({status.run_id for status in self._nodes.values()} - {own}):
+        if others := sorted({run_id for _, run_id in self._others}):
             found.append(f"run ids: found {', '.join(map(repr, others))} too, expected {own!r} alone")
         return found
 
@@ -94,9 +103,9 @@ class Preflight:
         found, plant_period, limits = [], self._flight.plant_period, self._limits
         elapsed = seconds(sample.step - self._first_step, plant_period)
         spacing, announced = elapsed / max(states - self._first_states, 1), seconds(1, plant_period)
-        periods = {status.role: status.period_steps for status in self._nodes.values()}
         for topic, role in self._streams.items():
-            expected = 1.0 / seconds(periods[role], plant_period) if periods.get(role) else 0.0
+            period = self._periods.get(role)
+            expected = 1.0 / seconds(period, plant_period) if period else 0.0
             if of_autopilot:
                 expected = min(expected, 1.0 / spacing if spacing > 0.0 else 0.0)
             low, high = ((1.0 + side * limits.rate_tolerance) * expected for side in (-1.0, 1.0))

@@ -112,6 +112,14 @@ def test_who_names_no_run_is_nobody(refusals):
     assert refusals(nodes=[{"role": "recorder", "run_id": ""}]) == []
 
 
+def test_a_node_of_another_run_counts_until_it_leaves_whatever_its_name(refusals):
+    other = {"role": "position_controller", "run_id": "b2", "period_steps": 7}
+    refused = ["run ids: found 'b2' too, expected 'a1' alone"]
+    assert refusals(nodes=[other]) == refused, "and its period is not taken for ours"
+    assert refusals(nodes=[other, {**other, "run_id": "a1", "period_steps": 5}]) == refused
+    assert refusals(nodes=[other, {**other, "state": NodeStatus.DONE}]) == []
+
+
 def test_a_node_without_a_period_has_no_rate(refusals):
     (found,) = refusals(nodes=[{"role": "position_controller", "period_steps": 0}])
     assert found == "attitude_setpoint: found 100.0 Hz, expected 0.0 to 0.0 Hz"
