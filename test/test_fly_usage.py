@@ -84,7 +84,7 @@ def test_help_shows_every_option_with_examples():
         (["--mission", "case1,land"], ["mission: found item 1 'case1', expected takeoff first"]),
         (
             ["--mission", "takeoff,case1,case2"],
-            ["--mission: found case1, case2, expected one trajectory: a flight has one such node"],
+            ["mission: found case1, case2, expected one trajectory: a flight has one such node"],
         ),
         (["--mission", "takeoff", "--plant", "paper"], ["plant paper has no ground"]),
     ],

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from quad_bringup import surroundings, vehicle_owner
 from quad_bringup.domains import reserved_domain
-from quad_bringup.mission_file import read_mission, trajectory_of
+from quad_bringup.mission_file import read_mission
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
 from quad_bringup.terminal import complain, say
@@ -73,9 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _cases(options: argparse.Namespace) -> list[str]:
     options.trajectory = None
     if options.mission is not None:
-        options.mission, of_mission = read_mission(options.mission)
+        options.mission, options.trajectory, of_mission = read_mission(options.mission)
         options.settings = [*of_mission, *options.settings]
-        options.trajectory = trajectory_of(options.mission)
         options.case = options.case or options.trajectory or "hover"
     return [options.case] if options.case else list(PAPER_CASES)
 

@@ -8,10 +8,11 @@ from quad_core import plugins
 from quad_core.cascade import TRAJECTORY
 from quad_core.parameter_files import StrictLoader, load_yaml
 from quad_core.parameters import ParameterError
+from quad_core.resolution import parse_settings, resolve
 
 
-def read_mission(given: str) -> tuple[str, list[str]]:
-    """Return the mission's items and the trajectory's settings, as ``--mission`` and ``--set`` take them.
+def read_mission(given: str) -> tuple[str, str | None, list[str]]:
+    """Return the mission's items, the trajectory that it flies (None: none), and that one's settings as of ``--set``.
 
     ``given`` is such items, or a YAML file: a list ``items`` (``takeoff:2``, or ``takeoff: 2`` and
     ``goto: [4, 0, 2, 90deg]``), and by the name of its trajectory that one's parameters; a list of waypoints has one a
@@ -19,24 +20,26 @@ def read_mission(given: str) -> tuple[str, list[str]]:
     """
     path = Path(given)
     if path.suffix not in (".yaml", ".yml"):
-        return given, []
+        return given, _trajectory_of(given), []
     try:
-        content = load_yaml(path.read_text("utf-8"), StrictLoader)
+        return _read(load_yaml(path.read_text("utf-8"), StrictLoader))
     except (OSError, ValueError) as error:
         raise ParameterError(f"--mission: {given}: {' '.join(str(error).split())}") from error
+
+
+def _read(content: object) -> tuple[str, str | None, list[str]]:
     if not isinstance(content, dict) or not isinstance(items := content.pop("items", None), list):
-        raise ParameterError(f"--mission: {given}: found no list items, expected for example [takeoff:2, hold:5, land]")
-    items = [_written(item) for item in items]
-    settings = []
+        raise ParameterError("found no list items, expected for example [takeoff:2, hold:5, land]")
+    mission = ",".join(map(_written, items))
+    trajectory, settings = _trajectory_of(mission), []
     for name, section in content.items():
-        if name not in items or not isinstance(section, dict):
-            raise ParameterError(
-                f"--mission: {given}: found {name}, expected parameters of a trajectory among the items"
-            )
+        if name != trajectory or not isinstance(section, dict):
+            raise ParameterError(f"found {name}, expected parameters of a trajectory among the items")
         for key, value in section.items():
             shown = "; ".join(map(str, value)) if isinstance(value, list) else value
             settings.append(f"{TRAJECTORY}.{name}.{key}={shown}")
-    return ",".join(items), settings
+        resolve(TRAJECTORY, {"trajectory": name, **parse_settings(settings).get(TRAJECTORY, {})})
+    return mission, trajectory, settings
 
 
 def _written(item: object) -> str:
@@ -47,7 +50,7 @@ def _written(item: object) -> str:
     return str(item)
 
 
-def trajectory_of(mission: str) -> str | None:
+def _trajectory_of(mission: str) -> str | None:
     """Return the name of the trajectory that ``mission`` flies, None if it flies none.
 
     Raises ParameterError for a mission that cannot be flown.
@@ -55,7 +58,5 @@ def trajectory_of(mission: str) -> str | None:
     items = parse(mission, plugins.names(plugins.TRAJECTORY))
     names = list(dict.fromkeys(item.name for item in items if item.request == Request.MISSION))
     if len(names) > 1:
-        raise ParameterError(
-            f"--mission: found {', '.join(names)}, expected one trajectory: a flight has one such node"
-        )
+        raise ParameterError(f"mission: found {', '.join(names)}, expected one trajectory: a flight has one such node")
     return names[0] if names else None
