@@ -136,8 +136,6 @@ def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0)
         stages=PerStage(*(law.parameters for law in laws)),
         internals=PerStage(*(zeros(law.module.Internals) for law in laws)),
         guard=simulator.node.guard,
-        has_ground=has_ground(parts["plant"].parameters),
-        stands=stands(parts["plant"].parameters),
     )
     return Flight(modules, setup, simulator.flight.seed, resolved)
 
@@ -161,7 +159,8 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
 
 
 def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
-    setup, schedule = flight.setup, flight.setup.schedule
+    plant, schedule = flight.setup.plant, flight.setup.schedule
+    setup = flight.setup._replace(has_ground=has_ground(plant), stands=stands(plant))
     sensing_line, sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
     link_line, linked = link.init()
     memory = PerStage(
@@ -178,7 +177,7 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     drawn = Drawn(*_drawn(flight, carry.end), sensing_line, link_line)
     topics: dict[str, NDArray[Any]] = {}
     if logging:
-        carry, blocks = _logged(flight, engine, drawn, carry)
+        carry, blocks = _logged(flight._replace(setup=setup), engine, drawn, carry)
         if blocks:
             topics = rows.split(flight.modules.stages, schedule, blocks, carry.refused)
     else:

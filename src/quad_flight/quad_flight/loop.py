@@ -106,7 +106,8 @@ class Setup(NamedTuple):
     """Parameter sets of one flight, as the plug-ins declare them.
 
     ``stages``: one per stage of the cascade; ``internals``: what the log shows of each before its first step.
-    ``has_ground``: the plant has a ground on which the vehicle can come to rest. ``stands``: it stands there at step 0.
+    As ``fly`` sets them: ``has_ground``, the plant has a ground on which the vehicle can come to rest; ``stands``, it
+    stands there at step 0.
     """
 
     vehicle: Vehicle

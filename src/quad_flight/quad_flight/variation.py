@@ -1,13 +1,13 @@
 """The same flight with other numbers: which parameters may vary between the flights of a campaign, and how."""
 
 from collections.abc import Iterable, Mapping
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.parameters import Choice, Field, ParameterError, Value, checked, fields
 from quad_core.vehicle import check_inertia
 from quad_flight.flight import Flight
-from quad_guard.ending import has_ground, stands
 
 SEED = "flight.seed"
 _PARTS = {
@@ -48,7 +48,7 @@ class Variation:
         return self._places[name].field
 
     def apply(self, values: Mapping[str, Value]) -> Flight:
-        """Return the base flight with ``values``; raises ParameterError for one that its parameter does not admit."""
+        """Return the base flight with ``values``; raises ParameterError for one that is not admitted."""
         setup, seed = self._base.setup, self._base.seed
         for name, value in values.items():
             path, field = self._places[name]
@@ -60,8 +60,18 @@ class Variation:
             else:
                 seed = good
         check_inertia(setup.vehicle)
-        setup = setup._replace(has_ground=has_ground(setup.plant), stands=stands(setup.plant))
+        for role, slot in _PARTS:
+            module = self._base.resolved[role].plugins[slot].module
+            if hasattr(module, "check"):
+                module.check(attrgetter(".".join(_path(self._base, role, slot)))(setup))
         return self._base._replace(setup=setup, seed=seed)
+
+
+def _path(base: Flight, role: str, slot: str) -> tuple[str, ...]:
+    """Return where in ``Setup`` the parameters of a plug-in stand: one level deeper for a law that is wrapped."""
+    resolved, part = base.resolved[role], _PARTS[role, slot]
+    is_wrapped = slot == "law" and resolved.law.parameters is not resolved.plugins[slot].parameters
+    return (*part, "law") if is_wrapped else part
 
 
 def _places(base: Flight) -> dict[str, _Place]:
@@ -70,10 +80,8 @@ def _places(base: Flight) -> dict[str, _Place]:
     for field in fields(simulator.vehicle):
         found[f"vehicle.{field.name}"] = _Place(("vehicle", *field.name.split(".")), field)
     for (role, slot), part in _PARTS.items():
-        plugin = base.resolved[role].plugins[slot]
-        own = part
-        if slot == "law" and base.resolved[role].law.parameters is not plugin.parameters:
-            own = (*part, "law")
+        plugin, own = base.resolved[role].plugins[slot], _path(base, role, slot)
+        if own != part:
             for name in base.resolved[role].law.module.Parameters._fields[1:]:
                 for field in fields(getattr(base.resolved[role].node, name), f"{name}."):
                     if field.name == f"{name}.enabled":  # whether the law is wrapped at all

@@ -22,3 +22,11 @@ def test_an_inertia_that_no_body_has_is_refused():
     base = from_names("hover")
     with pytest.raises(ParameterError, match="inertia"):
         Variation(base, ["vehicle.inertia_zz"]).apply({"vehicle.inertia_zz": 1.0})
+
+
+def test_a_text_that_its_plugin_cannot_read_is_refused():
+    name = "trajectory.waypoints.points"
+    variation = Variation(from_names("waypoints"), [name])
+    with pytest.raises(ParameterError, match=r"waypoint 2 .*'4 0'"):
+        variation.apply({name: "0 0 2; 4 0"})
+    assert variation.apply({name: "0 0 2; 4 0 2"}).setup.trajectory.points == "0 0 2; 4 0 2"
