@@ -1,7 +1,9 @@
 """The poses that the recorder gives standard tools, against the messages that they are made of."""
 
 import json
+import math
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import flight_samples
 import numpy as np
@@ -12,7 +14,9 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import Quat, TrajectoryPoint, Vec3, VehicleState
-from quad_flight_log.recorder.vehicle_pose import set_pose, set_transform
+from quad_flight_log.recorder.vehicle_pose import PoseOutput, set_pose, set_transform
+from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
+from quad_node.codec import packer
 
 
 def test_a_state_becomes_a_pose_and_a_transform():
@@ -38,6 +42,17 @@ def test_a_reference_becomes_a_level_pose_with_its_yaw(yaw):
     turn = found.pose.orientation
     np.testing.assert_allclose([turn.x, turn.y, turn.z, turn.w], expected, atol=1e-15)
     assert found.pose.position.z == 3.5
+
+
+def test_a_reference_that_is_no_number_has_no_pose():
+    node, bag = MagicMock(), MagicMock()
+    node.get_namespace.return_value = "/"
+    node.resolve_topic_name.side_effect = lambda topic: f"/{topic.lstrip('/')}"
+    poses, pack = PoseOutput(node, bag, live=False), packer(TrajectoryPoint, TrajectoryPointMsg, 0)
+    poses.take("reference", pack(TrajectoryPoint(yaw=math.inf), 0, 1, 0), 0)
+    assert not bag.write.called
+    poses.take("reference", pack(TrajectoryPoint(), 50, 51, 100_000_000), 100_000_000)
+    assert bag.write.called
 
 
 def test_the_tf_of_this_installation_is_that_of_every_other():

@@ -72,6 +72,8 @@ class PoseOutput:
             return
         self._due_ns[topic] = now_ns // PERIOD_NS * PERIOD_NS + PERIOD_NS
         found = self._unpack[topic](payload)
+        if not found.finite:  # no place, and an infinite yaw has no cosine
+            return
         if topic == "reference":
             set_pose(self._reference, found.value, found.stamp_ns)
             messages = {"reference_pose": self._reference}
