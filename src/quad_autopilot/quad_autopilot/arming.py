@@ -146,14 +146,13 @@ class Memory(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What to send now. ``reason`` is why the flight ends; ``failed`` whether that is no good end."""
+    """What to send now. ``reason`` is why the flight has failed, empty if it has not."""
 
     phase: Phase
     heartbeat: bool
     setpoint: Setpoint
     request: Request | None
     reason: str
-    failed: bool
 
 
 class Case:
@@ -274,7 +273,7 @@ def step(profile: Profile, parameters: ArmingParameters, memory: Memory, inputs:
             case = Case(profile, parameters, memory, inputs)
     request = _request(case)
     heartbeat, setpoint = _stream(case)
-    output = Output(memory.phase, heartbeat, setpoint, request, memory.reason, bool(memory.reason))
+    output = Output(memory.phase, heartbeat, setpoint, request, memory.reason)
     memory = memory._replace(beats=memory.beats + int(heartbeat))
     return output, memory._replace(asked_at=inputs.now, attempts=memory.attempts + 1) if request else memory
 

@@ -403,9 +403,9 @@ class AutopilotNode(VehicleNode):
             newtons = self.vehicle.mass * self.vehicle.gravity if output.setpoint == Setpoint.LEVEL else 0.0
             interface.send_safe(output.setpoint, newtons, self.state)
         if output.phase in (Phase.LANDED, Phase.RELEASED):
-            self._end(output.reason, output.failed, now)
+            self._end(output.reason, now)
 
-    def _end(self, reason: str, failed: bool, now: float) -> None:
+    def _end(self, reason: str, now: float) -> None:
         """End the flight of a sequence that is over, once the commander has taken note of it."""
         if self.phase == FlightState.FLYING:
             if not self.commander.is_over and now - self.sequence.since < _COMMANDER_ENDS:
@@ -414,8 +414,7 @@ class AutopilotNode(VehicleNode):
             unseen = "" if is_seen else f"{self.profile.name} disarmed before the mission had ended"
             cause = "" if self.cause in reason else self.cause
             reason = "; ".join(dict.fromkeys(filter(None, (reason, self.commander.outcome, cause, unseen))))
-            failed = bool(reason)
-        super().end(FlightState.FAILED if failed else FlightState.ENDED, reason)
+        super().end(FlightState.FAILED if reason else FlightState.ENDED, reason)
 
     def _note_pause(self, now: float) -> None:
         """Blame no other node for a pause of this process: the states that came meanwhile are still to be read."""
