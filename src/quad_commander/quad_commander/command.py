@@ -5,6 +5,7 @@ Prints the answer with its reason. Exit codes: 0 done, 1 refused, 2 no answer or
 
 import argparse
 import math
+import re
 import secrets
 import sys
 import time
@@ -20,7 +21,7 @@ from rclpy.node import Node
 from quad_commander.missions import read_place
 from quad_commander.mode_table import Request
 from quad_commander.references import Place
-from quad_core.parameters import ParameterError, radians_of
+from quad_core.parameters import ParameterError
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import executor, topics
 from quad_node.middleware import close_unless_asked
@@ -88,8 +89,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--namespace", default="", metavar="NAME", help="namespace of the vehicle")
     parser.add_argument("--patience", type=float, default=10.0, metavar="S", help="how long to wait (default: 10)")
     given = sys.argv[1:] if arguments is None else arguments
-    # argparse takes -90deg for an option
-    options = parser.parse_args([word if isinstance(radians_of(word), str) else f" {word}" for word in given])
+    # argparse takes -90deg and -1e1 for options
+    options = parser.parse_args([re.sub(r"^-(?=[\d.])", " -", word) for word in given])
     place = None
     if options.request == "goto":
         try:

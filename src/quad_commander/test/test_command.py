@@ -88,7 +88,11 @@ def test_what_cannot_be_asked_for_is_refused_before_anything_starts(words, found
 
 @pytest.mark.parametrize(
     ("words", "place"),
-    [("4 -1 2", Place(4.0, -1.0, 2.0)), ("4 0 -.5 -90deg --patience 3", Place(4.0, 0.0, -0.5, -math.pi / 2.0))],
+    [
+        ("4 -1 2", Place(4.0, -1.0, 2.0)),
+        ("-1e1 -5. 2", Place(-10.0, -5.0, 2.0)),
+        ("4 0 -.5 -90deg --patience 3", Place(4.0, 0.0, -0.5, -math.pi / 2.0)),
+    ],
 )
 def test_a_place_is_sent_as_it_was_written(words, place, monkeypatch):
     asked = []
