@@ -131,6 +131,14 @@ def test_a_link_to_nothing_in_place_of_the_flights_is_named(capsys, tmp_path, mo
     assert "flights: found a link to nothing, expected a directory" in refused(capsys, "hover")
 
 
+def test_a_trajectory_of_which_start_means_something_else_is_held_to_the_usual_limits(tmp_path, monkeypatch):
+    options = fly._parser().parse_args(["hover"])
+    fly._cases(options)
+    usual = fly._planned(options, "hover", tmp_path).limits
+    monkeypatch.setattr(fly, "summary", lambda _: {"start": 2.0})
+    assert fly._planned(options, "hover", tmp_path).limits == usual != {}
+
+
 def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with ThreadPoolExecutor(8) as pool:

@@ -232,6 +232,8 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
     usual = vehicle_owner.AUTOPILOT if options.vehicle_owner else summary(nodes)["start"]
+    if usual not in configuration.names(configuration.LIMITS):  # the trajectory has another kind of start
+        usual = "approach"
     limits = options.limits or [str(configuration.find(configuration.LIMITS, usual))]
     if options.mission is not None and options.trajectory is None:
         limits = options.limits or []  # the usual ones are those of a curve that is flown
