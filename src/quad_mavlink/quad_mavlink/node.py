@@ -150,8 +150,7 @@ class MavlinkInterface(AutopilotInterface):
             return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
         if missing := self._unanswered():
             return f"{', '.join(missing)}: asked for, not answered"
-        if self.kind == words.ARDUPILOT and not int(self.parameters[GUID_OPTIONS]) & THRUST_AS_THRUST:
-            found = int(self.parameters[GUID_OPTIONS])
+        if self.kind == words.ARDUPILOT and not (found := int(self.parameters[GUID_OPTIONS])) & THRUST_AS_THRUST:
             return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
         return thrust.weakness(self.node.vehicle, self.settings.max_rotor_thrust, "max_rotor_thrust")
 
