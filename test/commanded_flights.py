@@ -62,7 +62,7 @@ class Flight:
         self.line, self.seen = sensor.init(self.sensing, PERIOD)
         self.noise = sensor.draw(self.sensing, 1, 2)
         self.core = CommanderCore(CommanderParameters(), parse(mission, []), self.truth)
-        self.memory = guard.init(self.guard_parameters, vehicle)
+        self.memory = guard.FRESH_MEMORY
         self.report = None
         self.position, self.attitude = aibs.init(POSITION, vehicle), abfnitsm.init(ATTITUDE, vehicle)
         self.reference, self.setpoint, self.actuation = TrajectoryPoint(), AttitudeThrust(), Actuation()
@@ -110,7 +110,7 @@ class Flight:
         wrench, self.attitude, _ = abfnitsm.step(ATTITUDE, vehicle, self.attitude, inputs, dt)
         flown = Wrench()
         if self.mode in QUIET:
-            self.memory, self.report = guard.init(self.guard_parameters, vehicle), None
+            self.memory, self.report = guard.FRESH_MEMORY, None
         else:
             command = WrenchCommand(wrench, k, True)
             sample = StateSample(state, k, True)

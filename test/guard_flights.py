@@ -33,7 +33,7 @@ from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.rotors import rotor_speed
 from quad_guard import guard
 from quad_guard.checks import StateSample, WrenchCommand
-from quad_guard.guard import Inputs
+from quad_guard.guard import FRESH_MEMORY, Inputs
 from quad_position_ctrl import aibs
 
 PERIOD = 2_000_000
@@ -50,7 +50,7 @@ CONDITIONS = 10  # of quad_guard.guard
 POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
 ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])
 
-guard_init, guard_step = guard.init, guard.step
+guard_step = guard.step
 position_init, position_step = aibs.init, aibs.step
 attitude_init, attitude_step = abfnitsm.init, abfnitsm.step
 plant_step, observe = rigid_body.step, rigid_body.observe
@@ -184,7 +184,7 @@ def faulty_flight(
     none = Rotors(0.0, 0.0, 0.0, 0.0)
     actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
     setpoint = AttitudeThrust(zero, zero, zero, Quat(0.0, 0.0, 0.0, 1.0), 0.0, 0.0)
-    memory = guard_init(setup.guard, vehicle)
+    memory = FRESH_MEMORY
     position, attitude = position_init(setup.position, vehicle), attitude_init(setup.attitude, vehicle)
     first = observe(setup.plant, vehicle, plant)
     reference = TrajectoryPoint(0.0, first.p_w, zero, zero, zero, zero, 0.0, 0.0, 0.0)

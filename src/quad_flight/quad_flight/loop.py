@@ -21,10 +21,9 @@ from quad_dynamics.plant_side import Drawn, Side, differs, receive
 from quad_dynamics.plant_side import Memory as SideMemory
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
-from quad_guard.guard import NO_REQUEST, PASS
+from quad_guard.guard import FRESH_MEMORY, NO_REQUEST, PASS
 from quad_guard.guard import Inputs as GuardInputs
 from quad_guard.guard import Memory as GuardMemory
-from quad_guard.guard import init as guard_init
 from quad_guard.guard import step as guard_step
 
 FLYING = 0
@@ -196,7 +195,7 @@ def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
         memory=start.memory,
         reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
         signals=start.signals,
-        guard=guard_init(setup.guard, setup.vehicle),
+        guard=FRESH_MEMORY,
         score=NOTHING_SCORED,
         behind=Behind(),
     )

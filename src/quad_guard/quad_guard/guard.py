@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from quad_core.geometry import ZERO
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import GuardStatus, Vec3, Wrench
+from quad_core.types import GuardStatus, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import BLIND_THRUST, FRESH_DESCENT, UNSEEN_THRUST, Descent, descend
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
@@ -115,24 +115,22 @@ class Report(NamedTuple):
     state_refusal: int
 
 
-def init(parameters: GuardParameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
-    """Return the memory before the first step."""
-    none = Wrench(0.0, Vec3(0.0, 0.0, 0.0))
-    return Memory(
-        mode=PASS,
-        reason=GOOD,
-        since=0,
-        first_step=-1,
-        wrench=none,
-        command_step=-1,
-        answered_step=-1,
-        refused_commands=0,
-        estimate=NO_ESTIMATE,
-        refusals=Refusals(0, 0, 0, False),
-        timers=Timers(0.0, 0.0, 0.0, 0.0),
-        flown=none,
-        descent=FRESH_DESCENT,
-    )
+FRESH_MEMORY = Memory(
+    mode=PASS,
+    reason=GOOD,
+    since=0,
+    first_step=-1,
+    wrench=Wrench(),
+    command_step=-1,
+    answered_step=-1,
+    refused_commands=0,
+    estimate=NO_ESTIMATE,
+    refusals=Refusals(0, 0, 0, False),
+    timers=Timers(0.0, 0.0, 0.0, 0.0),
+    flown=Wrench(),
+    descent=FRESH_DESCENT,
+)
+"""The memory before the first step."""
 
 
 def step(

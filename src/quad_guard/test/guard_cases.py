@@ -31,7 +31,7 @@ class Owner:
     def __init__(self, vehicle=VEHICLE, period=PERIOD, **changes):
         self.parameters = GuardParameters(**changes)
         self.vehicle, self.period, self.dt = vehicle, period, period / 1e9
-        self.memory = guard.init(self.parameters, vehicle)
+        self.memory = guard.FRESH_MEMORY
         self.step = 0
         self.report = self.refusals = None
         self.wrench = None

@@ -30,7 +30,7 @@ from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, Reco
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
 from quad_node.command_link import CommandLink, InputWatch
-from quad_node.conversion import set_stamp
+from quad_node.conversion import NANOSECONDS, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
 from quad_node.interface import interface_hash
@@ -38,7 +38,6 @@ from quad_node.topics import message_type
 
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
-_SECOND = 1_000_000_000  # ns
 _STOOD_STILL = 0.03  # s late from which on this process, or its host, is to blame for what is old
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 _RESTING = GuardStatus()
@@ -54,7 +53,7 @@ class VehicleGuard:
         The step before each of its decisions is reported: in lockstep it waits for that.
         """
         self.parameters = parameters
-        self.memory = guard.init(parameters, node.vehicle)
+        self.memory = guard.FRESH_MEMORY
         self.last_refusal = self.asked_because = ""
         self._node = node
         self._period = node.flight.plant_period
@@ -72,7 +71,7 @@ class VehicleGuard:
 
     def rest(self, step: int) -> None:
         """Let ``step`` pass without a look at it: ages count from the next one, no mode is latched."""
-        self.memory = guard.init(self.parameters, self._node.vehicle)
+        self.memory = guard.FRESH_MEMORY
         self._tell(step, _RESTING)
 
     def step(self, step: int, command: WrenchCommand, sample: StateSample, request: int) -> Wrench:
@@ -130,7 +129,7 @@ class VehicleGuard:
         if step < self._reported.get(text, 0):
             self._node.counters["guard_refused"] += 1
             return
-        self._reported[text] = step + _SECOND // self._period
+        self._reported[text] = step + NANOSECONDS // self._period
         stamp = step * self._period
         self._node.event(FlightEvent.WARNING, "guard_refused", f"step {step}: {text}; dropped", stamp, always=True)
 
