@@ -13,7 +13,7 @@ from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
-from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, replaceable
+from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, spared
 from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
@@ -106,9 +106,7 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
 
 
 def _spared(flight: Planned) -> tuple[str, ...]:
-    """Return the roles without which the flight goes on: shadows, and controllers that a shadow stands in for."""
-    standby = flight.nodes["simulator"].flight.standby
-    return (*SHADOWS, *(replaceable(flight.nodes) if standby else ()))
+    return spared(flight.nodes, flight.nodes[SIMULATOR].flight.standby)
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:

@@ -85,9 +85,9 @@ SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}
 """Second controllers that answer in parallel to the flying ones: recorded, but not used."""
 
 
-def replaceable(roles: Collection[str]) -> tuple[str, ...]:
-    """Return the controllers among ``roles`` that have a shadow."""
-    return tuple(role.removeprefix(SHADOW) for role in roles if role in SHADOWS)
+def spared(roles: Collection[str], standby: bool) -> tuple[str, ...]:
+    """Return the roles without which a flight of ``roles`` goes on: shadows, in ``standby`` what they stand in for."""
+    return (*SHADOWS, *(stage.role for stage in STAGES if standby and SHADOW + stage.role in roles))
 
 
 ALL_ROLES: Mapping[str, Role | VehicleInterface] = {**ROLES, **GUESTS, **OWNERS, **SHADOWS}

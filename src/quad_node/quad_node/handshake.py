@@ -8,11 +8,10 @@ from quad_core.cascade import (
     COMMANDER,
     COMMANDING,
     RELAY,
-    SHADOWS,
     SIGNALS,
     STAGES,
     TRAJECTORY,
-    replaceable,
+    spared,
 )
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import NodeStatus
@@ -59,7 +58,7 @@ class Handshake:
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
-        self._spared = (*SHADOWS, *(replaceable(expected) if flight.standby else ()))
+        self._spared = spared(expected, flight.standby)
         self.known: dict[str, NodeStatus] = {}
         self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 

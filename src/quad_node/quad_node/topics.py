@@ -22,11 +22,11 @@ from quad_core.cascade import (
     SHADOWS,
     SIGNALS,
     SIMULATOR,
-    STAGE,
     STAGES,
     TRAJECTORY,
     Signal,
 )
+from quad_core.roles import Stage
 from quad_core.types import Wrench
 from quad_msgs.msg import (
     AutopilotStatus,
@@ -169,15 +169,13 @@ def with_standby(roles: Collection[str]) -> dict[str, tuple[str, str]]:
 
     Both also hear what is sent there.
     """
-    stages = [STAGE[role.removeprefix(SHADOW)] for role in roles if role in SHADOWS]
-    pairs = {stage: (stage.role, SHADOW + stage.role) for stage in stages}
+    pairs = {stage: (stage.role, SHADOW + stage.role) for stage in STAGES if SHADOW + stage.role in roles}
     return {topic: pair for stage, pair in pairs.items() for topic in (stage.gives, stage.internals_topic)}
 
 
-def _shadow_topics(role: str) -> tuple[Topic, Topic]:
-    """Return the answer of a shadow controller and its internals."""
-    stage = STAGE[role.removeprefix(SHADOW)]
-    answer, inside = message_type(stage.output), message_type(stage.internals)
+def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
+    """Return the answer of a stage's shadow controller and its internals."""
+    role, answer, inside = SHADOW + stage.role, message_type(stage.output), message_type(stage.internals)
     return (
         Topic(SHADOW_TOPICS + stage.gives, answer, (role,), (RECORDER,), paper=stage.paper, only_with=role),
         Topic(SHADOW_TOPICS + stage.internals_topic, inside, (role,), (RECORDER,), only_with=role),
@@ -192,7 +190,7 @@ TOPICS = {
     topic.name: topic
     for topic in (
         *map(_step_topic, SIGNALS.values()),
-        *(topic for role in SHADOWS for topic in _shadow_topics(role)),
+        *(topic for stage in STAGES for topic in _shadow_topics(stage)),
         Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY)),
         Topic("clock", Clock, (SIMULATOR,), (RECORDER,)),
         Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), latched=True),
