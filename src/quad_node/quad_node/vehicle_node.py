@@ -151,10 +151,9 @@ class VehicleGuard:
 class VehicleNode(FlightNode):
     """Leads a flight: starts it when all nodes are ready, and ends it for all of them.
 
-    ``command``: the newest wrench that may be flown; it came at ``command_at``, in s of the steady clock.
-    ``guard_request`` is what the guard is asked for (``quad_guard.guard``) at every step until it is changed. While
-    ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on.
-    ``unrecorded``: the recorder was given up.
+    ``command``: the newest wrench that may be flown; it came at ``command_at``, in s of the steady clock. While
+    ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on, and of a
+    commander's requests only KILL counts. ``unrecorded``: the recorder was given up.
     ``suspect``: the node that caused the last guard takeover. ``stood_still``: text, how long this process was late.
     """
 
@@ -167,7 +166,7 @@ class VehicleNode(FlightNode):
         self.command: Stamped | None = None
         self.command_at = self.asked_at = self.begun_at = 0.0
         self.missed_commands = 0
-        self.armed, self.guard_request = True, NO_REQUEST
+        self.armed = True
         limits = self.resolved.node.guard._replace(has_commander=self.commanded)
         if self.commanded and not limits.enabled:
             raise ParameterError("guard.enabled: found false, expected true: a commander reads what the guard reports")
@@ -238,17 +237,15 @@ class VehicleNode(FlightNode):
 
         ``step``: None is the current one; ``command`` and ``sample``: the newest, the state as it was published.
         """
-        if self.link is not None:
-            asked = self.link.mode.value.guard_request
-            if not self.gives_up:
-                self.armed, self.guard_request = self.link.armed, asked
-            elif asked == ASK_KILL:
-                self.guard_request = asked
+        if self.link is not None and not self.gives_up:
+            self.armed = self.link.armed
         step = self.current_step if step is None else step
         if not self.armed:
             self.guard.rest(step)
             return Wrench()
-        request = max(self.guard_request, ASK_DESCEND if self.gives_up else NO_REQUEST)
+        request = self.link.mode.value.guard_request if self.link is not None else NO_REQUEST
+        if self.gives_up and request != ASK_KILL:
+            request = ASK_DESCEND
         flown = self.guard.step(step, command, sample, request)
         if self.guard.taken_over and self.guard.memory.since == step:
             self.suspect = self._culprit() or self.suspect
