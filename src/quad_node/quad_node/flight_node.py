@@ -322,7 +322,7 @@ class FlightNode:
                 FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"
             )
             self.finish(1, "flight/state: the simulator is silent")
-        elif not self.flying and not self.done.done() and quiet > self.flight.start_timeout:
+        elif not (self.flying or self.over or self.done.done()) and quiet > self.flight.start_timeout:
             text = f"no flight after {quiet:.1f} s; waiting for {', '.join(self.waits_for())}"
             self.event(FlightEvent.ERROR, "start_timeout", text)
             self.finish(1, text)

@@ -65,3 +65,13 @@ def test_a_node_that_stood_still_first_reads_what_came_meanwhile(start_node):
     assert not node.done.done()
     node._housekeeping()
     assert (node.done.done(), node.counters["simulator_lost"]) == (True, 1)
+
+
+def test_a_node_that_waits_for_its_last_messages_waits_for_no_flight(start_node):
+    node = start_node(lambda: FlightNode("recorder"))
+    node.over, node.last_heard = True, node.last_heard - 100.0
+    node._housekeeping()
+    assert (node.done.done(), node.counters["start_timeout"]) == (False, 0)
+    node.over = False
+    node._housekeeping()
+    assert (node.done.done(), node.counters["start_timeout"]) == (True, 1)
