@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import inspect
 import json
+import os
 import shlex
 import sys
 import textwrap
@@ -262,8 +263,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with contextlib.redirect_stdout(cast("TextIO", _Printable(sys.stdout))):
             return COMMANDS[options.command][0](options)
-    except BrokenPipeError:
-        return 0
     except KeyboardInterrupt:
         return _complain(options.command, "interrupted", 130)
     except FlightLogError as error:
@@ -291,7 +290,12 @@ class _Printable:
         self._stream, self._encoding = stream, stream.encoding or "utf-8"
 
     def write(self, text: str) -> int:
-        return self._stream.write(printable(text).encode(self._encoding, "backslashreplace").decode(self._encoding))
+        try:
+            self._stream.write(printable(text).encode(self._encoding, "backslashreplace").decode(self._encoding))
+            self._stream.flush()
+        except BrokenPipeError:  # the reader has left, and the exit code still is that of the flight
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+        return len(text)
 
     def flush(self) -> None:
         self._stream.flush()

@@ -1,6 +1,7 @@
 """The commands: what they print, where they write, how they end."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import flight_samples
 import pytest
 
 from quad_flight_log import cli
+from quad_flight_log.bag.reader import open_flight
 
 
 def run(capsys, *arguments):
@@ -50,6 +52,16 @@ def test_a_defect_ends_with_two_for_one_says_that_the_flight_failed(flown_bag, c
     assert (code, out) == (2, "")
     assert "Traceback" in err
     assert "log check: a defect of this program, not of the flight: ZeroDivisionError" in err
+
+
+@pytest.mark.parametrize("flights", [1, 400])
+def test_a_reader_that_leaves_early_changes_no_exit_code(flights, flown_bag, monkeypatch):
+    ours, theirs = os.pipe()
+    os.close(ours)
+    with os.fdopen(theirs, "w") as left:
+        monkeypatch.setattr(sys, "stdout", left)
+        monkeypatch.setattr(cli, "_opened", lambda _: [open_flight(flown_bag)] * flights)
+        assert cli.main(["check", str(flown_bag), "--limits", "duration=0.001"]) == 1
 
 
 def test_info_tells_bytes_rate_and_drops_of_each_topic(flown, flown_bag, capsys):
