@@ -392,9 +392,11 @@ class VehicleNode(FlightNode):
         self.progress()
 
     def _on_recorded(self, message: RecorderAck) -> None:
+        if self.is_foreign("flight/recorded", message.run):
+            return
         if message.step > self.current_step:  # accepted, it would let the plant run away from its recorder
             self.reject("flight/recorded", f"step {message.step} is not flown yet", self.elapsed_ns, "rejected_future")
-        elif not self.is_foreign("flight/recorded", message.run):
+        else:
             self.recorded_step = max(self.recorded_step, message.step)
             self.progress()
 

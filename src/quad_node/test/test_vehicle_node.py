@@ -122,3 +122,12 @@ def test_while_it_waits_it_says_who_was_heard_and_does_not_belong(owner, monkeyp
     owner.publish_flight_state()
     assert said[0].reason.startswith("waiting for trajectory, ")
     assert "; flight/nodes of /eight has role 'traject', expected one of trajectory, " in said[0].reason
+
+
+def test_an_acknowledgement_of_another_run_is_foreign_whatever_its_step(start_node):
+    owner = start_node(Owner, "flight.run_id:=a1")
+    for run, counted in ((7, "foreign_run"), (owner.run, "rejected_future")):
+        before = owner.counters[counted]
+        owner.callbacks["flight/recorded"](RecorderAck(step=5, run=run))
+        assert owner.counters[counted] == before + 1
+    assert (owner.counters["rejected"], owner.recorded_step) == (1, -1)
