@@ -87,8 +87,7 @@ def base_flight(definition: Definition, values: Mapping[str, Value] | None = Non
 def request(definition: Definition, values: Mapping[str, Value]) -> Request:
     """Return what scripts/fly would be asked for to fly the campaign's flight with ``values``."""
     choices = {key: value for key, value in definition.flight.items() if key != "set"}
-    settings = [*definition.flight.get("set", []), *settings_of(values)]
-    return Request(**{"preset": "tuned", "vehicle": "paper", **choices}, settings=settings)
+    return Request(**choices, settings=[*definition.flight.get("set", []), *settings_of(values)])
 
 
 def settings_of(values: Mapping[str, Value]) -> list[str]:

@@ -106,11 +106,11 @@ def _on_the_ground(simulator: Resolved, values: Mapping[str, Value]) -> dict[str
         plant.module.init(plant.parameters._replace(ground=ground._replace(enabled=True)), simulator.vehicle)
     except ValueError as error:
         raise ParameterError(f"--mission: takes off and lands, but {error}") from error
-    stands = ground.foot_depth - SINK
+    above = ground.foot_depth - SINK
     if values.get(f"{plant.name}.ground.enabled"):
-        start = ground.height + stands
+        start = ground.height + above
         return {f"{plant.name}.initial.p.z": start, "guard.ground_height": start}
-    ground_below = {f"{plant.name}.ground.enabled": True, f"{plant.name}.ground.height": start - stands}
+    ground_below = {f"{plant.name}.ground.enabled": True, f"{plant.name}.ground.height": start - above}
     return {**ground_below, "guard.ground_height": start}
 
 
