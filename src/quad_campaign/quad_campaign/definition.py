@@ -125,6 +125,8 @@ def _draw(how: Distribution, stream: np.random.Generator, real: bool) -> Value:
         return how.values[int(stream.integers(len(how.values)))]
     first, second = (float(value) for value in how.values)
     if how.kind == "uniform":
+        if not real and not (first.is_integer() and second.is_integer()):
+            raise ParameterError("expected integers, as the parameter is one")
         return float(stream.uniform(first, second)) if real else int(stream.integers(int(first), int(second) + 1))
     low, high = how.within or (-np.inf, np.inf)
     for _ in range(_TRIES):

@@ -109,6 +109,7 @@ def test_a_row_tells_the_flight(definition):
         ("case: hover", "case: loop", ["loop", "hover"]),
         ("{uniform: [0.5, 0.6]}", "{uniform: [0.6, 0.5]}", ["vehicle.mass", "low <= high"]),
         ("{uniform: [0.5, 0.6]}", "{uniform: [-2.0, -1.0]}", ["vehicle.mass", "0.001"]),
+        ("{uniform: [1, 3]}", "{uniform: [0.5, 3]}", ["small", "substeps.uniform: found (0.5, 3)", "integers"]),
         ("{uniform: [0.5, 0.6]}", "{triangle: [0.5, 0.6]}", ["triangle", "normal"]),
         ("vehicle.mass", "vehicle.mas", ["vehicle.mas", "vehicle.mass"]),
         ("aibs.thrust_form", "lqr.thrust_form", ["lqr", "aibs"]),
