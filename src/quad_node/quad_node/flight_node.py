@@ -131,9 +131,13 @@ class FlightNode:
 
     @property
     def priority(self) -> int:
-        """SCHED_FIFO priority of this process: none (0) in lockstep, the lowest for recorder and shadows."""
+        """SCHED_FIFO priority of this process: none (0) in lockstep, the lowest for recorder and shadows.
+
+        A node that does not answer every step is one below those that do.
+        """
         own = self.flight.realtime_priority
-        return 0 if self.lockstep else min(own, 1) if self.in_background else own
+        slower = 1 if self.in_background else own - (self.period_steps > 1)
+        return 0 if self.lockstep else min(own, max(slower, 1))
 
     @property
     def in_background(self) -> bool:

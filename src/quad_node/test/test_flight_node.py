@@ -1,7 +1,9 @@
 """What a node receives on its topics, over real middleware."""
 
 import time
+from types import SimpleNamespace
 
+import pytest
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -75,3 +77,20 @@ def test_a_node_that_waits_for_its_last_messages_waits_for_no_flight(start_node)
     node.over = False
     node._housekeeping()
     assert (node.done.done(), node.counters["start_timeout"]) == (True, 1)
+
+
+@pytest.mark.parametrize(
+    ("own", "period_steps", "in_background", "lockstep", "expected"),
+    [
+        (40, 1, False, False, 40),
+        (40, 5, False, False, 39),
+        (40, 1, True, False, 1),
+        (40, 5, False, True, 0),
+        (1, 5, False, False, 1),
+        (0, 5, True, False, 0),
+    ],
+)
+def test_a_slower_node_is_one_below_those_that_answer_every_step(own, period_steps, in_background, lockstep, expected):
+    flight = SimpleNamespace(realtime_priority=own)
+    node = SimpleNamespace(flight=flight, period_steps=period_steps, in_background=in_background, lockstep=lockstep)
+    assert FlightNode.priority.fget(node) == expected
