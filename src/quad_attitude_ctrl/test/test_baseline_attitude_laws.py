@@ -170,7 +170,7 @@ def test_integrals_rest_while_the_torque_is_limited(law):
         (1e6, Actuation(pitch_limited=True), (False, True, False)),
     ):
         parameters = build(law.Parameters, FED | {f"torque.{axis}": limit for axis in ("roll", "pitch", "yaw")})
-        start = law.init(parameters, VEHICLE)
+        start = law.init(parameters, VEHICLE)._replace(integral=vec([0.01, -0.02, 0.03]))
         wrench, next_memory, seen = law.step(parameters, VEHICLE, start, inputs(actuation=flags), DT)
         assert tuple(seen.adaptation_frozen) == rests
         assert tuple(a == b for a, b in zip(next_memory.integral, start.integral, strict=True)) == rests

@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from quad_core.cycle import (
@@ -31,6 +31,7 @@ def test_seconds_are_the_nearest_float_to_the_exact_time(steps, period):
 
 
 @given(steps=st.integers(1, 1_000_000), period=PERIODS)
+@example(67, 2_000_000)  # 0.134 s over the period is more than 67
 def test_a_duration_of_whole_steps_needs_just_those(steps, period):
     assert steps_to_cover(seconds(steps, period), period) == steps
 
