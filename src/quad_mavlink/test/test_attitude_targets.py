@@ -12,6 +12,7 @@ from quad_core.types import AttitudeThrust, Quat, VehicleState
 from quad_mavlink.node import fraction
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
+pytestmark = pytest.mark.unit
 TM = 5.0
 SETTINGS = MavlinkBridgeParameters(max_rotor_thrust=TM)
 attitudes = st.builds(
