@@ -90,7 +90,7 @@ class plant:  # noqa: N801
 
     @staticmethod
     def lumped(parameters, vehicle, state, wrench, conditions):
-        return as_disturbance(conditions, Vec3(0.0, 0.0, wrench.thrust), _ZERO)
+        return as_disturbance(conditions, Vec3(0.0, 0.0, wrench.thrust), Vec3(0.0, 0.0, state.z))
 
 
 class disturbance:  # noqa: N801

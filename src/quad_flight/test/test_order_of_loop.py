@@ -71,10 +71,12 @@ def test_what_each_stage_sees():
         assert args[3].setpoint.thrust == result.topics["attitude_setpoint"]["thrust"][i // 5]
     for k, (args, _) in enumerate(plant):
         assert args[3].thrust == result.topics["wrench_setpoint"]["thrust"][k // 2]
-    # what is published with state[k] is of step k - 1 -> k, and knows its wrench
-    lumped = result.topics["disturbance"]["lumped_acceleration_w"][:, 2]
+    # what is published with state[k] is of step k - 1 -> k, and knows its wrench and the state after it
+    published = result.topics["disturbance"]
+    lumped = published["lumped_acceleration_w"][:, 2]
     assert lumped[0] == 0.0
     assert list(lumped[1:]) == list(result.topics["actuation"]["thrust"][:-1])
+    assert (published["lumped_angular_acceleration_b"][:, 2] == result.topics["truth"]["p_w"][:, 2]).all()
 
 
 def test_errors_are_counted_from_t_0_at_steps_of_the_trajectory():
