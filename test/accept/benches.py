@@ -6,7 +6,6 @@ import time
 
 from flying import ROOT
 
-PLANS = "src/quad_campaign/quad_campaign/config"
 ROUNDS = {
     **{name: [f"run.py {name} --rounds 1"] for name in ("ros_loop", "batch", "laws", "guard_cost", "peers")},
     "against": [f"against.py {ROOT} --rounds 1"],
@@ -18,7 +17,7 @@ ROUNDS = {
     "law_prediction": [f"law_prediction.py {what}" for what in ("ages", "methods", "noise", "lags")],
     "law_real": ["law_real.py paper --preset paper_real --seeds 1"],
     "law_stability": [f"law_stability.py {what} --seeds 1" for what in ("rates", "integral", "adaptation", "surface")],
-    "law_tunings": [f"law_tunings.py {PLANS}/real_x500.yaml --seeds 1"],
+    "law_tunings": ["law_tunings.py studies/real_x500.yaml --seeds 1"],
     "plant_step": ["plant_step.py 1"],
     "tuned_gains": ["tuned_gains.py 2"],
 }
