@@ -57,17 +57,18 @@ def main() -> int:
     parser.add_argument("other", type=set_up, help="another checkout in which scripts/setup has run")
     parser.add_argument("--rounds", type=int, default=5, metavar="N", help="pairs of flights (default: 5)")
     options = parser.parse_args()
-    found: dict[Path, list[float]] = {HERE: [], options.other: []}
+    checkouts = (HERE, options.other)
+    found: tuple[list[float], list[float]] = ([], [])
     for number in range(options.rounds + 1):
-        for checkout in (HERE, options.other) if number % 2 else (options.other, HERE):
-            with edited(checkout, number):
-                taken = started_after(checkout)
+        for which in (0, 1) if number % 2 else (1, 0):
+            with edited(checkouts[which], number):
+                taken = started_after(checkouts[which])
                 time.sleep(SETTLED)
-            print(f"round {number}, {checkout}: {taken:.2f} s", file=sys.stderr)
+            print(f"round {number}, {checkouts[which]}: {taken:.2f} s", file=sys.stderr)
             if number:
-                found[checkout].append(taken)
-    ratios = [ours / theirs for ours, theirs in zip(*found.values(), strict=True)]
-    for checkout, times in found.items():
+                found[which].append(taken)
+    ratios = [ours / theirs for ours, theirs in zip(*found, strict=True)]
+    for checkout, times in zip(checkouts, found, strict=True):
         print(f"{checkout}: {statistics.median(times):.2f} s ({min(times):.2f} to {max(times):.2f})")
     print(f"ours over the other: {statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})")
     return 0
