@@ -161,6 +161,7 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
 def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     plant, schedule = flight.setup.plant, flight.setup.schedule
     setup = flight.setup._replace(has_ground=has_ground(plant), stands=stands(plant))
+    flight = flight._replace(setup=setup)
     sensing_line, sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
     link_line, linked = link.init()
     memory = PerStage(
@@ -177,7 +178,7 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     drawn = Drawn(*_drawn(flight, carry.end), sensing_line, link_line)
     topics: dict[str, NDArray[Any]] = {}
     if logging:
-        carry, blocks = _logged(flight._replace(setup=setup), engine, drawn, carry)
+        carry, blocks = _logged(flight, engine, drawn, carry)
         if blocks:
             topics = rows.split(flight.modules.stages, schedule, blocks, carry.refused)
     else:

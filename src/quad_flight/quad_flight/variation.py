@@ -42,6 +42,11 @@ class Variation:
                 near = [other for other in known if other.startswith(family.split(".")[0])] or list(known)
                 raise ParameterError(f"{name}: found no such parameter to vary, expected one of {', '.join(near)}")
             self._places[name] = known[name]
+        self._checks = [
+            (module.check, attrgetter(".".join(_path(base, role, slot))))
+            for role, slot in _PARTS
+            if hasattr(module := base.resolved[role].plugins[slot].module, "check")
+        ]
 
     def field(self, name: str) -> Field:
         """Return what parameter ``name`` admits, and its value in the base flight."""
@@ -60,10 +65,8 @@ class Variation:
             else:
                 seed = good
         check_inertia(setup.vehicle)
-        for role, slot in _PARTS:
-            module = self._base.resolved[role].plugins[slot].module
-            if hasattr(module, "check"):
-                module.check(attrgetter(".".join(_path(self._base, role, slot)))(setup))
+        for check, parameters_of in self._checks:
+            check(parameters_of(setup))
         return self._base._replace(setup=setup, seed=seed)
 
 
