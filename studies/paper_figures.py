@@ -30,7 +30,7 @@ from quad_flight_log.report.flight_figures import (
 from quad_flight_log.report.page import Page, write_page
 
 ROOT = Path(__file__).resolve().parents[1]
-GAINS = ROOT / "studies" / "study_gains"
+GAINS = ROOT / "studies" / "study_gains" / "1"
 PROPOSED, OTHER = "proposed", "IBS-ITSM"
 TUNED = "IBS-ITSM, tuned"
 CONTROLLERS: dict[str, tuple[dict[str, str], str]] = {

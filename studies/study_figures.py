@@ -1,9 +1,10 @@
-"""Figures of a study: every flight of every controller as a dot, one panel per metric."""
+"""Figures of a study: flights as dots, one panel per metric; best cost over trials; error against effort of trials."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from study_statistics import front
 
 from quad_flight_log.report.figures import Figure, Line, Panel
 
@@ -17,31 +18,66 @@ _LOGARITHMIC_FROM = 30.0  # ratio of largest to smallest
 
 
 def metric_figures(
-    flights: Any, titles: Mapping[str, str], metrics: Mapping[str, Sequence[str]], case: str, plant: str
+    flights: Any, titles: Mapping[str, str], metrics: Mapping[str, Sequence[str]], where: str
 ) -> list[Figure]:
-    """Return one figure per group of metrics for a case and plant; metrics without a number are left out.
+    """Return one figure per group of metrics; metrics without a number are left out.
 
-    ``flights``: the table of ``flights.parquet``; ``metrics``: {name: [unit, meaning]}.
+    ``flights``: rows of ``flights.parquet``, ``where`` they were flown; ``metrics``: {name: [unit, meaning]}.
     """
-    chosen = flights[(flights["case"] == case) & (flights["plant"] == plant)]
     known = {name for names in GROUPS.values() for name in names}
     groups = {**GROUPS, "other metrics": tuple(name for name in metrics if name not in known and name != "duration")}
     figures = []
     for group, names in groups.items():
-        panels = [_panel(chosen, titles, name, metrics[name][0]) for name in names if name in metrics]
+        panels = [_panel(flights, titles, name, metrics[name][0]) for name in names if name in metrics]
         panels = [panel for panel in panels if panel.lines]
         if panels:
             figures.append(
                 Figure(
-                    f"metrics-{case}-{plant}-{group.replace(' ', '-')}",
-                    f"{case}, plant {plant}: {group}",
-                    "One dot per held-out seed that was flown to its end, the same seeds for every controller.",
+                    f"metrics-{where.replace('plant ', '')}-{group}".replace(", ", "-").replace(" ", "-"),
+                    f"{where}: {group}",
+                    "One dot per held-out flight to its end, the same seeds for every controller.",
                     tuple(panels),
                     x_label="",
                     ticks=tuple(titles.values()),
                 )
             )
     return figures
+
+
+def tuning_figures(trials: Any, titles: Mapping[str, str]) -> list[Figure]:
+    """Return the best cost over trials (has the search reached a plateau?) and the fronts of error against effort.
+
+    ``trials``: the table of ``trials.parquet``. A front is of all trials of all tunings of a controller: those that no
+    other beats in both means over the training flights.
+    """
+    best, fronts = [], []
+    for name, title in titles.items():
+        own = trials[trials["controller"] == name]
+        if own.empty:
+            continue
+        table = own.pivot_table(index="number", columns="tuning", values="cost").cummin()
+        columns = (table.index.to_numpy(float), table.median(axis=1).to_numpy(float))
+        best.append(Line(title, title, columns))
+        error, effort = (own[column].to_numpy(float) for column in ("rmse", "variation"))
+        place = front(error, effort)
+        fronts.append(Line(title, title, (effort[place], 1e3 * error[place])))
+    figures = [
+        Figure(
+            "plateau",
+            "Best cost over trials",
+            "Median over the tunings; a curve that still falls at its end means a budget too small for a ranking.",
+            (Panel("best cost", tuple(best), logarithmic=True),),
+            x_label="trial",
+        ),
+        Figure(
+            "front",
+            "Error against effort",
+            "Means over the training flights of all trials that no other beats in both: no weight enters.",
+            (Panel("RMSE\n[mm]", tuple(fronts), logarithmic=True),),
+            x_label="torque variation [N m/s]",
+        ),
+    ]
+    return figures if best else []
 
 
 def _panel(chosen: Any, titles: Mapping[str, str], metric: str, unit: str) -> Panel:

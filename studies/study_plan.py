@@ -1,6 +1,8 @@
-"""The plan of a study as YAML: controllers, knobs with bounds, objective, seeds; and the gains that tuning wrote."""
+"""The plan of a study as YAML: controllers, knobs with bounds, objective, conditions, seeds; the gains it led to."""
 
-from collections.abc import Mapping
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +16,7 @@ from quad_flight.flight import Flight, flight_from_parameters
 
 Overrides = dict[str, dict[str, Value]]
 _TOP = ("name", "tuning", "study", "controllers")
-_TUNING = ("trials", "sampler_seed", "seeds", "cases", "plants", "objective")
+_TUNING = ("trials", "tunings", "seeds", "cases", "plants", "objective")
 _OBJECTIVE = ("rmse_scale", "variation_scale", "failure")
 _STUDY = ("held_out_first", "cases", "plants", "start", "resamples", "bootstrap_seed")
 _NODES = {"position_controller": "position", "attitude_controller": "attitude"}
@@ -61,16 +63,26 @@ class Objective(NamedTuple):
     failure: float
 
 
+class Condition(NamedTuple):
+    """What acts besides in a flight, {node or "/**": {parameter: value}}, for example a vehicle, noise, delay, wind."""
+
+    name: str
+    overrides: Overrides
+
+
 class Tuning(NamedTuple):
-    """Budget and flights of the tuning of each controller; every flight is flown under each of ``conditions``."""
+    """Budget and flights of each tuning of a controller; every flight is flown under each of ``conditions``.
+
+    A controller is tuned ``tunings`` times, by the sampler's seeds 1, 2, ...
+    """
 
     trials: int
-    sampler_seed: int
+    tunings: int
     seeds: tuple[int, ...]
     cases: tuple[str, ...]
     plants: tuple[str, ...]
     objective: Objective
-    conditions: tuple[Overrides, ...] = ({},)
+    conditions: tuple[Condition, ...]
 
 
 class Comparison(NamedTuple):
@@ -82,6 +94,7 @@ class Comparison(NamedTuple):
     start: str
     resamples: int
     bootstrap_seed: int
+    conditions: tuple[Condition, ...]
 
     def seeds(self, count: int) -> list[int]:
         """Return the first ``count`` held-out seeds."""
@@ -89,13 +102,14 @@ class Comparison(NamedTuple):
 
 
 class StudyPlan(NamedTuple):
-    """A whole plan, as read from ``path``."""
+    """A whole plan, as read from ``path``; ``gains``: folder of the tuned gains, next to it if not said otherwise."""
 
     path: Path
     name: str
     tuning: Tuning
     study: Comparison
     controllers: tuple[Controller, ...]
+    gains: Path
 
 
 def find_plan(name: str) -> Path:
@@ -125,16 +139,41 @@ def read_plan(path: Path) -> StudyPlan:
     return plan
 
 
-def gains_file(plan: StudyPlan, controller: str) -> Path:
-    """Return where the tuned gains of a controller stand: a ROS parameter file next to the plan."""
-    return plan.path.parent / f"{plan.path.stem}_gains" / f"{controller}.yaml"
+def only(plan: StudyPlan, names: Sequence[str]) -> StudyPlan:
+    """Return ``plan`` with only these of its controllers, all if none is named. Raises ParameterError for another."""
+    known = {controller.name: controller for controller in plan.controllers}
+    for name in names:
+        if name not in known:
+            raise ParameterError(f"--only: found {name!r}, expected one of {', '.join(known)}")
+    return plan._replace(controllers=tuple(body for name, body in known.items() if name in (names or known)))
 
 
-def tuned_overrides(plan: StudyPlan, controller: Controller) -> Overrides:
-    """Return {node: {parameter: value}} of the tuned gains; raises ParameterError if they were not tuned yet."""
-    path = gains_file(plan, controller.name)
+def plan_mark(plan: StudyPlan) -> str:
+    """Return a hash of the plan's file: what the report shows, and a commit can hold before a held-out flight."""
+    return hashlib.sha256(plan.path.read_bytes()).hexdigest()[:16]
+
+
+def tuning_mark(plan: StudyPlan, controller: Controller) -> str:
+    """Return a hash of all in the plan that decides the gains of a controller: they belong to no other plan."""
+    return hashlib.sha256(repr((plan.tuning, controller)).encode()).hexdigest()[:16]
+
+
+def gains_file(plan: StudyPlan, controller: str, tuning: int) -> Path:
+    """Return where the gains of a controller's tuning stand: a ROS parameter file."""
+    return plan.gains / str(tuning) / f"{controller}.yaml"
+
+
+def tuned_overrides(plan: StudyPlan, controller: Controller, tuning: int) -> Overrides:
+    """Return {node: {parameter: value}} of the tuned gains.
+
+    Raises ParameterError if they were not tuned yet, or from another plan than this.
+    """
+    path, mark = gains_file(plan, controller.name, tuning), tuning_mark(plan, controller)
     if not path.is_file():
         raise ParameterError(f"{path}: found no tuned gains; run: scripts/tune {plan.path}")
+    found = re.search("^# plan: (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    if found is None or found[1] != mark:
+        raise ParameterError(f"{path}: found gains of plan {found and found[1]}, expected {mark}; tune again")
     return {pattern.strip("/*"): values for pattern, values in read_parameter_file(path).items()}
 
 
@@ -157,27 +196,45 @@ def flight_of(
     return flight_from_parameters(asked)
 
 
-def read_condition(body: Any) -> Overrides:
-    """Return one entry of ``tuning.conditions``: {node: {parameter: value}}, and with ``vehicle: NAME`` its file.
+def read_conditions(place: str, body: Any) -> tuple[Condition, ...]:
+    """Return the conditions of a mapping {name: {node: {parameter: value}, vehicle: NAME, levels: [NAME, ...]}}.
 
-    Raises ParameterError for what is no mapping, or an unknown vehicle; parameters are checked with the first flight.
+    ``levels`` are those of levels.yaml. Raises ParameterError for another form or an unknown name; parameters are
+    checked with the first flight.
     """
-    if not isinstance(body, dict) or not all(
-        isinstance(values, str if node == "vehicle" else dict) for node, values in body.items()
-    ):
-        raise ParameterError("tuning.conditions: expected a list of {node: {parameter: value}, vehicle: NAME}")
-    found: Overrides = {node: dict(values) for node, values in body.items() if node != "vehicle"}
-    if "vehicle" in body:
-        of_file = read_parameter_file(configuration.find(configuration.VEHICLES, str(body["vehicle"])))
-        found["/**"] = {**of_file.get("/**", {}), **found.get("/**", {})}
+    if not isinstance(body, dict) or not body or not all(re.fullmatch(r"[\w-]+", str(name)) for name in body):
+        raise ParameterError(f"{place}: found {body!r}, expected {{name: {{node: {{parameter: value}}, ...}}}}")
+    return tuple(Condition(str(name), _condition(f"{place}.{name}", entry or {})) for name, entry in body.items())
+
+
+def _condition(place: str, entry: Any) -> Overrides:
+    kinds = {"vehicle": str, "levels": list}
+    if not isinstance(entry, dict) or not all(isinstance(each, kinds.get(key, dict)) for key, each in entry.items()):
+        raise ParameterError(f"{place}: found {entry!r}, expected node: {{...}}, vehicle: NAME, levels: [NAME, ...]")
+    parts: list[tuple[str, Any]] = []
+    if "vehicle" in entry:
+        parts += read_parameter_file(configuration.find(configuration.VEHICLES, entry["vehicle"])).items()
+    known = yaml.load((Path(__file__).with_name("levels.yaml")).read_text(encoding="utf-8"), StrictLoader)
+    for level in entry.get("levels", ()):
+        if level not in known:
+            raise ParameterError(f"{place}.levels: found {level!r}, expected one of {', '.join(known)}")
+        parts += known[level].items()
+    found: Overrides = {}
+    for node, values in parts + [(key, each) for key, each in entry.items() if key not in kinds]:
+        twice = {"timeline.events"} & found.get(node, {}).keys() & values.keys()
+        if twice:
+            raise ParameterError(f"{place}: found timeline.events twice, expected the events of one level")
+        found.setdefault(node, {}).update(values)
     return found
 
 
 def _plan(path: Path, content: Any) -> StudyPlan:
-    top = _section(content, "", _TOP)
+    top = _section(content, "", _TOP, ("parts",))
     tuning = _section(top["tuning"], "tuning", _TUNING, ("conditions",))
     objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE)
-    study = _section(top["study"], "study", _STUDY)
+    study = _section(top["study"], "study", _STUDY, ("conditions",))
+    tuned = read_conditions("tuning.conditions", tuning.get("conditions", {"nominal": {}}))
+    flown = read_conditions("study.conditions", study["conditions"]) if "conditions" in study else tuned
     if not isinstance(top["controllers"], dict) or not top["controllers"]:
         raise ParameterError("controllers: expected names with laws and knobs")
     return StudyPlan(
@@ -185,12 +242,12 @@ def _plan(path: Path, content: Any) -> StudyPlan:
         str(top["name"]),
         Tuning(
             int(tuning["trials"]),
-            int(tuning["sampler_seed"]),
+            int(tuning["tunings"]),
             tuple(map(int, tuning["seeds"])),
             tuple(tuning["cases"]),
             tuple(tuning["plants"]),
             Objective(*(float(objective[key]) for key in _OBJECTIVE)),
-            tuple(map(read_condition, tuning.get("conditions") or [{}])),
+            tuned,
         ),
         Comparison(
             int(study["held_out_first"]),
@@ -199,8 +256,10 @@ def _plan(path: Path, content: Any) -> StudyPlan:
             str(study["start"]),
             int(study["resamples"]),
             int(study["bootstrap_seed"]),
+            flown,
         ),
-        tuple(_controller(str(name), body) for name, body in top["controllers"].items()),
+        tuple(_controller(str(name), body, top.get("parts", {})) for name, body in top["controllers"].items()),
+        path.parent / f"{path.stem}_gains",
     )
 
 
@@ -215,17 +274,26 @@ def _section(content: Any, name: str, keys: tuple[str, ...], optional: tuple[str
     return content
 
 
-def _controller(name: str, body: Any) -> Controller:
+def _controller(name: str, body: Any, parts: Any) -> Controller:
     place = f"controllers.{name}"
-    found = _section(body, place, ("title", "position", "attitude", "knobs"), ("fixed",))
+    found = _section(body, place, ("title", "position", "attitude"), ("parts", "fixed", "knobs"))
     laws = {node: str(found[key]) for node, key in _NODES.items()}
     fixed: Overrides = {}
-    for node, values in (found.get("fixed") or {}).items():
-        if node not in laws:
-            raise ParameterError(f"{place}.fixed.{node}: expected one of {', '.join(laws)}")
-        fixed[node] = {_full_name(laws[node], key): value for key, value in values.items()}
-    knobs = tuple(_knob(f"{place}.knobs.{key}", str(key), laws, knob) for key, knob in found["knobs"].items())
-    return Controller(name, str(found["title"]), laws["position_controller"], laws["attitude_controller"], fixed, knobs)
+    knobs: dict[str, Knob] = {}
+    for shared in [*found.get("parts", ()), None]:
+        if shared is not None and shared not in parts:
+            raise ParameterError(f"{place}.parts: found {shared!r}, expected one of {', '.join(parts) or 'none'}")
+        there = f"{place}" if shared is None else f"parts.{shared}"
+        part = found if shared is None else _section(parts[shared], there, (), ("fixed", "knobs"))
+        for node, values in (part.get("fixed") or {}).items():
+            if node not in laws:
+                raise ParameterError(f"{there}.fixed.{node}: expected one of {', '.join(laws)}")
+            fixed.setdefault(node, {}).update({_full_name(laws[node], key): value for key, value in values.items()})
+        for key, knob in (part.get("knobs") or {}).items():
+            knobs[str(key)] = _knob(f"{there}.knobs.{key}", str(key), laws, knob)
+    return Controller(
+        name, str(found["title"]), laws["position_controller"], laws["attitude_controller"], fixed, (*knobs.values(),)
+    )
 
 
 def _knob(place: str, name: str, laws: Mapping[str, str], body: Any) -> Knob:
@@ -267,5 +335,5 @@ def _check(plan: StudyPlan) -> None:
     for controller in plan.controllers:
         for case in {*plan.tuning.cases, *plan.study.cases}:
             for plant in {*plan.tuning.plants, *plan.study.plants}:
-                for condition in plan.tuning.conditions:
-                    flight_of(controller.overrides({}), case, plant, plan.study.start, condition)
+                for condition in plan.tuning.conditions + plan.study.conditions:
+                    flight_of(controller.overrides({}), case, plant, plan.study.start, condition.overrides)

@@ -14,23 +14,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
-from study_figures import metric_figures
+from study_figures import metric_figures, tuning_figures
+from study_table import comparison_rows
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_tables
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
 
-FILES = ("study.json", "flights.parquet", "summary.parquet")
-_KEYS = ("name", "command", "cases", "plants", "seeds", "controllers", "metrics")
+FILES = ("study.json", "flights.parquet", "summary.parquet", "comparison.parquet", "trials.parquet")
+_KEYS = ("name", "command", "cases", "plants", "conditions", "seeds", "controllers", "metrics")
 
 
 class Study(NamedTuple):
-    """A study as stored: ``facts`` of study.json, tables ``flights`` and ``summary`` (pandas), runs of the examples."""
+    """A study as stored: ``facts`` of study.json, the tables of ``FILES`` (pandas), runs of the examples."""
 
     facts: dict[str, Any]
     flights: Any
     summary: Any
+    comparison: Any
+    trials: Any
     examples: tuple[Run, ...]
 
     @property
@@ -51,7 +54,7 @@ def read_study(directory: Path) -> Study:
     missing = [key for key in _KEYS if key not in facts]
     if missing:
         raise FlightLogError(f"{directory / 'study.json'}: no {', '.join(missing)} in it")
-    flights, summary = (_parquet(directory / name) for name in FILES[1:])
+    tables = [_parquet(directory / name) for name in FILES[1:]]
     titles = {name: str(about.get("title") or name) for name, about in facts["controllers"].items()}
     examples = [
         run_from_tables(title, case, _example(path))
@@ -59,7 +62,7 @@ def read_study(directory: Path) -> Study:
         for name, title in titles.items()
         if (path := directory / "examples" / f"{name}-{case}.npz").is_file()
     ]
-    return Study(facts, flights, summary, tuple(examples))
+    return Study(facts, *tables, tuple(examples))
 
 
 def study_page(study: Study, command: str) -> Page:
@@ -70,15 +73,23 @@ def study_page(study: Study, command: str) -> Page:
         ("study made by", str(facts["command"])),
         ("created", str(facts.get("created", ""))),
         ("commit", str(facts.get("commit", ""))),
+        ("plan", str(facts.get("plan", ""))),
+        ("conditions", str(facts.get("conditions_text", ""))),
         ("held-out seeds", f"{len(seeds)}: {_span(seeds)}"),
         ("training seeds", _span(facts.get("training_seeds", []))),
         ("seed rule", str(facts.get("seed_rule", ""))),
         ("objective", str(facts.get("objective", ""))),
     ]
-    body: list[Figure | str] = []
+    head, *rows = comparison_rows(facts, study.comparison)
+    body: list[Figure | str] = [
+        heading("Costs over tunings", str(facts.get("conditions_text", ""))),
+        table(head, rows),
+        *tuning_figures(study.trials, study.titles),
+    ]
     for case in facts["cases"]:
         for plant in facts["plants"]:
-            body += _results(study, case, plant)
+            for condition in facts["conditions"]:
+                body += _results(study, case, plant, condition)
         runs = [run for run in study.examples if run.trajectory == case]
         note = f"One flight per controller, the first held-out seed ({seeds[0] if seeds else 'none'})."
         if runs:
@@ -90,11 +101,17 @@ def study_page(study: Study, command: str) -> Page:
 
 def _numbers(study: Study) -> list[tuple[str, str]]:
     """Return the median RMSE of up to three controllers in the first case: what the page opens with."""
-    case, plant = study.facts["cases"][0], study.facts["plants"][0]
-    summary = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
+    case, plant, condition = (next(iter(study.facts[name])) for name in ("cases", "plants", "conditions"))
+    summary = at_place(study.summary, case, plant, condition)
     medians = summary[summary["metric"] == "position_rmse"].set_index("controller")["median"]
     shown = [(name, title) for name, title in study.titles.items() if name in medians.index][:3]
-    return [(f"{1000.0 * medians[name]:.3g} mm", f"{title}: RMSE in {case}, median") for name, title in shown]
+    about = f"RMSE in {case}, {condition}, median"
+    return [(f"{1000.0 * medians[name]:.3g} mm", f"{title}: {about}") for name, title in shown]
+
+
+def at_place(found: Any, case: str, plant: str, condition: str) -> Any:
+    """Return the rows of a table (pandas) of this case, plant and condition."""
+    return found[(found["case"] == case) & (found["plant"] == plant) & (found["condition"] == condition)]
 
 
 def write_report(directory: Path, command: str = "") -> Path:
@@ -141,35 +158,37 @@ def _controllers(study: Study) -> str:
     return table(("controller", "position law", "attitude law"), rows)
 
 
-def _results(study: Study, case: str, plant: str) -> list[Figure | str]:
-    chosen = study.summary[(study.summary["case"] == case) & (study.summary["plant"] == plant)]
-    rows = {(row["controller"], row["metric"]): row for row in chosen.to_dict("records")}
+def _results(study: Study, case: str, plant: str, condition: str) -> list[Figure | str]:
+    rows = {
+        (row["controller"], row["metric"]): row
+        for row in at_place(study.summary, case, plant, condition).to_dict("records")
+    }
+    flights = at_place(study.flights, case, plant, condition)
     first, *others = study.titles.values()
+    where = f"{case}, plant {plant}, {condition}"
     return [
-        heading(f"Results: {case}, plant {plant}"),
-        heading("Median, and 5 to 95 % of the seeds", f"Flights flown to their end: {_ended(study, case, plant)}."),
+        heading(f"Results: {where}"),
+        heading("Median, and 5 to 95 % of the flights", f"Flights flown to their end: {_ended(study, flights)}."),
         table(
             ("metric", *study.titles.values(), "unit"),
             [_row(rows, study, metric, _median) for metric in study.facts["metrics"]],
         ),
         heading(
             f"Median difference to {first} on the same seeds, and its 95 % confidence interval",
-            f"Positive: {first} has less. An interval without 0 is a difference that the seeds do not explain.",
+            f"Positive: {first} has less. An interval without 0: other seeds do not explain it; other tunings may.",
         ),
         table(
             ("metric", *others, "unit"),
             [_row(rows, study, metric, _difference, skip=1) for metric in study.facts["metrics"]],
         ),
-        *metric_figures(study.flights, study.titles, study.facts["metrics"], case, plant),
+        *metric_figures(flights, study.titles, study.facts["metrics"], where),
     ]
 
 
-def _ended(study: Study, case: str, plant: str) -> str:
-    flights = study.flights
-    chosen = flights[(flights["case"] == case) & (flights["plant"] == plant)]
+def _ended(study: Study, flights: Any) -> str:
     endings = []
     for name, title in study.titles.items():
-        outcomes = chosen.loc[chosen["controller"] == name, "outcome"]
+        outcomes = flights.loc[flights["controller"] == name, "outcome"]
         endings.append(f"{title} {int((outcomes == 'ended').sum())} of {len(outcomes)}")
     return ", ".join(endings)
 

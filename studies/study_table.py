@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from study_statistics import comparison
 from study_statistics import summary as compared
 
 RESAMPLES = 9999
@@ -27,7 +28,7 @@ def tables(directory: Path, plants: Sequence[str] = (), metrics: Sequence[str] =
     import pandas
 
     facts = json.loads((directory / "study.json").read_text(encoding="utf-8"))
-    summary = pandas.read_parquet(directory / "summary.parquet")
+    summary, costs = (pandas.read_parquet(directory / f"{name}.parquet") for name in ("summary", "comparison"))
     about = facts["controllers"]
     for chosen, known in (
         (plants, facts["plants"]),
@@ -42,13 +43,44 @@ def tables(directory: Path, plants: Sequence[str] = (), metrics: Sequence[str] =
         facts["controllers"] = {against: about[against], **about}
         flights = pandas.read_parquet(directory / "flights.parquet")
         summary = compared(flights, list(facts["controllers"]), shown, RESAMPLES, 1)
-    parts = []
+        costs = comparison(flights, list(facts["controllers"]))
+    head, *rows = comparison_rows(facts, costs)
+    lines = [_line(head), _line(["---"] * len(head)), *map(_line, rows)]
+    parts = [f"### Costs over tunings\n\n{facts['conditions_text']}\n\n" + "\n".join(lines) + "\n"]
     for plant in plants or facts["plants"]:
         for case in facts["cases"]:
-            rows = summary[(summary["case"] == case) & (summary["plant"] == plant)].to_dict("records")
-            found = {(row["controller"], row["metric"]): row for row in rows}
-            parts.append(f"### {case}, plant `{plant}`\n\n" + table(facts, found, shown))
+            for condition in facts["conditions"]:
+                here = summary[(summary["case"] == case) & (summary["plant"] == plant)]
+                rows = here[here["condition"] == condition].to_dict("records")
+                found = {(row["controller"], row["metric"]): row for row in rows}
+                parts.append(f"### {case}, plant `{plant}`, {condition}\n\n" + table(facts, found, shown))
     return "\n".join(parts)
+
+
+def comparison_rows(facts: Mapping[str, Any], costs: Any) -> list[list[str]]:
+    """Return head and rows of the table of costs, ``costs`` being comparison.parquet; bold: a difference that stands.
+
+    It stands if p after Holm's procedure is below 0.05.
+    """
+    first = next(iter(facts["controllers"].values()))["title"]
+    found = [["condition", "controller", "tunings", "cost (95 %)", f"beside {first} (95 %)", "p, Holm", "flights lost"]]
+    for row in costs.to_dict("records"):
+        cost, beside, p = f"{row['cost']:.3f}", "", ""
+        if math.isfinite(row["cost_low"]):
+            cost += f" ({row['cost_low']:.3f} to {row['cost_high']:.3f})"
+        if math.isfinite(row["ratio"]):
+            beside = f"{100.0 * (row['ratio'] - 1.0):+.1f} %"
+        if math.isfinite(row["p"]):
+            beside += f" ({100.0 * (row['ratio_low'] - 1.0):+.1f} to {100.0 * (row['ratio_high'] - 1.0):+.1f})"
+            beside = f"**{beside}**" if row["p_holm"] < 0.05 else beside
+            p = f"{row['p_holm']:.2g}"
+        title = facts["controllers"][row["controller"]]["title"]
+        found.append([row["condition"], title, str(row["tunings"]), cost, beside, p, str(row["lost"])])
+    return found
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
 
 
 def table(facts: Mapping[str, Any], found: Mapping[Any, Mapping[str, Any]], metrics: Sequence[str]) -> str:

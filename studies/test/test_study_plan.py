@@ -1,5 +1,7 @@
 """The plan of a study: what is read, what is refused, and that the shipped one holds together."""
 
+from pathlib import Path
+
 import pytest
 import study_plan
 import yaml
@@ -16,7 +18,7 @@ def content():
     return {
         "name": "small",
         "tuning": {
-            "trials": 4, "sampler_seed": 1, "seeds": [1, 2], "cases": ["case1"], "plants": ["rigid_body"],
+            "trials": 4, "tunings": 1, "seeds": [1, 2], "cases": ["case1"], "plants": ["rigid_body"],
             "objective": {"rmse_scale": 0.01, "variation_scale": 2.0, "failure": 100.0},
         },
         "study": {
@@ -88,7 +90,25 @@ def test_a_plan_that_is_not_there_is_refused(tmp_path):
         study_plan.find_plan("nothing")
     plan = read(tmp_path, content())
     with pytest.raises(ParameterError, match="no tuned gains"):
-        study_plan.tuned_overrides(plan, plan.controllers[0])
+        study_plan.tuned_overrides(plan, plan.controllers[0], 1)
+
+
+def test_gains_of_another_plan_are_refused(tmp_path):
+    plan = read(tmp_path, content())
+    (mine,) = plan.controllers
+    path = study_plan.gains_file(plan, "mine", 1)
+    path.parent.mkdir(parents=True)
+    gains = "position_controller:\n  ros__parameters: {law: pid}\n"
+    path.write_text(f"# plan: {study_plan.tuning_mark(plan, mine)}\n{gains}")
+    assert study_plan.tuned_overrides(plan, mine, 1) == {"position_controller": {"law": "pid"}}
+    wider = content()
+    wider["tuning"]["trials"] = 5
+    other = read(tmp_path, wider)
+    with pytest.raises(ParameterError, match=r"found gains of plan .*, expected .*; tune again"):
+        study_plan.tuned_overrides(other, other.controllers[0], 1)
+    path.write_text(gains)
+    with pytest.raises(ParameterError, match="found gains of plan None"):
+        study_plan.tuned_overrides(plan, mine, 1)
 
 
 def test_the_shipped_plan_and_gains_fly_what_they_say():
@@ -98,7 +118,7 @@ def test_the_shipped_plan_and_gains_fly_what_they_say():
     assert not set(plan.study.seeds(50)) & set(plan.tuning.seeds)
     limits = set()
     for controller in plan.controllers:
-        gains = study_plan.tuned_overrides(plan, controller)
+        gains = study_plan.tuned_overrides(plan, controller, 1)
         flight = study_plan.flight_of(gains, "case1", "rigid_body")
         assert flight.resolved["position_controller"].node.law == controller.position
         assert flight.resolved["attitude_controller"].node.law == controller.attitude
@@ -109,34 +129,76 @@ def test_the_shipped_plan_and_gains_fly_what_they_say():
     assert len(limits) == 1
 
 
+@pytest.mark.parametrize("name", ["real_x500", "real_paper", "real_crazyflie21"])
+def test_shipped_plans_are_read(name):
+    plan = study_plan.read_plan(Path(study_plan.__file__).with_name(f"{name}.yaml"))
+    assert plan.study.conditions == plan.tuning.conditions
+    for controller in plan.controllers if plan.gains.is_dir() else ():
+        for tuning in range(1, plan.tuning.tunings + 1):
+            study_plan.tuned_overrides(plan, controller, tuning)
+
+
+def test_parts_are_shared_and_a_controller_wins(tmp_path):
+    asked = content()
+    mine = asked["controllers"]["mine"]
+    shared = {"fixed": {"attitude_controller": {"switching": "sign", "torque.roll": 2.0}}, "knobs": mine["knobs"]}
+    asked["parts"] = {"shared": shared}
+    mine |= {"parts": ["shared"], "knobs": {"p": {**mine["knobs"]["p"], "high": 3.0}}}
+    (found,) = read(tmp_path, asked).controllers
+    assert [(knob.name, knob.high) for knob in found.knobs] == [("p", 3.0), ("k", 1.0)]
+    assert found.fixed["attitude_controller"] == {"itsm.switching": "layer", "itsm.torque.roll": 2.0}
+    mine["parts"] = ["kite"]
+    with pytest.raises(ParameterError, match=r"mine.parts: found 'kite', expected one of shared"):
+        read(tmp_path, asked)
+
+
 def test_conditions_act_in_every_flight_and_a_controller_wins(tmp_path):
     asked = content()
-    asked["tuning"]["conditions"] = [
-        {"simulator": {"sensor.delay": 0.02}, "vehicle": "x500", "/**": {"vehicle.rotor_time_constant": 0.03}},
-        {"attitude_controller": {"itsm.torque.roll": 2.0, "itsm.switching": "sign"}},
-    ]
+    asked["tuning"]["conditions"] = {
+        "late": {"levels": ["delay", "lag"], "vehicle": "x500", "simulator": {"rigid_body.mass_error": 0.1}},
+        "rough": {"attitude_controller": {"itsm.torque.roll": 2.0, "itsm.switching": "sign"}, "levels": ["step"]},
+    }
     asked["controllers"]["mine"]["fixed"]["position_controller"] = {"prediction.enabled": True}
     asked["controllers"]["mine"]["knobs"]["s"] = {
         "node": "position_controller", "parameters": ["prediction.smoothing"], "low": 1.0, "high": 30.0,
     }  # fmt: skip
     plan = read(tmp_path, asked)
     (mine,) = plan.controllers
-    flights = [
-        study_plan.flight_of(mine.overrides({"s": 7.0}), "case1", "rigid_body", condition=condition)
+    late, rough = (
+        study_plan.flight_of(mine.overrides({"s": 7.0}), "case1", "rigid_body", condition=condition.overrides).setup
         for condition in plan.tuning.conditions
-    ]
-    assert flights[0].setup.sensing.delay == 0.02
-    assert flights[0].setup.vehicle.mass == 2.064
-    assert flights[0].setup.vehicle.rotor_time_constant == 0.03
-    assert flights[0].setup.stages.position_controller.prediction.smoothing == 7.0
-    assert flights[1].setup.vehicle.mass == 0.56
-    assert flights[1].setup.stages.attitude_controller.torque.roll == 2.0
-    assert flights[1].setup.stages.attitude_controller.switching == 1
+    )
+    assert (late.sensing.delay, late.plant.mass_error) == (0.02, 0.1)
+    assert (late.vehicle.mass, late.vehicle.rotor_time_constant) == (2.064, 0.03)
+    assert late.stages.position_controller.prediction.smoothing == 7.0
+    assert rough.vehicle.mass == 0.56
+    assert rough.disturbance.events == "push start=20 force=2,0,0"
+    assert rough.stages.attitude_controller.torque.roll == 2.0
+    assert rough.stages.attitude_controller.switching == 1
 
 
-@pytest.mark.parametrize("wrong", [[3], [{"simulator": 4}], [{"vehicle": "none such"}], [{"nobody": {"a": 1}}]])
-def test_wrong_conditions_are_refused(tmp_path, wrong):
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        [], {}, {"a b": {}}, {"a": {"simulator": 4}}, {"a": {"vehicle": "none such"}}, {"a": {"nobody": {"a": 1}}},
+        {"a": {"levels": ["flood"]}}, {"a": {"levels": ["step", "payload"]}},
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("part", ["tuning", "study"])
+def test_wrong_conditions_are_refused(tmp_path, part, wrong):
     asked = content()
-    asked["tuning"]["conditions"] = wrong
+    asked[part]["conditions"] = wrong
     with pytest.raises(ParameterError, match="small"):
         read(tmp_path, asked)
+
+
+def test_every_level_flies(tmp_path):
+    levels = yaml.safe_load(Path(study_plan.__file__).with_name("levels.yaml").read_text())
+    asked = content()
+    asked["study"]["conditions"] = {name: {"levels": [name], "vehicle": "x500"} for name in levels}
+    plan = read(tmp_path, asked)
+    flights = {
+        name: study_plan.flight_of(plan.controllers[0].overrides({}), "hover", "rigid_body", condition=overrides)
+        for name, overrides in plan.study.conditions
+    }
+    assert len({str((flight.setup, flight.modules)) for flight in flights.values()}) == len(levels)

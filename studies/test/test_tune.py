@@ -2,12 +2,13 @@
 
 import csv
 import io
+import math
 
 import pytest
 import tune as tuning_module
-from study_plan import Objective
+from study_plan import Objective, gains_file, tuned_overrides
 from test_study_plan import content, read
-from tune import defaults, flight_cost, main, parameter_file, trial_table, tune
+from tune import Cost, defaults, flight_cost, main, tune
 
 from quad_core import plugins
 from quad_flight.flight import Result, flight_from_files
@@ -26,13 +27,14 @@ def result(outcome="ended", steps=5000, squared=4e-4 * 800, variation=24.0):
 
 def test_cost_of_a_flight_by_hand():
     # RMSE 0.02 m over 0.01 m; 24 N m in 8 s over 2 N m/s
-    assert flight_cost(result(), OBJECTIVE, PERIOD) == pytest.approx(2.0 + 1.5)
+    assert flight_cost(result(), OBJECTIVE, PERIOD) == pytest.approx((2.0 + 1.5, 0.02, 3.0))
 
 
 def test_a_flight_that_ends_early_costs_more_the_earlier():
-    late, early = (flight_cost(result("diverged", steps), OBJECTIVE, PERIOD) for steps in (4000, 1000))
+    late, early = (flight_cost(result("diverged", steps), OBJECTIVE, PERIOD).cost for steps in (4000, 1000))
     assert (late, early) == (pytest.approx(120.0), pytest.approx(180.0))
-    assert flight_cost(result("refused", 5000), OBJECTIVE, PERIOD) == pytest.approx(100.0)
+    refused = flight_cost(result("refused", 5000), OBJECTIVE, PERIOD)
+    assert (refused.cost, math.isnan(refused.rmse)) == (pytest.approx(100.0), True)
 
 
 @pytest.fixture
@@ -42,7 +44,8 @@ def bowl(monkeypatch):
 
     def cost(controller, values, tuning, threads=2):
         calls.append(dict(values))
-        return (values["p"] - 3.0) ** 2 + 10.0 * (values["k"] - 0.6) ** 2
+        found = (values["p"] - 3.0) ** 2 + 10.0 * (values["k"] - 0.6) ** 2
+        return Cost(found, 0.01 * found, float("nan"))
 
     monkeypatch.setattr(tuning_module, "cost", cost)
     return calls
@@ -51,7 +54,7 @@ def bowl(monkeypatch):
 def test_search_begins_with_the_defaults_and_finds_the_bowl(tmp_path, bowl):
     plan = read(tmp_path, content())
     (mine,) = plan.controllers
-    tuned = tune(mine, plan.tuning._replace(trials=60))
+    tuned = tune(mine, plan.tuning._replace(trials=60), 1, tmp_path / "journal")
     assert bowl[0] == defaults(mine) == {"p": 2.5, "k": 0.7}
     assert len(tuned.trials) == 60
     assert tuned.best.cost == min(trial.cost for trial in tuned.trials) < 0.02
@@ -61,49 +64,53 @@ def test_search_begins_with_the_defaults_and_finds_the_bowl(tmp_path, bowl):
 def test_a_stopped_tuning_goes_on_as_if_it_had_not_been(tmp_path, bowl):
     plan = read(tmp_path, content())
     (mine,) = plan.controllers
-    whole = tune(mine, plan.tuning._replace(trials=30))
-    storage = tmp_path / "journal.log"
-    tune(mine, plan.tuning._replace(trials=23), storage)
+    whole = tune(mine, plan.tuning._replace(trials=30), 1, tmp_path / "whole")
+    tune(mine, plan.tuning._replace(trials=23), 1, tmp_path / "stopped")
     bowl.clear()
-    again = tune(mine, plan.tuning._replace(trials=30), storage)
+    again = tune(mine, plan.tuning._replace(trials=30), 1, tmp_path / "stopped")
     assert len(bowl) == 7
-    assert again.trials == whole.trials
+    assert [trial[:3] for trial in again.trials] == [trial[:3] for trial in whole.trials]
+    assert again.trials[29].rmse == pytest.approx(0.01 * again.trials[29].cost)
 
 
 def test_gains_are_a_parameter_file_of_the_nodes(tmp_path, bowl, capsys):
-    read(tmp_path, content())
-    out = tmp_path / "gains"
-    assert main([str(tmp_path / "small.yaml"), "--out", str(out), "--trials", "8"]) == 0
-    flight = flight_from_files([out / "mine.yaml"])
-    with (out / "mine.csv").open() as table:
-        rows = list(csv.DictReader(table))
+    asked = content()
+    asked["tuning"] |= {"trials": 8, "tunings": 2}
+    plan = read(tmp_path, asked)
+    assert main([str(plan.path)]) == 0
+    path = gains_file(plan, "mine", 1)
+    flight = flight_from_files([path])
+    rows = list(csv.DictReader(io.StringIO(path.with_suffix(".csv").read_text())))
     best = min(rows, key=lambda row: float(row["cost"]))
-    assert len(rows) == 8
+    assert list(rows[0]) == ["number", "cost", "rmse", "variation", "p", "k"]
+    assert [row["number"] for row in rows] == [str(number) for number in range(8)]
     assert flight.setup.stages.position_controller.xy.position == flight.setup.stages.position_controller.z.position
     assert flight.setup.stages.position_controller.z.position == pytest.approx(float(best["p"]), rel=1e-5)
     assert flight.setup.stages.attitude_controller.roll.exponent == pytest.approx(float(best["k"]), rel=1e-5)
-    text = (out / "mine.yaml").read_text()
+    text = path.read_text()
     assert "best of 8 trials" in text
     assert "in [1.0, 4.0]" in text
+    assert "under nominal; sampler TPE, seed 1\n" in text
     assert "mine: cost" in capsys.readouterr().out
+    assert bowl[0] == bowl[8] == defaults(plan.controllers[0])
+    assert bowl[1:8] != bowl[9:16]  # another tuning searches elsewhere
+    assert {each.name for each in path.parent.iterdir()} == {"mine.yaml", "mine.csv"}
 
 
-def test_the_table_holds_every_trial(tmp_path, bowl):
+def test_a_tuning_that_is_there_is_not_made_again(tmp_path, bowl, capsys):
     plan = read(tmp_path, content())
-    tuned = tune(plan.controllers[0], plan.tuning._replace(trials=3))
-    rows = list(csv.reader(io.StringIO(trial_table(tuned))))
-    assert rows[0] == ["number", "cost", "p", "k"]
-    assert [row[0] for row in rows[1:]] == ["0", "1", "2"]
-    assert parameter_file(tuned, plan).startswith("# Mine: gains from")
-
-
-def test_another_sampler_seed_searches_elsewhere_and_is_recorded(tmp_path, bowl):
-    plan = read(tmp_path, content())
-    for seed in ("5", "6"):
-        assert main([str(plan.path), "--trials", "4", "--sampler-seed", seed, "--out", str(tmp_path / seed)]) == 0
-        assert f"sampler TPE, seed {seed}\n" in (tmp_path / seed / "mine.yaml").read_text()
-    assert bowl[0] == bowl[4] == defaults(plan.controllers[0])
-    assert bowl[1:4] != bowl[5:8]
+    elsewhere = tmp_path / "elsewhere"
+    for _ in range(2):
+        assert main([str(plan.path), "--gains", str(elsewhere), "--tuning", "3"]) == 0
+    assert len(bowl) == plan.tuning.trials
+    assert (
+        tuned_overrides(plan._replace(gains=elsewhere), plan.controllers[0], 3)["position_controller"]["law"] == "pid"
+    )
+    changed = content()
+    changed["tuning"]["trials"] = 5
+    read(tmp_path, changed)
+    assert main([str(plan.path), "--gains", str(elsewhere), "--tuning", "3"]) == 2
+    assert "tune again" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["nothing"], ["paper", "--only", "kite"]])

@@ -17,14 +17,14 @@ ROUNDS = {
     "law_prediction": [f"law_prediction.py {what}" for what in ("ages", "methods", "noise")],
     "law_real": ["law_real.py paper --preset paper_real --seeds 1"],
     "law_stability": [f"law_stability.py {what} --seeds 1" for what in ("rates", "integral", "adaptation", "surface")],
-    "law_tunings": ["law_tunings.py studies/real_x500.yaml --seeds 1"],
+    "nanodrone": ["nanodrone.py .cache/nanodrone"],
     "plant_step": ["plant_step.py 1"],
     "tuned_gains": ["tuned_gains.py 2"],
 }
 """{bench: its smallest rounds}; those of ``run.py`` by their name there."""
 PARTS = {"run", "relay", "peer_crazyflow", "peer_mujoco", "peer_nmpc", "peer_rotorpy", "peer_rotorpy_batched"}
 """Programs that benches start."""
-NEEDS = {"peers": ROOT / ".cache" / "peers"}
+NEEDS = {name: ROOT / ".cache" / name for name in ("peers", "nanodrone")}
 """What is made on demand and may take long: without it the bench is left out, by name."""
 LONGEST = 900.0  # s
 
