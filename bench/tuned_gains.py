@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 from study_plan import find_plan, gains_file, read_plan
 
 PLAN = read_plan(find_plan("paper"))
-GAINS = gains_file(PLAN, "proposed")
+GAINS = gains_file(PLAN, "proposed", 1)
 
 OBJECTIVE = PLAN.tuning.objective
 _SEEDS = {"flight.seed": Distribution("uniform", (1000, 2**31 - 1), None)}  # tuned on 1, 2, 3
