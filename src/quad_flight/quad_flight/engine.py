@@ -4,12 +4,14 @@ import hashlib
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from enum import IntEnum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from threading import Lock
+from threading import Event, Lock, Thread
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
@@ -20,6 +22,8 @@ from quad_dynamics.plant_side import side_functions
 from quad_flight import loop, rows, stages
 
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
+_BEGUN: set[Hashable] = set()
+_SIGN_EVERY = 10.0  # s
 
 
 class EngineError(RuntimeError):
@@ -78,6 +82,27 @@ def _compiled_engine(modules: Modules) -> Engine:
         names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
         sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
     return Engine(*(_cached(compiled(function), directory) for function in python_engine(modules)))
+
+
+@contextmanager
+def signs_of_life(key: Hashable) -> Iterator[None]:
+    """Say on stderr how long it has taken, as long as the first of all that is done under ``key`` goes on."""
+    if key in _BEGUN:
+        yield
+        return
+    _BEGUN.add(key)
+    done, began = Event(), time.monotonic()
+
+    def tell() -> None:
+        while not done.wait(_SIGN_EVERY):
+            sys.stderr.write(f"\rcompiling the flight: {time.monotonic() - began:.0f} s so far\n")
+            sys.stderr.flush()
+
+    Thread(target=tell, daemon=True).start()
+    try:
+        yield
+    finally:
+        done.set()
 
 
 def explain(modules: Modules, error: Exception) -> EngineError:

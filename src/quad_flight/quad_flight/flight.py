@@ -16,7 +16,7 @@ from quad_core.resolution import Resolved, check_agreement, resolve
 from quad_dynamics import link
 from quad_dynamics.plant_side import Drawn
 from quad_flight import loop, rows
-from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine
+from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
 from quad_flight.loop import NOTHING_SCORED, Carry, Schedule, Score, Setup, Start
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
@@ -153,7 +153,8 @@ def fly(flight: Flight, *, compiled: bool = False, logging: bool = True) -> Resu
         raise EngineError("compiled flights need Numba, which is not installed (requirements/extras.txt)") from error
 
     try:
-        return _fly(flight, compiled_engine(flight.modules), logging)
+        with signs_of_life((flight.modules, logging)):
+            return _fly(flight, compiled_engine(flight.modules), logging)
     except (NumbaError, TypeError) as error:
         raise explain(flight.modules, error) from error
 

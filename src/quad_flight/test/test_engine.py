@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+import time
 from enum import IntEnum
 
 import pytest
@@ -104,3 +105,19 @@ def test_a_constant_an_enum_and_what_a_closure_holds_count(monkeypatch):
     turned = lines(1.0)
     monkeypatch.undo()
     assert len({before, other, turned, lines(2.0)}) == 4
+
+
+def test_a_long_first_flight_shows_signs_of_life(monkeypatch, capsys):
+    monkeypatch.setattr(engine, "_SIGN_EVERY", 0.01)
+    with engine.signs_of_life("first of the test"):
+        deadline = time.monotonic() + 60.0
+        said = ""
+        while said.count("s so far\n") < 2 and time.monotonic() < deadline:
+            time.sleep(0.01)
+            said += capsys.readouterr().err
+    assert said.startswith("\rcompiling the flight: 0 s so far\n")
+    time.sleep(0.05)
+    capsys.readouterr()  # a line may have been on its way
+    with engine.signs_of_life("first of the test"):
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
