@@ -38,7 +38,6 @@ LOW = ("--set", "trajectory.hover.position.z=0.8")
 """A hover from which a landing takes little time."""
 AT_ONCE = ("--start", "printed", "--limits", "position_rmse=9")
 """Without the 3 s that bring the vehicle to its reference."""
-STANDBY = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm", "--set", "flight.standby=true")
 _FLYING_BYTES = 200_000
 
 ROLES = {role: kind.package for role, kind in cascade.ROLES.items()}

@@ -6,7 +6,7 @@ import socket
 from pathlib import Path
 
 import pytest
-from flying import STANDBY, domain_of, finish, run_id_of, start, wait_until, wait_until_flying
+from flying import domain_of, finish, run_id_of, start, wait_until, wait_until_flying
 from sockets import GROUP, LOOPBACK, udp_addresses
 
 from quad_flight_log.bag.reader import open_flight
@@ -14,13 +14,14 @@ from quad_node.watch import FlightWatch
 
 pytestmark = pytest.mark.flight
 
+SHADOWS = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm")
 QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
 
 
 @pytest.mark.parametrize(
     "clock",
     [
-        pytest.param(("--realtime", "--duration", "5", *STANDBY), id="real", marks=pytest.mark.wall_clock),
+        pytest.param(("--realtime", "--duration", "5", *SHADOWS), id="real", marks=pytest.mark.wall_clock),
         pytest.param(("--duration", "4"), id="lockstep"),
     ],
 )

@@ -97,6 +97,18 @@ esac
     assert (flight.returncode, said.splitlines()[-1]) == (1, "fly: interrupted before the flight")
 
 
+def test_a_package_that_lost_a_message_is_told_from_one_that_changed(checkout):
+    script = (checkout / "scripts/setup").read_text(encoding="utf-8")
+    function = script[script.index("packages_with_losses() {") : script.index("# What sourcing install/")]
+    (checkout / "install").mkdir()
+    (checkout / "install/.quad").write_text("1  src/some/msg/Some.msg\n2  src/some/setup.py\n3  src/other/setup.py\n")
+    kept = "1  src/some/msg/Some.msg\n4  src/some/setup.py\n"
+    for build, lost in ((f"{kept}3  src/other/setup.py", []), (kept, ["other"]), ("3  src/other/setup.py", ["some"])):
+        script = f"cd {checkout}; build=$0; {function}\npackages_with_losses >&2"
+        _, said, _ = run(["bash", "-c", script, build])
+        assert said.split() == lost
+
+
 def test_a_copied_environment_is_told_from_one_made_here(checkout, tmp_path):
     """A copy runs, but the first line of its pip names the place that it was copied from."""
     made = tmp_path / "made"

@@ -186,7 +186,6 @@ def services_page() -> str:
     """Return docs/reference/services_and_events.md."""
     asks = "asks for {}; refused where the mode does not allow it"
     calls = [[f"`{one.name.lower()}`", "commander", asks.format(one.name)] for one in SERVICES]
-    calls.append(["`CONTROLLER/take_over`", "a controller with a standby", "that controller flies from now on"])
     services = rows(["service", "node", "what it does"], calls)
     events = rows(["kind", "severity", "package", "what it means"], event_rows())
     return "\n".join([SERVICES_HEAD, services, EVENTS_HEAD, events])

@@ -2,7 +2,7 @@
 
 Subscribes: state (VehicleState), attitude_setpoint (AttitudeThrust), actuation (Actuation).
 Publishes: wrench_setpoint (WrenchStamped), attitude_controller/internals (AttitudeInternals).
-A standby also has flight/takeover; topics that every node has: ``quad_node.flight_node``.
+Topics that every node has: ``quad_node.flight_node``.
 """
 
 import sys

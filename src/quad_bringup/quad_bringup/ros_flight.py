@@ -13,7 +13,7 @@ from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
-from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR, spared
+from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR
 from quad_core.cycle import seconds
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
@@ -75,7 +75,7 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
         _start(processes, flight, logs / "parameters.yaml")
         # after the nodes, which take longer to start than it does
         watch = _watch(flight, domain)
-        supervisor = Supervisor(processes, watch, patience, interrupted, _spared(flight))
+        supervisor = Supervisor(processes, watch, patience, interrupted)
         outcome = supervisor.run(partial(_show, progress, watch))
     finally:
         progress.close()
@@ -103,10 +103,6 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
     except RuntimeError as error:  # rclpy's own
         problem = " ".join(str(error).split())
         raise ParameterError(f"ROS 2 cannot start in domain {domain}: {problem}") from error
-
-
-def _spared(flight: Planned) -> tuple[str, ...]:
-    return spared(flight.nodes, flight.nodes[SIMULATOR].flight.standby)
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
@@ -148,12 +144,12 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
-    problems = problems or [end for role, end in ends.items() if role not in (*_spared(flight), *outcome.late)]
+    problems = problems or [end for role, end in ends.items() if role not in (*SHADOWS, *outcome.late)]
     if early and seen is not None and is_over(seen):
         until = seconds(stamp_ns(seen.stamp), 1)
         problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
     lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
-    lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(_spared(flight))]
+    lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(SHADOWS)]
     for line in (*lines, *problems):
         complain(f"{flight.name}: {line}")
     for role, code in processes.codes.items():

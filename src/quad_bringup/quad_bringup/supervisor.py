@@ -2,7 +2,7 @@
 
 import signal
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import NamedTuple
@@ -125,11 +125,10 @@ class Supervisor:
         watch: FlightWatch,
         patience: Patience,
         interrupted: Interrupts,
-        spared: Collection[str] = SHADOWS,
     ) -> None:
-        """Begin with what was started; ``spared``: roles without which the flight goes on."""
+        """Begin with what was started."""
         self._processes, self._watch, self._patience = processes, watch, patience
-        self._interrupted, self._spared = interrupted, spared
+        self._interrupted = interrupted
         self.state: FlightState | None = None
         self.cause = self._early = ""
         self.late: tuple[str, ...] = ()
@@ -153,7 +152,7 @@ class Supervisor:
         for role in ended.keys() & {RECORDER, *SHADOWS}:  # at once: in lockstep the plant waits for the recorder
             if ended[role]:  # and the recorder for the shadows
                 self._watch.report_failure(role, describe_exit(ended[role]))
-        if any(code for role, code in ended.items() if role not in self._spared):
+        if any(code for role, code in ended.items() if role not in SHADOWS):
             # The end of the flight may have been published, but not received here yet.
             self.state = self._watch.poll(_LAST_NEWS)
         # first: a terminal's Ctrl-C goes to all processes, and a process that ends by it is not the cause
@@ -205,7 +204,7 @@ class Supervisor:
 
     def _on_exit(self, role: str, code: int) -> None:
         exited = f"{role} {describe_exit(code)}"
-        if self.cause or role in self._spared:
+        if self.cause or role in SHADOWS:
             if code < 0 and -code not in ending():
                 complain(exited)
         elif role == RECORDER and self._patience.commanded and self._phase == FLYING and code != 0:

@@ -299,5 +299,5 @@ def test_a_killed_shadow_and_a_recorder_killed_after_it_are_reported_at_once(mon
     flight, when = Flight([*killed, over], monkeypatch), []
     flight.alive.add(shadow)
     monkeypatch.setattr(flight, "report_failure", lambda role, _: when.append((role, flight.now)))
-    Supervisor(flight, flight, PATIENCE, flight, (shadow,)).run(lambda _: None)
+    Supervisor(flight, flight, PATIENCE, flight).run(lambda _: None)
     assert when == [(shadow, pytest.approx(2.0)), ("recorder", pytest.approx(2.2))]

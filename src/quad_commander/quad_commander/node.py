@@ -228,7 +228,7 @@ class Commander(Responder):
         if self._since_check < _CHECKS_EVERY:
             return None
         self._since_check = 0.0
-        unmatched = links.missing(self.ros, (), self._in, self.standby_topics)
+        unmatched = links.missing(self.ros, (), self._in)
         return self._preflight.refusals(sample, self.states_seen, unmatched, self._charge, self._autopilot)
 
     def _guard_said(self, arrival: Stamped | None) -> GuardStatus:

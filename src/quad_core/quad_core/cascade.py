@@ -9,7 +9,7 @@ the loop without ROS, the log, the replay and the processes of ``fly``. Rows com
 ``quad_core.roles``, and stand in the order of the data flow; what the last row gives is what the vehicle follows.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from quad_core import plugins, roles
@@ -82,12 +82,6 @@ OWNERS = roles.registered(roles.VEHICLES, VehicleInterface)
 
 SHADOW = "shadow_"
 SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}
-"""Second controllers that answer in parallel to the flying ones: recorded, but not used."""
-
-
-def spared(roles: Collection[str], standby: bool) -> tuple[str, ...]:
-    """Return the roles without which a flight of ``roles`` goes on: shadows, in ``standby`` what they stand in for."""
-    return (*SHADOWS, *(stage.role for stage in STAGES if standby and SHADOW + stage.role in roles))
-
+"""Second controllers that answer in parallel to the flying ones: recorded, but not used. A flight goes on without."""
 
 ALL_ROLES: Mapping[str, Role | VehicleInterface] = {**ROLES, **GUESTS, **OWNERS, **SHADOWS}

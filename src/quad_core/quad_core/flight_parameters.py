@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.cascade import ROLES
-from quad_core.parameters import Choice, Flag, Real, Text, Whole
+from quad_core.parameters import Choice, Real, Text, Whole
 
 LOCKSTEP = 0
 REALTIME = 1
@@ -29,5 +29,3 @@ class FlightParameters(NamedTuple):
     realtime_priority: Annotated[
         int, Whole("", "real time: SCHED_FIFO priority of plant and controllers if permitted; 0: none", 0, 99)
     ] = 40
-    standby: Annotated[bool, Flag("a shadow controller takes over from a silent one, or on request")] = False
-    takeover_age: Annotated[float, Real("s", "age of an answer above which the standby takes over", 0.001, 10.0)] = 0.02

@@ -81,20 +81,6 @@ def test_a_change_in_flight_is_replayed_from_its_step_on(flown, tmp_path):
     assert min(item.first_step for item in found.differences() if item.differing) == 100
 
 
-def test_where_another_controller_flew_the_comparison_ends(flown, tmp_path):
-    said = flight_samples.message("quad_msgs/msg/Takeover", role="shadow_attitude_controller", run_id="test", step=300)
-    messages = [(f"/{topic.lstrip('/')}", copy.deepcopy(sample)) for topic, sample in flown.messages]
-    for topic, sample in messages:
-        if topic == "/wrench_setpoint" and sample.header.stamp.nanosec >= 300 * 2_000_000:
-            sample.wrench.force.z += 1.0
-    path = flight_samples.write_bag(tmp_path / "bag", [*messages, ("/flight/takeover", said)])
-    found = replay(open_flight(path), "attitude_controller")
-    assert found.equal
-    assert found.steps[-1] == 299
-    assert found.notes == ["shadow_attitude_controller flew from step 300 on: compared up to there"]
-    assert replay(open_flight(path), "position_controller").steps[-1] > 300
-
-
 def test_what_a_process_says_that_was_started_again_is_no_change_in_flight(flown, tmp_path):
     assert recorded_parameters(said_later(flown, tmp_path, step=0))["attitude_controller"].changes == ()
 

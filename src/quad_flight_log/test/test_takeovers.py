@@ -1,10 +1,10 @@
-"""What the log makes of a flight that the guard, or another controller, took over."""
+"""What the log makes of a flight that the guard took over."""
 
 import numpy as np
 import pytest
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Takeover, fliers, takeovers
+from quad_flight_log.analysis.takeovers import Takeover, takeovers
 
 pytestmark = pytest.mark.unit
 
@@ -58,18 +58,3 @@ def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
 def test_a_guard_that_names_no_run_or_another_is_nobody_s(run_id, counts):
     bag = guarded(PASSES, LOST, run_id=np.array(["ours", run_id], object))
     assert bool(takeovers(bag)) == counts
-
-
-MAIN, SHADOW = "attitude_controller", "shadow_attitude_controller"
-
-
-def test_a_replaced_controller_may_fly_again_and_a_repetition_is_none():
-    rows = [
-        (1000, SHADOW),
-        (1000, SHADOW),
-        (2500, "shadow_position_controller"),
-        (3000, MAIN),
-        (2000, SHADOW),  # the highest step counts
-    ]
-    bag = Bag({"flight/takeover": np.array(rows, [("step", "u8"), ("role", "O")])})
-    assert fliers(bag, MAIN) == {0: MAIN, 1000: SHADOW, 3000: MAIN}

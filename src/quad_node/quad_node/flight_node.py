@@ -21,7 +21,7 @@ from rclpy.timer import Timer
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.parameter_files import dump_yaml
-from quad_core.parameters import ParameterError, Value
+from quad_core.parameters import Value
 from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
 from quad_node import links, parameters, topics
@@ -74,12 +74,6 @@ class FlightNode:
         self._last_reported: dict[str, float] = {}
         self._out: list[tuple[Publisher, int, str]] = []
         self._in: dict[str, tuple[Subscription, str]] = {}
-        if self.flight.standby and self.lockstep:
-            raise ParameterError(
-                "flight.standby: found true with flight.mode lockstep, expected realtime: in lockstep the plant waits "
-                "for a controller that does not answer, and the guard lands"
-            )
-        self.standby_topics = topics.with_standby(self.roles) if self.flight.standby else {}
         self._detail = ""
         self._status_out = self.publisher("flight/nodes", match=False)
         self._events_out = self.publisher("flight/events", match=False)
@@ -96,12 +90,12 @@ class FlightNode:
         """Call ``callback`` every ``period`` s of the steady clock until the timer is cancelled."""
         return self.ros.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def publisher(self, topic: str, match: bool = True, flown: bool = False) -> Publisher:
-        """Return a publisher of a topic, a shadow's own unless ``flown``; READY waits for subscribers if ``match``."""
-        aside = self.shadow and topics.TOPICS[topic].step and not flown
+    def publisher(self, topic: str, match: bool = True) -> Publisher:
+        """Return a publisher of a topic, of a shadow's own for an answer; READY waits for subscribers if ``match``."""
+        aside = self.shadow and topics.TOPICS[topic].step
         entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
         publisher = self.ros.create_publisher(entry.type, entry.wire, entry.qos(entry.history(self.lockstep)))
-        readers = [*entry.subscribers_of(self.roles), *self.standby_topics.get(entry.name, ())] if match else []
+        readers = entry.subscribers_of(self.roles) if match else []
         self._out.append((publisher, len(readers), ", ".join(readers)))
         return publisher
 
@@ -142,7 +136,7 @@ class FlightNode:
     @property
     def in_background(self) -> bool:
         """Whether no other node waits for this one at every step."""
-        return (self.shadow and not self.flight.standby) or self.role == RECORDER
+        return self.shadow or self.role == RECORDER
 
     def introduce(self, seen_by: str) -> None:
         """Print role, run, clock and ``seen_by``, the line on visibility."""
@@ -270,7 +264,7 @@ class FlightNode:
 
     def missing_links(self) -> list[str]:
         """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return links.missing(self.ros, self._out, self._in, self.standby_topics)
+        return links.missing(self.ros, self._out, self._in)
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
@@ -315,7 +309,7 @@ class FlightNode:
         self.on_tick()
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            others = links.second_senders(self.ros, self._in, self.standby_topics, True) if self.flying else {}
+            others = links.second_senders(self.ros, self._in) if self.flying else {}
             if others:
                 self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
 

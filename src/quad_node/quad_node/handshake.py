@@ -8,10 +8,10 @@ from quad_core.cascade import (
     COMMANDER,
     COMMANDING,
     RELAY,
+    SHADOWS,
     SIGNALS,
     STAGES,
     TRAJECTORY,
-    spared,
 )
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import NodeStatus
@@ -58,7 +58,6 @@ class Handshake:
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
-        self._spared = spared(expected, flight.standby)
         self.known: dict[str, NodeStatus] = {}
         self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 
@@ -84,7 +83,7 @@ class Handshake:
                 f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
                 f"expected {self._flight.plant_period} ns"
             )
-        if status.state == FAULT and status.role not in self._spared:
+        if status.state == FAULT and status.role not in SHADOWS:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 

@@ -19,26 +19,17 @@ from quad_msgs.msg import FlightEvent
 MANY_SENDERS = frozenset({"flight/nodes"})
 """Topics that every node of a flight publishes."""
 
-Pairs = Mapping[str, tuple[str, str]]
-"""{topic: the two nodes of which one sends it and the other stands by}."""
-
-_NO_PAIRS: Pairs = {}
-
-_UNNAMED = "_NODE_NAME_UNKNOWN_"
-"""Name in the graph of a node of which only the publisher is known yet."""
-
 
 def missing(
     graph: Node,
     out: Iterable[tuple[Publisher, int, str]],
     sources: Mapping[str, tuple[Subscription, str]],
-    standby: Pairs = _NO_PAIRS,
 ) -> list[str]:
     """Return the topics that are not matched with all the nodes they need, and whose part that is.
 
-    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: its subscription, roles that publish it};
-    ``standby``: topics that two controllers may send. What is sent before both ends have matched may be lost, and
-    the graph may know of a writer earlier: both ends count what they have matched.
+    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: its subscription, roles that publish it}.
+    What is sent before both ends have matched may be lost, and the graph may know of a writer earlier: both ends count
+    what they have matched.
     """
     found = [
         f"a reader of {publisher.topic_name} ({readers})"
@@ -46,30 +37,19 @@ def missing(
         if publisher.get_subscription_count() < needed
     ]
     found += [
-        f"{name} of {role}"
-        for name, (subscription, role) in sources.items()
-        if subscription.get_publisher_count() <= (name in standby)
+        f"{name} of {role}" for name, (subscription, role) in sources.items() if not subscription.get_publisher_count()
     ]
-    return found + described(second_senders(graph, sources, standby))
+    return found + described(second_senders(graph, sources))
 
 
-def second_senders(
-    graph: Node, topics: Iterable[str], standby: Pairs = _NO_PAIRS, flying: bool = False
-) -> dict[str, list[str]]:
-    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher.
-
-    ``standby``: topics that two controllers may publish, and while the flight is ``flying`` several processes of the
-    same names: a killed controller stays in the graph for some 20 s, and the one that replaces it stands by.
-    """
+def second_senders(graph: Node, topics: Iterable[str]) -> dict[str, list[str]]:
+    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher."""
     found = {}
     for topic in topics:
         # counting is all that a good flight pays for
-        allowed = 1 + (topic in standby)
-        if topic not in MANY_SENDERS and graph.count_publishers(topic) > allowed:
+        if topic not in MANY_SENDERS and graph.count_publishers(topic) > 1:
             names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            # a node without a name as yet may be of the pair
-            pair = (*standby[topic], _UNNAMED) if flying and topic in standby else ()
-            if len(names) > allowed and any(name.rpartition("/")[2] not in pair for name in names):
+            if len(names) > 1:
                 found[topic] = sorted(names)
     return found
 

@@ -37,7 +37,6 @@ from quad_node.codec import (
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import is_foreign
-from quad_node.hot_standby import HotStandby
 from quad_node.state_filter import LARGEST_GAP, SequenceFilter, saw_start
 
 _LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
@@ -324,11 +323,8 @@ class LawNode(Responder):
         self._is_finite, self._is_memory_finite = finite_check(self.stage.output), finite_check(module.Memory)
         for taken in self.stage.takes:
             self.take(taken.topic, taken.lag)
-        sent = (self.stage.gives, self.stage.internals_topic)
-        is_paired = self.flight.standby and (self.shadow or SHADOW + self.role in self.roles)
-        # what a shadow answers is recorded on topics of its own, whether it flies or not
-        self._aside = [self.publisher(topic) for topic in sent] if self.shadow else []
-        self._flown = [self.publisher(topic, flown=True) for topic in sent] if is_paired or not self.shadow else []
+        self._output_out = self.publisher(self.stage.gives)
+        self._internals_out = self.publisher(self.stage.internals_topic)
         self._pack = packer(self.stage.output, topics.message_type(self.stage.output), self.run)
         internals_message = topics.message_type(self.stage.internals)
         self._flat_internals = flattener(module.Internals)
@@ -336,13 +332,7 @@ class LawNode(Responder):
         recorded: Any = NamedTuple("Recorded", fields)  # type: ignore[misc]
         self._pack_internals = numbers_packer(recorded, internals_message, self.run)
         self.internals_names = extra_names(module.Internals, internals_message)
-        self.standby = HotStandby(self, self.stage) if is_paired else None
         self.publish_parameters()
-
-    @property
-    def flies(self) -> bool:
-        """Whether the vehicle follows this controller: a shadow's answers are recorded, a standby's are flown later."""
-        return self.standby.flies if self.standby is not None else not self.shadow
 
     def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the output and the internals of one step."""
@@ -360,27 +350,19 @@ class LawNode(Responder):
         self.memory = memory
         if self.on_internals is not None:
             self.on_internals(internals, sample)
-        if self.standby is not None:
-            self.standby.before(sample.step)
-        sent = [pair for pair in (self._flown if self.flies else (), self._aside) if pair]
-        answer = self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
-        for publisher, _ in sent:
-            yield publisher, answer
+        yield self._output_out, self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
         steps = [arrival.step if arrival else -1 for arrival in arrivals]
         steps += [-1] * (len(InputSteps._fields) - len(steps))
         numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
-        shown = self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
-        for _, publisher in sent:
-            yield publisher, shown
+        yield self._internals_out, self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
 
     def comes_late(self, step: int) -> bool:
-        """Return whether to compute from ``step`` on: as a shadow or a standby."""
-        late = self.standby.comes_late(step) if self.standby is not None else self.shadow
-        return late or super().comes_late(step)
+        """Return whether to compute from ``step`` on: as a shadow."""
+        return self.shadow or super().comes_late(step)
 
     def leaves_out(self, step: int) -> bool:
         """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
-        return not self.flies and any(taken.is_lost(step) for taken in self.inputs)
+        return self.shadow and any(taken.is_lost(step) for taken in self.inputs)
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
         self.law = resolved.law

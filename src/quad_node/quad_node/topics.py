@@ -38,7 +38,6 @@ from quad_msgs.msg import (
     NodeParameters,
     NodeStatus,
     RecorderAck,
-    Takeover,
 )
 
 SHADOW_TOPICS = "shadow/"
@@ -164,15 +163,6 @@ def _step_topic(signal: Signal) -> Topic:
     return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
 
 
-def with_standby(roles: Collection[str]) -> dict[str, tuple[str, str]]:
-    """Return {topic: the two} of the topics that a controller and its shadow among ``roles`` send, one at a time.
-
-    Both also hear what is sent there.
-    """
-    pairs = {stage: (stage.role, SHADOW + stage.role) for stage in STAGES if SHADOW + stage.role in roles}
-    return {topic: pair for stage, pair in pairs.items() for topic in (stage.gives, stage.internals_topic)}
-
-
 def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
     """Return the answer of a stage's shadow controller and its internals."""
     role, answer, inside = SHADOW + stage.role, message_type(stage.output), message_type(stage.internals)
@@ -207,7 +197,6 @@ TOPICS = {
             only_with=COMMANDER,
             foreign=True,
         ),
-        Topic("flight/takeover", Takeover, (*_STAGES, *SHADOWS), (*_STAGES, *SHADOWS, RECORDER), latched=True),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), latched=True),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,)),
         Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,)),

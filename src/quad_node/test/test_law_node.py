@@ -118,3 +118,22 @@ def test_what_is_out_of_range_or_not_live_is_refused_and_nothing_changes(node, n
     assert word in result.reason
     assert (node.vehicle, node.period_steps) == before
     assert node.law is law
+
+
+@pytest.mark.parametrize("shadow", [True, False])
+def test_a_shadow_alone_leaves_out_a_step_whose_input_is_past_and_joins_a_flight_under_way(start_node, shadow):
+    node = start_node(lambda: LawNode("position_controller"), name="shadow_position_controller" if shadow else "")
+    assert [publisher.topic_name.startswith("/shadow/") for publisher, _ in node.answer(SAMPLE, [None, None])] == [
+        shadow,
+        shadow,
+    ]
+    reference, actuation = node.inputs
+    actuation.put(Stamped(0, 1, 0, None, True))
+    assert not node.leaves_out(0)  # there is none before step 0
+    actuation.put(Stamped(99, 100, 0, None, True))
+    reference.put(Stamped(95, 100, 0, None, True))
+    assert not node.leaves_out(100)  # it may be on its way
+    reference.put(Stamped(105, 110, 0, None, True))
+    assert node.leaves_out(100) == shadow
+    assert [node.comes_late(100) for _ in range(2)] == [shadow, shadow]
+    assert node.counters["came_late"] == (not shadow)

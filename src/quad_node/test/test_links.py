@@ -10,9 +10,6 @@ from quad_node.links import described, missing, qos_events, second_senders
 pytestmark = pytest.mark.unit
 
 
-PAIR = {"wrench_setpoint": ("attitude_controller", "shadow_attitude_controller")}
-
-
 class Graph:
     """A graph of {topic: [(namespace, node)]}."""
 
@@ -43,34 +40,9 @@ def test_other_qos_is_named_by_topic_and_policy():
     ]
 
 
-def test_a_standby_is_a_second_sender_by_right():
-    graph = Graph({"wrench_setpoint": [("/", "attitude_controller"), ("/", "shadow_attitude_controller")]})
-    assert second_senders(graph, ["wrench_setpoint"], PAIR) == {}
-    assert list(second_senders(graph, ["wrench_setpoint"])) == ["wrench_setpoint"]
-    expected = sources(graph, wrench_setpoint="attitude_controller")
-    assert missing(graph, [], expected, PAIR) == []
-    graph.publishers["wrench_setpoint"].pop()
-    assert missing(graph, [], expected, PAIR) == ["wrench_setpoint of attitude_controller"]
-
-
 def test_a_writer_that_the_graph_shows_is_missing_until_the_reader_has_matched_it():
     graph, unmatched = Graph({"state": [("/", "simulator")]}), SimpleNamespace(get_publisher_count=lambda: 0)
     assert missing(graph, [], {"state": (unmatched, "simulator")}) == ["state of simulator"]
-
-
-def test_who_was_started_again_in_flight_is_no_third_sender_beside_its_ghost():
-    names = ["attitude_controller", "attitude_controller", "shadow_attitude_controller"]
-    graph = Graph({"wrench_setpoint": [("/uav1", name) for name in names]})
-    assert second_senders(graph, ["wrench_setpoint"], PAIR, flying=True) == {}
-    # before the flight both would fly
-    assert list(second_senders(graph, ["wrench_setpoint"], PAIR)) == ["wrench_setpoint"]
-    graph.publishers["wrench_setpoint"][1] = ("_NODE_NAMESPACE_UNKNOWN_", "_NODE_NAME_UNKNOWN_")
-    assert second_senders(graph, ["wrench_setpoint"], PAIR, flying=True) == {}
-    graph.publishers["wrench_setpoint"][1] = ("/uav1", "attitude_controller")
-    graph.publishers["wrench_setpoint"].append(("/uav1", "stranger"))
-    assert list(second_senders(graph, ["wrench_setpoint"], PAIR, flying=True)) == ["wrench_setpoint"]
-    # without a standby nothing makes two right
-    assert list(second_senders(graph, ["wrench_setpoint"], flying=True)) == ["wrench_setpoint"]
 
 
 @pytest.mark.parametrize(

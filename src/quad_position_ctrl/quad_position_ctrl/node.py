@@ -2,7 +2,7 @@
 
 Subscribes: state (VehicleState), reference (TrajectoryPoint), actuation (Actuation).
 Publishes: attitude_setpoint (AttitudeThrust), position_controller/internals (PositionInternals).
-A standby also has flight/takeover; topics that every node has: ``quad_node.flight_node``.
+Topics that every node has: ``quad_node.flight_node``.
 """
 
 import sys

@@ -30,7 +30,7 @@ from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import LIMIT, STOPPED
 
-IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode", "flight/takeover")
+IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode")
 """Topics whose messages name the run of their sender."""
 
 SILENCE = 0.5  # s without the flown path in real time: as long as the guard tolerates no state at all

@@ -2,7 +2,7 @@
 
 The internals of each step say what the law had: its time step, the step of each input, and which input was too old
 and replaced by a safe one. The law runs as its node runs it, with one memory from the first step on, so with the
-recorded parameters every bit is the same: that is the log's own proof. Where a standby took over, the comparison ends.
+recorded parameters every bit is the same: that is the log's own proof.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +20,6 @@ from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
 from quad_flight_log.analysis.recorded_parameters import flown_phases, recorded_parameters
-from quad_flight_log.analysis.takeovers import fliers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, SchemaError, TopicError
@@ -84,12 +83,6 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
     tables = {topic: by_stamp(flight.array(topic)) for topic in topics}
     period, notes = start.flight.plant_period, []
-    _, *later = fliers(flight, role).items()
-    if later:
-        taken_over, node = later[0]
-        notes.append(f"{node} flew from step {taken_over} on: compared up to there")
-        for topic in (stage.gives, stage.internals_topic):
-            tables[topic] = tables[topic][tables[topic]["stamp_ns"] < taken_over * period]
     module, parameters, memory = start.law.module, start.law.parameters, None
     steps, outputs, internals, incomplete = [], [], [], 0
     for step, dt, inputs, complete in _seen(start, stage, tables, str(flight.path)):

@@ -1,8 +1,7 @@
-"""When the guard flew instead of the controller (``flight/guard``), or another controller (``flight/takeover``)."""
+"""When the guard flew instead of the controller (``flight/guard``)."""
 
 from typing import NamedTuple
 
-from quad_core.cascade import SHADOW
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_guard.guard import MODES, PASS
@@ -23,7 +22,7 @@ def takeovers(flight: Flight) -> list[Takeover]:
 
     The guard reports every change at its step; a mode that nothing followed holds to the end of the bag.
     """
-    said = _of_its_run(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
+    said = _of_its_run(flight)
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
     changes = [row for before, row in zip([(PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]]
     last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
@@ -37,20 +36,10 @@ def takeovers(flight: Flight) -> list[Takeover]:
     ]
 
 
-def fliers(flight: Flight, role: str) -> dict[int, str]:
-    """Return {plant step: node that flew the stage of ``role`` from it on}: the controller, then who took over."""
-    found = {0: role}
-    for row in _of_its_run(flight, "flight/takeover", ("role", "step")):
-        node, step, last = str(row["role"]), int(row["step"]), max(found)
-        if node.removeprefix(SHADOW) == role and node != found[last] and step > last:
-            found[step] = node
-    return found
-
-
-def _of_its_run(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | list[Table]:
-    """Return the messages of the flight's own run, of all without a run id; none of a type that lacks a field."""
-    table = flight.array(topic) if flight.has(topic) else None
-    if table is None or not set(needed) <= set(table.dtype.names or ()):
+def _of_its_run(flight: Flight) -> Table | list[Table]:
+    """Return the reports on the flight's own run, on all without a run id; none of a type that lacks a field."""
+    table = flight.array("flight/guard") if flight.has("flight/guard") else None
+    if table is None or not {"mode", "reason_text", "since", "stamp_ns"} <= set(table.dtype.names or ()):
         return []
     run_id = flight.metadata.get("run_id", "")
     return table[table["run_id"] == run_id] if run_id and "run_id" in (table.dtype.names or ()) else table
