@@ -134,17 +134,21 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
             complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
             return BAD_SETUP
     with busy(f"{flight.name}: reading the bag"):
-        text, found, early = shown(flight)
+        text, found, unknown, early = shown(flight)
     if text:
         say(text)
     problems = ([outcome.cause] if outcome.cause else []) + found
-    if found and surroundings.is_full(flight.directory):
+    verdict = "failed" if problems else "unknown" if unknown else "good"
+    problems += unknown if text or not problems else []  # of a flight that never began all of it is unknown
+    if (found or unknown) and surroundings.is_full(flight.directory):
         problems.append(f"{flight.directory}: No space left on device")
     if outcome.cause.startswith("interrupted") or not text:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
     ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
-    problems = problems or [end for role, end in ends.items() if role not in (*SHADOWS, *outcome.late)]
+    if not problems:
+        problems = [end for role, end in ends.items() if role not in (*SHADOWS, *outcome.late)]
+        verdict = "failed" if problems else "good"
     if early and seen is not None and is_over(seen):
         until = seconds(stamp_ns(seen.stamp), 1)
         problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
@@ -156,31 +160,35 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
         if outcome.cause.startswith(f"{role} ") or (code != 0 and role in outcome.late):
             for line in processes.last_lines(role, 3):
                 complain(f"{role}: {line}")
-    say(f"{flight.name}: {'failed' if problems else 'good'}")
+    say(f"{flight.name}: {verdict}")
     bag = shlex.quote(str(flight.directory))
     say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, view)")
     return FAILED if problems else GOOD
 
 
-def shown(flight: Planned) -> tuple[str, list[str], bool]:
-    """Return what the bag of ``flight`` shows: text, empty if it never began, why it failed, whether it ends early."""
+def shown(flight: Planned) -> tuple[str, list[str], list[str], bool]:
+    """Return what the bag of ``flight`` shows: text, empty if it never began, why it failed, what it does not tell.
+
+    Last, whether it ends before the flight.
+    """
     try:
         bag = open_flight(flight.directory, namespace=flight.namespace)
         try:
             metrics = measured(bag)
         except TopicError:  # it never began: its record tells why, and there is nothing to measure
             metrics = FlightMetrics()
-        problems = list(judgement(bag, metrics, flight.limits).problems)
+        judged = judgement(bag, metrics, flight.limits)
+        problems, unknown = list(judged.problems), list(judged.unknown)
         note = truth_note(bag)
         states: Any = bag.array("flight/state") if bag.has("flight/state") else ()
     except FlightLogError as error:
-        return "", [f"no readable bag: {error}"], False
+        return "", [f"no readable bag: {error}"], [], False
     if not len(states) or not (stamp := states[-1]["stamp_ns"]):
-        return "", problems, ends_early(bag)
+        return "", problems, unknown, ends_early(bag)
     flown, wall = float(stamp) * 1e-9, float(states[-1]["wall_time"])
     measured_any = any(value is not None for value in metrics)
     rows = table([flight.name], [metrics], flight.limits, notes=[note])
     text = f"{rows if measured_any else f'{flight.name}: no metrics: {note}'}\n"
     text += f"seed {flight.nodes[SIMULATOR].flight.seed}; {flown:.2f} s flown"
     text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {PHASES.get(states[-1]['state'], 'unknown')}"
-    return text, problems, ends_early(bag)
+    return text, problems, unknown, ends_early(bag)

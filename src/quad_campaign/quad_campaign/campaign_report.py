@@ -83,7 +83,7 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
     if len(ended):
         numbers += [(f"{1000 * ended['rmse'].median():.3g} mm", "RMSE, median")]
         numbers += [(f"{1000 * ended['rmse'].quantile(0.95):.3g} mm", "RMSE, 95 % of the flights")]
-    verdict = (found.good == found.flights, text(definition, frame))
+    verdict = ("good" if found.good == found.flights else "failed", text(definition, frame))
     return Page(f"Campaign {definition.name}", str(about["command"]), facts, body, verdict, numbers)
 
 

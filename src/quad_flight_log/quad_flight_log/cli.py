@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TextIO, cast
 
 from quad_core.cascade import STAGE
-from quad_flight_log.analysis.flight_checks import judgement, read_limits
+from quad_flight_log.analysis.flight_checks import RECORD, equal_stamps, failed_checks, judgement, read_limits, run_ids
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.export import export
@@ -31,7 +31,8 @@ _EXAMPLES = """examples:
   log COMMAND --help
 
 A BAG is a bag directory or one of its files, closed or not; topics are found in any namespace, or in --namespace.
-Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log."""
+Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log. A bag that is no
+whole record of one flight gives 1 in metrics, check, hash, replay and report."""
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -64,22 +65,26 @@ def _cell(content: str) -> str:
 
 
 def _metrics(options: argparse.Namespace) -> int:
-    """Print the metrics of one or more flights; for a cut bag they cover its readable part, and a note says so.
+    """Print the metrics of one or more flights; 1 if a bag is no whole record of one flight: a note says why.
 
     log metrics flights/a flights/b
     """
     flights = _opened(options)
-    names, values, notes = [each.name for each in flights], list(map(measured, flights)), list(map(truth_note, flights))
+    names, values = [each.name for each in flights], list(map(measured, flights))
+    faults = [failed_checks(flight, RECORD) for flight in flights]
+    notes = [
+        "; ".join(filter(None, [*found, truth_note(flight)])) for found, flight in zip(faults, flights, strict=True)
+    ]
     if options.json:
         rows = zip(names, values, notes, strict=True)
         print(json.dumps([{"flight": name, **item._asdict(), "note": note} for name, item, note in rows], indent=2))
     else:
         print(text.table(names, values, notes=notes))
-    return 0
+    return 1 if any(faults) else 0
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Compare every flight with limits; 1 if one is not met, a bag is truncated or a flight check fails.
+    """Judge every flight by its bag and by limits; 1 if one is failed or, for what its bag lacks, unknown.
 
     log check flights/a flights/b --limits limits.yaml --limits settling_time=5
     """
@@ -87,25 +92,25 @@ def _check(options: argparse.Namespace) -> int:
     for flight in _opened(options):
         judged = judgement(flight, measured(flight), asked or None)
         lines = [f"FAIL {flight.name}: {problem}" for problem in judged.problems]
+        lines += [f"unknown {flight.name}: {lack}" for lack in judged.unknown]
         lines = lines or [f"ok   {flight.name}: {judged.text}"]
         note = truth_note(flight)
         print("\n".join([*lines, f"note {flight.name}: {note}"] if note else lines))
-        good &= judged.good
+        good &= judged.verdict == "good"
     return 0 if good else 1
 
 
 def _hash(options: argparse.Namespace) -> int:
-    """Print the payload hash of each flight; 1 if several were given and differ, or if a bag is cut.
+    """Print the payload hash of each flight; 1 if several differ, or a bag is no whole record of one flight.
 
     log hash flights/a flights/b
     """
     hashes, whole = set(), True
     for flight in _opened(options):
-        value = payload_hash(flight)
+        value, faults = payload_hash(flight), failed_checks(flight, RECORD)
         hashes.add(value)
-        whole &= not flight.truncated
-        cut = f"  (of the readable part of a cut bag: {flight.damage})" if flight.truncated else ""
-        print(f"{value}  {flight.path}{cut}")
+        whole &= not faults
+        print(f"{value}  {flight.path}" + f"  (no whole flight: {'; '.join(faults)})" * bool(faults))
         for topic, digest in topic_hashes(flight).items() if options.topics else ():
             print(f"  {digest}  {topic}")
     if len(hashes) > 1:
@@ -127,15 +132,21 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    """Feed recorded inputs to the controllers again; every bit of their answers must be the recorded one (exit 1: not).
+    """Feed recorded inputs to the controllers again; every bit of their answers must be the recorded one.
+
+    Exit code 1: it is not, or the bag is no whole record of one flight. Of two flights in one bag none is replayed.
 
     log replay flights/case1-1-1
     """
     (flight,) = _opened(options)
+    faults = failed_checks(flight, RECORD)
+    print("".join(f"{flight.name}: {fault}\n" for fault in faults), end="")
+    if failed_checks(flight, (run_ids, equal_stamps)):
+        return 1
     found = [replay(flight, role) for role in STAGE]
     for item in found:
         _print_replay(item)
-    return 0 if all(item.equal for item in found) else 1
+    return 0 if all(item.equal for item in found) and not faults else 1
 
 
 def _print_replay(item: Replay) -> None:
@@ -157,7 +168,8 @@ def _report(options: argparse.Namespace) -> int:
     """Write a flight as a self-contained, interactive HTML page: verdict, path, figures, metrics, events.
 
     Several flights of one trajectory come into one page, comparison.html in this directory or in --out, all in the
-    same figures. Every figure has a button that saves it as SVG.
+    same figures. Every figure has a button that saves it as SVG. Exit code 1: a verdict is unknown, for a bag is no
+    whole record of one flight.
 
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
     log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
@@ -176,7 +188,7 @@ def _report(options: argparse.Namespace) -> int:
         path = (options.out or Path()) / "comparison.html"
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
     print(write_page(page, path))
-    return 0
+    return 1 if page.verdict is not None and page.verdict[0] == "unknown" else 0
 
 
 def _view(options: argparse.Namespace) -> int:

@@ -69,6 +69,7 @@ def messages(made: dict[str, np.ndarray], trajectory: str = "case1") -> list[tup
     flown.append(("/flight/events", event))
     for step in range(len(made["truth"])):
         flown += [(f"/{topic}", flight_samples.of_row(topic, table[step])) for topic, table in made.items()]
+    flown.append(flight_samples.over(len(made["truth"]) - 1))
     return flown
 
 

@@ -36,6 +36,9 @@ def fly_short(duration: float = 1.0) -> FlownFlight:
     rows += [(int(row["stamp_ns"]), "odom", _odometry(row)) for row in result.topics["truth"][::10]]
     rows.append((0, "/diagnostics", _diagnostics()))
     rows.append((0, "flight/events", flight_samples.event(0, "größer")))
+    last = int(result.topics["truth"]["stamp_ns"][-1])
+    guard = flight_samples.message("quad_msgs/msg/GuardStatus", stamp=time_of(0), run_id="test")
+    rows += [(0, "flight/guard", guard), (last, *flight_samples.over(last // flight_samples.STEP_NS))]
     rows.sort(key=lambda item: item[0])
     messages = [("flight/parameters", said) for said in parameters_said(flight)]
     return FlownFlight(flight, result, messages + [(topic, sample) for _, topic, sample in rows])

@@ -3,8 +3,9 @@
 import io
 import sqlite3
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import flight_samples
@@ -12,6 +13,8 @@ import yaml
 import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
 
 
 class Sent(NamedTuple):
@@ -173,17 +176,65 @@ def named(path: Path, topics: Iterable[str]) -> Path:
     return path
 
 
-def recorded_again(bag: Path, path: Path, change: Callable[[list[Sent]], list[Sent]] = lambda sent: sent) -> Path:
-    """Write our bag as a recorder of others would: wall clock as log time, no notes; ``change`` what it received."""
+def received(bag: Path) -> list[Sent]:
+    """Return the messages of our bag in the order in which a recorder received them."""
     with next(bag.glob("*.mcap")).open("rb") as stream:
         found = make_reader(stream).iter_messages(log_time_order=False)
-        sent = [Sent(channel.topic, schema.name, schema.data, message.data) for schema, channel, message in found]
+        return [Sent(channel.topic, schema.name, schema.data, message.data) for schema, channel, message in found]
+
+
+def recorded_again(bag: Path, path: Path, change: Callable[[list[Sent]], list[Sent]] = lambda sent: sent) -> Path:
+    """Write our bag as a recorder of others would: wall clock as log time, no notes; ``change`` what it received."""
+    return in_one_file(path, change(received(bag)))
+
+
+def in_one_file(path: Path, sent: list[Sent], times: Mapping[int, int] = MappingProxyType({})) -> Path:
+    """Write what a recorder of others received as one MCAP file; ``times``: {number of a message: its log time}."""
     with path.open("wb") as stream:
         writer, channels = started(stream), {}
-        for index, one in enumerate(change(sent)):
+        for index, one in enumerate(sent):
             if one.topic not in channels:
                 schema = writer.register_schema(one.kind, "ros2msg", one.text)
                 channels[one.topic] = writer.register_channel(one.topic, "cdr", schema)
-            writer.add_message(channels[one.topic], START + index * 1000, one.data, START + index * 1000, index)
+            time = times.get(index, START + index * 1000)
+            writer.add_message(channels[one.topic], time, one.data, time, index)
         writer.finish()
     return path
+
+
+def in_two_files(directory: Path, sent: list[Sent]) -> Path:
+    """Write what a recorder of others received as a split bag."""
+    names = [f"{directory.name}_{part}.mcap" for part in range(2)]
+    made(directory)
+    for name, part in zip(names, (sent[: len(sent) // 2], sent[len(sent) // 2 :]), strict=True):
+        in_one_file(directory / name, part)
+    return listed(directory, names)
+
+
+def in_sqlite(directory: Path, sent: list[Sent]) -> Path:
+    """Write what a recorder of others received as an SQLite bag."""
+    with RosbagsWriter(directory, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connections = {}
+        for index, one in enumerate(sent):
+            if one.topic not in connections:
+                known = flight_samples.typestore()
+                connections[one.topic] = writer.add_connection(one.topic, one.kind, typestore=known)
+            writer.write(connections[one.topic], START + index * 1000, one.data)
+    return directory
+
+
+VERDICT = ("truth", "reference", "actuation", "flight/state", "flight/guard", "flight/parameters", "flight/mode")
+
+
+def in_few_topics(path: Path, sent: list[Sent]) -> Path:
+    """Write the topics that a verdict needs, and no other, as one MCAP file."""
+    return in_one_file(path, [one for one in sent if one.topic.lstrip("/") in VERDICT])
+
+
+FORMS = {
+    "as ros2 bag record": in_one_file,
+    "split": in_two_files,
+    "SQLite": in_sqlite,
+    "some topics": in_few_topics,
+}
+"""{form: function that writes what a recorder received to a path}."""

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
 from quad_flight_log import cli
+from quad_flight_log.analysis.flight_checks import judgement
 from quad_flight_log.analysis.tables import measured
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
@@ -55,10 +56,12 @@ def test_missing_topics_give_what_is_left(flown, flown_bag, tmp_path, capsys):
     found, whole = measured(open_flight(bag)), measured(open_flight(flown_bag))
     assert found.position_rmse == whole.position_rmse
     assert found.torque_effort is None
-    assert cli.main(["check", str(bag), "--limits", "position_rmse=100"]) == 0
     assert cli.main(["check", str(bag), "--limits", "torque_effort=100"]) == 1
-    assert "torque_effort: found not available" in capsys.readouterr().out
-    assert cli.main(["metrics", str(bag)]) == 0
+    out = capsys.readouterr().out
+    assert "torque_effort: found not available" in out
+    assert "unknown bag.mcap: not recorded: actuation, flight/guard, flight/parameters" in out
+    assert "FAIL" not in out
+    assert cli.main(["metrics", str(bag)]) == 1
     assert cli.main(["info", str(bag)]) == 0
     with pytest.raises(TopicError, match=r"no topic 'state' in namespace /; the bag has /reference, /truth"):
         open_flight(bag).array("state")
@@ -110,7 +113,7 @@ def test_names_that_differ_in_a_stroke_or_in_capitals_are_files_of_their_own(tmp
     assert all(len(Path(name).read_text().splitlines()) == 6 for name in files)
 
 
-@pytest.mark.parametrize("command", [["hash"], ["metrics"], ["check", "--limits", "position_rmse=1"]])
+@pytest.mark.parametrize("command", [["hash"], ["metrics"], ["check", "--limits", "position_rmse=1"], ["report"]])
 def test_a_bag_without_a_topic_of_a_flight_is_named(command, tmp_path, capsys):
     empty = other_recorders.named(tmp_path / "empty.mcap", ())
     poses = other_recorders.named(tmp_path / "poses.mcap", ("/pose",))
@@ -141,6 +144,71 @@ def test_a_vehicle_of_several_has_the_metrics_of_its_flight(flown_bag, tmp_path)
     path = other_recorders.recorded_again(flown_bag, tmp_path / "two.mcap", vehicles("uav1", "uav2"))
     assert measured(open_flight(path, namespace="uav2")) == measured(open_flight(flown_bag))
     assert open_flight(path).vehicles == ["/uav1", "/uav2"]
+
+
+COMMANDS = [["check", "--limits", "position_rmse=100"], ["metrics"], ["hash"], ["replay"], ["report"]]
+
+
+@pytest.mark.parametrize("form", ["ours", *other_recorders.FORMS])
+def test_a_recording_that_stops_in_flight_is_never_good_and_a_whole_one_is_what_the_original_is(
+    form, flown_bag, tmp_path, capsys
+):
+    sent, limits = other_recorders.received(flown_bag), {"position_rmse": 100.0}
+    original = open_flight(flown_bag)
+    whole, cut = flown_bag, tmp_path / "cut_0.mcap"
+    if form == "ours":
+        data = next(flown_bag.glob("*.mcap")).read_bytes()
+        cut.write_bytes(data[: len(data) * 4 // 5])
+    else:
+        whole = other_recorders.FORMS[form](tmp_path / "whole", sent)
+        cut = other_recorders.FORMS[form](tmp_path / "cut", sent[: len(sent) * 4 // 5])
+    verdict = judgement(open_flight(whole), measured(open_flight(whole)), limits)
+    assert verdict == judgement(original, measured(original), limits)
+    assert verdict.verdict == "good"
+    assert judgement(open_flight(cut), measured(open_flight(cut)), limits).verdict == "unknown"
+    for command, *more in COMMANDS:
+        found = cli.main([command, str(cut), *more])
+        assert found == (2 if (form, command) == ("some topics", "replay") else 1), capsys.readouterr()
+    assert 'class="verdict unknown"' in (open_flight(cut).path.parent / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("state", "verdict"), [(1, "unknown"), (2, "good"), (3, "failed")])
+def test_how_a_flight_ended_is_what_its_last_state_says_whoever_recorded_it(state, verdict, flown_bag, tmp_path):
+    sent = [one for one in other_recorders.received(flown_bag) if one.topic != "/flight/state"]
+    step = int(open_flight(flown_bag).array("truth")["step"][-1])
+    topic, last = flight_samples.over(step, state, reason="it fell" * (state == 3))
+    kind = flight_samples.definition("quad_msgs/msg/FlightState")
+    sent.insert(0, other_recorders.Sent(topic, kind.name, kind.text.encode(), flight_samples.encoded(last)))
+    flight = open_flight(other_recorders.in_one_file(tmp_path / "bag.mcap", sent))
+    judged = judgement(flight, measured(flight), {})
+    assert judged.verdict == verdict
+    assert judged.problems[:1] == (("it fell",) if state == 3 else ())
+
+
+def test_a_bag_with_an_end_whose_path_stops_before_it_is_cut(flown_bag, tmp_path):
+    sent = other_recorders.received(flown_bag)
+    kept = [one for one in sent[: len(sent) // 4] if "flight" not in one.topic]
+    path = other_recorders.in_one_file(tmp_path / "bag.mcap", kept + [one for one in sent if "flight" in one.topic])
+    flight = open_flight(path)
+    assert "before the flight" in str(judgement(flight, measured(flight), {}).unknown)
+
+
+def test_two_flights_in_one_bag_are_measured_and_replayed_by_nobody(flown_bag, tmp_path, capsys):
+    """``ros2 bag record`` over two flights in one domain: each topic goes on with the second one."""
+    sent = other_recorders.received(flown_bag)
+    other = [one._replace(data=one.data.replace(b"test", b"rest")) for one in sent if one.topic == "/flight/state"]
+    path = other_recorders.in_one_file(tmp_path / "two.mcap", [*sent, *other])
+    for command in ("metrics", "replay", "check", "hash", "report"):
+        assert cli.main([command, str(path)]) == 1
+        shown = capsys.readouterr().out + ((tmp_path / "report.html").read_text() if command == "report" else "")
+        assert "messages of 2 runs: " in shown
+        assert "steps that differ" not in shown
+
+
+def test_log_times_that_rolled_over_change_nothing(flown_bag, tmp_path):
+    sent = other_recorders.received(flown_bag)
+    path = other_recorders.in_one_file(tmp_path / "bag.mcap", sent, {len(sent) // 2: 2**64 - 1})
+    assert measured(open_flight(path)) == measured(open_flight(flown_bag))
 
 
 LOSSES = {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import yaml
-from flight_samples import message, stamp, wrench_of, write_bag
+from flight_samples import message, over, stamp, wrench_of, write_bag
 
 from quad_flight_log.analysis.flight_checks import failed_checks, judgement
 from quad_flight_log.analysis.metrics import FlightMetrics
@@ -34,9 +34,12 @@ def status(run_id):
     return message("quad_msgs/msg/NodeStatus", node="/n", role="trajectory", run_id=run_id)
 
 
-def hover(place=pose, thrust=lambda _: 10.0):
-    """Return a second of hover at 1 m as messages; ``place`` and ``thrust`` may differ from step to step."""
-    found = [("/flight/nodes", status("test"))]
+def hover(place=pose, thrust=lambda _: 10.0, end=2):
+    """Return a second of hover at 1 m as messages; ``place`` and ``thrust`` may differ from step to step.
+
+    ``end``: the last state of the flight, 1: it flies on.
+    """
+    found = [("/flight/nodes", status("test")), over(STEPS - 1, end)]
     for k in range(STEPS):
         found.append(("/truth", place(stamp(k)) if place is pose else place(k)))
         found.append(("/wrench_setpoint", wrench(k, 10.0)))
@@ -68,7 +71,7 @@ def flight_of(tmp_path, messages, guard=None, **notes):
 def test_a_good_flight_passes(tmp_path, mode):
     flight = flight_of(tmp_path, hover(), mode=mode)
     assert failed_checks(flight) == []
-    assert judgement(flight, measured(flight), {}).good
+    assert judgement(flight, measured(flight), {}).verdict == "good"
 
 
 @pytest.mark.parametrize("topic", ["/flight/nodes", "/flight/state"])
@@ -158,18 +161,19 @@ def test_a_failed_flight_that_ends_in_the_air_is_named(tmp_path):
 @pytest.mark.parametrize("how", ["killed", "stopped"])
 def test_where_a_bag_ends_before_its_flight_no_motor_has_stopped(tmp_path, how):
     """The recorder was killed, or stopped, at 1 m; the flight went on and landed."""
-    flying = [("/flight/state", message("quad_msgs/msg/FlightState", stamp=stamp(0), state=1, run_id="test"))]
     notes = {} if how == "killed" else {"outcome": "failed", "reason": STOPPED}
     flight = open_flight(
-        write_bag(tmp_path / "bag", flying + hover(), close=how == "stopped", notes={"mode": "realtime", **notes})
+        write_bag(tmp_path / "bag", hover(end=1), close=how == "stopped", notes={"mode": "realtime", **notes})
     )
     assert flight.truncated == (how == "killed")
-    (found,) = failed_checks(flight)
+    *cut, found = failed_checks(flight)
+    assert [fault.startswith("the bag is cut") for fault in cut] == [True] * flight.truncated
     assert found == "the bag ends at 1.00 s, before the flight: what came after is not recorded"
-    assert "motors" not in judgement(flight, measured(flight), {}).text
-    over = [("/flight/state", message("quad_msgs/msg/FlightState", stamp=stamp(499), state=2, run_id="test"))]
+    judged = judgement(flight, measured(flight), {})
+    assert judged.verdict == ("unknown" if how == "killed" else "failed")
+    assert "motors" not in judged.text
     notes = {"mode": "realtime", "outcome": "failed", "reason": STOPPED}
-    assert failed_checks(open_flight(write_bag(tmp_path / "over", flying + hover() + over, notes=notes))) == []
+    assert failed_checks(open_flight(write_bag(tmp_path / "over", hover(), notes=notes))) == []
 
 
 def test_where_a_commander_flew_the_end_is_on_the_ground(tmp_path):

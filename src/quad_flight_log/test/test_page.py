@@ -60,7 +60,7 @@ def test_the_page_opens_with_the_verdict_and_the_limits(bag):
     assert '<p class="verdict good">Good: ended as planned, within its limits (position_rmse at most 0.5 m)</p>' in head
     flight.metadata["limit.position_rmse"] = "0.25"
     bad = page_text(report_page([flight], ["circle"], "c"))
-    assert '<p class="verdict bad">Failed: position_rmse: found 0.3742, expected at most 0.25 m</p>' in bad
+    assert '<p class="verdict failed">Failed: position_rmse: found 0.3742, expected at most 0.25 m</p>' in bad
     assert "<th>limit</th>" in bad
 
 
@@ -71,7 +71,7 @@ def test_foreign_text_is_escaped(text):
     line = Line(evil, evil, (np.arange(2.0), np.arange(2.0)))
     figure = Figure("k", evil, evil, (Panel(evil, (line,)),))
     body = [heading(evil, evil), table((evil,), ((evil,),)), folded(evil, verbatim(evil)), figure]
-    found = page_text(Page(evil, evil, ((evil, evil),), body, (True, evil), ((evil, evil),)))
+    found = page_text(Page(evil, evil, ((evil, evil),), body, ("good", evil), ((evil, evil),)))
     assert "alert(1)</script>" not in found.replace("&lt;/script&gt;", "")
     assert data_of(found)["k"]["data"][0]["name"] == evil
 

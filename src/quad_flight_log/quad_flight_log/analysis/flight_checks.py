@@ -1,12 +1,13 @@
-"""Whether a flight counts: one table of checks of its bag, whatever its metrics, and the limits that it was held to.
+"""Whether a flight counts: two tables of checks of its bag, whatever its metrics, and the limits that it was held to.
 
-A check finds a fault in the bag alone, in words, or nothing. ``fly``, ``log check`` and a report's verdict ask for all.
+A check finds a fault in the bag alone, in words, or nothing. What RECORD finds leaves the verdict unknown: the bag is
+no whole record of one flight. What CHECKS finds is a failed flight. ``fly`` and every command of ``log`` ask for them.
 Times in the words are flight times in s. Bags of flights without a guard (controllers ``printed``) are not held to the
 guard's envelope: they show what the law does.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import SIGNALS, SIMULATOR
+from quad_core.cascade import COMMANDER, SIGNALS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import load_yaml
@@ -23,8 +24,9 @@ from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, 
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
-from quad_flight_log.analysis.takeovers import takeovers
+from quad_flight_log.analysis.takeovers import of_its_run, takeovers
 from quad_flight_log.bag.messages import Table
+from quad_flight_log.bag.notes import LIBRARY
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
@@ -37,34 +39,66 @@ SILENCE = 0.5  # s without the flown path in real time: as long as the guard tol
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
-_OVER = (2, 3)  # flight/state: ended, failed
+ENDED, FAILED = 2, 3  # of flight/state
+EVIDENCE = ("reference", "actuation", "flight/guard", "flight/parameters")
+"""Topics of every flight that a verdict needs beside the flown path and ``flight/state``."""
+
+
+class LastState(NamedTuple):
+    """The last ``flight/state`` of a bag: whether the flight was over, how, why, and at which flight time in s."""
+
+    is_over: bool
+    failed: bool
+    reason: str
+    time: float
 
 
 class Flown(NamedTuple):
-    """A bag and what several rules need of it: its tables, whether a guard flew along, with which parameters."""
+    """A bag and what several rules need of it: its tables, whether a guard flew along, with which parameters.
+
+    ``last``: None where the bag does not hold how the flight stood.
+    """
 
     flight: Flight
     tables: dict[str, Table]
     guard: GuardParameters
+    last: LastState | None
 
     @property
     def failed(self) -> bool:
-        """Whether the recorder noted another end than the planned one."""
-        return self.flight.metadata.get("outcome", "ended") != "ended"
+        """Whether the recorder or the vehicle's owner noted another end than the planned one."""
+        noted = self.flight.metadata.get("outcome", "ended") != "ended"
+        return noted or (self.last is not None and self.last.failed)
 
 
-def failed_checks(flight: Flight) -> list[str]:
-    """Return what speaks against a flight apart from its metrics, one line each, in the order of CHECKS.
+def failed_checks(flight: Flight, checks: Sequence["Check"] = ()) -> list[str]:
+    """Return what ``checks``, by default all, find against a flight apart from its metrics, one line each, in order.
 
     Raises FlightLogError as the metrics do where the bag cannot be read.
     """
-    flown = Flown(flight, flight_tables(flight), _guard_of(flight))
-    return [fault for check in CHECKS if (fault := check(flown))]
+    flown = Flown(flight, flight_tables(flight), _guard_of(flight), last_state(flight))
+    return [fault for check in checks or (*RECORD, *CHECKS) if (fault := check(flown))]
+
+
+def last_state(flight: Flight) -> LastState | None:
+    """Return the last ``flight/state`` by its stamp; None without any."""
+    table = of_its_run(flight, "flight/state", ("state", "reason", "stamp_ns"))
+    last = max(((int(row["stamp_ns"]), int(row["state"]), str(row["reason"])) for row in table), default=None)
+    if last is None:
+        return None
+    stamp, state, reason = last
+    return LastState(state in (ENDED, FAILED), state == FAILED, reason, stamp * 1e-9)
 
 
 def ends_early(flight: Flight) -> bool:
-    """Return whether a bag ends before its flight: it is cut, or its recorder was stopped."""
-    return flight.truncated or flight.metadata.get("reason") == STOPPED
+    """Return whether a bag ends before its flight: it is cut, its recorder was stopped, or no end is in it."""
+    last = last_state(flight)
+    return flight.truncated or flight.metadata.get("reason") == STOPPED or last is None or not last.is_over
+
+
+def whole_file(flown: Flown) -> str:
+    """Say where the bag is cut, or which file it lacks."""
+    return f"the bag is cut ({flown.flight.damage})" if flown.flight.truncated else ""
 
 
 def run_ids(flown: Flown) -> str:
@@ -177,14 +211,26 @@ def _has_landed(flight: Flight) -> bool:
 
 
 def recorded_end(flown: Flown) -> str:
-    """Say that the bag ends before the flight, and where: how the flight ended is not known from it."""
-    if not ends_early(flown.flight) or not flown.flight.has("flight/state") or "truth" not in flown.tables:
-        return ""
-    states = flown.flight.array("flight/state")
-    if "state" not in (states.dtype.names or ()) or states["state"][-1] in _OVER:
-        return ""
+    """Say that the bag ends before the flight, and where, or that it does not hold how the flight ended."""
+    if "truth" not in flown.tables:
+        return "neither truth nor state in the bag: where the vehicle flew is not recorded"
+    if flown.last is None:
+        return "no flight/state in the bag: how the flight ended is not recorded"
     at = int(flown.tables["truth"]["stamp_ns"].max()) * 1e-9
+    if flown.last.is_over and (flown.failed or at > flown.last.time - SILENCE):
+        return ""
     return f"the bag ends at {at:.2f} s, before the flight: what came after is not recorded"
+
+
+def missing_topics(flown: Flown) -> str:
+    """Name the topics that a verdict needs and that a recorder of others left out; ours records all that there is."""
+    flight = flown.flight
+    if flight.written_by.startswith(LIBRARY):
+        return ""
+    roles = text_table(flight, "flight/parameters")["role"] if flight.has("flight/parameters") else ()
+    needed = (*EVIDENCE, "flight/mode") if COMMANDER in roles else EVIDENCE
+    listed = ", ".join(topic for topic in needed if not flight.has(topic))
+    return f"not recorded: {listed}" if listed else ""
 
 
 def infeasible_reference(flown: Flown) -> str:
@@ -205,37 +251,44 @@ def guard_in_command(flown: Flown) -> str:
     return "; ".join(f"the guard took over at step {one.step} ({one.mode}): {one.reason}" for one in found)
 
 
-CHECKS = (
+Check = Callable[[Flown], str]
+
+RECORD: tuple[Check, ...] = (
+    whole_file,
     run_ids,
     equal_stamps,
     missing_steps,
     recorded_beginning,
     numbers,
-    envelope,
-    stopped_motors,
     recorded_end,
-    infeasible_reference,
-    guard_in_command,
+    missing_topics,
 )
-"""Each returns the fault that a bag shows, or nothing."""
+"""Each returns why the bag is no whole record of one flight, or nothing."""
+
+CHECKS: tuple[Check, ...] = (envelope, stopped_motors, infeasible_reference, guard_in_command)
+"""Each returns the fault that a flight shows, or nothing."""
 
 
 class Judgement(NamedTuple):
-    """What speaks against a flight, one line each, and the limits {metric: largest value} that it was held to."""
+    """What speaks against a flight, one line each, and the limits {metric: largest value} that it was held to.
+
+    ``problems``: faults of the flight. ``unknown``: what its bag does not tell.
+    """
 
     problems: tuple[str, ...]
+    unknown: tuple[str, ...]
     limits: Mapping[str, float]
 
     @property
-    def good(self) -> bool:
-        """Whether the flight counts."""
-        return not self.problems
+    def verdict(self) -> str:
+        """``good``, ``failed`` or ``unknown``."""
+        return "failed" if self.problems else "unknown" if self.unknown else "good"
 
     @property
     def text(self) -> str:
         """The judgement in one line."""
-        if self.problems:
-            return "Failed: " + "; ".join(self.problems)
+        if self.verdict != "good":
+            return f"{self.verdict.capitalize()}: " + "; ".join(self.problems + self.unknown)
         limits = (f"{name} at most {limit:g} {METRICS[name].unit}".rstrip() for name, limit in self.limits.items())
         listed = ", ".join(limits)
         if not listed:
@@ -247,17 +300,21 @@ def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float
     """Return the judgement on a flight by ``limits``, by default those that the bag notes; raises FlightLogError."""
     noted = [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
     limits_used = read_limits(noted) if limits is None else limits
-    problems = [f"the bag is cut ({flight.damage})"] if flight.truncated else []
-    outcome = flight.metadata.get("outcome", "unknown")  # a recorder of others notes none
-    if outcome not in ("ended", "unknown"):
-        problems.append(flight.metadata.get("reason", "") or f"the flight did not end as planned: {outcome}")
-    problems += failed_checks(flight)
+    problems, unknown, last = list[str](), failed_checks(flight, RECORD), last_state(flight)
+    outcome = flight.metadata.get("outcome", "ended")  # a recorder of others notes none
+    if outcome != "ended" or (last is not None and last.failed):
+        reason = flight.metadata.get("reason", "") or (last.reason if last is not None else "")
+        problems.append(reason or f"the flight did not end as planned: {outcome}")
+    problems += failed_checks(flight, CHECKS)
     for name, limit in limits_used.items():
         value = getattr(metrics, name)
-        if value is None or value > limit:
-            found = "not available" if value is None else f"{value:.4g}"
-            problems.append(f"{name}: found {found}, expected at most {limit:g} {METRICS[name].unit}")
-    return Judgement(tuple(problems), limits_used)
+        expected = f"expected at most {limit:g} {METRICS[name].unit}"
+        if value is not None and value > limit:
+            problems.append(f"{name}: found {value:.4g}, {expected}")
+        elif value is None:
+            never = name == "settling_time" and metrics.position_rmse is not None
+            (problems if never else unknown).append(f"{name}: found not available, {expected}")
+    return Judgement(tuple(problems), tuple(unknown), limits_used)
 
 
 def read_limits(arguments: Sequence[str]) -> dict[str, float]:

@@ -125,7 +125,7 @@ def _apart(one: Table, other: Table) -> Floats:
 
 def truth_note(flight: Flight) -> str:
     """Return what to say of errors that are not those of ``truth``, or not of the whole flight; else empty."""
-    found = [f"the bag is cut ({flight.damage}): this is what is left of it"] if flight.truncated else []
+    found = []
     if flight.has("truth") and truth_topic(flight) == "state":
         found.append(estimate_note(flight))
     elif truth_topic(flight) != "truth":

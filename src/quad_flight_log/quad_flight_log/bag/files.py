@@ -180,7 +180,8 @@ class BagFile:
         if data[:4] == _ZSTD:
             self._unpack(zstandard.frame_content_size(data))  # -1, where the frame does not say it, is refused below
             data = zstandard.decompress(data)
-        return Message(self.channels[number], record.log_time, data)
+        time = record.log_time
+        return Message(self.channels[number], time - (time >> 63 << 64), data)  # below 0 a recorder's clock rolled over
 
 
 def _channel(connection: Any) -> Channel:

@@ -16,15 +16,15 @@ _POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-s
 class Page(NamedTuple):
     """A whole report: ``body`` holds figures and HTML of the functions below, in order.
 
-    ``command`` made it; ``facts`` are lines of name and value, folded at its end. ``verdict``: whether it is good, and
-    the line that opens the page; None where nothing was judged. ``numbers``: (value, what it is), under the verdict.
+    ``command`` made it; ``facts`` are lines of name and value, folded at its end. ``verdict``: good, failed or
+    unknown, and the line that opens the page; None where nothing was judged. ``numbers``: (value, what it is).
     """
 
     title: str
     command: str
     facts: Sequence[tuple[str, str]]
     body: Sequence[Figure | str]
-    verdict: tuple[bool, str] | None = None
+    verdict: tuple[str, str] | None = None
     numbers: Sequence[tuple[str, str]] = ()
 
 
@@ -103,8 +103,8 @@ def page_text(page: Page) -> str:
 def _opening(page: Page) -> str:
     parts = []
     if page.verdict is not None:
-        good, text = page.verdict
-        parts.append(f'<p class="verdict {"good" if good else "bad"}">{escape(text)}</p>')
+        word, text = page.verdict
+        parts.append(f'<p class="verdict {word}">{escape(text)}</p>')
     if page.numbers:
         items = [f"<div><b>{escape(value)}</b>{escape(name)}</div>" for value, name in page.numbers]
         parts.append(f'<div class="numbers">{"".join(items)}</div>')

@@ -19,22 +19,30 @@ _METRICS = ("duration", "position_rmse", "position_max", "position_final", "sett
 def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -> Page:
     """Return the report of one flight, or of several of one trajectory in the same figures.
 
-    One is judged by the limits that its bag notes; the page opens with verdict, three numbers and the path. Raises
-    FlightLogError for different trajectories.
+    Each is judged by the limits that its bag notes; the page opens with the worst verdict, of one flight with three
+    numbers, and the path. Raises TopicError for a bag without any topic of a flight, FlightLogError for different
+    trajectories.
     """
     runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
     flown = dict.fromkeys(run.trajectory for run in runs)
     if len(flown) > 1:
         raise FlightLogError(f"found flights of {', '.join(map(repr, flown))}, expected one trajectory in a report")
-    judged = judgement(flights[0], runs[0].metrics) if len(runs) == 1 else None
+    for flight, run in zip(flights, runs, strict=True):
+        if not run.tables:
+            raise flight.without_topics("there is nothing to report")
+    judged = [judgement(flight, run.metrics) for flight, run in zip(flights, runs, strict=True)]
     notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
     body: list[Figure | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
     figures = with_bands(paper_figures(runs), runs)
-    body += [*figures[:1], *_tables(runs, judged.limits if judged else {}), *figures[1:]]
+    body += [*figures[:1], *_tables(runs, judged[0].limits if len(runs) == 1 else {}), *figures[1:]]
     body += [heading("Inside the flight"), *with_bands(inside_figures(runs), runs), *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
     page = Page(f"Flight{'s' * (len(names) > 1)} {', '.join(names)}", command, facts, body)
-    return page._replace(verdict=(judged.good, judged.text), numbers=_numbers(runs[0].metrics)) if judged else page
+    verdict = next(word for word in ("failed", "unknown", "good") if word in [one.verdict for one in judged])
+    if len(runs) == 1:
+        return page._replace(verdict=(verdict, judged[0].text), numbers=_numbers(runs[0].metrics))
+    text = "; ".join(f"{name}: {one.text}" for name, one in zip(names, judged, strict=True))
+    return page._replace(verdict=(verdict, text))
 
 
 def _numbers(metrics: FlightMetrics) -> list[tuple[str, str]]:
