@@ -7,6 +7,7 @@ the disturbance and with the estimate of our observer, and what a solution took 
 
 Examples:
   python bench/law_lemniscate.py
+  python bench/law_lemniscate.py --steep --seeds 1
   python bench/law_lemniscate.py --pair nmpc
   python bench/law_lemniscate.py --pair aibs+abfnitsm --pair aibs+indi --speed 5 --seeds 20
 """
@@ -24,6 +25,9 @@ NMPC = "nmpc"
 SOURCES = ("filter", "led", "feed_forward")
 NESTED = ("indi", "itsm", "pid", "se3")
 """Attitude laws whose source of the desired rates stands in the group `shaping`."""
+STEEP = ((10.0, 5.0), (12.0, 4.0))
+"""m/s, and m from the crossing to a tip: 65 and 76 deg of tilt."""
+OPEN = ("acceleration_xy=80.0", "acceleration_z=40.0", "tilt=1.5")
 
 
 def outside(options, observed, speed):
@@ -58,7 +62,7 @@ def prepared(options, position, attitude, speed, settings):
     return from_names("lemniscate", **common, settings=settings)
 
 
-def flown(options, pair, source, speed):
+def flown(options, pair, source, speed, more=()):
     """Return the results of the flights of a pair, from seed 1001 on."""
     position, _, attitude = pair.partition("+")
     group = f"{attitude}.shaping" if attitude in NESTED else attitude
@@ -66,9 +70,21 @@ def flown(options, pair, source, speed):
     settings = [
         f"position_controller.{position}.feed_forward={ahead}",
         f"attitude_controller.{group}.command={source}",
+        *more,
     ]
     flight = prepared(options, position, attitude, speed, settings)
     return [fly(flight._replace(seed=seed), compiled=True, logging=False) for seed in range(1001, 1001 + options.seeds)]
+
+
+def steep(options, pair):
+    """Print the row of a pair on the steep lemniscates, limits opened."""
+    position = pair.partition("+")[0]
+    opened = ["vehicle.thrust_to_weight=8.0", *(f"position_controller.{position}.limits.{limit}" for limit in OPEN)]
+    cells = []
+    for speed, half in STEEP:
+        more = [*opened, f"trajectory.lemniscate.half_width={half}"]
+        cells.append(cell(flown(options, pair, "led", speed, more)))
+    print(f"| {pair} | led | {' | '.join(cells)} |", flush=True)
 
 
 def cell(results):
@@ -93,7 +109,13 @@ def main():
     parser.add_argument("--preset", default="tuned", help="preset, or a file with gains (default: tuned)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
     parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="may be repeated")
+    parser.add_argument("--steep", action="store_true", help="65 and 76 deg of tilt instead, limits opened")
     options = parser.parse_args()
+    if options.steep:
+        print("| pair | desired rates | 10 m/s, 5 m | 12 m/s, 4 m |\n|---|---|---|---|")
+        for pair in options.pair or PAIRS:
+            steep(options, pair)
+        return 0
     speeds = options.speed or [5.0, 8.0, 10.0]
     print("| pair | desired rates | " + " | ".join(f"{speed:g} m/s" for speed in speeds) + " |")
     print("|---" * (2 + len(speeds)) + "|")

@@ -23,7 +23,7 @@ from law_prediction import LAG, NOISE, WITHOUT, predicting
 
 from quad_flight.flight import fly, from_names
 
-PAIRS = ("aibs+abfnitsm", "aibs+indi", "aibs+pid", "aibs+se3", "ibs+itsm", "pid+pid", "se3+se3")
+PAIRS = ("aibs+abfnitsm", "aibs+abfnitsm_so3", "aibs+indi", "aibs+pid", "aibs+se3", "ibs+itsm", "pid+pid", "se3+se3")
 EFFECTIVENESS = "simulator.rigid_body.effectiveness"
 TORQUE = ("roll", "pitch", "yaw")
 SECONDS, LARGEST, NOISIEST, HALVINGS = 20.0, 1.0, 10.0, 7

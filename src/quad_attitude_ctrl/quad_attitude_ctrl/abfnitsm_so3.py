@@ -19,13 +19,23 @@ The goal's heading is never farther than ``widest`` from the vehicle's: q_d is t
 there. A vehicle that spins, which small rotors cannot stop at once, would else feel a tilt that turns with it.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_attitude_ctrl.abfnitsm import initial_axis, shown
-from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, Shaping
-from quad_attitude_ctrl.rotation_filter import IDENTITY, RotationState, at_rest, next_rotation, way_to
+from quad_attitude_ctrl.command import CommandFilter, CommandSource
+from quad_attitude_ctrl.rotation_filter import (
+    NO_ROTATION,
+    Goal,
+    RotationShaping,
+    RotationState,
+    about_thrust,
+    as_angles,
+    at_rest,
+    goal_of,
+    next_rotation,
+    swing_twist,
+)
 from quad_attitude_ctrl.sliding_control import (
     AdaptationForm,
     AxisGains,
@@ -38,27 +48,13 @@ from quad_attitude_ctrl.sliding_control import (
 from quad_attitude_ctrl.torque import (
     AntiWindup,
     TorqueLimits,
-    body_acceleration,
     integrals_frozen,
     inverse_dynamics,
     limited_torque,
 )
-from quad_core.geometry import (
-    ZERO,
-    add,
-    body_rates,
-    clamp,
-    cross,
-    euler_from_quaternion,
-    normalized,
-    quaternion_from_euler,
-    relative_attitude,
-    rotate_inverse,
-    subtract,
-    turned,
-)
+from quad_core.geometry import add, clamp, cross, relative_attitude, rotate_inverse, subtract
 from quad_core.parameters import Choice, Real, Value
-from quad_core.types import AttitudeInputs, AttitudeInternals, AttitudeThrust, AxisFlags, Quat, Vec3, Wrench
+from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Quat, Vec3, Wrench
 from quad_core.vehicle import DragSign, Vehicle
 
 Internals = AttitudeInternals
@@ -97,18 +93,10 @@ class Memory(NamedTuple):
     initialised: bool = False
 
 
-class Goal(NamedTuple):
-    """Desired attitude, its body rates in rad/s and their derivative in rad/s^2, in its own body axes."""
-
-    attitude: Quat
-    rates: Vec3
-    accelerations: Vec3
-
-
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no surface integral, estimates at Q_hat(0)."""
     roll, pitch, yaw = initial_axis(parameters.roll), initial_axis(parameters.pitch), initial_axis(parameters.yaw)
-    return Memory(roll, pitch, yaw, at_rest(IDENTITY), 1.0, False)
+    return Memory(roll, pitch, yaw, NO_ROTATION, 1.0, False)
 
 
 def step(
@@ -119,7 +107,7 @@ def step(
     In the internals angles and rates are those of body axes, ``desired_angles`` the Euler angles of the goal.
     """
     setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
-    filtered = memory.filter if memory.initialised else at_rest(q_wb)
+    filtered = memory.filter if memory.initialised else at_rest(q_wb, setpoint)
     goal = with_heading_near(goal_of(parameters.command, filtered, setpoint), q_wb, parameters.widest)
     q = relative_attitude(goal.attitude, q_wb)
     side = chosen_side(memory, q.w, parameters.margin)
@@ -140,55 +128,28 @@ def step(
 
     rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
     frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)
-    shown_goal = Desired(euler_from_quaternion(goal.attitude), goal.rates, goal.accelerations)
+    shaping = RotationShaping(
+        parameters.command, parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter, parameters.widest
+    )
     axes = (memory.roll, memory.pitch, memory.yaw)
-    internals = shown(axes, shown_goal, states, (roll, pitch, yaw), torque.limited, frozen)
+    internals = shown(axes, as_angles(goal), states, (roll, pitch, yaw), torque.limited, frozen)
     next_memory = Memory(
         roll=next_axis_memory(parameters.roll, memory.roll, roll, rest.x, dt),
         pitch=next_axis_memory(parameters.pitch, memory.pitch, pitch, rest.y, dt),
         yaw=next_axis_memory(parameters.yaw, memory.yaw, yaw, rest.z, dt),
-        filter=_next_filter(parameters, filtered, setpoint, dt),
+        filter=next_rotation(shaping, filtered, setpoint, dt),
         side=side,
         initialised=True,
     )
     return Wrench(setpoint.thrust, torque.torque), next_memory, internals
 
 
-def goal_of(source: int, filtered: RotationState, setpoint: AttitudeThrust) -> Goal:
-    """Return what the law follows; ``source`` is a ``CommandSource``."""
-    if source == CommandSource.FEED_FORWARD:
-        return set_goal(setpoint)
-    if source == CommandSource.RAW:
-        return Goal(set_attitude(setpoint), ZERO, ZERO)
-    return Goal(filtered.attitude, filtered.rates, filtered.accelerations)
-
-
 def with_heading_near(goal: Goal, q_wb: Quat, widest: float) -> Goal:
     """Return ``goal`` turned about its thrust axis until at most ``widest`` rad of turn from ``q_wb`` are left."""
-    turn = way_to(relative_attitude(q_wb, goal.attitude)).z
+    turn = swing_twist(relative_attitude(q_wb, goal.attitude)).z
     if abs(turn) <= widest:
         return goal
-    back = clamp(turn, -widest, widest) - turn
-    other = Quat(0.0, 0.0, math.sin(0.5 * back), math.cos(0.5 * back))
-    return Goal(
-        turned(goal.attitude, Vec3(0.0, 0.0, back)),
-        rotate_inverse(other, goal.rates),
-        rotate_inverse(other, goal.accelerations),
-    )
-
-
-def set_attitude(setpoint: AttitudeThrust) -> Quat:
-    """Return the attitude of the setpoint as a unit quaternion, that of its angles where it names none."""
-    q = setpoint.q_wb
-    if 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
-        return normalized(q)
-    return quaternion_from_euler(setpoint.angles)
-
-
-def set_goal(setpoint: AttitudeThrust) -> Goal:
-    """Return the setpoint with its derivatives, in body axes: exact where the thrust is tilted in the set heading."""
-    angles, v, a = setpoint.angles, setpoint.rates, setpoint.accelerations
-    return Goal(set_attitude(setpoint), body_rates(angles, v), body_acceleration(angles, v, a))
+    return about_thrust(goal, clamp(turn, -widest, widest) - turn)
 
 
 def chosen_side(memory: Memory, scalar: float, margin: float) -> float:
@@ -214,22 +175,6 @@ def _axis_states(q_wb: Quat, omega_b: Vec3, error: Vec3, error_rate: Vec3) -> tu
         AxisState(angle.y, omega_b.y, error.y, error_rate.y, 0.0, 0.0),
         AxisState(angle.z, omega_b.z, error.z, error_rate.z, 0.0, 0.0),
     )
-
-
-def _next_filter(parameters: Parameters, state: RotationState, setpoint: AttitudeThrust, dt: float) -> RotationState:
-    """Return the command filter one step later."""
-    shaping = Shaping(parameters.command, parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter)
-    target = set_attitude(setpoint)
-    if shaping.command == CommandSource.LED:
-        goal = set_goal(setpoint)
-        v, a, roll, pitch, yaw = goal.rates, goal.accelerations, shaping.roll, shaping.pitch, shaping.yaw
-        lead = Vec3(
-            3.0 * (v.x + a.x / roll.bandwidth) / roll.bandwidth,
-            3.0 * (v.y + a.y / pitch.bandwidth) / pitch.bandwidth,
-            3.0 * (v.z + a.z / yaw.bandwidth) / yaw.bandwidth,
-        )
-        target = turned(target, lead)
-    return next_rotation(state, target, shaping, parameters.widest, dt)
 
 
 _MINIMAL = {name: value for name, value in abfnitsm.PRESETS["minimal"].items() if name != "mapping"}

@@ -6,7 +6,7 @@ The paper defines neither x_1d' nor x_1d''. Three equal poles at -bandwidth make
 staircase. The step is the exact solution for an input held over it: stable at any bandwidth and rate. Source:
 command-filtered backstepping, Farrell, Polycarpou, Sharma and Dong, IEEE TAC 54(6), 2009.
 
-All laws of this package share this text: they are compared on the same commands.
+Laws with Euler angles share it, abfnitsm and itsm; those without share ``rotation_filter``, made of the same poles.
 """
 
 import math

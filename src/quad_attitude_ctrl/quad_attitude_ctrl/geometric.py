@@ -1,4 +1,4 @@
-"""The attitude error without Euler angles and its feedback, which ``se3`` and ``indi`` share.
+"""The attitude error on SO(3) and its feedback, which ``se3`` and ``indi`` share.
 
     e_R          = 1/2 (R_d^T R - R^T R_d)^vee                   attitude error: rotation axis times sine of the angle
     e_Omega      = Omega - R^T R_d Omega_d                       rate error, rad/s
@@ -12,16 +12,8 @@ come from the command filter.
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.command import Desired
-from quad_attitude_ctrl.torque import body_acceleration
-from quad_core.geometry import (
-    body_rates,
-    cross,
-    quaternion_from_euler,
-    relative_attitude,
-    rotate_inverse,
-    subtract,
-)
+from quad_attitude_ctrl.rotation_filter import Goal
+from quad_core.geometry import cross, relative_attitude, rotate_inverse, subtract
 from quad_core.parameters import Real
 from quad_core.types import Vec3, VehicleState
 
@@ -42,14 +34,14 @@ class Tracking(NamedTuple):
     feed_forward: Vec3
 
 
-def tracking(goal: Desired, state: VehicleState, roll: Gains, pitch: Gains, yaw: Gains) -> Tracking:
+def tracking(goal: Goal, state: VehicleState, roll: Gains, pitch: Gains, yaw: Gains) -> Tracking:
     """Return the errors of ``state`` against ``goal`` and what they and the motion of ``goal`` ask for."""
-    relative = relative_attitude(quaternion_from_euler(goal.angles), state.q_wb)
+    relative = relative_attitude(goal.attitude, state.q_wb)
     # 1/2 (R_e - R_e^T)^vee of R_e = R_d^T R: the rotation axis times the sine of the angle
     twice_cosine = 2.0 * relative.w
     error = Vec3(twice_cosine * relative.x, twice_cosine * relative.y, twice_cosine * relative.z)
-    turned_rates = rotate_inverse(relative, body_rates(goal.angles, goal.rates))
-    turned = rotate_inverse(relative, body_acceleration(goal.angles, goal.rates, goal.accelerations))
+    turned_rates = rotate_inverse(relative, goal.rates)
+    turned = rotate_inverse(relative, goal.accelerations)
     error_rate = subtract(state.omega_b, turned_rates)
     feedback = Vec3(
         -roll.angle * error.x - roll.rate * error_rate.x,

@@ -14,10 +14,18 @@ those of ``geometric``.
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
+from quad_attitude_ctrl.rotation_filter import (
+    NO_ROTATION,
+    RotationShaping,
+    RotationState,
+    as_angles,
+    at_rest,
+    goal_of,
+    next_rotation,
+)
 from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
-from quad_core.geometry import ZERO, add, euler_from_quaternion, low_passed, slope, subtract
+from quad_core.geometry import ZERO, add, low_passed, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -34,7 +42,7 @@ class Parameters(NamedTuple):
     bandwidth: Annotated[
         float, Real("rad/s", "poles b of acceleration's and torque's filter; larger: noisier", 0.1, 1e4, "Smeur 2016")
     ] = 100.0
-    shaping: Shaping = Shaping()
+    shaping: RotationShaping = RotationShaping()
     torque: TorqueLimits = TorqueLimits()
 
 
@@ -46,9 +54,9 @@ class Filtered(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Command filters, body rates of the last step in rad/s, filtered angular acceleration and torque."""
+    """Command filter, body rates of the last step in rad/s, filtered angular acceleration and torque."""
 
-    filters: FilterStates = FilterStates()
+    filter: RotationState = RotationState()
     omega_b: Vec3 = Vec3()
     acceleration: Filtered = Filtered()
     torque: Filtered = Filtered()
@@ -58,7 +66,7 @@ class Memory(NamedTuple):
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no acceleration, no torque."""
     nothing = Filtered(ZERO, ZERO)
-    return Memory(filters=filters_at_rest(ZERO), omega_b=ZERO, acceleration=nothing, torque=nothing, initialised=False)
+    return Memory(filter=NO_ROTATION, omega_b=ZERO, acceleration=nothing, torque=nothing, initialised=False)
 
 
 def step(
@@ -71,21 +79,21 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    filters, acceleration, given = memory.filters, memory.acceleration, memory.torque
+    command, acceleration, given = memory.filter, memory.acceleration, memory.torque
     if memory.initialised:
         acceleration = filtered(acceleration, slope(memory.omega_b, omega_b, dt), parameters.bandwidth, dt)
         given = filtered(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
     else:
-        filters = filters_at_rest(euler_from_quaternion(state.q_wb))
-    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
+        command = at_rest(state.q_wb, inputs.setpoint)
+    goal = goal_of(parameters.shaping.command, command, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
     missing = subtract(add(feed_forward, feedback), acceleration.second)
     torque = limited_torque(add(given.second, torque_for(vehicle, missing)), parameters.torque)
-    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
+    next_filter = next_rotation(parameters.shaping, command, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
-    internals = internals_of(goal, found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
-    next_memory = Memory(next_states, omega_b, acceleration, given, True)
+    internals = internals_of(as_angles(goal), found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
+    next_memory = Memory(next_filter, omega_b, acceleration, given, True)
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 

@@ -1,23 +1,33 @@
 """Cascaded attitude PID as common autopilots fly it: angle P, rate PID, feed-forward; a ``quad.attitude_law`` plug-in.
 
-    omega_d = body rates of (x_d' - K_a (x - x_d))                                rad/s
-    a       = K_f w_d' + I - K_p (omega - omega_d) - K_d omega', low-passed       body acceleration, rad/s^2
-    I'      = -K_i (omega - omega_d), |I| <= max                                  I part, rad/s^2
-    torque  = J a                                                                 N m
+    e       = minus the way from q_wb to q_d: tilt about body x and y, then turn about z      rad
+    omega_d = R^T R_d Omega_d - K_a e                                                         rad/s
+    a       = K_f R^T R_d Omega_d' + I - K_p (omega - omega_d) - K_d omega', low-passed       rad/s^2
+    I'      = -K_i (omega - omega_d), |I| <= max                                              I part, rad/s^2
+    torque  = J a                                                                             N m
 
-Source: the multicopter attitude and rate controllers of the PX4 and ArduPilot autopilots: the angle error in proportion
-gives rates on top of those fed forward, the error of the body rates gives angular accelerations through P and I, the D
-part acts on the measured angular acceleration, the desired acceleration is fed forward. The error is that of the Z-Y-X
-angles. Torque = nominal inertia times acceleration; no gyroscopic term, as flown there.
+Source: the multicopter attitude and rate controllers of the PX4 and ArduPilot autopilots: the attitude error, the
+shortest turn that points the thrust and what is left about it, gives in proportion rates on top of those fed forward.
+The error of the body rates gives angular accelerations through P and I, the D part acts on the measured angular
+acceleration, the desired acceleration is fed forward. Torque = nominal inertia times acceleration; no gyroscopic term,
+as flown there. q_d, Omega_d and Omega_d' come from ``rotation_filter``.
 """
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
+from quad_attitude_ctrl.rotation_filter import (
+    NO_ROTATION,
+    RotationShaping,
+    RotationState,
+    as_angles,
+    at_rest,
+    goal_of,
+    next_rotation,
+    swing_twist,
+)
 from quad_attitude_ctrl.torque import (
     AntiWindup,
     TorqueLimits,
-    body_acceleration,
     integrals_frozen,
     internals_of,
     limited_torque,
@@ -26,14 +36,13 @@ from quad_attitude_ctrl.torque import (
 from quad_core.geometry import (
     ZERO,
     add,
-    body_rates,
     clamp,
-    euler_from_quaternion,
     low_passed,
+    relative_attitude,
+    rotate_inverse,
     scale,
     slope,
     subtract,
-    wrap_angle,
 )
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
@@ -45,7 +54,7 @@ Internals = AttitudeInternals
 class Gains(NamedTuple):
     """Gains of one axis."""
 
-    angle: Annotated[float, Real("1/s", "P of the angle; larger: stiffer", 0.0, 1e3)] = 10.0
+    angle: Annotated[float, Real("1/s", "P of the attitude; larger: stiffer", 0.0, 1e3)] = 10.0
     rate: Annotated[float, Real("1/s", "P of the body rate; larger: more damped", 0.0, 1e4)] = 30.0
     integral: Annotated[float, Real("1/s^2", "I of the body rate; larger: offsets go faster; 0: off", 0.0, 1e5)] = 50.0
     derivative: Annotated[float, Real("", "D of the body rate, on the measured acceleration; 0: off", 0.0, 10.0)] = 0.0
@@ -65,14 +74,14 @@ class Parameters(NamedTuple):
         float, Real("", "share of the desired angular acceleration that is fed forward; 0: off", 0.0, 1.0)
     ] = 1.0
     anti_windup: AntiWindup = True
-    shaping: Shaping = Shaping()
+    shaping: RotationShaping = RotationShaping()
     torque: TorqueLimits = TorqueLimits()
 
 
 class Memory(NamedTuple):
-    """Command filters, I part and filtered angular acceleration in rad/s^2, body rates of the last step in rad/s."""
+    """Command filter, I part and filtered angular acceleration in rad/s^2, body rates of the last step in rad/s."""
 
-    filters: FilterStates = FilterStates()
+    filter: RotationState = RotationState()
     integral: Vec3 = Vec3()
     acceleration: Vec3 = Vec3()
     omega_b: Vec3 = Vec3()
@@ -81,7 +90,7 @@ class Memory(NamedTuple):
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no I part."""
-    return Memory(filters=filters_at_rest(ZERO), integral=ZERO, acceleration=ZERO, omega_b=ZERO, initialised=False)
+    return Memory(filter=NO_ROTATION, integral=ZERO, acceleration=ZERO, omega_b=ZERO, initialised=False)
 
 
 def step(
@@ -92,22 +101,19 @@ def step(
     In the internals ``rate_error`` is that of the body rates; ``equivalent_control`` the feed-forward,
     ``reaching_control`` the PID, both as body accelerations in rad/s^2.
     """
-    angles = euler_from_quaternion(inputs.state.q_wb)
-    omega_b = inputs.state.omega_b
-    filters = memory.filters if memory.initialised else filters_at_rest(angles)
-    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
-    error = Vec3(wrap_angle(angles.x - goal.angles.x), angles.y - goal.angles.y, wrap_angle(angles.z - goal.angles.z))
+    setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
+    filtered = memory.filter if memory.initialised else at_rest(q_wb, setpoint)
+    goal = goal_of(parameters.shaping.command, filtered, setpoint)
+    apart = relative_attitude(goal.attitude, q_wb)
+    error = scale(-1.0, swing_twist(relative_attitude(q_wb, goal.attitude)))
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw
-    euler_rates_d = Vec3(
-        goal.rates.x - roll.angle * error.x, goal.rates.y - pitch.angle * error.y, goal.rates.z - yaw.angle * error.z
-    )
-    rate_error = subtract(omega_b, body_rates(angles, euler_rates_d))
+    correction = Vec3(-roll.angle * error.x, -pitch.angle * error.y, -yaw.angle * error.z)
+    rate_error = subtract(omega_b, add(rotate_inverse(apart, goal.rates), correction))
     measured = memory.acceleration
     if memory.initialised:
         measured = low_passed(measured, slope(memory.omega_b, omega_b, dt), parameters.derivative_bandwidth, dt)
 
-    desired_acceleration = body_acceleration(angles, goal.rates, goal.accelerations)
-    feed_forward = scale(parameters.acceleration_feed_forward, desired_acceleration)
+    feed_forward = scale(parameters.acceleration_feed_forward, rotate_inverse(apart, goal.accelerations))
     old = memory.integral
     feedback = Vec3(
         old.x - roll.rate * rate_error.x - roll.derivative * measured.x,
@@ -121,10 +127,10 @@ def step(
         _integrated(pitch, old.y, rate_error.y, frozen.y, dt),
         _integrated(yaw, old.z, rate_error.z, frozen.z, dt),
     )
-    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
-    next_memory = Memory(next_states, integral, measured, omega_b, True)
-    internals = internals_of(goal, error, rate_error, feed_forward, feedback, torque, frozen)
-    return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
+    next_filter = next_rotation(parameters.shaping, filtered, setpoint, dt)
+    next_memory = Memory(next_filter, integral, measured, omega_b, True)
+    internals = internals_of(as_angles(goal), error, rate_error, feed_forward, feedback, torque, frozen)
+    return Wrench(setpoint.thrust, torque.torque), next_memory, internals
 
 
 def _integrated(gains: Gains, part: float, rate_error: float, frozen: bool, dt: float) -> float:

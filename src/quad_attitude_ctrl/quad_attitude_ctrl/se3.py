@@ -11,10 +11,18 @@ feedback are those of ``geometric``. It has no integral, as in the source.
 
 from typing import NamedTuple
 
-from quad_attitude_ctrl.command import FilterStates, Shaping, desired, filters_at_rest, next_filters
 from quad_attitude_ctrl.geometric import Gains, tracking
+from quad_attitude_ctrl.rotation_filter import (
+    NO_ROTATION,
+    RotationShaping,
+    RotationState,
+    as_angles,
+    at_rest,
+    goal_of,
+    next_rotation,
+)
 from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
-from quad_core.geometry import ZERO, add, cross, euler_from_quaternion
+from quad_core.geometry import add, cross
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 
@@ -27,20 +35,20 @@ class Parameters(NamedTuple):
     roll: Gains = Gains()
     pitch: Gains = Gains()
     yaw: Gains = Gains()
-    shaping: Shaping = Shaping()
+    shaping: RotationShaping = RotationShaping()
     torque: TorqueLimits = TorqueLimits()
 
 
 class Memory(NamedTuple):
-    """Command filters; ``initialised``: they started at an attitude."""
+    """Command filter; ``initialised``: they started at an attitude."""
 
-    filters: FilterStates = FilterStates()
+    filter: RotationState = RotationState()
     initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step."""
-    return Memory(filters=filters_at_rest(ZERO), initialised=False)
+    return Memory(filter=NO_ROTATION, initialised=False)
 
 
 def step(
@@ -53,8 +61,8 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    filters = memory.filters if memory.initialised else filters_at_rest(euler_from_quaternion(state.q_wb))
-    goal = desired(parameters.shaping.command, filters, inputs.setpoint)
+    filtered = memory.filter if memory.initialised else at_rest(state.q_wb, inputs.setpoint)
+    goal = goal_of(parameters.shaping.command, filtered, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
     gyroscopic = cross(omega_b, torque_for(vehicle, omega_b))
@@ -64,7 +72,7 @@ def step(
         feed_forward.z + gyroscopic.z / vehicle.inertia_zz,
     )
     torque = limited_torque(torque_for(vehicle, add(feedback, remainder)), parameters.torque)
-    next_states = next_filters(parameters.shaping, filters, inputs.setpoint, dt)
+    next_filter = next_rotation(parameters.shaping, filtered, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
-    internals = internals_of(goal, found.angle_error, found.rate_error, remainder, feedback, torque, rest)
-    return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filters=next_states, initialised=True), internals
+    internals = internals_of(as_angles(goal), found.angle_error, found.rate_error, remainder, feedback, torque, rest)
+    return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filter=next_filter, initialised=True), internals

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_attitude_ctrl import abfnitsm, abfnitsm_so3
 from quad_attitude_ctrl.abfnitsm_so3 import chosen_side, doubled
+from quad_attitude_ctrl.rotation_filter import Goal
 from quad_attitude_ctrl.torque import inverse_dynamics
 from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import build
@@ -136,22 +137,6 @@ def test_it_adds_how_the_goal_s_rates_change_in_axes_that_turn_with_the_body():
         assert asked(angles, omega, goal, rates) - resting == pytest.approx(change, abs=1e-4)
 
 
-def test_a_setpoint_without_an_attitude_is_flown_by_its_angles():
-    goal = Vec3(0.3, -0.2, 1.0)
-    named = AttitudeThrust(goal, ZERO, ZERO, quaternion_from_euler(goal), 5.0, 0.3)
-    for none in (Quat(0.0, 0.0, 0.0, 0.0), Quat(0.0, 1e154, 0.0, 1e154)):
-        assert abfnitsm_so3.set_attitude(named._replace(q_wb=none)) == named.q_wb
-    longer = named._replace(q_wb=Quat(*(1.2 * part for part in named.q_wb)))
-    assert abfnitsm_so3.set_attitude(longer) == pytest.approx(named.q_wb, abs=1e-15)
-
-
-def test_the_attitude_of_a_setpoint_counts_not_its_angles():
-    aside = quaternion_from_euler(Vec3(0.2, 0.3, 0.5))
-    named = AttitudeThrust(Vec3(0.3, -0.2, 1.0), ZERO, ZERO, aside, 5.0, 0.3)
-    assert abfnitsm_so3.set_attitude(named) == pytest.approx(aside, abs=1e-15)
-    assert abfnitsm_so3.set_goal(named).attitude == abfnitsm_so3.set_attitude(named)
-
-
 def test_it_turns_the_short_way():
     for degrees, sign in ((170.0, -1.0), (190.0, 1.0), (-170.0, 1.0), (-190.0, -1.0)):
         given_ = inputs(Vec3(math.radians(degrees), 0.0, 0.0), ZERO)
@@ -218,7 +203,7 @@ def test_only_the_goal_s_heading_gives_way_to_the_vehicle_s(seed, widest):
     rng = np.random.default_rng(seed)
     vehicle, goal = Rotation.random(random_state=rng), Rotation.random(random_state=rng)
     rates, accelerations = (Vec3(*map(float, rng.normal(size=3))) for _ in range(2))
-    given_ = abfnitsm_so3.Goal(quaternion(goal), rates, accelerations)
+    given_ = Goal(quaternion(goal), rates, accelerations)
     near = abfnitsm_so3.with_heading_near(given_, quaternion(vehicle), widest)
     turned_goal = Rotation.from_quat(near.attitude)
     # thrust axis and what the goal does are the same in the world

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quad_attitude_ctrl import itsm, pid, se3
+from quad_attitude_ctrl import indi, itsm, pid, se3
 from quad_attitude_ctrl.command import CommandSource, FilterState, FilterStates, Shaping, desired
+from quad_attitude_ctrl.rotation_filter import NO_ROTATION
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -31,9 +32,9 @@ def vec(values):
 
 
 def inputs(angles=ANGLES, omega=OMEGA, goal=GOAL, rates=GOAL_RATES, accelerations=GOAL_ACC, actuation=None):
-    x, y, z, w = map(float, Rotation.from_euler("ZYX", np.asarray(angles)[::-1]).as_quat())
-    state = VehicleState(Vec3(), Vec3(), Quat(x, y, z, w), vec(omega))
-    setpoint = AttitudeThrust(vec(goal), vec(rates), vec(accelerations), Quat(), 5.0, 0.3)
+    q, q_d = (Quat(*map(float, Rotation.from_euler("ZYX", np.asarray(of)[::-1]).as_quat())) for of in (angles, goal))
+    state = VehicleState(Vec3(), Vec3(), q, vec(omega))
+    setpoint = AttitudeThrust(vec(goal), vec(rates), vec(accelerations), q_d, 5.0, 0.3)
     return AttitudeInputs(state, setpoint, actuation or Actuation())
 
 
@@ -95,14 +96,21 @@ def test_pid_is_its_formula():
     }
     parameters = build(pid.Parameters, FED | gains | {"derivative_bandwidth": 100.0, "acceleration_feed_forward": 0.6})
     part, filtered, before = np.array([0.5, -0.7, 0.9]), np.array([3.0, -4.0, 1.0]), OMEGA - [0.02, -0.01, 0.03]
-    memory = pid.Memory(FilterStates(), vec(part), vec(filtered), vec(before), True)
-    wrench, next_memory, _ = pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    memory = pid.Memory(NO_ROTATION, vec(part), vec(filtered), vec(before), True)
+    wrench, next_memory, seen = pid.step(parameters, VEHICLE, memory, inputs(), DT)
     p, k = np.array([6.0, 7.0, 3.0]), np.array([20.0, 25.0, 9.0])
-    omega_d, _ = moving(ANGLES, GOAL_RATES - p * (ANGLES - GOAL), np.zeros(3))
-    _, ahead = moving(ANGLES, GOAL_RATES, GOAL_ACC)
+    r, r_d = matrix(ANGLES), matrix(GOAL)
+    # the shortest turn that points the thrust, in body axes, and the turn about the thrust that is left
+    to = r.T @ r_d[:, 2]
+    tilt = np.arccos(to[2]) * np.cross([0.0, 0.0, 1.0], to) / np.hypot(*to[:2])
+    left = Rotation.from_rotvec(-tilt).as_matrix() @ r.T @ r_d
+    way = np.array([*tilt[:2], np.arctan2(left[1, 0], left[0, 0])])
+    goal_omega, goal_ahead = moving(GOAL, GOAL_RATES, GOAL_ACC)
+    omega_d, ahead = r.T @ r_d @ goal_omega + p * way, r.T @ r_d @ goal_ahead
     measured = filtered + (1.0 - math.exp(-0.2)) * (np.array([10.0, -5.0, 15.0]) - filtered)
     torque = J @ (0.6 * ahead + k * (omega_d - OMEGA) + part - [0.1, 0.2, 0.3] * measured)
     assert wrench.torque_b == pytest.approx(torque, abs=1e-6)
+    assert seen.angle_error == pytest.approx(-way, abs=1e-12)
     assert next_memory.acceleration == pytest.approx(measured)
     assert next_memory.integral == pytest.approx(part + [30.0, 40.0, 10.0] * (omega_d - OMEGA) * DT, abs=1e-7)
 
@@ -203,7 +211,7 @@ def test_commands_come_from_the_chosen_source():
     assert desired(CommandSource.RAW, filters, given) == (vec(GOAL), ZERO, ZERO)
 
 
-@pytest.mark.parametrize("law", [itsm, pid, se3])
+@pytest.mark.parametrize("law", [itsm, pid, se3, indi])
 def test_filters_start_at_the_attitude_and_end_at_the_setpoint(law):
     parameters = law.Parameters()
     memory = law.init(parameters, VEHICLE)
@@ -212,4 +220,18 @@ def test_filters_start_at_the_attitude_and_end_at_the_setpoint(law):
     assert seen.desired_rates == (0.0, 0.0, 0.0)
     for _ in range(2000):
         _, memory, seen = law.step(parameters, VEHICLE, memory, inputs(), DT)
-    assert seen.desired_angles == pytest.approx(GOAL, abs=1e-9)
+    assert seen.desired_angles == pytest.approx(GOAL, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [pid, se3, indi])
+def test_the_attitude_of_the_setpoint_is_flown_and_not_its_angles(law):
+    """With yaw 2 rad off, thrust tilted in the measured heading: angles and set yaw make another thrust axis."""
+    parameters, memory = law.Parameters(), law.init(law.Parameters(), VEHICLE)
+    heading, goal = 2.0, Vec3(0.3, -0.4, 0.0)
+    tilted = Rotation.from_euler("ZYX", [heading, goal.y, goal.x]) * Rotation.from_euler("z", -heading)
+    setpoint = AttitudeThrust(goal, ZERO, ZERO, Quat(*map(float, tilted.as_quat())), 5.0, 0.3)
+    state = VehicleState(Vec3(), Vec3(), Quat(*map(float, Rotation.from_euler("z", heading).as_quat())), ZERO)
+    for _ in range(2500):
+        _, memory, _ = law.step(parameters, VEHICLE, memory, AttitudeInputs(state, setpoint, Actuation()), DT)
+    goal_axis = Rotation.from_quat(memory.filter.attitude).apply([0.0, 0.0, 1.0])
+    assert goal_axis == pytest.approx(tilted.apply([0.0, 0.0, 1.0]), abs=1e-6)

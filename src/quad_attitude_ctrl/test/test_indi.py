@@ -8,7 +8,7 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 from quad_attitude_ctrl import indi
-from quad_attitude_ctrl.command import FilterStates
+from quad_attitude_ctrl.rotation_filter import NO_ROTATION
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -30,8 +30,8 @@ def vec(values):
 
 
 def inputs(angles, omega, goal, rates=(0.0, 0.0, 0.0), accelerations=(0.0, 0.0, 0.0), actuation=None):
-    q = Quat(*map(float, Rotation.from_euler("ZYX", np.asarray(angles)[::-1]).as_quat()))
-    setpoint = AttitudeThrust(vec(goal), vec(rates), vec(accelerations), Quat(), 5.0, 0.3)
+    q, q_d = (Quat(*map(float, Rotation.from_euler("ZYX", np.asarray(of)[::-1]).as_quat())) for of in (angles, goal))
+    setpoint = AttitudeThrust(vec(goal), vec(rates), vec(accelerations), q_d, 5.0, 0.3)
     return AttitudeInputs(VehicleState(Vec3(), Vec3(), q, vec(omega)), setpoint, actuation or Actuation())
 
 
@@ -55,7 +55,7 @@ def test_one_step_is_the_formula_of_its_source():
     t1, t2 = np.array([0.02, 0.01, -0.03]), np.array([0.03, -0.02, 0.01])
     torque_given = np.array([0.05, -0.04, 0.02])
     memory = indi.Memory(
-        FilterStates(), vec(before), indi.Filtered(vec(a1), vec(a2)), indi.Filtered(vec(t1), vec(t2)), True
+        NO_ROTATION, vec(before), indi.Filtered(vec(a1), vec(a2)), indi.Filtered(vec(t1), vec(t2)), True
     )
     goal, rates, accelerations = (0.1, 0.2, 0.8), (0.4, -0.3, 0.6), (1.5, 0.7, -0.9)
     given = inputs(angles, omega, goal, rates, accelerations, Actuation(torque_b=vec(torque_given)))

@@ -114,8 +114,9 @@ class AttitudeThrust(NamedTuple):
     """Attitude and collective thrust commanded by the position law (eq. 38).
 
     ``angles`` are (phi, theta, psi), phi and theta in the heading the law tilts in. ``q_wb`` has their thrust axis,
-    turned about it to psi; autopilots and laws without Euler angles fly it. ``rates`` and ``accelerations`` are
-    derivatives of ``angles`` for attitude laws that are set to feed forward; else zero.
+    turned about it to psi; autopilots fly it, and every attitude law but abfnitsm and itsm, which fly ``angles``.
+    ``rates`` and ``accelerations`` are derivatives of ``angles`` for attitude laws that are set to feed forward; else
+    zero.
     ``thrust`` in N, ``thrust_fraction`` = thrust / maximum thrust, 0..1.
     """
 
