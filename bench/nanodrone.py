@@ -63,10 +63,11 @@ WORKING = Rotors(1.0, 1.0, 1.0, 1.0)
 
 def go_ahead(vehicle, around, factor, speeds, s, found):
     """Write into ``found`` (steps, 13) the states after ``s`` under rotor ``speeds`` (steps, 4) in rad/s."""
+    lag = vehicle.rotor_time_constant
     for i in range(len(found)):
         now = Rotors(speeds[i, 0], speeds[i, 1], speeds[i, 2], speeds[i, 3])
         thrusts = rotor_thrusts(vehicle, now)
-        rotors = rotor_wrench(vehicle, factor, WORKING, thrusts=thrusts, speeds=now, commanded=now)
+        rotors = rotor_wrench(vehicle, factor, WORKING, thrusts=thrusts, speeds=now, commanded=now, lag=lag)
         s = with_unit_quaternion(rk4(derivative, around, rotors, rotors, rotors, s, PERIOD))
         for j in range(13):
             found[i, j] = s[j]

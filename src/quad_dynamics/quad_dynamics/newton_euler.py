@@ -45,28 +45,32 @@ class Body(NamedTuple):
     printed_drag: bool
 
 
-def body_of(parameters: PlantParameters, vehicle: Vehicle, mass: float, xx: float, yy: float, zz: float) -> Body:
-    """Return a body of ``mass`` kg and moments of inertia kg m^2 with the drag of ``vehicle``."""
-    printed = parameters.drag_sign == DragSign.PRINTED
-    drag, damping = vehicle.drag_coefficient, vehicle.drag_torque_coefficient
-    return Body(mass, vehicle.gravity, xx, yy, zz, drag, damping, printed)
-
-
 def nominal_body(parameters: PlantParameters, vehicle: Vehicle) -> Body:
-    """Return the body as the laws know it: m, I of Table 1."""
-    return body_of(parameters, vehicle, vehicle.mass, vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz)
+    """Return the body as the laws know it: m, I, k_F of Table 1."""
+    return Body(
+        vehicle.mass,
+        vehicle.gravity,
+        vehicle.inertia_xx,
+        vehicle.inertia_yy,
+        vehicle.inertia_zz,
+        vehicle.drag_coefficient,
+        vehicle.drag_torque_coefficient,
+        parameters.drag_sign == DragSign.PRINTED,
+    )
 
 
 def true_body(parameters: PlantParameters, vehicle: Vehicle, payload_mass: float) -> Body:
     """Return the body as it is: m + dm, I + dI (Eq. 10), with a payload of ``payload_mass`` kg at its centre."""
     error = parameters.inertia_error
-    return body_of(
-        parameters,
-        vehicle,
+    return Body(
         vehicle.mass + parameters.mass_error + payload_mass,
+        vehicle.gravity,
         vehicle.inertia_xx + error.xx,
         vehicle.inertia_yy + error.yy,
         vehicle.inertia_zz + error.zz,
+        vehicle.drag_coefficient + parameters.drag_error,
+        vehicle.drag_torque_coefficient,
+        parameters.drag_sign == DragSign.PRINTED,
     )
 
 

@@ -51,11 +51,15 @@ class State(NamedTuple):
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     """Return X at step 0; the initial body rates become Euler rates by Eq. 13.
 
-    Raises ValueError if mass or inertia, errors included, are not positive, or a ground is asked for.
+    Raises ValueError if mass, inertia or drag, errors included, are not physical, or a ground or lag is asked for.
     """
     check_true_body(parameters, vehicle)
     if parameters.ground.enabled:
         raise ValueError("ground.enabled: found true, expected false: plant paper has no ground")
+    if parameters.lag_error != 0.0:
+        raise ValueError(
+            f"lag_error: found {parameters.lag_error:g} s, expected 0: the rotors of plant paper are ideal"
+        )
     start = parameters.initial
     angles = Vec3(start.angles.phi, start.angles.theta, start.angles.psi)
     rates = euler_rates(angles, Vec3(start.omega.x, start.omega.y, start.omega.z))
@@ -118,6 +122,7 @@ def acting_on(
         thrusts=actuation.rotor_thrust,
         speeds=actuation.rotor_speed,
         commanded=actuation.rotor_speed,
+        lag=0.0,
     )
     force_w = add(conditions.force_w, Vec3(*wind_force(body, conditions.wind_w)))
     return Acting(rotors.thrust, force_w, add(rotors.torque_b, conditions.torque_b))

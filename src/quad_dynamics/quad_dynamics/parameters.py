@@ -74,7 +74,7 @@ class Ground(NamedTuple):
 
 
 class PlantParameters(NamedTuple):
-    """Parameters of the plants ``paper`` and ``rigid_body``."""
+    """Parameters of the plants; the errors are what no law knows of the vehicle."""
 
     substeps: Annotated[int, Whole("", "Runge-Kutta steps per plant period; larger: more exact, slower", 1, 1000)] = 1
     drag_sign: Annotated[
@@ -82,6 +82,15 @@ class PlantParameters(NamedTuple):
     ] = DragSign.CORRECTED.value
     mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10")] = 0.0
     inertia_error: InertiaError = InertiaError()
+    drag_error: Annotated[
+        float, Real("N s/m", "true minus nominal translational drag k_F", -100.0, 100.0, "Eq. 5, as Eq. 10")
+    ] = 0.0
+    lag_error: Annotated[
+        float,
+        Real(
+            "s", "true minus nominal rotor lag; not 0: `actuation` tells the nominal rotors; not plant paper", -1.0, 1.0
+        ),
+    ] = 0.0
     effectiveness: Effectiveness = Effectiveness()
     ground: Ground = Ground()
     initial: Initial = Initial()

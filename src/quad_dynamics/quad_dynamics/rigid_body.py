@@ -29,7 +29,8 @@ from quad_dynamics.rotors import (
     RotorWrench,
     allocate_within,
     decay,
-    is_lagging,
+    known_speeds,
+    lagged,
     max_rotor_thrust,
     reached,
     rotor_lag,
@@ -43,10 +44,11 @@ Parameters = PlantParameters
 
 
 class State(NamedTuple):
-    """Motion of the body's centre of gravity, and rotor speeds in rad/s."""
+    """Motion of the body's centre of gravity, rotor speeds in rad/s, and those that `actuation` told."""
 
     motion: VehicleState = VehicleState()
     rotor_speed: Rotors = Rotors()  # [rad/s]
+    known_speed: Rotors = Rotors()  # [rad/s]
 
 
 class Surroundings(NamedTuple):
@@ -68,7 +70,7 @@ class Surroundings(NamedTuple):
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     """Return the state at step 0; rotors start at hover speed, or idle on the ground.
 
-    Raises ValueError if mass or inertia, errors included, are not positive.
+    Raises ValueError if mass, inertia, drag or lag, errors included, are not physical.
     """
     check_true_body(parameters, vehicle)
     p, v, angles, omega = parameters.initial
@@ -77,7 +79,8 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
         speed = vehicle.rotor_speed_min
     q_wb = quaternion_from_euler(Vec3(angles.phi, angles.theta, angles.psi))
     motion = fresh(Vec3(p.x, p.y, p.z), Vec3(v.x, v.y, v.z), q_wb, Vec3(omega.x, omega.y, omega.z))
-    return State(motion, Rotors(speed, speed, speed, speed))
+    speeds = Rotors(speed, speed, speed, speed)
+    return State(motion, speeds, speeds)
 
 
 def surroundings(parameters: PlantParameters, vehicle: Vehicle, conditions: Conditions) -> Surroundings:
@@ -159,9 +162,9 @@ def nested(s: Flat) -> VehicleState:
     return fresh(Vec3(*s[:3]), Vec3(*s[3:6]), Quat(*s[6:10]), Vec3(*s[10:]))
 
 
-def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation) -> tuple[Rotors, Rotors]:
-    """Return speeds rad/s and thrusts N of the rotors as a step begins; ideal ones are at their command at once."""
-    if is_lagging(vehicle):
+def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation, lag: float) -> tuple[Rotors, Rotors]:
+    """Return speeds rad/s and thrusts N of the rotors as a step begins; those without ``lag`` are at their command."""
+    if lag > 0.0:
         return state.rotor_speed, rotor_thrusts(vehicle, state.rotor_speed)
     return actuation.rotor_speed, actuation.rotor_thrust
 
@@ -181,27 +184,29 @@ def step(
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
     around = surroundings(parameters, vehicle, conditions)
     factor, working, commanded = parameters.effectiveness, conditions.rotor_effectiveness, actuation.rotor_speed
-    speeds, thrusts = rotors_at_start(vehicle, state, actuation)
-    first = middle = last = rotor_wrench(vehicle, factor, working, thrusts=thrusts, speeds=speeds, commanded=commanded)
-    lagging = is_lagging(vehicle)
+    lag = rotor_lag(parameters, vehicle)
+    speeds, thrusts = rotors_at_start(vehicle, state, actuation, lag)
+    first = middle = last = rotor_wrench(
+        vehicle, factor, working, thrusts=thrusts, speeds=speeds, commanded=commanded, lag=lag
+    )
     h = dt / parameters.substeps
-    half_decay = decay(vehicle, 0.5 * h) if lagging else 0.0
+    half_decay = decay(lag, 0.5 * h) if lag > 0.0 else 0.0
     s = flat(state.motion)
     for _ in range(parameters.substeps):
-        if lagging:
-            half = rotor_lag(speeds, commanded, half_decay)
-            speeds = rotor_lag(speeds, commanded, half_decay * half_decay)
-            middle = rotor_wrench(
-                vehicle, factor, working, thrusts=rotor_thrusts(vehicle, half), speeds=half, commanded=commanded
-            )
+        if lag > 0.0:
+            half = lagged(speeds, commanded, half_decay)
+            speeds = lagged(speeds, commanded, half_decay * half_decay)
+            halfway, reached_thrusts = rotor_thrusts(vehicle, half), rotor_thrusts(vehicle, speeds)
+            middle = rotor_wrench(vehicle, factor, working, thrusts=halfway, speeds=half, commanded=commanded, lag=lag)
             last = rotor_wrench(
-                vehicle, factor, working, thrusts=rotor_thrusts(vehicle, speeds), speeds=speeds, commanded=commanded
+                vehicle, factor, working, thrusts=reached_thrusts, speeds=speeds, commanded=commanded, lag=lag
             )
         s = with_unit_quaternion(rk4(derivative, around, first, middle, last, s, h))
         first = last
-    if lagging:
-        actuation = reached(vehicle, actuation, speeds)
-    return State(nested(s), speeds), actuation
+    known = known_speeds(parameters, vehicle, state.known_speed, commanded, speeds, dt)
+    if lag > 0.0 or parameters.lag_error != 0.0:
+        actuation = reached(vehicle, actuation, known)
+    return State(nested(s), speeds, known), actuation
 
 
 def observe(parameters: PlantParameters, vehicle: Vehicle, state: State) -> VehicleState:  # noqa: ARG001
@@ -217,7 +222,8 @@ def lumped(
     All that the nominal model of Eq. 1 does not expect of the command is in them: rotor lag, wind and ground too.
     """
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    speeds, thrusts = rotors_at_start(vehicle, state, actuation)
+    lag = rotor_lag(parameters, vehicle)
+    speeds, thrusts = rotors_at_start(vehicle, state, actuation, lag)
     rotors = rotor_wrench(
         vehicle,
         parameters.effectiveness,
@@ -225,6 +231,7 @@ def lumped(
         thrusts=thrusts,
         speeds=speeds,
         commanded=actuation.rotor_speed,
+        lag=lag,
     )
     motion = state.motion
     true = derivative(surroundings(parameters, vehicle, conditions), rotors, flat(motion))

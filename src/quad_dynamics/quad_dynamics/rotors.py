@@ -23,7 +23,7 @@ from typing import NamedTuple
 from quad_core.geometry import clamp
 from quad_core.types import Actuation, Conditions, Rotors, Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
-from quad_dynamics.parameters import Effectiveness
+from quad_dynamics.parameters import Effectiveness, PlantParameters
 
 DIAGONAL = math.sqrt(0.5)
 LARGEST_TORQUE = 1e12
@@ -98,11 +98,18 @@ class RotorWrench(NamedTuple):
 
 
 def rotor_wrench(
-    vehicle: Vehicle, factor: Effectiveness, working: Rotors, thrusts: Rotors, speeds: Rotors, commanded: Rotors
+    vehicle: Vehicle,
+    factor: Effectiveness,
+    working: Rotors,
+    thrusts: Rotors,
+    speeds: Rotors,
+    commanded: Rotors,
+    lag: float,
 ) -> RotorWrench:
     """Return what rotors with nominal ``thrusts`` N truly do at ``speeds`` rad/s (F_A + dF_A, tau_A + dtau_A, Eq. 10).
 
-    ``working`` is true over nominal thrust of each rotor; ``commanded`` rad/s are the speeds they are on the way to.
+    ``working`` is true over nominal thrust of each rotor; ``commanded`` rad/s are the speeds that they are on the way
+    to, with the time constant ``lag`` s.
     """
     true_thrusts = Rotors(
         working.r1 * thrusts.r1, working.r2 * thrusts.r2, working.r3 * thrusts.r3, working.r4 * thrusts.r4
@@ -112,8 +119,8 @@ def rotor_wrench(
     spin, drag = 0.0, 0.0
     if vehicle.rotor_inertia > 0.0:
         spin = angular_momentum(vehicle, speeds)
-        if is_lagging(vehicle):
-            yaw -= (angular_momentum(vehicle, commanded) - spin) / vehicle.rotor_time_constant
+        if lag > 0.0:
+            yaw -= (angular_momentum(vehicle, commanded) - spin) / lag
     if vehicle.rotor_drag_coefficient > 0.0:
         drag = vehicle.rotor_drag_coefficient * (speeds.r1 + speeds.r2 + speeds.r3 + speeds.r4)
     torque = Vec3(factor.roll * made.torque_b.x, factor.pitch * made.torque_b.y, yaw)
@@ -125,17 +132,32 @@ def angular_momentum(vehicle: Vehicle, speeds: Rotors) -> float:
     return vehicle.rotor_inertia * (speeds.r2 - speeds.r1 + speeds.r4 - speeds.r3)
 
 
-def is_lagging(vehicle: Vehicle) -> bool:
-    """Return whether the rotors take time to follow their command."""
-    return vehicle.rotor_time_constant > 0.0
+def rotor_lag(parameters: PlantParameters, vehicle: Vehicle) -> float:
+    """Return the true time constant in s with which the rotors follow their command; 0: at once."""
+    return vehicle.rotor_time_constant + parameters.lag_error
 
 
-def decay(vehicle: Vehicle, time: float) -> float:
-    """Return exp(-time / constant): what is left after ``time`` s of a difference between speed and command."""
-    return math.exp(-min(LONGEST_RATIO, time / vehicle.rotor_time_constant))
+def decay(lag: float, time: float) -> float:
+    """Return exp(-time / lag): what is left after ``time`` s of a difference between speed and command."""
+    return math.exp(-min(LONGEST_RATIO, time / lag))
 
 
-def rotor_lag(speeds: Rotors, commanded: Rotors, factor: float) -> Rotors:
+def known_speeds(
+    parameters: PlantParameters, vehicle: Vehicle, before: Rotors, commanded: Rotors, true: Rotors, dt: float
+) -> Rotors:
+    """Return the speeds in rad/s that `actuation` tells after a step of ``dt`` s; ``before``: those of the last step.
+
+    The ``true`` ones where the lag is as nominal: measured or modelled, they are the same then. Else those of rotors
+    with the nominal lag, which is what a vehicle without speed sensors assumes.
+    """
+    if parameters.lag_error == 0.0:
+        return true
+    if vehicle.rotor_time_constant <= 0.0:
+        return commanded
+    return lagged(before, commanded, decay(vehicle.rotor_time_constant, dt))
+
+
+def lagged(speeds: Rotors, commanded: Rotors, factor: float) -> Rotors:
     """Return rotor speeds in rad/s once their distance from ``commanded`` has shrunk by ``factor``, a ``decay``.
 
     Exact for R' = (commanded - R) / constant.

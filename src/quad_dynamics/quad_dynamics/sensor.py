@@ -36,6 +36,9 @@ class Parameters(NamedTuple):
     velocity_delay: Annotated[float, Real("s", "added age of the velocity", 0.0, 10.0)] = 0.0
     attitude_delay: Annotated[float, Real("s", "added age of the attitude", 0.0, 10.0)] = 0.0
     rate_delay: Annotated[float, Real("s", "added age of the body rates", 0.0, 10.0)] = 0.0
+    age_error: Annotated[
+        float, Real("s", "age that a late state says minus its true one; at least 0 is said", -10.0, 10.0)
+    ] = 0.0
     position_every: Annotated[int, Whole("", "position, velocity change every so many samples", 1, 10_000)] = 1
     attitude_every: Annotated[int, Whole("", "the attitude changes every so many samples; 1: each", 1, 10_000)] = 1
     rate_every: Annotated[int, Whole("", "the body rates change every so many samples; 1: each", 1, 10_000)] = 1
@@ -132,7 +135,7 @@ def step(
         reading = last_sample
         if memory.late:
             put(line, k % SLOTS, last_sample)
-            reading = aged(line, memory.ages, memory.period, k)
+            reading = aged(line, memory.ages, memory.period, parameters.age_error, k)
     reading = misread(reading, fault)
     if fault.frozen and memory.frozen:
         reading = memory.reading
@@ -192,8 +195,11 @@ def put(line: NDArray[np.float64], slot: int, state: VehicleState) -> None:
     line[slot, 10], line[slot, 11], line[slot, 12] = state.omega_b.x, state.omega_b.y, state.omega_b.z
 
 
-def aged(line: NDArray[np.float64], ages: Ages, period: int, k: int) -> VehicleState:
-    """Return each channel as it was its age before plant step ``k``, and its age; before step 0 it was as then."""
+def aged(line: NDArray[np.float64], ages: Ages, period: int, error: float, k: int) -> VehicleState:
+    """Return each channel as it was its age before plant step ``k``, and that age with its ``error`` in s.
+
+    Before step 0 it was as then.
+    """
     p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
     q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
     return VehicleState(
@@ -201,10 +207,10 @@ def aged(line: NDArray[np.float64], ages: Ages, period: int, k: int) -> VehicleS
         Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
         Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),
         Vec3(float(line[w, 10]), float(line[w, 11]), float(line[w, 12])),
-        seconds(ages.position, period),
-        seconds(ages.velocity, period),
-        seconds(ages.attitude, period),
-        seconds(ages.rate, period),
+        max(0.0, seconds(ages.position, period) + error),
+        max(0.0, seconds(ages.velocity, period) + error),
+        max(0.0, seconds(ages.attitude, period) + error),
+        max(0.0, seconds(ages.rate, period) + error),
         0.0,
         False,
     )

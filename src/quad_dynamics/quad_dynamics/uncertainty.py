@@ -27,17 +27,23 @@ from quad_core.types import Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.newton_euler import Triple, angular_acceleration, linear_acceleration, nominal_body, true_body
 from quad_dynamics.parameters import PlantParameters
-from quad_dynamics.rotors import LARGEST_TORQUE
+from quad_dynamics.rotors import LARGEST_TORQUE, rotor_lag
 
 SMALLEST_MASS = 1e-3
 SMALLEST_INERTIA = 1e-7
 
 
 def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
-    """Raise ValueError naming the parameter if the errors leave no physical mass or inertia."""
+    """Raise ValueError naming the parameter if the errors leave no physical mass, inertia, drag or lag."""
     body = true_body(parameters, vehicle, 0.0)
     if not body.mass >= SMALLEST_MASS:
         raise ValueError("mass_error: found vehicle.mass + mass_error below 0.001 kg, expected at least that")
+    if not body.drag_coefficient >= 0.0:
+        raise ValueError(
+            "drag_error: found vehicle.drag_coefficient + drag_error below 0 N s/m, expected at least that"
+        )
+    if not rotor_lag(parameters, vehicle) >= 0.0:
+        raise ValueError("lag_error: found vehicle.rotor_time_constant + lag_error below 0 s, expected at least that")
     if not body.inertia_xx >= SMALLEST_INERTIA:
         raise ValueError("inertia_error.xx: found vehicle.inertia_xx + error below 1e-7 kg m^2, expected at least that")
     if not body.inertia_yy >= SMALLEST_INERTIA:

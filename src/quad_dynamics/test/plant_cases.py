@@ -36,6 +36,7 @@ ASYMMETRIC = Vehicle(
 WRONG = PlantParameters(
     mass_error=0.31,
     inertia_error=InertiaError(0.002, -0.003, 0.005),
+    drag_error=0.11,
     effectiveness=Effectiveness(0.9, 0.8, 1.1, 0.7),
 )
 NO_DRAG = ASYMMETRIC._replace(drag_coefficient=0.0, drag_torque_coefficient=0.0)
@@ -104,7 +105,7 @@ class Reference:
             [vehicle.inertia_xx + error.xx, vehicle.inertia_yy + error.yy, vehicle.inertia_zz + error.zz]
         )
         self.weight = self.m * np.array([0.0, 0.0, -vehicle.gravity])
-        self.k_f, self.k_t = vehicle.drag_coefficient, vehicle.drag_torque_coefficient
+        self.k_f, self.k_t = vehicle.drag_coefficient + parameters.drag_error, vehicle.drag_torque_coefficient
         self.printed = parameters.drag_sign == 1
         self.effectiveness = np.array(parameters.effectiveness)
 

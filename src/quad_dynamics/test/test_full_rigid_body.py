@@ -1,8 +1,9 @@
 """All that rigid_body has beyond Eq. 1 against an independent model: rotors one by one, matrices, SciPy."""
 
 import numpy as np
+import plant_cases
 import pytest
-from plant_cases import ASYMMETRIC, WRONG, allocate, flat, gentle_wrench, motion, starting, vector
+from plant_cases import ASYMMETRIC, WRONG, allocate, gentle_wrench, motion, starting, vector
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from test_rotors import PLACES
@@ -20,6 +21,11 @@ TURNS = np.array([-1.0, 1.0, -1.0, 1.0])
 """Rotation about body z: rotors 1 and 3 turn clockwise seen from above."""
 
 
+def flat(state):
+    """Return p, v, q, omega and the true rotor speeds, without those that the vehicle is told."""
+    return plant_cases.flat(state)[:17]
+
+
 class Model:
     """The right side for y = (p, v, q, omega, rotor speeds) after Newton and Euler, not after the code."""
 
@@ -29,6 +35,8 @@ class Model:
         self.mass = vehicle.mass + parameters.mass_error + conditions.payload_mass
         inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
         self.inertia = inertia + np.diag(parameters.inertia_error)
+        self.drag = vehicle.drag_coefficient + parameters.drag_error
+        self.lag = vehicle.rotor_time_constant + parameters.lag_error
 
     def rate(self, commanded):
         vehicle, c = self.vehicle, self.conditions
@@ -38,12 +46,12 @@ class Model:
         def f(_t, y):
             v, q, omega, speeds = y[3:6], y[6:10], y[10:13], y[13:]
             rotation = Rotation.from_quat(q).as_matrix()
-            accelerating = (commanded - speeds) / vehicle.rotor_time_constant
+            accelerating = (commanded - speeds) / self.lag
             lifts = vehicle.lift_coefficient * speeds**2 * np.array(c.rotor_effectiveness)
             air = rotation.T @ (v - np.array(c.wind_w))
             gravity = rotation.T @ [0.0, 0.0, -vehicle.gravity]
             induced = -vehicle.rotor_drag_coefficient * speeds.sum() * np.array([air[0], air[1], 0.0])
-            force = [0.0, 0.0, self.factor.thrust * lifts.sum()] - vehicle.drag_coefficient * air + induced
+            force = [0.0, 0.0, self.factor.thrust * lifts.sum()] - self.drag * air + induced
             force = force + rotation.T @ np.array(c.force_w) + self.mass * gravity
             torque = np.cross(places, np.outer(lifts, [0.0, 0.0, 1.0])).sum(axis=0)
             torque[2] -= vehicle.torque_coefficient / vehicle.lift_coefficient * (TURNS * lifts).sum()
@@ -65,7 +73,7 @@ CASES = [
     pytest.param(PlantParameters(), CALM, Layout.X, id="rotors alone, x"),
     pytest.param(WRONG, Conditions(wind_w=Vec3(4.0, -3.0, 1.0)), Layout.X, id="wind, every error"),
     pytest.param(
-        WRONG._replace(effectiveness=Effectiveness(0.95, 0.9, 1.1, 0.8)),
+        WRONG._replace(effectiveness=Effectiveness(0.95, 0.9, 1.1, 0.8), lag_error=0.02),
         Conditions(Vec3(1.0, -2.0, 0.5), Vec3(0.02, 0.03, -0.01), Vec3(-2.0, 5.0, 0.5), 0.4, WEAK),
         Layout.X,
         id="everything",
@@ -89,13 +97,17 @@ def test_flight_under_a_changing_wrench(parameters, conditions, layout):
     model = Model(vehicle, parameters, conditions)
     state = rigid_body.init(parameters, vehicle)
     expected = flat(state)
+    known = expected[13:]
     for _ in range(120):
         wrench, commanded = in_reach(rng, vehicle)
         f = model.rate(commanded)
         expected = solve_ivp(f, (0.0, dt), expected, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
         state, actuation = rigid_body.step(parameters, vehicle, state, wrench, conditions, dt)
-        assert actuation.rotor_speed == pytest.approx(expected[13:], rel=1e-10)
-        assert actuation.thrust == pytest.approx(vehicle.lift_coefficient * (expected[13:] ** 2).sum(), rel=1e-10)
+        # the vehicle is told what rotors with the nominal lag would do, which is the truth if there is no error
+        known = commanded + (known - commanded) * np.exp(-dt / vehicle.rotor_time_constant)
+        assert actuation.rotor_speed == pytest.approx(known, rel=1e-10)
+        assert actuation.thrust == pytest.approx(vehicle.lift_coefficient * (known**2).sum(), rel=1e-10)
+        assert state.rotor_speed == pytest.approx(expected[13:], rel=1e-10)
     np.testing.assert_allclose(motion(state), expected[:13], atol=2e-9)
     assert np.abs(expected - flat(rigid_body.init(parameters, vehicle)))[:3].max() > 0.2
 
@@ -107,8 +119,8 @@ def test_lumped_terms_make_up_for_all_that_the_nominal_model_lacks(parameters, c
     parameters = parameters._replace(initial=START)
     state = rigid_body.init(parameters, vehicle)
     wrench, commanded = in_reach(rng, vehicle)
-    true = Model(vehicle, parameters, conditions).rate(commanded)(0.0, flat(state))
     y = flat(state)
+    true = Model(vehicle, parameters, conditions).rate(commanded)(0.0, y)
     axis, omega = Rotation.from_quat(y[6:10]).as_matrix()[:, 2], y[10:13]
     inertia = np.diag([vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz])
     nominal = (axis * wrench.thrust - vehicle.drag_coefficient * y[3:6]) / vehicle.mass - [0, 0, vehicle.gravity]

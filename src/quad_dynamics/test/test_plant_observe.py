@@ -93,11 +93,13 @@ def test_parameters_are_named_and_checked():
     ("wrong", "named"),
     [
         (PlantParameters(mass_error=-1.3), "mass_error"),
+        (PlantParameters(drag_error=-0.38), "drag_error"),
+        (PlantParameters(lag_error=-0.01), "lag_error"),
         (PlantParameters(inertia_error=InertiaError(xx=-0.02)), "inertia_error.xx"),
         (PlantParameters(inertia_error=InertiaError(yy=-0.02)), "inertia_error.yy"),
         (PlantParameters(inertia_error=InertiaError(zz=-0.03)), "inertia_error.zz"),
     ],
 )
-def test_errors_that_leave_no_mass_or_inertia_are_refused_by_name(plant, wrong, named):
+def test_errors_that_leave_nothing_physical_are_refused_by_name(plant, wrong, named):
     with pytest.raises(ValueError, match=named):
         plant.init(wrong, ASYMMETRIC)

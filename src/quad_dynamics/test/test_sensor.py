@@ -85,6 +85,10 @@ def test_a_delay_that_is_no_whole_step_is_told_as_it_is_flown(period):
     assert reading.position_age == pytest.approx(flown * period * 1e-9, abs=1e-12)
     told = (reading.velocity_age, reading.attitude_age, reading.rate_age)
     assert told == pytest.approx((0.006, 0.0, 0.02 if period == PERIOD else 0.021), abs=1e-12)
+    for error in (0.004, -0.01):
+        wrong = seen(Parameters(**delays, age_error=error), moving(100), period=period)[-1]
+        assert wrong[:4] == reading[:4]
+        assert wrong[4:8] == pytest.approx([max(0.0, age + error) for age in reading[4:8]], abs=1e-12)
 
 
 def turning(count):

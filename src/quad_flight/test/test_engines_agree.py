@@ -55,7 +55,10 @@ def settings(trajectory, plant, disturbance, sensing, predicted):
     found += [EVENTS] if disturbance == "timeline" else []
     found += ERRORS.splitlines() if sensing == "sensor" else []
     if plant in ("paper", "rigid_body"):
-        found += [f"simulator.{plant}.mass_error=0.02", f"simulator.{plant}.inertia_error.xx=0.0003"]
+        errors = ("mass_error=0.02", "inertia_error.xx=0.0003", "drag_error=0.01")
+        found += [f"simulator.{plant}.{error}" for error in errors]
+    if plant == "rigid_body":
+        found.append("simulator.rigid_body.lag_error=0.01")
     if predicted:
         found += [f"{role}.prediction.enabled=true" for role in ("position_controller", "attitude_controller")]
     return found

@@ -24,7 +24,8 @@ from quad_dynamics.rigid_body import State, lumped, observe
 from quad_dynamics.rotors import (
     allocate_within,
     decay,
-    is_lagging,
+    known_speeds,
+    lagged,
     max_rotor_thrust,
     reached,
     rotor_lag,
@@ -132,7 +133,7 @@ def _of_thread(thread: int, body: Body, step: float, floor: Floor | None) -> Fre
 def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     """Return the state at step 0.
 
-    Raises ValueError if mass or inertia, errors included, are not physical, or printed drag is asked for.
+    Raises ValueError if mass, inertia, drag or lag, errors included, are not physical, or printed drag is asked for.
     """
     if parameters.drag_sign == DragSign.PRINTED:
         raise ValueError("mujoco.drag_sign: found 'printed', expected 'corrected': MuJoCo's damping only slows down")
@@ -163,12 +164,15 @@ def step(
     commanded = actuation.rotor_speed
     speeds = middle = commanded
     thrusts = actuation.rotor_thrust
-    if is_lagging(vehicle):
-        half_decay = decay(vehicle, 0.5 * dt)
-        middle = rotor_lag(state.rotor_speed, commanded, half_decay)
-        speeds = rotor_lag(state.rotor_speed, commanded, half_decay * half_decay)
+    lag = rotor_lag(parameters, vehicle)
+    if lag > 0.0:
+        half_decay = decay(lag, 0.5 * dt)
+        middle = lagged(state.rotor_speed, commanded, half_decay)
+        speeds = lagged(state.rotor_speed, commanded, half_decay * half_decay)
         thrusts = rotor_thrusts(vehicle, middle)
-        actuation = reached(vehicle, actuation, speeds)
+    known = known_speeds(parameters, vehicle, state.known_speed, commanded, speeds, dt)
+    if lag > 0.0 or parameters.lag_error != 0.0:
+        actuation = reached(vehicle, actuation, known)
     rotors = rotor_wrench(
         vehicle,
         parameters.effectiveness,
@@ -176,9 +180,10 @@ def step(
         thrusts=thrusts,
         speeds=middle,
         commanded=commanded,
+        lag=lag,
     )
     force_w = add(conditions.force_w, scale(body.drag_coefficient, conditions.wind_w))
     motion = free_body(body, dt / parameters.substeps, floor(parameters.ground, vehicle)).moved(
         state.motion, rotors.thrust, add(rotors.torque_b, conditions.torque_b), force_w, parameters.substeps
     )
-    return State(motion, speeds), actuation
+    return State(motion, speeds, known), actuation

@@ -30,7 +30,6 @@ from quad_position_ctrl.backstepping import (
     axis_command,
     axis_states,
     correction_velocity,
-    drag_model,
     next_integral,
     updated_gain,
 )
@@ -43,6 +42,7 @@ from quad_position_ctrl.setpoint import (
     TiltHeading,
     attitude_setpoint,
     desired_angles,
+    drag_model,
     integrals_frozen,
     internals_of,
     thrust_command,
@@ -102,7 +102,7 @@ def step(
     """Return setpoint, memory and internals of one step of ``dt`` s (eqs. 18-38). Raises nothing on flyable inputs."""
     state, reference = inputs.state, inputs.reference
     thrust_axis = body_z(state.q_wb)
-    drag = drag_model(vehicle.drag_coefficient, vehicle.mass, parameters.drag_sign)
+    drag = drag_model(vehicle, parameters.drag_sign)
     disturbance = memory.disturbance_estimate
     if memory.initialised:  # in the first step there is nothing to compare with
         observed = ObservedStep(memory.velocity, state.v_w, memory.thrust_axis, thrust_axis, inputs.actuation.thrust)

@@ -10,7 +10,6 @@ from typing import Annotated, NamedTuple
 from quad_core.geometry import clamp
 from quad_core.parameters import Real
 from quad_core.types import TrajectoryPoint, VehicleState
-from quad_core.vehicle import DragSign
 from quad_position_ctrl.speed_limit import AxisCorrection
 
 
@@ -30,13 +29,6 @@ def virtual_velocity(correction: float, reference_velocity: float) -> float:
     ``correction`` is that of ``correction_velocity`` in m/s, bounded or not; ``reference_velocity`` x_7d' in m/s.
     """
     return correction + reference_velocity
-
-
-def drag_model(drag_coefficient: float, mass: float, drag_sign: int) -> float:
-    """Return a_7 in 1/s (Eq. 17): -k_F/m, or +k_F/m as printed; ``drag_coefficient`` k_F in N s/m, ``mass`` in kg."""
-    if drag_sign == DragSign.PRINTED:
-        return drag_coefficient / mass
-    return -drag_coefficient / mass
 
 
 def acceleration_command(

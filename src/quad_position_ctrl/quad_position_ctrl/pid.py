@@ -1,14 +1,14 @@
 """Cascaded PID as common autopilots fly it: position P, velocity PID, a ``quad.position_law`` plug-in.
 
     v_d     = v_r - K_p (p - p_r), the correction bounded                                    velocity, m/s
-    a       = a_r - K_v (v - v_d) + I - K_d dv/dt, low-passed                                command, m/s^2
+    a       = a_r - K_v (v - v_d) + I - K_d dv/dt, low-passed, - a_7 v                       command, m/s^2
     I'      = -K_i (v - v_d), |I| <= max                                                     I part, m/s^2
     F_T     = m (a + g e_z) . b_z, and the attitude that points a + g e_z (Eq. 38)           thrust, N
 
 Source: the multicopter position controller of the PX4 autopilot (``PositionControl``): the position error in proportion
 gives a bounded velocity on top of the reference's, the velocity error gives an acceleration through P and I, the D part
 acts on the measured acceleration, the reference's acceleration is fed forward, and thrust and attitude follow from the
-acceleration (Eq. 38). Limits and set-up are those of AIBS (``speed_limit``, ``setpoint``).
+acceleration (Eq. 38). Limits, set-up and drag term -a_7 v are those of AIBS (``speed_limit``, ``setpoint``).
 """
 
 from typing import Annotated, NamedTuple
@@ -16,7 +16,7 @@ from typing import Annotated, NamedTuple
 from quad_core.geometry import ZERO, add, body_z, clamp, euler_from_quaternion, low_passed, scale, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.setpoint import (
     AntiWindup,
     FeedForward,
@@ -24,6 +24,7 @@ from quad_position_ctrl.setpoint import (
     ThrustForm,
     attitude_setpoint,
     desired_angles,
+    drag_model,
     integrals_frozen,
     internals_of,
     thrust_command,
@@ -89,11 +90,11 @@ def step(
         acceleration = low_passed(
             acceleration, slope(memory.velocity, state.v_w, dt), parameters.derivative_bandwidth, dt
         )
-    a_d, part = reference.a_w, memory.integral
+    a_d, part, drag, v = reference.a_w, memory.integral, drag_model(vehicle, DragSign.CORRECTED), state.v_w
     command = Vec3(
-        a_d.x - xy.velocity * velocity_error.x + part.x - xy.derivative * acceleration.x,
-        a_d.y - xy.velocity * velocity_error.y + part.y - xy.derivative * acceleration.y,
-        a_d.z - z.velocity * velocity_error.z + part.z - z.derivative * acceleration.z,
+        a_d.x - xy.velocity * velocity_error.x + part.x - xy.derivative * acceleration.x - drag * v.x,
+        a_d.y - xy.velocity * velocity_error.y + part.y - xy.derivative * acceleration.y - drag * v.y,
+        a_d.z - z.velocity * velocity_error.z + part.z - z.derivative * acceleration.z - drag * v.z,
     )
     thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
     heading = euler_from_quaternion(state.q_wb).z

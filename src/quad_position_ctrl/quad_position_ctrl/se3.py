@@ -1,13 +1,13 @@
 """Position part of geometric tracking control on SE(3), a ``quad.position_law`` plug-in.
 
-    F   = m (-k_x e_x - k_v e_v + g e_3 + a_d)                 force, N; e_x, e_v position and velocity error
+    F   = m (-k_x e_x - k_v e_v + g e_3 + a_d - a_7 v)         force, N; e_x, e_v position and velocity error
     f   = F . R e_3                                            collective thrust, N
     b_3 = F/|F|,  b_2 = b_3 x b_1d / |b_3 x b_1d|,  b_1 = b_2 x b_3      desired body axes, b_1d the heading
 
 Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010, position mode.
 Written for a world with z up; gains are divided by the mass. It has no integral, as in the source. Added: the limits
-of AIBS, k_x e_x bounded as its virtual velocity is. The rates that the source derives from b_3 are left to the attitude
-law's command filter.
+and the drag term -a_7 v of AIBS, k_x e_x bounded as its virtual velocity is. The rates that the source derives from
+b_3 are left to the attitude law's command filter.
 """
 
 import math
@@ -16,13 +16,14 @@ from typing import Annotated, NamedTuple
 from quad_core.geometry import ZERO, add, body_z, clamp, cross, norm, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.setpoint import (
     FeedForward,
     LiftLimits,
     ThrustForm,
     attitude_setpoint,
     desired_angles,
+    drag_model,
     internals_of,
     thrust_command,
 )
@@ -76,10 +77,11 @@ def step(
         position_error, xy.position / xy.velocity, z.position / z.velocity, parameters.speed
     )
     correcting = correction_vector(correction)
+    drag, v = drag_model(vehicle, DragSign.CORRECTED), state.v_w
     command = Vec3(
-        reference.a_w.x + xy.velocity * (correcting.x - velocity_error.x),
-        reference.a_w.y + xy.velocity * (correcting.y - velocity_error.y),
-        reference.a_w.z + z.velocity * (correcting.z - velocity_error.z),
+        reference.a_w.x + xy.velocity * (correcting.x - velocity_error.x) - drag * v.x,
+        reference.a_w.y + xy.velocity * (correcting.y - velocity_error.y) - drag * v.y,
+        reference.a_w.z + z.velocity * (correcting.z - velocity_error.z) - drag * v.z,
     )
     thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
     lift = thrust.lift.lift

@@ -5,8 +5,8 @@
     theta = atan((cos psi L_x + sin psi L_y) / L_z)                pitch, rad
     phi   = atan(cos theta (sin psi L_x - cos psi L_y) / L_z)      roll, rad
 
-Laws differ in how they choose U and the angles that point the lift, and in nothing that stands here. The limits are
-not in the paper; all laws are compared within the same ones.
+Laws differ in how they choose U and the angles that point the lift, and in nothing that stands here. All know the drag
+of the nominal vehicle. The limits are not in the paper; all laws are compared within the same ones.
 """
 
 import math
@@ -16,7 +16,7 @@ from typing import Annotated, NamedTuple
 from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler, turned, wrap_angle
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
-from quad_core.vehicle import Vehicle, max_thrust
+from quad_core.vehicle import DragSign, Vehicle, max_thrust
 from quad_position_ctrl.flatness import angle_derivatives
 from quad_position_ctrl.speed_limit import BoundedCorrection, is_speed_limited
 
@@ -111,6 +111,13 @@ def limited_lift(command: Vec3, gravity: float, max_lift: float, limits: LiftLim
         x = x * allowed / horizontal
         y = y * allowed / horizontal
     return LimitedLift(Vec3(x, y, vertical), acceleration_limited, descent_limited, thrust_limited, tilt_limited)
+
+
+def drag_model(vehicle: Vehicle, drag_sign: int) -> float:
+    """Return a_7 in 1/s (Eq. 17): -k_F/m, or +k_F/m as printed; each law adds -a_7 v to its command."""
+    if drag_sign == DragSign.PRINTED:
+        return vehicle.drag_coefficient / vehicle.mass
+    return -vehicle.drag_coefficient / vehicle.mass
 
 
 class ThrustForm(IntEnum):

@@ -94,7 +94,7 @@ def test_pid_is_its_formula():
     gain, p_gain = np.array([5.0, 5.0, 7.0]), np.array([2.0, 2.0, 3.0])
     measured = filtered + (1.0 - math.exp(-0.2)) * (np.array([2.0, 1.0, -3.0]) - filtered)
     virtual = V_D + p_gain * (P_D - P)
-    command = A_D + gain * (virtual - V) + part - [0.3, 0.3, 0.2] * measured
+    command = A_D + gain * (virtual - V) + part - [0.3, 0.3, 0.2] * measured + 0.02 * V
     assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
     assert seen.virtual_velocity == pytest.approx(virtual)
     assert seen.disturbance_estimate == pytest.approx(-part)
@@ -162,7 +162,7 @@ def test_se3_is_its_formula():
     gains = {"xy.position": 9.0, "xy.velocity": 4.0, "z.position": 12.0, "z.velocity": 5.0}
     parameters = build(se3.Parameters, WIDE | gains)
     answer, _, seen = se3.step(parameters, VEHICLE, se3.init(parameters, VEHICLE), inputs(), DT)
-    command = -np.array([9.0, 9.0, 12.0]) * (P - P_D) - np.array([4.0, 4.0, 5.0]) * (V - V_D) + A_D
+    command = -np.array([9.0, 9.0, 12.0]) * (P - P_D) - np.array([4.0, 4.0, 5.0]) * (V - V_D) + A_D + 0.02 * V
     lift = command + GRAVITY
     assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
     assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
