@@ -23,7 +23,19 @@ from law_prediction import LAG, NOISE, WITHOUT, predicting
 
 from quad_flight.flight import fly, from_names
 
-PAIRS = ("aibs+abfnitsm", "aibs+abfnitsm_so3", "aibs+indi", "aibs+pid", "aibs+se3", "ibs+itsm", "pid+pid", "se3+se3")
+PAIRS = (
+    "aibs+abfnitsm",
+    "aibs+abfnitsm_so3",
+    "aibs+indi",
+    "aibs+pid",
+    "aibs+se3",
+    "ibs+itsm",
+    "pid+pid",
+    "se3+se3",
+    "geometric_pid+geometric_pid",
+    "indi+indi",
+    "l1+se3",
+)
 EFFECTIVENESS = "simulator.rigid_body.effectiveness"
 TORQUE = ("roll", "pitch", "yaw")
 SECONDS, LARGEST, NOISIEST, HALVINGS = 20.0, 1.0, 10.0, 7
@@ -92,6 +104,9 @@ RAISED = {
     "ibs": ("ibs.limits.acceleration_z=40.0",),
     "pid": ("pid.limits.acceleration_z=40.0", "pid.xy.max_integral=40.0", "pid.z.max_integral=40.0"),
     "se3": ("se3.limits.acceleration_z=40.0",),
+    "geometric_pid": ("geometric_pid.limits.acceleration_z=40.0", "geometric_pid.z.max_integral=4.0"),
+    "indi": ("indi.limits.acceleration_z=40.0",),
+    "l1": ("l1.limits.acceleration_z=40.0", "l1.max_estimate=40.0"),
 }
 
 

@@ -164,7 +164,7 @@ vary:
 """
 
 
-@pytest.mark.parametrize(("position", "attitude"), [("ibs", "itsm"), ("aibs", "indi")])
+@pytest.mark.parametrize(("position", "attitude"), [("ibs", "itsm"), ("indi", "indi"), ("l1", "geometric_pid")])
 def test_a_flight_of_a_campaign_flies_again_over_ros(tmp_path, position, attitude):
     path = tmp_path / "small.yaml"
     path.write_text(CAMPAIGN.format(position=position, attitude=attitude), encoding="utf-8")

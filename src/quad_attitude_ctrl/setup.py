@@ -19,6 +19,7 @@ setup(
         "quad.attitude_law": [
             "abfnitsm = quad_attitude_ctrl.abfnitsm",
             "abfnitsm_so3 = quad_attitude_ctrl.abfnitsm_so3",
+            "geometric_pid = quad_attitude_ctrl.geometric_pid",
             "indi = quad_attitude_ctrl.indi",
             "itsm = quad_attitude_ctrl.itsm",
             "pid = quad_attitude_ctrl.pid",

@@ -18,7 +18,10 @@ setup(
         "quad.stages": ["position_controller = quad_position_ctrl.stage:STAGE"],
         "quad.position_law": [
             "aibs = quad_position_ctrl.aibs",
+            "geometric_pid = quad_position_ctrl.geometric_pid",
             "ibs = quad_position_ctrl.ibs",
+            "indi = quad_position_ctrl.indi",
+            "l1 = quad_position_ctrl.l1",
             "pid = quad_position_ctrl.pid",
             "se3 = quad_position_ctrl.se3",
         ],

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 
 from quad_attitude_ctrl.rotation_filter import Goal
 from quad_core.geometry import cross, relative_attitude, rotate_inverse, subtract
-from quad_core.parameters import Real
+from quad_core.parameters import Real, Value
 from quad_core.types import Vec3, VehicleState
 
 
@@ -49,3 +49,18 @@ def tracking(goal: Goal, state: VehicleState, roll: Gains, pitch: Gains, yaw: Ga
         -yaw.angle * error.z - yaw.rate * error_rate.z,
     )
     return Tracking(error, error_rate, feedback, subtract(turned, cross(state.omega_b, turned_rates)))
+
+
+def presets(roll_and_pitch: dict[str, float]) -> dict[str, dict[str, Value]]:
+    """Return the presets of a law whose gains of roll and pitch are ``roll_and_pitch`` for a state that is late.
+
+    For a state 20 ms (x500) or 15 ms late and noisy, predicted, and rotors that lag: by hand on seed 1, not tuned.
+    """
+    slow: dict[str, Value] = {f"{axis}.{name}": v for axis in ("roll", "pitch") for name, v in roll_and_pitch.items()}
+    slow |= {f"shaping.{axis}.bandwidth": 22.0 for axis in ("roll", "pitch")}
+    slow |= {"yaw.angle": 30.0, "yaw.rate": 6.0}
+    return {
+        "tuned": {},
+        "x500": {**slow, "torque.roll": 2.0, "torque.pitch": 2.0, "torque.yaw": 0.3},
+        "crazyflie21": {**slow, "torque.roll": 0.006, "torque.pitch": 0.006, "torque.yaw": 0.001},
+    }

@@ -14,7 +14,7 @@ those of ``geometric``.
 
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.geometric import Gains, tracking
+from quad_attitude_ctrl.geometric import Gains, presets, tracking
 from quad_attitude_ctrl.rotation_filter import (
     NO_ROTATION,
     RotationShaping,
@@ -25,7 +25,7 @@ from quad_attitude_ctrl.rotation_filter import (
     next_rotation,
 )
 from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
-from quad_core.geometry import ZERO, add, low_passed, slope, subtract
+from quad_core.geometry import ZERO, TwoLags, add, low_passed_twice, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Vec3, Wrench
 from quad_core.vehicle import Vehicle
@@ -46,26 +46,19 @@ class Parameters(NamedTuple):
     torque: TorqueLimits = TorqueLimits()
 
 
-class Filtered(NamedTuple):
-    """A vector behind the first and behind both poles of H(s): body axes, rad/s^2 or N m."""
-
-    first: Vec3 = Vec3()
-    second: Vec3 = Vec3()
-
-
 class Memory(NamedTuple):
     """Command filter, body rates of the last step in rad/s, filtered angular acceleration and torque."""
 
     filter: RotationState = RotationState()
     omega_b: Vec3 = Vec3()
-    acceleration: Filtered = Filtered()
-    torque: Filtered = Filtered()
+    acceleration: TwoLags = TwoLags()
+    torque: TwoLags = TwoLags()
     initialised: bool = False
 
 
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step: no acceleration, no torque."""
-    nothing = Filtered(ZERO, ZERO)
+    nothing = TwoLags(ZERO, ZERO)
     return Memory(filter=NO_ROTATION, omega_b=ZERO, acceleration=nothing, torque=nothing, initialised=False)
 
 
@@ -81,8 +74,8 @@ def step(
     omega_b = state.omega_b
     command, acceleration, given = memory.filter, memory.acceleration, memory.torque
     if memory.initialised:
-        acceleration = filtered(acceleration, slope(memory.omega_b, omega_b, dt), parameters.bandwidth, dt)
-        given = filtered(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
+        acceleration = low_passed_twice(acceleration, slope(memory.omega_b, omega_b, dt), parameters.bandwidth, dt)
+        given = low_passed_twice(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
     else:
         command = at_rest(state.q_wb, inputs.setpoint)
     goal = goal_of(parameters.shaping.command, command, inputs.setpoint)
@@ -97,7 +90,6 @@ def step(
     return Wrench(inputs.setpoint.thrust, torque.torque), next_memory, internals
 
 
-def filtered(state: Filtered, value: Vec3, bandwidth: float, dt: float) -> Filtered:
-    """Return H(s) after a step of ``dt`` s with the input ``value``: two first-order lags of ``bandwidth`` rad/s."""
-    first = low_passed(state.first, value, bandwidth, dt)
-    return Filtered(first, low_passed(state.second, first, bandwidth, dt))
+PRESETS = presets({"angle": 220.0, "rate": 22.0})
+for _vehicle in ("x500", "crazyflie21"):
+    PRESETS[_vehicle]["bandwidth"] = 50.0

@@ -11,7 +11,7 @@ feedback are those of ``geometric``. It has no integral, as in the source.
 
 from typing import NamedTuple
 
-from quad_attitude_ctrl.geometric import Gains, tracking
+from quad_attitude_ctrl.geometric import Gains, presets, tracking
 from quad_attitude_ctrl.rotation_filter import (
     NO_ROTATION,
     RotationShaping,
@@ -76,3 +76,6 @@ def step(
     rest = AxisFlags(False, False, False)
     internals = internals_of(as_angles(goal), found.angle_error, found.rate_error, remainder, feedback, torque, rest)
     return Wrench(inputs.setpoint.thrust, torque.torque), Memory(filter=next_filter, initialised=True), internals
+
+
+PRESETS = presets({"angle": 220.0, "rate": 22.0})

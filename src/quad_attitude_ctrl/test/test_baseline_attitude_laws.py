@@ -1,4 +1,4 @@
-"""ITSM, cascaded PID and SE(3): torques against the formulas of their sources, memory, limits."""
+"""ITSM, PID, SE(3) and geometric PID: torques against the formulas of their sources, memory, limits."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quad_attitude_ctrl import indi, itsm, pid, se3
+from quad_attitude_ctrl import geometric_pid, indi, itsm, pid, se3
 from quad_attitude_ctrl.command import CommandSource, FilterState, FilterStates, Shaping, desired
 from quad_attitude_ctrl.rotation_filter import NO_ROTATION
 from quad_core.parameters import build
@@ -82,6 +82,29 @@ def test_se3_is_its_formula():
     assert seen.rate_error == pytest.approx(e_omega, abs=1e-6)
     assert wrench.torque_b == pytest.approx(torque, abs=1e-7)
     assert wrench.thrust == 5.0
+
+
+def test_geometric_pid_is_its_formula():
+    names = ("angle", "rate", "integral", "mixing")
+    rows = [(90.0, 8.0, 30.0, 2.0), (110.0, 9.0, 40.0, 3.0), (50.0, 6.0, 20.0, 1.0)]
+    gains = {
+        f"{axis}.{name}": value
+        for axis, row in zip(("roll", "pitch", "yaw"), rows, strict=True)
+        for name, value in zip(names, row, strict=True)
+    }
+    parameters, e_i = build(geometric_pid.Parameters, FED | gains), np.array([0.02, -0.03, 0.05])
+    memory = geometric_pid.Memory(NO_ROTATION, vec(e_i), True)
+    wrench, after, seen = geometric_pid.step(parameters, VEHICLE, memory, inputs(), DT)
+    r, r_d = matrix(ANGLES), matrix(GOAL)
+    omega_d, omega_d_rate = moving(GOAL, GOAL_RATES, GOAL_ACC)
+    e_r, w_d = 0.5 * vee(r_d.T @ r - r.T @ r_d), r.T @ r_d @ omega_d
+    e_omega, k = OMEGA - w_d, np.array(rows)
+    torque = (
+        -J @ (k[:, 0] * e_r + k[:, 1] * e_omega + k[:, 2] * e_i) + hat(w_d) @ J @ w_d + J @ r.T @ r_d @ omega_d_rate
+    )
+    assert wrench.torque_b == pytest.approx(torque, abs=1e-7)
+    assert seen.surface_integral == tuple(e_i)
+    assert after.integral == pytest.approx(e_i + DT * (e_omega + k[:, 3] * e_r), abs=1e-8)
 
 
 def test_pid_is_its_formula():
@@ -170,7 +193,7 @@ def test_itsm_rejects_what_its_switching_gain_exceeds_and_a_layer_quiets_it():
     assert glide(weak, 2.0, 4.0)[0][-1] == pytest.approx(0.01 ** (1.0 / 0.7), rel=1e-3)
 
 
-@pytest.mark.parametrize("law", [itsm, pid])
+@pytest.mark.parametrize("law", [itsm, pid, geometric_pid])
 def test_integrals_rest_while_the_torque_is_limited(law):
     for limit, flags, rests in (
         (1e6, Actuation(), (False, False, False)),
@@ -188,7 +211,7 @@ def test_integrals_rest_while_the_torque_is_limited(law):
         assert not any(seen.adaptation_frozen)
 
 
-@pytest.mark.parametrize("law", [itsm, pid])
+@pytest.mark.parametrize("law", [itsm, pid, geometric_pid])
 def test_integrals_are_bounded(law):
     bounds = {
         f"{axis}.max_integral": bound for axis, bound in zip(("roll", "pitch", "yaw"), (0.3, 0.4, 0.5), strict=True)
@@ -211,7 +234,7 @@ def test_commands_come_from_the_chosen_source():
     assert desired(CommandSource.RAW, filters, given) == (vec(GOAL), ZERO, ZERO)
 
 
-@pytest.mark.parametrize("law", [itsm, pid, se3, indi])
+@pytest.mark.parametrize("law", [itsm, pid, se3, indi, geometric_pid])
 def test_filters_start_at_the_attitude_and_end_at_the_setpoint(law):
     parameters = law.Parameters()
     memory = law.init(parameters, VEHICLE)
@@ -223,7 +246,7 @@ def test_filters_start_at_the_attitude_and_end_at_the_setpoint(law):
     assert seen.desired_angles == pytest.approx(GOAL, abs=1e-6)
 
 
-@pytest.mark.parametrize("law", [pid, se3, indi])
+@pytest.mark.parametrize("law", [pid, se3, indi, geometric_pid])
 def test_the_attitude_of_the_setpoint_is_flown_and_not_its_angles(law):
     """With yaw 2 rad off, thrust tilted in the measured heading: angles and set yaw make another thrust axis."""
     parameters, memory = law.Parameters(), law.init(law.Parameters(), VEHICLE)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_attitude_ctrl import indi
 from quad_attitude_ctrl.rotation_filter import NO_ROTATION
+from quad_core.geometry import TwoLags
 from quad_core.parameters import build
 from quad_core.types import Actuation, AttitudeInputs, AttitudeThrust, Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
@@ -54,9 +55,7 @@ def test_one_step_is_the_formula_of_its_source():
     a1, a2 = np.array([3.0, -2.0, 1.0]), np.array([2.5, -1.0, 0.5])
     t1, t2 = np.array([0.02, 0.01, -0.03]), np.array([0.03, -0.02, 0.01])
     torque_given = np.array([0.05, -0.04, 0.02])
-    memory = indi.Memory(
-        NO_ROTATION, vec(before), indi.Filtered(vec(a1), vec(a2)), indi.Filtered(vec(t1), vec(t2)), True
-    )
+    memory = indi.Memory(NO_ROTATION, vec(before), TwoLags(vec(a1), vec(a2)), TwoLags(vec(t1), vec(t2)), True)
     goal, rates, accelerations = (0.1, 0.2, 0.8), (0.4, -0.3, 0.6), (1.5, 0.7, -0.9)
     given = inputs(angles, omega, goal, rates, accelerations, Actuation(torque_b=vec(torque_given)))
     wrench, after, seen = indi.step(parameters, VEHICLE, memory, given, DT)

@@ -6,6 +6,7 @@ Z-Y-X: (phi, theta, psi).
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from quad_core.types import Quat, Vec3
 
@@ -194,6 +195,19 @@ def low_passed(before: Vec3, value: Vec3, bandwidth: float, dt: float) -> Vec3:
         before.y + gain * (value.y - before.y),
         before.z + gain * (value.z - before.z),
     )
+
+
+class TwoLags(NamedTuple):
+    """A vector behind the first and behind both poles of H(s) = (b / (s + b))^2."""
+
+    first: Vec3 = Vec3()
+    second: Vec3 = Vec3()
+
+
+def low_passed_twice(state: TwoLags, value: Vec3, bandwidth: float, dt: float) -> TwoLags:
+    """Return H(s) after a step of ``dt`` s with the input ``value``: two first-order lags of ``bandwidth`` rad/s."""
+    first = low_passed(state.first, value, bandwidth, dt)
+    return TwoLags(first, low_passed(state.second, first, bandwidth, dt))
 
 
 def slope(before: Vec3, now: Vec3, dt: float) -> Vec3:

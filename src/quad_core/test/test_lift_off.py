@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from quad_core import plugins
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.lift_off import airborne, lifted_off, lifting, marked, sinks, standing
@@ -19,7 +20,7 @@ from quad_core.types import (
 )
 from quad_core.vehicle import Vehicle
 
-LAWS = {POSITION: ("aibs", "ibs", "pid", "se3"), ATTITUDE: ("abfnitsm", "abfnitsm_so3", "itsm", "pid", "se3", "indi")}
+LAWS = {role: plugins.names(STAGE[role].group) for role in (POSITION, ATTITUDE)}
 PAIRS = [(role, name) for role, names in LAWS.items() for name in names]
 DT = {POSITION: 0.01, ATTITUDE: 0.002}
 YAW = 0.7

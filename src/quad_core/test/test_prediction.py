@@ -108,15 +108,19 @@ def test_the_angular_acceleration_is_that_of_eq_1():
 
 
 def test_each_channel_has_its_own_age():
-    state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(0.0, 0.0, 2.0))
+    """While the vehicle rolls the thrust axis counts as it was in the middle of the time that the position is old."""
+    state = VehicleState(Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0), Quat(0.0, 0.0, 0.0, 1.0), Vec3(2.0, 0.0, 0.0))
     hover = Actuation(thrust=1.3 * 9.81)
     known = predict(aged(0.0), VEHICLE, UNKNOWN, state, hover, DT)[1]
-    moved = state._replace(v_w=Vec3(1.0, 1e-9, 0.0), omega_b=Vec3(0.0, 1e-9, 2.0), q_wb=Quat(0.0, 0.0, 1e-9, 1.0))
+    moved = state._replace(v_w=Vec3(1.0, 1e-9, 0.0), omega_b=Vec3(2.0, 1e-9, 0.0), q_wb=Quat(1e-9, 0.0, 0.0, 1.0))
     late = Prediction(enabled=True, position_age=0.05, attitude_age=0.01, rate_age=0.002)
     now, _, shown = predict(late, VEHICLE, known, moved, hover, DT)
     assert shown.prediction_ages == pytest.approx((0.05, 0.01, 0.002))
     assert now.p_w.x == pytest.approx(0.05, abs=1e-3)
-    assert Rotation.from_quat(now.q_wb).as_euler("ZYX")[0] == pytest.approx(0.02, abs=1e-6)
+    assert Rotation.from_quat(now.q_wb).as_euler("ZYX")[2] == pytest.approx(0.02, abs=1e-6)
+    # level 0.01 s ago at 2 rad/s: from -0.08 to 0.02 rad of roll while the position aged
+    rolls = np.linspace(-0.08, 0.02, 1001)
+    assert now.v_w.y == pytest.approx(-9.81 * np.sin(rolls).mean() * 0.05, rel=1e-3)
 
 
 @pytest.mark.parametrize(("attitude_age", "rate_age", "window"), [(0.02, 0.02, 0.02), (0.03, 0.01, 0.03)])

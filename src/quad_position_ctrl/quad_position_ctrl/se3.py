@@ -7,7 +7,7 @@
 Source: Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010, position mode.
 Written for a world with z up; gains are divided by the mass. It has no integral, as in the source. Added: the limits
 and the drag term -a_7 v of AIBS, k_x e_x bounded as its virtual velocity is. The rates that the source derives from
-b_3 are left to the attitude law's command filter.
+b_3 are left to the attitude law's command filter. ``geometric_pid``, ``indi`` and ``l1`` begin with this law.
 """
 
 import math
@@ -20,6 +20,7 @@ from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.setpoint import (
     FeedForward,
     LiftLimits,
+    ThrustCommand,
     ThrustForm,
     attitude_setpoint,
     desired_angles,
@@ -27,7 +28,12 @@ from quad_position_ctrl.setpoint import (
     internals_of,
     thrust_command,
 )
-from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, proportional_correction
+from quad_position_ctrl.speed_limit import (
+    BoundedCorrection,
+    SpeedLimits,
+    correction_vector,
+    proportional_correction,
+)
 
 Internals = PositionInternals
 
@@ -55,6 +61,15 @@ class Memory(NamedTuple):
     steps: float = 0.0
 
 
+class Tracking(NamedTuple):
+    """e_x in m, e_v in m/s, k_x/k_v e_x bounded in m/s, and what they ask for with drag counted: U in m/s^2, world."""
+
+    position_error: Vec3
+    velocity_error: Vec3
+    correction: BoundedCorrection
+    command: Vec3
+
+
 def init(parameters: Parameters, vehicle: Vehicle) -> Memory:  # noqa: ARG001 (the contract's signature)
     """Return the memory before the first step."""
     return Memory(0.0)
@@ -68,31 +83,60 @@ def step(
     dt: float,  # noqa: ARG001 (the law has no dynamics)
 ) -> tuple[AttitudeThrust, Memory, Internals]:
     """Return setpoint, memory and internals of one step. Raises nothing on flyable inputs."""
-    state, reference = inputs.state, inputs.reference
     xy, z = parameters.xy, parameters.z
+    found = tracking(xy.position, xy.velocity, z.position, z.velocity, parameters.speed, vehicle, inputs)
+    thrust, setpoint = pointed(parameters.limits, parameters.feed_forward, vehicle, inputs, found.command)
+    internals = shown(found, inputs, found.command, ZERO, thrust, False)
+    return setpoint, Memory(memory.steps + 1.0), internals
+
+
+def tracking(
+    position_xy: float,
+    velocity_xy: float,
+    position_z: float,
+    velocity_z: float,
+    speed: SpeedLimits,
+    vehicle: Vehicle,
+    inputs: PositionInputs,
+) -> Tracking:
+    """Return -k_x e_x - k_v e_v + a_d - a_7 v and its parts; gains over mass, k_x > 0 in 1/s^2 and k_v > 0 in 1/s."""
+    state, reference = inputs.state, inputs.reference
     position_error = subtract(state.p_w, reference.p_w)
     velocity_error = subtract(state.v_w, reference.v_w)
     # k_x e_x = k_v (k_x/k_v e_x): the inner factor is a velocity, bounded like that of the other laws
-    correction = proportional_correction(
-        position_error, xy.position / xy.velocity, z.position / z.velocity, parameters.speed
-    )
+    correction = proportional_correction(position_error, position_xy / velocity_xy, position_z / velocity_z, speed)
     correcting = correction_vector(correction)
     drag, v = drag_model(vehicle, DragSign.CORRECTED), state.v_w
     command = Vec3(
-        reference.a_w.x + xy.velocity * (correcting.x - velocity_error.x) - drag * v.x,
-        reference.a_w.y + xy.velocity * (correcting.y - velocity_error.y) - drag * v.y,
-        reference.a_w.z + z.velocity * (correcting.z - velocity_error.z) - drag * v.z,
+        reference.a_w.x + velocity_xy * (correcting.x - velocity_error.x) - drag * v.x,
+        reference.a_w.y + velocity_xy * (correcting.y - velocity_error.y) - drag * v.y,
+        reference.a_w.z + velocity_z * (correcting.z - velocity_error.z) - drag * v.z,
     )
-    thrust = thrust_command(command, vehicle, parameters.limits, body_z(state.q_wb), ThrustForm.PROJECTED)
+    return Tracking(position_error, velocity_error, correction, command)
+
+
+def pointed(
+    limits: LiftLimits, feed_forward: bool, vehicle: Vehicle, inputs: PositionInputs, command: Vec3
+) -> tuple[ThrustCommand, AttitudeThrust]:
+    """Return f = F . R e_3 and the setpoint with the source's axes b_1, b_2, b_3 for U = ``command`` in m/s^2."""
+    reference = inputs.reference
+    thrust = thrust_command(command, vehicle, limits, body_z(inputs.state.q_wb), ThrustForm.PROJECTED)
     lift = thrust.lift.lift
-    if parameters.feed_forward and lift.z > 0.0:
+    if feed_forward and lift.z > 0.0:
         angles = desired_angles(lift, reference.yaw, reference.yaw)  # the chain differentiates these
     else:
         angles = desired_attitude(lift, reference.yaw)
-    setpoint = attitude_setpoint(vehicle, reference, angles, thrust.thrust, angles.z, parameters.feed_forward)
-    virtual = add(reference.v_w, correcting)
-    internals = internals_of(position_error, velocity_error, virtual, command, ZERO, correction, thrust, False)
-    return setpoint, Memory(memory.steps + 1.0), internals
+    return thrust, attitude_setpoint(vehicle, reference, angles, thrust.thrust, angles.z, feed_forward)
+
+
+def shown(
+    found: Tracking, inputs: PositionInputs, command: Vec3, estimate: Vec3, thrust: ThrustCommand, frozen: bool
+) -> Internals:
+    """Return the internals; ``command`` U and ``estimate`` of the disturbance in m/s^2."""
+    virtual = add(inputs.reference.v_w, correction_vector(found.correction))
+    return internals_of(
+        found.position_error, found.velocity_error, virtual, command, estimate, found.correction, thrust, frozen
+    )
 
 
 def desired_attitude(lift: Vec3, yaw: float) -> Vec3:

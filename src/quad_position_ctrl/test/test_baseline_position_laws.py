@@ -1,4 +1,4 @@
-"""IBS, cascaded PID and SE(3): commands against the formulas of their sources, memory, limits."""
+"""IBS, PID, SE(3), geometric PID, INDI and L1: commands against the formulas of their sources, memory, limits."""
 
 import math
 
@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from quad_core.geometry import TwoLags
 from quad_core.parameters import build
 from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_position_ctrl import ibs, pid, se3
+from quad_position_ctrl import geometric_pid, ibs, indi, l1, pid, se3
 from quad_position_ctrl.setpoint import LiftLimits, ThrustForm, integrals_frozen, thrust_command
 from quad_position_ctrl.speed_limit import SpeedLimits, correction_vector, is_speed_limited, proportional_correction
 
@@ -168,6 +169,105 @@ def test_se3_is_its_formula():
     assert answer.thrust == pytest.approx(thrust_of(command), rel=1e-12)
     q = answer.q_wb
     assert Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix() == pytest.approx(lee_axes(lift, YAW), abs=1e-12)
+
+
+def lee_command(k_x, k_v):
+    return -np.array(k_x) * (P - P_D) - np.array(k_v) * (V - V_D) + A_D + 0.02 * V
+
+
+def is_flown_as_lee_says(answer, command):
+    """Whether thrust and axes are those of the source for ``command`` in m/s^2."""
+    q = answer.q_wb
+    axes = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    return answer.thrust == pytest.approx(thrust_of(command), rel=1e-12) and axes == pytest.approx(
+        lee_axes(command + GRAVITY, YAW), abs=1e-12
+    )
+
+
+def test_geometric_pid_is_its_formula():
+    names = ("position", "velocity", "integral", "mixing", "max_integral")
+    gains = {f"xy.{name}": value for name, value in zip(names, (9.0, 4.0, 3.0, 1.5, 0.3), strict=True)}
+    gains |= {f"z.{name}": value for name, value in zip(names, (12.0, 5.0, 4.0, 0.5, 0.2), strict=True)}
+    parameters, e_i = build(geometric_pid.Parameters, WIDE | gains), np.array([0.2, -0.5, 0.4])
+    answer, after, seen = geometric_pid.step(parameters, VEHICLE, geometric_pid.Memory(vec(e_i)), inputs(), DT)
+    part = np.array([3.0, 3.0, 4.0]) * [0.2, -0.3, 0.2]
+    command = lee_command([9.0, 9.0, 12.0], [4.0, 4.0, 5.0]) - part
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert is_flown_as_lee_says(answer, command)
+    assert seen.disturbance_estimate == pytest.approx(part)
+    assert after.integral == pytest.approx(e_i + DT * (V - V_D + [1.5, 1.5, 0.5] * (P - P_D)))
+    resting = inputs(actuation=Actuation(thrust_high=True))
+    _, after, seen = geometric_pid.step(parameters, VEHICLE, geometric_pid.Memory(vec(e_i)), resting, DT)
+    assert seen.adaptation_frozen
+    assert after.integral == tuple(e_i)
+
+
+AXIS_BEFORE = np.array([0.1, -0.2, 0.97])
+V_BEFORE = V - [0.03, -0.02, 0.01]
+GIVEN = 9.3
+"""Body z axis and velocity of the last step, and the thrust in N that the rotors gave since."""
+
+
+def explained():
+    """What thrust, gravity and drag explain of the last step, m/s^2."""
+    axis = 0.5 * (AXIS_BEFORE + Rotation.from_euler("ZYX", ANGLES[::-1]).as_matrix()[:, 2])
+    return GIVEN / 0.8 * axis - GRAVITY - 0.02 * V
+
+
+def test_indi_of_the_acceleration_is_its_formula():
+    gains = {"xy.position": 9.0, "xy.velocity": 4.0, "z.position": 12.0, "z.velocity": 5.0, "bandwidth": 30.0}
+    gains |= {"xy.acceleration": 0.5, "z.acceleration": 0.3}
+    parameters = build(indi.Parameters, WIDE | gains)
+    a1, a2 = np.array([1.0, -2.0, 0.5]), np.array([0.8, -1.5, 0.7])
+    k1, k2 = np.array([0.6, -1.0, 0.4]), np.array([0.5, -1.2, 0.2])
+    memory = indi.Memory(vec(V_BEFORE), vec(AXIS_BEFORE), TwoLags(vec(a1), vec(a2)), TwoLags(vec(k1), vec(k2)), True)
+    answer, after, seen = indi.step(parameters, VEHICLE, memory, inputs(actuation=Actuation(thrust=GIVEN)), DT)
+    gain = 1.0 - math.exp(-30.0 * DT)
+    a1 = a1 + gain * (np.array([3.0, -2.0, 1.0]) - a1)
+    k1 = k1 + gain * (explained() - k1)
+    a2, k2 = a2 + gain * (a1 - a2), k2 + gain * (k1 - k2)
+    command = lee_command([9.0, 9.0, 12.0], [4.0, 4.0, 5.0]) - [0.5, 0.5, 0.3] * (a2 - A_D) - (a2 - k2)
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert seen.disturbance_estimate == pytest.approx(a2 - k2, abs=1e-12)
+    assert is_flown_as_lee_says(answer, command)
+    assert after.acceleration == (pytest.approx(a1), pytest.approx(a2))
+    assert after.explained == (pytest.approx(k1), pytest.approx(k2))
+
+
+def test_l1_is_its_formula():
+    gains = {"xy.position": 9.0, "xy.velocity": 4.0, "z.position": 12.0, "z.velocity": 5.0, "bandwidth": 15.0}
+    parameters = build(l1.Parameters, WIDE | gains | {"predictor_pole": 4.0, "max_estimate": 2.0})
+    predicted, miss = np.array([0.45, 0.74, -0.33]), np.array([0.02, -0.01, 0.03])
+    estimate, compensated = np.array([0.5, -0.7, 0.9]), np.array([0.3, -0.4, 0.6])
+    memory = l1.Memory(vec(predicted), vec(miss), vec(estimate), vec(compensated), vec(AXIS_BEFORE), True)
+    answer, after, seen = l1.step(parameters, VEHICLE, memory, inputs(actuation=Actuation(thrust=GIVEN)), DT)
+    predicted = predicted + DT * (explained() + estimate - 4.0 * miss)
+    miss = predicted - V
+    # -Phi^-1 mu with Phi = A^-1 (e^(A T) - 1), mu = e^(A T) miss, A = -4 1/s
+    phi = (math.exp(-4.0 * DT) - 1.0) / -4.0
+    raw = -math.exp(-4.0 * DT) * miss / phi
+    estimate = np.clip(raw, -2.0, 2.0)
+    assert list(estimate != raw) == [True, False, False]
+    compensated = compensated + (1.0 - math.exp(-15.0 * DT)) * (estimate - compensated)
+    command = lee_command([9.0, 9.0, 12.0], [4.0, 4.0, 5.0]) - compensated
+    assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
+    assert is_flown_as_lee_says(answer, command)
+    assert after.predicted == pytest.approx(predicted)
+    assert after.miss == pytest.approx(miss)
+    assert after.estimate == pytest.approx(estimate)
+    assert after.compensated == pytest.approx(compensated)
+
+
+@pytest.mark.parametrize("law", [indi, l1])
+def test_a_steady_push_is_found(law):
+    """Level, with the thrust of hover, the velocity grows as the push has it."""
+    still = VEHICLE._replace(drag_coefficient=0.0)
+    parameters, push = law.Parameters(), np.array([0.4, -0.3, 0.2])
+    memory, hover = law.init(parameters, still), Actuation(thrust=still.mass * still.gravity)
+    for k in range(300):
+        moving = inputs(velocity=push * k * DT, angles=(0.0, 0.0, 0.0), actuation=hover)
+        _, memory, seen = law.step(parameters, still, memory, moving, DT)
+    assert seen.disturbance_estimate == pytest.approx(push, abs=0.02)
 
 
 def test_proportional_correction_keeps_direction_and_speed():
