@@ -13,8 +13,7 @@ pytestmark = pytest.mark.unit
 
 def test_every_row_is_there_and_every_test_that_it_names_exists():
     rows = fault_pages.fault_rows()
-    assert len(rows) == 68
-    assert len({row["fault"] for row in rows}) == 68
+    assert len({row["fault"] for row in rows}) == len(rows) >= 71
     assert fault_pages.problems(rows) == []
 
 

@@ -40,7 +40,7 @@ STANDARD_TYPES = {
     "sensor_msgs/BatteryState": (
         "`percentage`: share of full, 0 to 1, NaN where it is unknown. Best effort, so that any driver matches; no "
         "node of this stack publishes it. The commander lands below `modes.battery_low` and does not arm below "
-        "`arming.battery`; without a message the battery counts as full."
+        "`arming.battery`, nor on a percentage beyond 0 to 1; without a message the battery counts as full."
     ),
     "rosgraph_msgs/Clock": "Flight time for tools, once in `clock_period_steps`; no control decision depends on it.",
 }

@@ -7,10 +7,14 @@ import math
 import random
 import sys
 import time
+from collections import deque
 from contextlib import suppress
+from copy import deepcopy
 from typing import NamedTuple
 
+import numpy as np
 import rclpy
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
@@ -26,6 +30,16 @@ HALF_STEP = 1e6  # ns: a sample is that of the nearest plant step, what is left 
 PRIORITY = 41  # of SCHED_FIFO, as the nodes of a flight in real time have: an estimator is no later than they are
 
 
+JUMPS = {"jump": (3.0, 0.0), "jump in height": (0.0, 0.8), "small jump": (0.2, 0.0)}
+STAMPS = {
+    "zero stamps": lambda ns: 0,
+    "whole seconds": lambda ns: ns // 10**9 * 10**9,
+    "another clock": lambda ns: ns + WALL_CLOCK,
+    "a clock behind": lambda ns: ns - 100 * 10**9,
+}
+LATENCY = 0.2  # s
+
+
 class Faults(NamedTuple):
     """Rate in Hz; jitter of the spacing, and lost, doubled and swapped samples, as shares; what is wrong in each."""
 
@@ -36,6 +50,9 @@ class Faults(NamedTuple):
     swapped: float = 0.0
     best_effort: int = 0
     wall_clock: int = 0
+    pose: int = 0
+    """1: a pose alone; 2: a pose with covariance, which the relay does not take."""
+    publishers: int = 1
     wrong: str = ""
     begins: float = 0.0
     """s of the flight from which on ``wrong`` holds."""
@@ -51,26 +68,81 @@ def set_parts(part, values):
     part.x, part.y, part.z = (float(value) for value in values)
 
 
+def twist_of(message):
+    """Return linear and angular twist of a message."""
+    twist = message.twist.twist
+    return [(part.x, part.y, part.z) for part in (twist.linear, twist.angular)]
+
+
+def moved(matrix, attitude=None):
+    """Return what sees the world through a matrix, and the body by another attitude."""
+
+    def change(p, q, v, w):
+        return matrix @ np.array(p), attitude(q) if attitude else q, v, w
+
+    return change
+
+
+def of_twist(change):
+    """Return a mistake in the twist alone."""
+    return lambda p, q, v, w: (p, q, *change(q, np.array(v), np.array(w)))
+
+
+def about_z(degrees):
+    """Return an attitude turned about the world's z axis."""
+    return lambda q: (Rotation.from_euler("z", degrees, degrees=True) * Rotation.from_quat(q)).as_quat()
+
+
+def about_body(axis, degrees):
+    """Return an attitude turned about a body axis."""
+    return lambda q: (Rotation.from_quat(q) * Rotation.from_euler(axis, degrees, degrees=True)).as_quat()
+
+
+SAME, SWAP, MIRROR = np.eye(3), np.array([[0, 1, 0], [1, 0, 0], [0, 0, 1.0]]), np.diag([1.0, -1.0, 1.0])
+NED, FRD = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1.0]]), np.diag([1.0, -1.0, -1.0])
+
+
+def ned(q):
+    """Return the attitude of an FRD body in NED."""
+    return Rotation.from_matrix(NED @ Rotation.from_quat(q).as_matrix() @ FRD).as_quat()
+
+
+CHANGES = {
+    **{f"heading {angle}": moved(SAME, about_z(angle)) for angle in (15, 45, 90, 180, -90)},
+    "axes swapped": moved(SWAP),
+    "left-handed": moved(MIRROR),
+    "ned": lambda p, q, v, w: (NED @ np.array(p), ned(q), FRD @ np.array(v), FRD @ np.array(w)),
+    "ned position": moved(NED),
+    "mm": moved(1000.0 * SAME),
+    "cm": moved(100.0 * SAME),
+    "ft": moved(SAME / 0.3048),
+    "wxyz": moved(SAME, lambda q: (q[3], q[0], q[1], q[2])),
+    "conjugate": moved(SAME, lambda q: (-q[0], -q[1], -q[2], q[3])),
+    "on its side": moved(SAME, about_body("x", 90)),
+    "on its head": moved(SAME, about_body("x", 180)),
+    "world twist": of_twist(lambda q, v, w: (turned(v, q), w)),
+    "zero twist": of_twist(lambda q, v, w: (0 * v, 0 * w)),
+    "zero velocity": of_twist(lambda q, v, w: (0 * v, w)),
+    "sign": of_twist(lambda q, v, w: (-v, w)),
+    "frd twist": of_twist(lambda q, v, w: (FRD @ v, FRD @ w)),
+    "degrees": of_twist(lambda q, v, w: (v, np.degrees(w))),
+    "km/h": of_twist(lambda q, v, w: (3.6 * v, w)),
+    "rates of other axes": of_twist(lambda q, v, w: (v, w[[1, 0, 2]])),
+}
+"""{mistake: what it makes of position, attitude, and both parts of the twist}."""
+
+
 def spoil(message, wrong):
     """Make one mistake in a message; returns whether it is sent at all."""
-    pose, twist = message.pose.pose, message.twist.twist
-    p = (pose.position.x, pose.position.y, pose.position.z)
-    q = (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w)
-    v = (twist.linear.x, twist.linear.y, twist.linear.z)
-    w = (twist.angular.x, twist.angular.y, twist.angular.z)
-    if wrong == "world twist":
-        set_parts(twist.linear, turned(v, q))
-    elif wrong == "zero twist":
-        set_parts(twist.linear, (0, 0, 0))
-    elif wrong == "sign":
-        set_parts(twist.linear, [-part for part in v])
-    elif wrong == "frd twist":
-        set_parts(twist.linear, (v[0], -v[1], -v[2]))
-        set_parts(twist.angular, (w[0], -w[1], -w[2]))
-    elif wrong == "degrees":
-        set_parts(twist.angular, [math.degrees(part) for part in w])
-    elif wrong == "km/h":
-        set_parts(twist.linear, [3.6 * part for part in v])
+    pose = message.pose.pose
+    if wrong in CHANGES:
+        o = pose.orientation
+        p, q = (pose.position.x, pose.position.y, pose.position.z), (o.x, o.y, o.z, o.w)
+        p, q, v, w = CHANGES[wrong](p, q, *twist_of(message))
+        set_parts(pose.position, p)
+        o.x, o.y, o.z, o.w = map(float, q)
+        set_parts(message.twist.twist.linear, v)
+        set_parts(message.twist.twist.angular, w)
     elif wrong == "frame":
         message.header.frame_id = "odom"
     elif wrong == "body frame":
@@ -79,18 +151,9 @@ def spoil(message, wrong):
         pose.orientation.x = pose.orientation.y = pose.orientation.z = pose.orientation.w = 0.0
     elif wrong == "not finite":
         pose.position.z = math.nan
-    elif wrong == "jump":
-        pose.position.x += 3.0
-    elif wrong == "jump in height":
-        pose.position.z += 0.8
-    elif wrong == "ned":
-        set_parts(pose.position, (p[1], p[0], -p[2]))
-        s = math.sqrt(0.5)
-        x, y, z, o = q
-        pose.orientation.x, pose.orientation.y = s * (x + y), s * (x - y)
-        pose.orientation.z, pose.orientation.w = s * (o - z), s * (o + z)
-        set_parts(twist.linear, (v[0], -v[1], -v[2]))
-        set_parts(twist.angular, (w[0], -w[1], -w[2]))
+    elif wrong in JUMPS:
+        pose.position.x += JUMPS[wrong][0]
+        pose.position.z += JUMPS[wrong][1]
     return wrong != "silent"
 
 
@@ -105,7 +168,9 @@ class Spoiler(Node):
         self._origin, self._grid, self._due = 0, 0.0, 0.0
         self._flies, self._kept = False, None
         qos = qos_profile_sensor_data if faults.best_effort else QoSProfile(depth=256)
-        self._out = self.create_publisher(Odometry, "est/odom", qos)
+        kind = (Odometry, PoseStamped, PoseWithCovarianceStamped)[faults.pose]
+        self._outs = [self.create_publisher(kind, "est/odom", qos) for _ in range(faults.publishers)]
+        self._before, self._frozen = deque(), None
         self.create_subscription(Odometry, "odom", self._on_odometry, QoSProfile(depth=256))
 
     def _on_odometry(self, message):
@@ -134,17 +199,44 @@ class Spoiler(Node):
         stale = faults.wrong == "stale first stamp"
         if 1e-9 * ns >= faults.begins and not spoil(message, faults.wrong):
             return
-        stamp = ns + (WALL_CLOCK + self._origin if faults.wall_clock else 0)
+        message = self._older(message, ns, waits)
+        stamp = STAMPS.get(faults.wrong, lambda same: same)(ns)
+        stamp += WALL_CLOCK + self._origin if faults.wall_clock else 0
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp - STALE * (stale and waits), 10**9)
         kept, self._kept = self._kept, None
         if not waits and kept is None and draw() < faults.swapped:
             self._kept = message
             return
-        self._out.publish(message)
+        self._publish(message)
         if kept is not None:
-            self._out.publish(kept)
+            self._publish(kept)
         if not waits and draw() < faults.doubled:
-            self._out.publish(message)
+            self._publish(message)
+
+    def _older(self, message, ns, waits):
+        """Return the message whose pose, or whole content, is sent under this stamp."""
+        wrong = self._faults.wrong
+        if wrong == "latency" and not waits:
+            self._before.append((ns, message))
+            while len(self._before) > 1 and self._before[1][0] <= ns - LATENCY * 1e9:
+                self._before.popleft()
+            return deepcopy(self._before[0][1])
+        if wrong in ("pose frozen", "frozen") and 1e-9 * ns >= self._faults.begins:
+            self._frozen = self._frozen or deepcopy(message)
+            if wrong == "frozen":
+                return deepcopy(self._frozen)
+            message.pose = deepcopy(self._frozen.pose)
+        return message
+
+    def _publish(self, message):
+        for number, out in enumerate(self._outs):
+            if self._faults.pose:
+                sent = (PoseStamped, PoseWithCovarianceStamped)[self._faults.pose - 1](header=message.header)
+                sent.pose = message.pose.pose if self._faults.pose == 1 else message.pose
+            else:
+                sent = deepcopy(message) if number else message
+                sent.pose.pose.position.x += 0.25 * number
+            out.publish(sent)
 
 
 def main():

@@ -92,8 +92,8 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
 
 
 def _show(progress: Progress, watch: FlightWatch, state: FlightState | None) -> None:
-    while watch.changes:
-        progress.tell(*watch.changes.popleft())
+    while watch.news:
+        progress.tell(*watch.news.popleft())
     progress.show(state)
 
 

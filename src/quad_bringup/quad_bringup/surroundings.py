@@ -17,6 +17,7 @@ PROBE = "flight_probe"
 MEETING = 5.0  # s in which two nodes find each other, where a server tells them
 DISCOVERY = 1.0  # s; twelve nodes find each other in 0.5 s
 LEAST_DISK, MISSION_DISK = 8_000_000, 1_000_000_000  # bytes; 20 s of flight; what a mission may take
+OF_OTHERS = ("clock", "battery_state", "flight/request")
 FULL_DISK = 65_536  # bytes; less than two chunks of a bag
 
 
@@ -83,11 +84,12 @@ def check_domain(domain: int, namespace: str) -> None:
 def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict[str, list[str]]:
     """Return {node: topics} of all that publish a topic of a flight in ``namespace``, looking for ``patience`` s.
 
-    No node of a flight reads its clock, so another publisher of one does no harm.
+    Left out is what others may publish before a flight: a battery's driver, an operator's panel, and a clock, which no
+    node of a flight reads.
     """
     from quad_node.topics import TOPICS
 
-    topics, found = [name for name in TOPICS if name != "clock"], dict[str, list[str]]()
+    topics, found = [name for name in TOPICS if name not in OF_OTHERS], dict[str, list[str]]()
     deadline = time.monotonic() + patience
     with _probe(domain, namespace) as probe:
         # A publisher may be known a moment before the name of its node is.

@@ -68,9 +68,9 @@ class Progress:
         line = f"{self._name}: {describe(state)}"
         write(f"{_CLEAR}{line}" if self._live else f"{line}\n", self._out)
 
-    def tell(self, time_: float, change: str) -> None:
-        """Show a change of mode ``time_`` s after the start, in a line that stays."""
-        write(f"{_CLEAR if self._live else ''}{self._name}: {time_:.1f} s: {change}\n", self._out)
+    def tell(self, time_: float, news: str) -> None:
+        """Show what a node said of ``time_`` s after the start, in a line that stays."""
+        write(f"{_CLEAR if self._live else ''}{self._name}: {time_:.1f} s: {printable(news)}\n", self._out)
 
     def close(self) -> None:
         """Leave the terminal as it was."""

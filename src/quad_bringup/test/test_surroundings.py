@@ -6,6 +6,7 @@ import pytest
 
 from quad_bringup import surroundings
 from quad_core.parameters import ParameterError
+from quad_node.topics import TOPICS
 
 
 @pytest.fixture
@@ -57,6 +58,16 @@ def test_whoever_publishes_our_topics_is_named(clean, monkeypatch):
     with pytest.raises(ParameterError, match=r"domain 57 is not empty: /uav1/simulator publishes state and 1 more"):
         surroundings.check_domain(57, "uav1")
     surroundings.check_domain(57, "uav2")
+
+
+@pytest.mark.ros
+def test_what_others_may_publish_before_a_flight_is_left_out():
+    with surroundings._probe(88) as driver:
+        for topic in ("battery_state", "flight/request", "clock", "state"):
+            entry = TOPICS[topic]
+            driver.create_publisher(entry.type, topic, entry.qos())
+        found = surroundings.publishers(88, "", 10.0)
+    assert list(found.values()) == [["state"]]
 
 
 def test_a_closed_flight_does_not_search_a_domain_without_ports(clean, monkeypatch):

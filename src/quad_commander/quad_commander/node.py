@@ -65,6 +65,7 @@ class Commander(Responder):
         self._lost: set[str] = set()
         self._last: Sample | None = None
         self._battery: float | None = None
+        self._bad_battery = ""
         self._autopilot: AutopilotStatus | None = None
         self._resets = 0
         self._stepped_at = 0.0
@@ -229,7 +230,8 @@ class Commander(Responder):
             return None
         self._since_check = 0.0
         unmatched = links.missing(self.ros, (), self._in)
-        return self._preflight.refusals(sample, self.states_seen, unmatched, self._charge, self._autopilot)
+        wrong = [*unmatched, *([self._bad_battery] if self._bad_battery else [])]
+        return self._preflight.refusals(sample, self.states_seen, wrong, self._charge, self._autopilot)
 
     def _guard_said(self, arrival: Stamped | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
@@ -264,11 +266,14 @@ class Commander(Responder):
 
     def _on_battery(self, message: BatteryState) -> None:
         share = message.percentage
+        self._bad_battery = ""
         if 0.0 <= share <= 1.0:
             self._battery = share
         elif not math.isnan(share):  # a driver that does not know it says so
-            found = f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN where it is unknown"
-            self.event(FlightEvent.WARNING, "bad_battery", f"{found}; message ignored")
+            self._bad_battery = (
+                f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN where it is unknown"
+            )
+            self.event(FlightEvent.WARNING, "bad_battery", f"{self._bad_battery}; message ignored")
 
     def _on_plan(self, message: FlightPlan) -> None:
         if self.is_foreign("flight/plan", message.run):

@@ -75,16 +75,16 @@ class Preflight:
         self,
         sample: Sample,
         states: int,
-        unmatched: Sequence[str],
+        wrong: Sequence[str],
         battery: float | None,
         autopilot: AutopilotStatus | None = None,
     ) -> list[str]:
         """Return every reason against arming; none: the vehicle may take off.
 
-        ``unmatched``: topics that lack their publisher or have a second one; ``battery`` is a share of full, None where
-        nothing tells it.
+        ``wrong``: what is known already, such as a topic with a second publisher; ``battery`` is a share of full, None
+        where nothing tells it.
         """
-        found = [*self._of_nodes(), *unmatched, *self._of_streams(sample, states, autopilot is not None)]
+        found = [*self._of_nodes(), *wrong, *self._of_streams(sample, states, autopilot is not None)]
         found += [*self._of_vehicle(sample, battery), *self._of_plan(sample.state.ground_z)]
         if autopilot is not None and not autopilot.armed:
             why = f": {autopilot.reasons}" if autopilot.reasons else ""

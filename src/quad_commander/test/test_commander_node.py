@@ -154,6 +154,10 @@ def test_a_battery_that_cannot_be_is_ignored_and_named(make, share):
             lambda node: (node.plan(), node.callbacks["flight/nodes"](msg.NodeStatus(node="/b/x", run_id="b2"))),
             "run ids: found 'b2' too, expected 'a1' alone",
         ),
+        *(
+            (lambda node, share=share: (node.plan(), node.battery(share)), f"battery_state: found percentage {share:g}")
+            for share in (15.0, -1.0)
+        ),
     ],
 )
 def test_what_is_wrong_keeps_it_on_the_ground_and_is_said(make, spoil, reason):

@@ -5,15 +5,17 @@
 
 A twist is held against these slopes. One that does not fit is named, with the twist that would, and from then on the
 slopes take its place. A position that jumps is a reset: what it jumped by is taken off again, so that the
-states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted.
+states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted. A moving
+vehicle whose pose stays the same to the bit has not been measured: in lockstep its last state stands, else there is
+none.
 """
 
 import math
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, rotate_inverse, scale, subtract, total
+from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, rotate_inverse, scale, subtract, tilt, total
 from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
@@ -30,6 +32,10 @@ SLOWEST = 0.0166
 """s between two samples from which on nothing can be flown: two in a row may be lost before the guard's 0.05 s end."""
 LEAST_SAMPLES = 20
 """Samples that show a spacing."""
+UPRIGHT = math.radians(15.0)
+"""rad by which a vehicle may lean that has not flown yet."""
+STILL = 1e-4
+"""m/s and rad/s below which the pose of a vehicle may stay the same."""
 _CROWDED = 10
 """Samples that fell into the step of another one and left theirs empty, after which the grid moves by half a step."""
 
@@ -51,17 +57,23 @@ class Sample(NamedTuple):
 
 
 class Estimator:
-    """Follows one estimator through a flight; ``news``: kind and text of what is still to be said of it."""
+    """Follows one estimator through a flight; ``news``: kind and text of what is still to be said of it.
+
+    ``stall``: why its last sample was no new one, empty if it was; ``good_step``: the step of the last new one.
+    """
 
     def __init__(self, name: str, plant_period: int, from_first: bool, lockstep: bool, delay: float) -> None:
         """Begin without a sample; ``name`` is the topic, ``delay`` in s is how old its samples are when they come."""
         self.name, self.news = name, deque[tuple[str, str]]()
         self.counts: Counter[str] = Counter()
         self.derives_velocity = self.derives_rate = False
-        self.jitter_ns = 0
+        self.jitter_ns = self.good_step = 0
+        self.stall = ""
+        self._standing_stamps = 0
         self._period, self._from_first, self._lockstep, self._delay = plant_period, from_first, lockstep, delay
         self._origin: int | None = None if from_first else 0
         self._last: Sample | None = None
+        self._state = VehicleState()  # of the last new sample
         self._step = -1
         self._crowded = self._skipped = 0  # samples in the step of another one, and steps left empty, since it moved
         self._seen: deque[Sample] = deque()
@@ -74,8 +86,11 @@ class Estimator:
 
     def wait(self, sample: Sample) -> None:
         """Take in a sample before the flight: it shows the spacing, and where stamps begin."""
-        if self._last is not None:
-            self._spacings.append(sample.arrived - self._last.arrived)
+        last = self._last
+        if last is not None:
+            self._spacings.append(sample.arrived - last.arrived)
+            stands = sample.p_w != last.p_w and sample.stamp_ns <= last.stamp_ns
+            self._standing_stamps = self._standing_stamps + 1 if stands else 0
         self._last = sample
         if self._from_first:
             self._origin = sample.stamp_ns
@@ -87,12 +102,22 @@ class Estimator:
         return ordered[len(ordered) // 2] if len(ordered) >= LEAST_SAMPLES - 1 else 0.0
 
     def refusal(self) -> str:
-        """Return why nothing can be flown with it, empty if it can be."""
+        """Return why nothing can be flown with it, empty if it can be: asked before the flight."""
+        if self._last is not None:
+            stamp, lean = self._last.time, tilt(self._last.q_wb)
+            if lean > UPRIGHT:
+                found = f"{self.name}: found the vehicle {math.degrees(lean):.0f} deg from upright before the flight"
+                return f"{found}, expected at most {math.degrees(UPRIGHT):.0f} deg{looks_turned(self._last.q_wb)}"
+            if not self._from_first and abs(stamp) > RESTART:
+                found = f"{self.name}: its stamps are of another clock: found {stamp:.3f} s before the flight"
+                return f"{found}, expected 0 s: set odometry_relay.stamps=first"
+            if self._standing_stamps >= LEAST_SAMPLES:
+                return f"{self.name}: its stamps do not advance, found {stamp:.3f} s in each"
         if self._lockstep:
             return ""
         if not self.spacing:
-            found = len(self._spacings) + (self._last is not None)
-            return f"{self.name}: found {found} messages, expected {LEAST_SAMPLES} to tell their spacing"
+            count = len(self._spacings) + (self._last is not None)
+            return f"{self.name}: found {count} messages, expected {LEAST_SAMPLES} to tell their spacing"
         if self.spacing <= SLOWEST:
             return ""
         return f"{self.name}: samples {1e3 * self.spacing:.1f} ms apart, expected at most {1e3 * SLOWEST:g} ms"
@@ -113,12 +138,23 @@ class Estimator:
             kind = "swapped" if step < self._step else "doubled" if is_same else "crowded"
             self.counts[f"{kind}_samples"] += 1
             self._crowded += kind == "crowded"
+            if sample.stamp_ns <= last.stamp_ns:
+                self.stall = self.stall or "its stamps do not advance"
             if self._from_first and min(self._crowded, self._skipped) >= _CROWDED:
                 self._origin += self._period // 2  # samples lie where two steps meet: now in the middle of one
                 self._crowded = self._skipped = 0
             return None
+        if last is not None and sample.p_w == last.p_w and sample.q_wb == last.q_wb and self._moves():
+            self.counts["repeated_samples"] += 1
+            self.stall = "the same pose"
+            self._step = step
+            return (step, self._state) if self._lockstep else None
         self._note(step, sample, last)
-        return step, self._state(sample._replace(p_w=subtract(sample.p_w, self._offset)))
+        self._state, self.stall, self.good_step = self._made(sample), "", step
+        return step, self._state
+
+    def _moves(self) -> bool:
+        return norm(self._state.v_w) > STILL or norm(self._state.omega_b) > STILL
 
     def owner_is_at(self, step: int) -> None:
         """Note the vehicle's own plant step: a state ahead of it would be answered by a wrench from the future."""
@@ -182,7 +218,7 @@ class Estimator:
         text = f"jumped by {norm(jump):.2f} m and {math.degrees(turn):.1f} deg within {1e3 * elapsed:.1f} ms"
         self._say("estimator_reset", f"{text}; its position counts on from where it was")
 
-    def _state(self, sample: Sample) -> VehicleState:
+    def _made(self, sample: Sample) -> VehicleState:
         """Return the state of a sample; what is derived says its age."""
         v, w, age, rate_age = sample.twist_linear, sample.twist_angular, self._delay, self._delay
         if v is not None:
@@ -193,7 +229,8 @@ class Estimator:
                 v, age = slope.v_w, self._delay + slope.age
             if w is None or self.derives_rate:
                 w, rate_age = slope.omega_b, self._delay + slope.age
-        return VehicleState(sample.p_w, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
+        p = subtract(sample.p_w, self._offset)
+        return VehicleState(p, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
 
     def _slope(self) -> "Slope":
         chosen = [one for one in self._seen if one.time >= self._seen[-1].time - WINDOW]
@@ -239,6 +276,19 @@ class Estimator:
     def _say(self, kind: str, text: str) -> None:
         self.counts[kind] += 1
         self.news.append((kind, f"{self.name}: {text}"))
+
+
+WRONG_ATTITUDES: dict[str, Callable[[Quat], Quat]] = {
+    "a quaternion in the order w, x, y, z, expected x, y, z, w": lambda q: Quat(q.y, q.z, q.w, q.x),
+    "an FRD body, expected FLU": lambda q: Quat(q.w, q.z, -q.y, -q.x),
+}
+"""{mistake: what makes it right again}."""
+
+
+def looks_turned(q: Quat) -> str:
+    """Return which mistakes would make ``q`` of the attitude of an upright vehicle."""
+    fits = [words for words, mended in WRONG_ATTITUDES.items() if tilt(mended(q)) < UPRIGHT]
+    return f"; it looks like {' or '.join(fits)}" if fits else ""
 
 
 def mistakes(sent: Vec3, true: Vec3, q: Quat, unit: str, factor: float) -> str:

@@ -214,6 +214,53 @@ def test_a_noisy_twist_is_not_called_wrong():
     assert said == []
 
 
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_a_moving_vehicle_whose_pose_stays_the_same_to_the_bit_is_not_measured(lockstep):
+    one = estimator(lockstep=lockstep)
+    found, _ = flown(one, [sample(k) for k in range(100)])
+    repeated = [one.take(sample(99)._replace(stamp_ns=k * PERIOD, arrived=0.002 * k)) for k in range(100, 105)]
+    assert repeated == ([(k, found[99][1]) for k in range(100, 105)] if lockstep else 5 * [None])
+    assert (one.stall, one.good_step, one.counts["repeated_samples"]) == ("the same pose", 99, 5)
+    assert one.take(sample(105))[0] == one.good_step == 105
+    assert one.stall == ""
+
+
+def test_a_vehicle_at_rest_may_stay_where_it_is():
+    one = estimator()
+    still = [Sample(k * PERIOD, 0.002 * k, Vec3(), Quat(), Vec3(), Vec3()) for k in range(100)]
+    assert all(flown(one, still)[0])
+
+
+@pytest.mark.parametrize("period_ns", [0, 10**9])
+def test_stamps_that_stand_are_said_to(period_ns):
+    one = estimator()
+    stamped = [sample(k)._replace(stamp_ns=period_ns and k * PERIOD // period_ns * period_ns) for k in range(100)]
+    found, _ = flown(one, stamped)
+    assert [step for step, _ in filter(None, found)] == [0]
+    assert one.stall == "its stamps do not advance"
+    for given in stamped:
+        one.wait(given)
+    assert one.refusal() == "est/odom: its stamps do not advance, found 0.000 s in each"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"stamp_ns": 1_700_000_000_000_000_000}, "its stamps are of another clock: found 1700000000.000 s before"),
+        ({"stamp_ns": -100_000_000_000}, "its stamps are of another clock: found -100.000 s before the flight"),
+        ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "found the vehicle 180 deg from upright before the flight"),
+        ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "it looks like a quaternion in the order w, x, y, z"),
+        ({"q_wb": Quat(0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))}, "found the vehicle 90 deg from upright"),
+    ],
+)
+def test_before_the_flight_a_stamp_or_an_attitude_that_cannot_be_is_refused(changes, words):
+    one = estimator(lockstep=True)
+    one.wait(sample(0))
+    assert one.refusal() == ""
+    one.wait(sample(0)._replace(**changes))
+    assert words in one.refusal()
+
+
 def test_what_comes_too_rarely_is_refused_with_the_numbers():
     one, said = estimator(), []
     for k in range(40):

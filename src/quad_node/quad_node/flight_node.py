@@ -80,7 +80,7 @@ class FlightNode:
         self._parameters_out = self.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.ros.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
         self.status = NodeStatus.STARTING
-        self.publish_status("matching")
+        self.publish_status("")
         self.publish_parameters()
         if role != SIMULATOR:
             self.subscribe("flight/state", self._on_flight_state)

@@ -106,8 +106,10 @@ class Handshake:
         return ""
 
     def missing(self) -> list[str]:
-        """Return the expected roles that are not ready."""
-        return [role for role in self._expected if role not in self.known or self.known[role].state != READY]
+        """Return the expected roles that are not ready, and what those wait for that said so."""
+        said = {role: self.known[role].detail for role in self._expected if role in self.known}
+        late = [role for role in self._expected if role not in said or self.known[role].state != READY]
+        return [f"{role} ({said[role]})" if said.get(role) else role for role in late]
 
     def foreign_nodes(self) -> str:
         """Return what nodes of other flights have published, a clause for the reason why this one did not begin."""

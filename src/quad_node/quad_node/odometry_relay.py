@@ -17,9 +17,11 @@ from quad_core.cycle import is_flyable, seconds
 from quad_core.estimator import Estimator, Sample
 from quad_core.geometry import normalized
 from quad_core.lift_off import airborne, lifted_off, marked, sinks
+from quad_core.standing import Standing
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightEvent, FlightMode, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
+from quad_node import links
 from quad_node.codec import head_of, packer
 from quad_node.conversion import stamp_ns
 from quad_node.flight_node import FlightNode
@@ -29,6 +31,7 @@ STAMPS_FIRST = 1
 TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": PoseStamped}
 _LEAST_NORM = 0.5
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
+_AT_REST = 0.15  # m/s: what an estimate may drift by while the vehicle stands
 _LATE = 0.05  # s in real time: the guard descends on a wrench as old
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
 _SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
@@ -45,12 +48,12 @@ class OdometryRelay(FlightNode):
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg, self.run)
         from_first = self._settings.stamps == STAMPS_FIRST
-        self.estimator = Estimator(
-            self._topic, self.flight.plant_period, from_first, self.lockstep, self._settings.delay
-        )
+        period, delay = self.flight.plant_period, self._settings.delay
+        self.estimator = Estimator(self._topic, period, from_first, self.lockstep, delay)
+        asks = self._settings.on_ground and not self.commanded  # a commander asks itself
+        self._standing = Standing() if asks else None
         self._lift, self._armed, self._begun = airborne(0.0), not self.commanded, False
-        self._source: Any = None
-        self._accepted, self._refusal = 0, ""
+        self._accepted, self._refusal, self._waits_for = 0, "", ""
         self._first_at = self._accepted_at = 0.0
         self._newest: Sample | None = None
         self.subscribe("actuation", self._on_actuation, raw=True)
@@ -59,25 +62,41 @@ class OdometryRelay(FlightNode):
 
     def missing_links(self) -> list[str]:
         """Return what is not matched yet, and what keeps the estimator from being flown with."""
-        return super().missing_links() + ([why] if (why := self._why_not()) else [])
+        why = self._why_not()
+        if why != self._waits_for:  # shown while the flight waits
+            self._waits_for = why
+            self.publish_status(why)
+        return list(dict.fromkeys([*super().missing_links(), *([why] if why else [])]))
 
     def _why_not(self) -> str:
+        if self._topic not in self._in and (why := self._subscribe()):
+            return why
+        return self._unusable() if self._accepted else self._refusal or f"a message on {self._topic}"
+
+    def _subscribe(self) -> str:
+        """Subscribe to the topic with the type that it has; return why this is not possible yet."""
         infos = self.ros.get_publishers_info_by_topic(self._topic)
         if not infos:
             return f"{self._topic} of the estimator"
-        if self._source is None:
-            kind = TYPES.get(infos[0].topic_type)
-            if kind is None:
-                return f"{self._topic}: found {infos[0].topic_type}, expected {' or '.join(TYPES)}"
-            # one that sends best effort cannot be received otherwise; a lost sample would halt lockstep
-            reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in infos)
-            chosen = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-            self._source = self.ros.create_subscription(
-                kind, self._topic, self._on_message, QoSProfile(depth=64, reliability=chosen)
-            )
-        if self._accepted == 0:
-            return self._refusal or f"a message on {self._topic}"
-        return self.estimator.refusal()
+        kind = TYPES.get(infos[0].topic_type)
+        if kind is None:
+            self._first_at = self._first_at or time.monotonic()
+            self._refusal = f"{self._topic}: found {infos[0].topic_type}, expected {' or '.join(TYPES)}"
+            return self._refusal
+        # one that sends best effort cannot be received otherwise; a lost sample would halt lockstep
+        reliable = all(info.qos_profile.reliability == ReliabilityPolicy.RELIABLE for info in infos)
+        chosen = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+        qos = QoSProfile(depth=64, reliability=chosen)
+        source = self.ros.create_subscription(kind, self._topic, self._on_message, qos)
+        self._in[self._topic] = source, "the estimator"  # so that it has one publisher
+        return ""
+
+    def _unusable(self) -> str:
+        """Return why the estimator whose messages are accepted cannot be flown with, empty if it can be."""
+        if others := links.second_senders(self.ros, [self._topic]):
+            return links.described(others)[0]
+        moves = self._standing.refusal(_AT_REST, self._topic) if self._standing is not None else ""
+        return self.estimator.refusal() or moves
 
     def on_tick(self) -> None:
         """Give up an estimator that sends nothing that can be used."""
@@ -85,15 +104,18 @@ class OdometryRelay(FlightNode):
             return
         now = time.monotonic()
         if not self.flying:
-            why = self._refusal if self._accepted == 0 else self.estimator.refusal()
+            why = self._unusable() if self._accepted else self._refusal
             if self._first_at and now - self._first_at > _PATIENCE and why:
                 self._give_up("estimator_refused", why)
             return
         limit = _SILENT_LOCKSTEP if self.lockstep else _SILENT
         if self._begun and now - self._accepted_at - self.slept > limit:
-            since = seconds(self.current_step, self.flight.plant_period)
-            what = f"no message that can be used ({self._refusal})" if self._refusal else "silent"
-            self._give_up("estimator_silent", f"{self._topic}: {what} since {since:.3f} s")
+            self._silent()
+
+    def _silent(self) -> None:
+        since = seconds(self.estimator.good_step, self.flight.plant_period)
+        refused = f"no message that can be used ({self._refusal})" if self._refusal else "silent"
+        self._give_up("estimator_silent", f"{self._topic}: {self.estimator.stall or refused} since {since:.3f} s")
 
     def _give_up(self, kind: str, text: str) -> None:
         stamp = self.current_step * self.flight.plant_period
@@ -114,6 +136,8 @@ class OdometryRelay(FlightNode):
         else:
             self.estimator.wait(sample)
             self._newest = sample
+            if self._standing is not None:
+                self._standing.note(now, VehicleState(sample.p_w, sample.twist_linear or Vec3()))
 
     def _on_flight_state(self, message: FlightState) -> None:
         super()._on_flight_state(message)
@@ -146,6 +170,9 @@ class OdometryRelay(FlightNode):
             return
         passed, self._accepted_at = now - self._accepted_at, now
         step, state = found
+        if self.estimator.stall and seconds(step - self.estimator.good_step, self.flight.plant_period) > _SILENT:
+            self._silent()
+            return
         if self._begun and passed > _LATE and not self.lockstep:
             text = f"{self._topic}: nothing for {1e3 * passed:.0f} ms"
             self.event(FlightEvent.WARNING, "estimator_late", text, stamp)

@@ -36,15 +36,17 @@ def node_of_its_own(name: str, domain: int, namespace: str = "") -> Node:
 
 
 class FlightWatch:
-    """The newest ``flight/state`` of one run in one domain and namespace, and the changes of mode.
+    """The newest ``flight/state`` of one run in one domain and namespace, and what its nodes say.
 
-    ``changes``: (flight time in s, text) of each change of mode that no node has taken out yet.
+    ``news``: (flight time in s, text) of each change of mode, and of the first warning or error of a kind from a node,
+    that nobody has taken out yet.
     """
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:
         """Join ``domain``; a process may watch several flights one after the other."""
         self.newest: FlightState | None = None
-        self.changes: deque[tuple[float, str]] = deque()
+        self.news: deque[tuple[float, str]] = deque()
+        self._warned: dict[tuple[str, str], str] = {}
         self._run_id = run_id
         self._node = node_of_its_own("flight_watch", domain, namespace)
         entry = topics.TOPICS["flight/state"]
@@ -90,8 +92,14 @@ class FlightWatch:
         self._node.context.try_shutdown()
 
     def _on_event(self, message: FlightEvent) -> None:
+        time_, source = seconds(stamp_ns(message.stamp), 1), (message.node, message.kind)
         if message.kind == "mode":
-            self.changes.append((seconds(stamp_ns(message.stamp), 1), message.text))
+            self.news.append((time_, message.text))
+        elif message.severity != FlightEvent.INFO and source not in self._warned:
+            is_repeated = any(text in message.text for text in self._warned.values())  # what follows from it
+            self._warned[source] = message.text
+            if not is_repeated:
+                self.news.append((time_, f"{message.node.rpartition('/')[2]}: {message.text}"))
 
     def _on_status(self, message: NodeStatus) -> None:
         if message.run_id == self._run_id:

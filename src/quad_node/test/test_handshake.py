@@ -34,6 +34,8 @@ def test_all_roles_must_be_ready():
     assert handshake.missing() == ["recorder"]
     handshake.on_status(Said("recorder"))
     assert handshake.missing() == []
+    handshake.on_status(Said("recorder", state=0, detail="state of simulator"))
+    assert handshake.missing() == ["recorder (state of simulator)"]
 
 
 @pytest.mark.parametrize(

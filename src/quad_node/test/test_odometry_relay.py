@@ -74,6 +74,7 @@ def relay(monkeypatch, start_node):
 
 def message_at(ns, frame="map", child="base_link", q=(0.0, 0.0, 0.0, 1.0)):
     message = odometry(q)
+    message.pose.pose.position.y = 1e-9 * ns
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(ns, 10**9)
     message.header.frame_id, message.child_frame_id = frame, child
     return message
@@ -150,6 +151,45 @@ def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
     relay.on_tick()
     assert relay.said[-1] == ("estimator_silent", "est/odom: silent since 0.002 s")
     assert relay.exit_code == 1
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_an_estimator_that_repeats_its_last_pose_is_named(relay, lockstep):
+    relay.estimator = Estimator("est/odom", 2_000_000, False, lockstep, 0.0)
+    relay.lockstep = relay.flying = lockstep
+    relay.flying = True
+    for k in range(200):
+        message = message_at(min(k, 20) * 2_000_000)
+        message.header.stamp.nanosec = k * 2_000_000
+        relay._on_message(message)
+    relay._accepted_at -= 0.3
+    relay.on_tick()
+    assert relay.said[0] == ("estimator_silent", "est/odom: the same pose since 0.040 s")
+    assert relay.exit_code == 1
+    assert [state.step for state in relay.sent] == list(range(146 if lockstep else 21))
+
+
+def test_a_type_that_is_not_taken_is_named_and_after_five_seconds_the_end(relay, monkeypatch):
+    kind = SimpleNamespace(topic_type="geometry_msgs/msg/PoseWithCovarianceStamped")
+    monkeypatch.setattr(relay.ros, "get_publishers_info_by_topic", lambda _: [kind])
+    details = []
+    monkeypatch.setattr(relay, "publish_status", details.append)
+    why = "est/odom: found geometry_msgs/msg/PoseWithCovarianceStamped, expected nav_msgs/msg/Odometry or "
+    why += "geometry_msgs/msg/PoseStamped"
+    assert relay.missing_links()[-1] == relay.missing_links()[-1] == why
+    assert details == [why], "shown once while the flight waits"
+    relay._first_at -= 6.0
+    relay.on_tick()
+    assert relay.said == [("estimator_refused", why)]
+
+
+def test_a_second_estimator_on_the_topic_is_named(relay, monkeypatch):
+    relay._on_message(message_at(0))
+    assert "upright" not in relay._unusable()
+    info = SimpleNamespace(node_namespace="/", node_name="mocap")
+    monkeypatch.setattr(relay.ros, "count_publishers", lambda _: 2)
+    monkeypatch.setattr(relay.ros, "get_publishers_info_by_topic", lambda _: [info, info])
+    assert relay._unusable() == "one publisher of est/odom, there are 2: /mocap (2 times)"
 
 
 def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):

@@ -8,7 +8,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from quad_msgs.msg import FlightState
+from quad_msgs.msg import FlightEvent, FlightState
 from quad_node import topics, watch
 
 DOMAIN = 87
@@ -38,3 +38,27 @@ def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
         late.close()
         node.destroy_node()
         context.try_shutdown()
+
+
+def test_of_a_kind_of_warning_from_a_node_the_first_is_news():
+    seen = watch.FlightWatch.__new__(watch.FlightWatch)
+    seen.news, seen._warned = watch.deque(), {}
+    for node, severity, kind, text in (
+        ("/relay", FlightEvent.WARNING, "late", "nothing for 60 ms"),
+        ("/relay", FlightEvent.WARNING, "late", "nothing for 70 ms"),
+        ("/relay", FlightEvent.INFO, "parameter_set", "delay = 0.1"),
+        ("/relay", FlightEvent.ERROR, "silent", "est/odom: silent"),
+        ("/uav/simulator", FlightEvent.ERROR, "handshake", "relay failed: est/odom: silent"),
+        ("/uav/simulator", FlightEvent.WARNING, "late", "state: late"),
+        ("/commander", FlightEvent.INFO, "mode", "HOLD to LAND"),
+    ):
+        event = FlightEvent(node=node, severity=severity, kind=kind, text=text)
+        event.stamp.sec = 4
+        seen._on_event(event)
+    assert [text for _, text in seen.news] == [
+        "relay: nothing for 60 ms",
+        "relay: est/odom: silent",
+        "simulator: state: late",
+        "HOLD to LAND",
+    ]
+    assert {time for time, _ in seen.news} == {4.0}
