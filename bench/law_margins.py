@@ -3,6 +3,7 @@
 A flight counts as good if it ends, its largest error is at most 1 m and its torque variation at most 10 x nominal.
 
   table   delay without prediction and predicted, rotor lag, torque up and down, thrust down, mass
+  linear  the same, as far as a hover has them, of the linearised loop: stable or not, without noise or curve
   why     what every pair fails of where rotors give 40 % less: the same flights with the shared limits raised
   cross   RMSE and torque variation over seeds 1001 to 1010: ideal; and 10 ms predicted, noise and rotor lag of 30 ms
 
@@ -16,12 +17,16 @@ import argparse
 import sys
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from law_prediction import LAG, NOISE, WITHOUT, predicting
 
 from quad_flight.flight import fly, from_names
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+from linearised import STABLE, hover, largest
 
 PAIRS = (
     "aibs+abfnitsm",
@@ -79,24 +84,41 @@ def is_good(result, nominal):
     return result.outcome == "ended" and score.largest_error <= LARGEST and score.torque_variation <= NOISIEST * nominal
 
 
-def found(pair, margin, nominal):
-    """Return the last good value towards ``margin.bad``; that itself if all of the way is good."""
+def found(margin, is_good):
+    """Return the last value towards ``margin.bad`` whose settings are good; that itself if all of the way is good."""
     good, bad = margin.good, margin.bad
-    if is_good(flown(pair, margin.settings(bad)), nominal):
+    if is_good(margin.settings(bad)):
         return f"> {margin.factor * bad:.3g}" if bad > good else f"< {margin.factor * bad:.3g}"
     for _ in range(HALVINGS):
         middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if is_good(flown(pair, margin.settings(middle)), nominal) else (good, middle)
+        good, bad = (middle, bad) if is_good(margin.settings(middle)) else (good, middle)
     return f"{margin.factor * good:.3g}"
 
 
-def table(pairs):
+def flies(pair):
+    """Return a function that tells whether the flight of ``pair`` with given settings is good."""
+    nominal = flown(pair, []).score.torque_variation
+    return lambda settings: is_good(flown(pair, settings), nominal)
+
+
+def is_stable(pair):
+    """Return a function that tells whether the linearised hover of ``pair`` with given settings is stable."""
+    position, _, attitude = pair.partition("+")
+    return lambda settings: largest(hover(settings, position=position, attitude=attitude)) <= STABLE
+
+
+def table(pairs, judge=flies, margins=MARGINS):
     """Print one row per pair."""
-    print("| pair | " + " | ".join(f"{m.title}, {m.unit}" for m in MARGINS) + " |")
-    print("|---" * (len(MARGINS) + 1) + "|")
+    print("| pair | " + " | ".join(f"{m.title}, {m.unit}" for m in margins) + " |")
+    print("|---" * (len(margins) + 1) + "|")
     for pair in pairs:
-        nominal = flown(pair, []).score.torque_variation
-        print(f"| {pair} | " + " | ".join(found(pair, margin, nominal) for margin in MARGINS) + " |", flush=True)
+        is_good = judge(pair)
+        print(f"| {pair} | " + " | ".join(found(margin, is_good) for margin in margins) + " |", flush=True)
+
+
+def linear(pairs):
+    """Print one row per pair; a linear loop knows no limit of thrust."""
+    table(pairs, is_stable, MARGINS[:5])
 
 
 RAISED = {
@@ -120,12 +142,12 @@ def why(pairs):
     print("| pair | " + " | ".join(f"thrust down to, {name}" for name in names) + " |\n|---|---|---|---|")
     thrust = next(margin for margin in MARGINS if margin.title == "thrust down to")
     for pair in pairs:
-        nominal = flown(pair, []).score.torque_variation
+        is_good = flies(pair)
         raised = [f"position_controller.{setting}" for setting in RAISED[pair.partition("+")[0]]]
         cells = []
         for extra in ([], raised[:1], raised):
             margin = thrust._replace(settings=partial(_with, thrust.settings, extra))
-            cells.append(found(pair, margin, nominal))
+            cells.append(found(margin, is_good))
         print(f"| {pair} | {' | '.join(cells)} |", flush=True)
 
 
@@ -153,11 +175,11 @@ def cross(pairs):
 def main():
     """Print the table that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="+", choices=("table", "why", "cross"))
+    parser.add_argument("what", nargs="+", choices=("table", "linear", "why", "cross"))
     parser.add_argument("--pair", action="append", choices=PAIRS, help="may be repeated (default: all)")
     options = parser.parse_args()
     for what in options.what:
-        {"table": table, "why": why, "cross": cross}[what](options.pair or PAIRS)
+        {"table": table, "linear": linear, "why": why, "cross": cross}[what](options.pair or PAIRS)
         print()
     return 0
 

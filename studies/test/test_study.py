@@ -238,13 +238,16 @@ def test_the_family_is_all_conditions_and_controllers():
     flights = pandas.DataFrame(
         [
             {"controller": name, "condition": condition, "tuning": tuning, "outcome": "ended",
-             "cost": float(np.exp(shift + 0.1 * rng.normal()))}
+             "cost": float(np.exp(shift + 0.1 * rng.normal())) + (2.0 if condition == "windy" else 0.0)}
             for name, shift in (("a", 0.0), ("b", 0.0), ("c", 1.0))
             for condition in ("calm", "windy") for tuning in range(5) for _ in range(3)
         ]
     )  # fmt: skip
     found = comparison(flights, ["a", "b", "c"]).set_index(["controller", "condition"])
     assert set(found.index.get_level_values(1)) == {"calm", "windy", "all conditions"}
+    calm, windy, every = (found.loc[("c", where), "cost"] for where in ("calm", "windy", "all conditions"))
+    assert windy > calm + 1.5
+    assert every == pytest.approx((calm + windy) / 2.0)
     others = found.drop("a", level=0)
     assert others["p"].notna().all()
     assert found.loc["a", "p"].isna().all()

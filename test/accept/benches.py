@@ -13,7 +13,7 @@ ROUNDS = {
     "law_ablation": ["law_ablation.py worth --seeds 1", "law_ablation.py smallest --seeds 1"],
     "law_as_printed": ["law_as_printed.py flights --seeds 1", "law_as_printed.py seconds --seeds 1"],
     "law_lemniscate": ["law_lemniscate.py --speed 5 --seeds 1"],
-    "law_margins": ["law_margins.py table --pair aibs+abfnitsm"],
+    "law_margins": ["law_margins.py table --pair aibs+abfnitsm", "law_margins.py linear --pair pid+pid"],
     "law_prediction": [f"law_prediction.py {what}" for what in ("ages", "methods", "noise")],
     "law_real": ["law_real.py paper --preset paper_real --seeds 1"],
     "law_stability": [f"law_stability.py {what} --seeds 1" for what in ("rates", "integral", "adaptation", "surface")],
