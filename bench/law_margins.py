@@ -117,8 +117,8 @@ def table(pairs, judge=flies, margins=MARGINS):
 
 
 def linear(pairs):
-    """Print one row per pair; a linear loop knows no limit of thrust."""
-    table(pairs, is_stable, MARGINS[:5])
+    """Print one row per pair; a linear loop knows no limit of thrust, and without torque it only drifts."""
+    table(pairs, is_stable, MARGINS[:4])
 
 
 RAISED = {

@@ -34,7 +34,7 @@ def summary(flights: Any, controllers: Sequence[str], metrics: Sequence[str], re
 
 
 def comparison(flights: Any, controllers: Sequence[str]) -> Any:
-    """Return the table ``comparison.parquet`` of ``study``: costs over tunings, by condition and over all of them.
+    """Return the table ``comparison.parquet`` of ``study``: costs over tunings, by condition and over all.
 
     ``ratio`` is the geometric mean of the costs of a controller's tunings over that of the first one's, ``p`` that of
     Welch's t test on the logarithms, ``p_holm`` that after Holm's procedure over all rows; NaN below two tunings.
@@ -42,7 +42,8 @@ def comparison(flights: Any, controllers: Sequence[str]) -> Any:
     import pandas
 
     rows = []
-    for condition in [*dict.fromkeys(flights["condition"]), ALL]:
+    flown = [*dict.fromkeys(flights["condition"])]
+    for condition in [*flown, ALL] if len(flown) > 1 else flown:
         chosen = flights if condition == ALL else flights[flights["condition"] == condition]
         costs = chosen.groupby(["controller", "tuning"])["cost"].mean()
         lost = chosen[chosen["outcome"] != "ended"].groupby("controller").size()
