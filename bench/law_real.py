@@ -17,11 +17,11 @@ Examples:
 
 import argparse
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from quad_flight.flight import fly, from_names
+from quad_flight.many import sweep
 
 NOISE = [
     f"simulator.sensor.{channel}_noise={size}"
@@ -53,11 +53,7 @@ def conditions(vehicle):
 def flown(vehicle, preset, settings, seeds):
     """Return the results of the flights of Case 2 on the held-out seeds, in order."""
     flight = from_names("case2", preset=preset, vehicle=vehicle, settings=[GUARD_OFF, *settings])
-    numbers = range(FIRST, FIRST + seeds)
-    first = fly(flight._replace(seed=FIRST), compiled=True, logging=False)
-    with ThreadPoolExecutor(2) as pool:
-        rest = pool.map(lambda seed: fly(flight._replace(seed=seed), compiled=True, logging=False), numbers[1:])
-        return [first, *rest]
+    return sweep(flight, range(FIRST, FIRST + seeds), threads=2)
 
 
 def table(vehicle, presets, seeds, conditions):
