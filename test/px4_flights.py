@@ -255,18 +255,19 @@ def flown(
     commands: Mapping[str, list] | None = None,
     recorded: bool = False,
     late: float = 0.0,
+    commander: Sequence[str] = (),
 ) -> Ended:
     """Return how a mission ended.
 
     ``then`` acts in the flight, ``commands`` are started in place of nodes; ``recorded``: into folder ``bag``.
-    ``late``: s for which the commander waits while it arms, its default if 0.
+    ``late``: s for which the commander waits while it arms, its default if 0; ``commander``: its further arguments.
     """
     joined = vehicle == "joined"
     own = {
         "trajectory": ["-p", "trajectory:=hover"],
         "position_controller": PATIENT if joined else (),
         "attitude_controller": PATIENT if joined else (),
-        "commander": ["-p", f"mission:={mission}"],
+        "commander": ["-p", f"mission:={mission}", *commander],
     }
     own["commander"] += [word for age in _LATE for word in ("-p", f"modes.{age}:=60.0") if joined]
     own["commander"] += ["-p", f"modes.arming_late:={late}"] if late else []

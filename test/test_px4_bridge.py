@@ -138,6 +138,13 @@ def test_a_pilot_selects_our_mode_and_leaves_it(tmp_path):
     assert "a pilot or PX4 took the vehicle in flight: mode POSCTL" in cause(ended)
 
 
+def test_a_px4_that_lists_no_mode_for_a_pilot_to_choose_is_not_armed(tmp_path):
+    ended = flown(tmp_path / "flight", "px4", {"external": ""}, WHOLE, *OURS, "-p", "chosen_by:=pilot")
+    assert ended.code == 1
+    assert "arming refused: external_mode Case flight: no register_ext_component_reply" in cause(ended)
+    assert not [what for what in happened(ended) if what.startswith(("command", "nav_state"))]
+
+
 @pytest.mark.parametrize(("external", "words"), [("", "no register_ext_component_reply"), ("refused", "refused")])
 def test_a_px4_without_external_modes_is_flown_in_offboard_and_that_is_said(tmp_path, external, words):
     ended = flown(tmp_path / "flight", "px4", {"external": external}, "takeoff:1,land", *OURS)

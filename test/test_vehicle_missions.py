@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from flying import flown as landed
-from px4_flights import VEHICLES, WHOLE, flown, happened, in_hold, killed, when
+from px4_flights import VEHICLES, WHOLE, cause, flown, happened, in_hold, killed, when
 
 from quad_commander.mode_table import Mode
 
@@ -32,6 +32,14 @@ ACTS = {
     "Ctrl-C": in_hold(lambda flight: flight.bridge.send_signal(signal.SIGINT)),
     "commander killed": killed("commander"),
 }
+
+
+GROUNDED = {
+    "fence": (("-p", "fence.low.x:=50.0"), "not armed: plan: found it outside the fence"),
+    "battery": (("-p", "arming.battery:=1.0"), "not armed: battery: found"),
+    "Ctrl-C": (("-p", "arming.battery:=1.0"), "simulator was asked to end by SIGINT"),
+}
+"""{what speaks against a take-off: how the commander is set, what is said}."""
 
 
 @pytest.fixture(scope="module", params=VEHICLES)
@@ -87,6 +95,23 @@ def test_a_fault_in_the_middle_ends_on_the_ground_or_with_a_pilot_and_is_named(m
         assert happened(ended)[-1] == "disarmed", said
         if name != "lost link":  # its last pose is that of its last message
             assert height_at(ended, vehicle, "disarmed") < 0.1
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "name"),
+    [*(("px4", name) for name in GROUNDED), *((name, "fence") for name in VEHICLES if name != "px4")],
+)
+def test_a_take_off_that_is_refused_ends_with_the_reason_and_nothing_armed(tmp_path, vehicle, name):
+    def interrupt(flight):
+        flight.wait_for("flying")
+        flight.bridge.send_signal(signal.SIGINT)
+
+    settings, words = GROUNDED[name]
+    late, then = (60.0, interrupt) if name == "Ctrl-C" else (3.0, None)
+    ended = flown(tmp_path / "flight", vehicle, {}, WHOLE, then=then, late=late, commander=settings)
+    assert ended.code == 1, ended.output
+    assert words in cause(ended), ended.output
+    assert not [what for what in happened(ended) if "arming_state 2" in what or what.startswith("armed")]
 
 
 @pytest.mark.long

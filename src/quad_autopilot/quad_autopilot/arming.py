@@ -6,7 +6,8 @@
                 any of them -> RELEASED: quiet for good, nothing is asked of the autopilot again
 
 The commander's mode (``Inputs.wish``) leads from STANDBY on. An own take-off of the autopilot is
-FLY -> CLIMB -> RETURN -> FLY, and a landing of ours ends with FLY -> DISARM -> LANDED.
+FLY -> CLIMB -> RETURN -> FLY, a landing of ours ends with FLY -> DISARM -> LANDED, and a flight that the commander
+ends on the ground with STANDBY -> LANDED.
 
 ``step`` is called every 20 ms and is pure; ``RULES`` is the table of all that ends a phase. An autopilot leaves the
 offboard mode by itself a while after the last heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last
@@ -105,8 +106,9 @@ class Inputs(NamedTuple):
     """What is known now. Times and ages in s; an age is infinite before the first message.
 
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
-    has waited for a command. ``refusal``: why the flight must not begin, empty if it may. ``stop``: why it must end
-    now, empty if it need not. ``silence``: time since the autopilot sent anything.
+    has waited for a command. ``refusal``: why the flight must not begin, empty if it may; while the commander is
+    arming, what it still waits for. ``stop``: why it must end now, empty if it need not. ``silence``: time since the
+    autopilot sent anything. ``is_over``: the commander has ended the flight.
     """
 
     now: float
@@ -119,6 +121,7 @@ class Inputs(NamedTuple):
     stop: str = ""
     silence: float = 0.0
     wish: Wish = Wish.FLY
+    is_over: bool = False
 
 
 class Memory(NamedTuple):
@@ -181,7 +184,7 @@ class Case:
     def told(self, text: str) -> str:
         """Return ``text`` with its words."""
         memory, said, request = self.memory, self.said, _asked_in(self.profile, self.memory.phase)
-        why = because(said, memory.usual)
+        why, waits_for = because(said, memory.usual), self.inputs.refusal
         by = f"{self.profile.name}'s failsafe" if said.failsafe else f"a pilot or {self.profile.name}"
         return text.format(
             p=self.profile,
@@ -191,11 +194,27 @@ class Case:
             why=why,
             taken=f"{by} took the vehicle",
             now=f"mode {said.mode}{why}",
+            idle="".join(f"{mark}{part}" for mark, part in ((" ", self.profile.idle_hint), ("; ", waits_for)) if part),
             silent=1e3 * min(self.inputs.command_age, self.elapsed),
             noticed="not" if math.isinf(memory.noticed) else f"after {memory.noticed:.2f} s",
             answer=f"{COMMANDS.get(request.command, '') if request else ''} "
             f"{memory.answer or 'never acknowledged (is target_system right?)'}",
         )
+
+
+def is_called_off(case: Case) -> bool:
+    """Return whether the commander has ended a flight that the autopilot was not armed for."""
+    return case.inputs.is_over
+
+
+def is_disarmed_idle(case: Case) -> bool:
+    """Return whether an autopilot that stood with idling rotors, waiting for the take-off, has disarmed."""
+    return not case.armed and case.wish == Wish.IDLE
+
+
+def is_unheard(case: Case) -> bool:
+    """Return whether nothing comes from the autopilot any more."""
+    return case.inputs.silence > SILENT_FOR
 
 
 _GROUND, _ARMING, _TAKE_OFF = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)
@@ -205,6 +224,7 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     ((*_ARMING, FLY, *_TAKE_OFF, LAND), lambda c: c.wish == Wish.KILL, DISARM, ""),
     # what the autopilot, or a pilot, does by itself
     ((DISARM, LAND), lambda c: not c.armed, LANDED, ""),
+    ((FLY,), is_disarmed_idle, RELEASED, "{p.name} disarmed before the take-off{idle}{why}"),
     ((FLY,), lambda c: not c.armed, RELEASED, "{p.name} disarmed in flight{why}"),
     (_TAKE_OFF, lambda c: not c.armed, RELEASED, "{p.name} disarmed during its take-off{why}"),
     ((ARM, SPOOL_UP, FLY), lambda c: c.left and c.unnamed, None, ""),
@@ -225,6 +245,7 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     ((STREAM,), lambda c: c.inputs.refusal, None, ""),
     ((STREAM,), lambda _: True, STANDBY, ""),
     ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
+    ((STANDBY,), is_called_off, LANDED, ""),
     ((STANDBY,), lambda c: Wish.IDLE <= c.wish <= Wish.CLIMB, MODE, ""),
     # to the flight
     (_ARMING, lambda c: c.wish == Wish.GROUND and c.armed, DISARM, ""),
@@ -252,8 +273,10 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     # to the ground; an autopilot that does not see the ground lands by itself
     ((DISARM,), lambda c: c.undisarmed, LAND, "{p.name} does not disarm:{answer}"),
     ((LAND,), lambda c: c.control not in _LANDS, RELEASED, "{taken} while landing: {now}"),
-    ((LAND,), lambda c: c.inputs.silence > SILENT_FOR, RELEASED, _UNHEARD),
+    ((LAND,), is_unheard, RELEASED, _UNHEARD),
     ((LAND,), lambda c: c.overdue, RELEASED, _NOT_LANDED),
+    ((DISARM,), is_unheard, RELEASED, "nothing heard from {p.name} for {i.silence:.0f} s: its motors may still turn"),
+    ((DISARM,), lambda c: c.overdue, RELEASED, "{p.name} does not stop its motors:{answer}"),
 )
 """While in these phases, what holds leads to that phase (None: stay); the first row counts.
 

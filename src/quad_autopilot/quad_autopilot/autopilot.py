@@ -83,6 +83,7 @@ class Profile(NamedTuple):
     is and where the vehicle is, ``hint`` what to look for when they do not come. ``mode``: how that mode is asked for,
     None where a pilot chooses it. ``loss_limit``: s within which it must
     notice a stream that stops before it is armed, 0: not tested; ``loss_advice``: what to set where it does not.
+    ``idle_hint``: its parameter that disarms a vehicle that does not take off.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Profile(NamedTuple):
     disarm: Request = Request(ARM_DISARM, 0.0)
     loss_limit: float = 0.0
     loss_advice: str = ""
+    idle_hint: str = ""
 
 
 def because(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:

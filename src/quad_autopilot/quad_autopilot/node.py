@@ -33,7 +33,6 @@ from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
 from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState
-from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
 from quad_node.codec import UNUSABLE, Stamped, unpacker
 from quad_node.conversion import set_stamp
@@ -81,7 +80,10 @@ class AutopilotInterface:
         return time.monotonic()
 
     def on_ready(self) -> None:
-        """Report what a reader of the bag needs to know of the autopilot."""
+        """Report what a reader of the bag needs to know of the autopilot, such as a law that no rotor follows."""
+        if self.by_attitude and ATTITUDE in self.node.roles:
+            text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor follows it"
+            self.node.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
 
     def missing(self) -> list[str]:
         """Return what must come before the sequence begins."""
@@ -161,10 +163,15 @@ class AutopilotNode(VehicleNode):
         self._state_out, self.actuation_out = self.output("state"), self.output("actuation")
         self.interface = make(self)
         self.estimator = self.profile.name
+        self.guard.killed = "the autopilot lands by itself"
         if self.interface.by_attitude:
             self._take_attitude()
         if not self.interface.has_own_beats:
             self.every(BEAT, self.on_beat)
+
+    def clock(self) -> float:
+        """Return the time in s by which the flight is watched: the autopilot's where a simulator halts it."""
+        return self.interface.clock()
 
     @property
     def profile(self) -> Profile:
@@ -176,10 +183,7 @@ class AutopilotNode(VehicleNode):
         return Stamps(self.sample.timestamp, self.sample.timestamp_sample) if self.sample else Stamps()
 
     def _take_attitude(self) -> None:
-        """Fly by attitude_setpoint; an attitude law that runs all the same stays in shadow, and an event says so."""
-        if ATTITUDE in self.roles:
-            text = f"{self.profile.name} gets no torque: {ATTITUDE} answers in shadow, no rotor follows it"
-            self.event(FlightEvent.INFO, "attitude_in_shadow", text, always=True)
+        """Fly by attitude_setpoint; an attitude law that runs all the same stays in shadow."""
         self._unpack_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run_id=self.flight.run_id)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 
@@ -210,7 +214,7 @@ class AutopilotNode(VehicleNode):
             self._standing.note(1e-6 * sample.timestamp_sample, state)
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
         state = marked(state, self.lift)
-        self.sample, self.state, self.heard = sample, state, self.interface.clock()
+        self.sample, self.state, self.heard = sample, state, self.clock()
         # the commander looks at the vehicle before it is armed, and while the autopilot flies it
         if self.phase == FlightState.FLYING and self.sequence.phase != Phase.RELEASED:
             self._publish_step(sample, state)
@@ -231,6 +235,7 @@ class AutopilotNode(VehicleNode):
         turned = jump.tilt > _RESET_TILT or jump.heading > _RESET_HEADING
         if self.sequence.phase == Phase.FLY and (jump.distance > self.settings.reset_limit or turned):
             self.large_resets += 1
+            self._tell(self.clock())  # before the state that jumped
 
     def _publish_step(self, sample: odometry.Sample, state: VehicleState) -> None:
         """Publish what was made of the last command, and the state; stamps stand on the plant period's grid."""
@@ -247,7 +252,8 @@ class AutopilotNode(VehicleNode):
         self.current_step = step
         self.interface.on_published()
         self.asked_at = time.monotonic()
-        self._unanswered_at = min(self._unanswered_at, self.interface.clock())
+        self.input_watch.note_state()
+        self._unanswered_at = min(self._unanswered_at, self.clock())
         publisher, pack = self._state_out
         publisher.publish(pack(state, step, step + 1, self.elapsed_ns))
 
@@ -317,8 +323,6 @@ class AutopilotNode(VehicleNode):
             return Wish.GROUND if self.sequence.phase == Phase.STANDBY else Wish.FLY
         own = self.settings.arming
         self._has_climbed = self._has_climbed or self.sequence.phase == Phase.RETURN
-        # what the guard stops in the simulator, an autopilot lands: it has states and laws of its own
-        kill = Wish.LAND if self.guard.memory.mode == GUARD_KILL else Wish.KILL
         climbs = own.takeoff == Flier.AUTOPILOT and not self._has_climbed
         return {
             FlightMode.DISARMED: Wish.GROUND,
@@ -326,7 +330,7 @@ class AutopilotNode(VehicleNode):
             FlightMode.TAKEOFF: Wish.CLIMB if climbs else Wish.FLY,
             FlightMode.LAND: Wish.LAND if own.landing == Flier.AUTOPILOT else Wish.FLY,
             FlightMode.DESCEND: Wish.LAND,
-            FlightMode.KILL: kill,
+            FlightMode.KILL: Wish.KILL,
         }.get(mode, Wish.FLY)
 
     def _tell(self, now: float) -> None:
@@ -362,7 +366,8 @@ class AutopilotNode(VehicleNode):
             return
         severity = FlightEvent.WARNING if self.sequence.phase in _ALOFT else FlightEvent.INFO
         if new := [reason for reason in said.reasons if reason not in self._reported]:
-            text = f"{name} in {said.mode} reports against a flight: {listed(new)}"
+            mode = "" if said.control == Control.UNSAID else f" in {said.mode}"
+            text = f"{name}{mode} reports against a flight: {listed(new)}"
             self.event(severity, "autopilot_reasons", text, self.elapsed_ns, always=True)
         if said.failsafe and not self._had_failsafe:
             text = f"{name}'s failsafe acts: mode {said.mode}{because(said, self.sequence.usual)}"
@@ -374,11 +379,12 @@ class AutopilotNode(VehicleNode):
         if self.phase in OVER or self.handshake.missing():
             return
         interface = self.interface
-        now = interface.clock()
+        now = self.clock()
         self._note_pause(now)
         interface.take()
         if self.sequence.phase == Phase.STREAM and interface.missing():
             return
+        wish = self._wish()
         inputs = arming.Inputs(
             now,
             1e-6 * self.stamps().now,
@@ -386,10 +392,11 @@ class AutopilotNode(VehicleNode):
             interface.ack,
             max(now - self._unanswered_at, 0.0),
             now - self.heard,
-            self._refusal() if self.sequence.phase == Phase.STREAM else "",
+            self._refusal() if self.sequence.phase == Phase.STREAM else self._waits_for(wish),
             self.stop,
             now - interface.spoke_at,
-            self._wish(),
+            wish,
+            self.commander.is_over,
         )
         output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)
         self._tell(now)
@@ -435,14 +442,19 @@ class AutopilotNode(VehicleNode):
             return f"the flight does not arm: {phase.name.lower()}"
         if missing := self.handshake.missing():
             return f"not ready: {', '.join(missing)}"
-        return self._refusal() if phase in (Phase.STREAM, Phase.MODE) else ""
+        if phase not in (Phase.STREAM, Phase.MODE):
+            return ""
+        return self._refusal() or self._standing.refusal(self.settings.arming.speed, self.profile.state)
+
+    def _waits_for(self, wish: Wish) -> str:
+        """Return what the commander still waits for while it is arming."""
+        return self.commander.answer_text if wish == Wish.IDLE else ""
 
     def _refusal(self) -> str:
-        """Return why the flight must not begin."""
+        """Return why the flight must not begin; whether the estimate rests is the commander's to say before it arms."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
         misfit = odometry.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
-        moving = self._standing.refusal(self.settings.arming.speed, self.profile.state)
-        return self.interface.refusal() or misfit or moving
+        return self.interface.refusal() or misfit
 
     def _ask(self, request: Request) -> None:
         text = f"{COMMANDS[request.command]}, attempt {request.attempt + 1}"

@@ -55,6 +55,30 @@ def test_it_stands_by_until_it_is_to_arm_and_idles_until_it_is_to_fly():
     assert flight.tick(wish=Wish.FLY).setpoint == Setpoint.COMMAND
 
 
+@pytest.mark.parametrize("wish", [Wish.GROUND, Wish.KILL])
+def test_a_flight_that_the_commander_ends_on_the_ground_is_over(wish):
+    flight = Commanded()
+    reach(flight, Wish.GROUND, Phase.STANDBY)
+    output = flight.run(Phase.LANDED, 0.1, wish=wish, is_over=True)
+    assert (output.reason, output.heartbeat, flight.requests) == ("", False, [])
+
+
+def test_an_autopilot_that_disarms_while_it_waits_for_the_take_off_is_not_told_as_one_in_flight():
+    flight = Commanded(profile=PROFILE._replace(idle_hint="(COM_DISARM_PRFLT?)"))
+    reach(flight, Wish.IDLE, Phase.FLY)
+    flight.arming_state = 1
+    output = flight.run(Phase.RELEASED, 0.1, wish=Wish.IDLE, refusal="tilt: found 20 deg")
+    assert output.reason == "PX4 disarmed before the take-off (COM_DISARM_PRFLT?); tilt: found 20 deg"
+
+
+def test_an_autopilot_that_does_not_stop_its_motors_is_left_alone_in_the_end():
+    for said, words in (({}, "does not stop its motors"), ({"silence": 6.0}, "its motors may still turn")):
+        flight = airborne()
+        flight.deaf = {ARM}
+        flight.obey = lambda _: None
+        assert words in flight.run(Phase.RELEASED, 70.0, wish=Wish.KILL, **said).reason
+
+
 def test_arming_that_is_given_up_disarms():
     flight = Commanded()
     reach(flight, Wish.IDLE, Phase.SPOOL_UP)

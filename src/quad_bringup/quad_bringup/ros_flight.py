@@ -75,7 +75,7 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
         _start(processes, flight, logs / "parameters.yaml")
         # after the nodes, which take longer to start than it does
         watch = _watch(flight, domain)
-        supervisor = Supervisor(processes, watch, patience, interrupted)
+        supervisor = Supervisor(processes, watch, patience, interrupted, _named(flight, SIMULATOR))
         outcome = supervisor.run(partial(_show, progress, watch))
     finally:
         progress.close()
@@ -103,6 +103,12 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
     except RuntimeError as error:  # rclpy's own
         problem = " ".join(str(error).split())
         raise ParameterError(f"ROS 2 cannot start in domain {domain}: {problem}") from error
+
+
+def _named(flight: Planned, role: str) -> str:
+    """Return what a role is called: an owner of the vehicle by its own name."""
+    name = Path(flight.own.get(role, [role])[0]).name
+    return name if name in OWNERS else role
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
@@ -145,7 +151,7 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     if outcome.cause.startswith("interrupted") or not text:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
-    ends = {role: f"{role} {describe_exit(code)}" for role, code in processes.codes.items() if code != 0}
+    ends = {role: f"{_named(flight, role)} {describe_exit(code)}" for role, code in processes.codes.items() if code}
     if not problems:
         problems = [end for role, end in ends.items() if role not in (*SHADOWS, *outcome.late)]
         verdict = "failed" if problems else "good"
@@ -157,7 +163,7 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     for line in (*lines, *problems):
         complain(f"{flight.name}: {line}")
     for role, code in processes.codes.items():
-        if outcome.cause.startswith(f"{role} ") or (code != 0 and role in outcome.late):
+        if outcome.cause.startswith(f"{_named(flight, role)} ") or (code != 0 and role in outcome.late):
             for line in processes.last_lines(role, 3):
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {verdict}")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
 from quad_bringup.terminal import complain
-from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR
+from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
 from quad_core.flight_parameters import REALTIME
 from quad_core.resolution import Resolved
 from quad_core.signals import ONE_REQUEST, ending, repeats
@@ -24,6 +24,8 @@ _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 4.0 * 3600.0  # s for the longest way down, 1 km on a busy machine
 _SECOND = "a second signal (Ctrl-C) stops the motors where it is"
+LANDED_WITHOUT = {role for role, owner in OWNERS.items() if owner.autopilot_lands and not owner.flies_on_estimate}
+"""The vehicle's owners without which an autopilot lands it."""
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
 
 
@@ -125,10 +127,11 @@ class Supervisor:
         watch: FlightWatch,
         patience: Patience,
         interrupted: Interrupts,
+        owner: str = SIMULATOR,
     ) -> None:
-        """Begin with what was started."""
+        """Begin with what was started; ``owner``: what owns the vehicle."""
         self._processes, self._watch, self._patience = processes, watch, patience
-        self._interrupted = interrupted
+        self._interrupted, self._owner = interrupted, owner
         self.state: FlightState | None = None
         self.cause = self._early = ""
         self.late: tuple[str, ...] = ()
@@ -203,7 +206,9 @@ class Supervisor:
             self._deadline, self._lands = time.monotonic(), True
 
     def _on_exit(self, role: str, code: int) -> None:
-        exited = f"{role} {describe_exit(code)}"
+        exited = f"{self._owner if role == SIMULATOR else role} {describe_exit(code)}"
+        if role == SIMULATOR and self._phase == FLYING and self._owner in LANDED_WITHOUT:
+            exited += ": the autopilot lands by its own failsafe, unseen"
         if self.cause or role in SHADOWS:
             if code < 0 and -code not in ending():
                 complain(exited)

@@ -57,7 +57,8 @@ class Progress:
         """Show the flight ``name`` on ``out``."""
         self._name, self._out = name, out
         self._live = out.isatty()
-        self._next = 0.0
+        self._next = self._told = 0.0
+        self._shown = ""
 
     def show(self, state: FlightState | None) -> None:
         """Show ``state`` if it is time to."""
@@ -65,11 +66,16 @@ class Progress:
         if now < self._next:
             return
         self._next = now + (_LIVE_EVERY if self._live else _PLAIN_EVERY)
+        if state is not None and seconds(stamp_ns(state.stamp), 1) < self._told:
+            return  # where no states come a commander goes on by the clock, ahead of the vehicle's own time
         line = f"{self._name}: {describe(state)}"
-        write(f"{_CLEAR}{line}" if self._live else f"{line}\n", self._out)
+        if self._live or line != self._shown:
+            write(f"{_CLEAR}{line}" if self._live else f"{line}\n", self._out)
+        self._shown = line
 
     def tell(self, time_: float, news: str) -> None:
         """Show what a node said of ``time_`` s after the start, in a line that stays."""
+        self._told = max(self._told, time_)
         write(f"{_CLEAR if self._live else ''}{self._name}: {time_:.1f} s: {printable(news)}\n", self._out)
 
     def close(self) -> None:

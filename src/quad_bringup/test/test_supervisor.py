@@ -89,8 +89,8 @@ class Flight(Interrupts):
     def ask_to_end(self, why):
         self.asked_for.append((why, len(self.asked)))
 
-    def supervise(self, patience=PATIENCE):
-        return Supervisor(self, self, patience, self).run(lambda _: None)
+    def supervise(self, patience=PATIENCE, **named):
+        return Supervisor(self, self, patience, self, **named).run(lambda _: None)
 
 
 ENDINGS = {  # script, (cause, how often stopped, at which s)
@@ -141,6 +141,12 @@ def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
         assert flight.supervise(patience) == Outcome("simulator was killed by SIGSEGV")
         assert (flight.stopped, flight.asked) == (1, []), "there is nothing left to land"
         assert flight.now < 4.0
+
+
+def test_a_bridge_that_is_killed_is_named_and_what_its_autopilot_does(monkeypatch):
+    flight = Flight([*flies(1, 2), (2, None, {"simulator": -9})], monkeypatch)
+    said = "px4_bridge was killed by SIGKILL: the autopilot lands by its own failsafe, unseen"
+    assert flight.supervise(LANDS, owner="px4_bridge") == Outcome(said)
 
 
 def test_nodes_that_do_not_leave_an_ended_flight_are_stopped(monkeypatch):

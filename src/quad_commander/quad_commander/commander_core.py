@@ -18,6 +18,8 @@ from quad_core.geometry import ZERO, norm, subtract
 from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, Vec3, VehicleState
 
 MISSION_SENDER = "mission"
+REQUEST_REFUSED, MISSION_REFUSED = "request_refused", "mission_refused"
+"""Kinds of news that an operator must see."""
 _UNSURE_GROUND = 5.0  # m; an autopilot's estimate moves in flight, and a landing goes on until it has met the ground
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
 
@@ -63,7 +65,7 @@ class CommanderCore:
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
         self._went_along = False
-        self._on_ground = state.on_ground
+        self._on_ground, self._by_autopilot = state.on_ground, False
         self._flown = self._gave_up = self._cut_by_end = False
 
     @property
@@ -75,11 +77,12 @@ class CommanderCore:
         """Return why ``request`` would be refused now, empty if it would not."""
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
         answer, blocked_by = modes.asked(self.mode, request, raised, self._on_ground)
-        return modes.refusal_text(self.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
+        refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
+        return refusal or self._unready(request)
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
-        self._on_ground = seen.state.on_ground
+        self._on_ground, self._by_autopilot = seen.state.on_ground, seen.by_autopilot
         for one in asked:
             self._requests.add(one)
         if seen.refusals is not None:
@@ -92,6 +95,7 @@ class CommanderCore:
         refusal = f"{request.request.name} was asked for before {request.overtaken} began" if request.overtaken else ""
         if request.place and before.mode in GRANTED[Request.GOTO]:
             refusal = refusal or self._unreachable(request.place, seen.state)
+        refusal = refusal or self._unready(request.request)
         decision, self._memory = modes.step(
             self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
         )
@@ -101,6 +105,7 @@ class CommanderCore:
             refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
         elif decision.answer == modes.DONE and request.sender != MISSION_SENDER:
             self._requests.grant(request)
+            self._requests.overtake(decision.mode)
         if decision.changed and decision.reason != modes.ON_REQUEST and decision.mode > before.mode:
             self._requests.overtake(decision.mode)
         news = self._note(seen, request, refusal, decision, before)
@@ -127,6 +132,17 @@ class CommanderCore:
             return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
         return ""
 
+    def _unready(self, request: Request) -> str:
+        """Return why an autopilot must not be armed yet: one that then waits for the take-off disarms by itself."""
+        if not self._by_autopilot or self.mode != Mode.DISARMED or request not in (Request.ARM, Request.TAKEOFF):
+            return ""
+        return "the checks before arming have not run yet" if self._is_unseen else "; ".join(self._refusals or [])
+
+    @property
+    def _is_unseen(self) -> bool:
+        """Whether the checks before an autopilot is armed have not run yet."""
+        return self._by_autopilot and self.mode == Mode.DISARMED and self._refusals is None
+
     def _observed(self, seen: Inputs) -> Inputs:
         """Return ``seen`` with what the commander itself knows."""
         mode, fence = self.mode, self._parameters.fence
@@ -134,7 +150,8 @@ class CommanderCore:
         waits = mode == Mode.MISSION and self._hand_over is None
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
         lag = seen.mission_lag if seen.mission is not None else self._memory.time
-        followed = mode not in ON_GROUND and mode < Mode.DESCEND
+        # in the step in which the estimate jumps the reference has not gone along yet
+        followed = mode not in ON_GROUND and mode < Mode.DESCEND and not (seen.by_autopilot and seen.estimator_reset)
         return seen._replace(
             reference_age=max(lag, self._unbegun),
             position_error=norm(subtract(seen.state.p_w, self._sent.p_w)) if followed else 0.0,
@@ -160,7 +177,8 @@ class CommanderCore:
         if self._item.waited > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
             return PendingRequest(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
-        if not request or (self.mode in ON_GROUND and (self._flown or self._gave_up or seen.end_asked)):
+        stays = self._flown or self._gave_up or seen.end_asked or self._is_unseen
+        if not request or (self.mode in ON_GROUND and stays):
             return PendingRequest(Request.NONE, "")
         return PendingRequest(request, MISSION_SENDER, place=self._mission[self._item.item].place)
 
@@ -177,8 +195,9 @@ class CommanderCore:
         if decision.answer != modes.NOT_ASKED and not again:
             self._last, self._answer_text = asked, refusal
             said = said._replace(request=int(asked.request), answer=decision.answer, request_step=seen.step)
+            kind = "request" if not refusal else MISSION_REFUSED if asked.sender == MISSION_SENDER else REQUEST_REFUSED
             answer = f"refused: {refusal}" if refusal else "done"
-            news.append(("request", f"{asked.request.name} of {asked.sender}: {answer}"))
+            news.append((kind, f"{asked.request.name} of {asked.sender}: {answer}"))
         if decision.changed or (decision.answer == modes.DONE and asked.place):
             self._text = modes.reason_text(
                 self._parameters.modes, mode, decision.reason, self._last.sender, seen.guard.reason

@@ -7,7 +7,7 @@ walk them, and ``modes.step`` follows them. The rows below are the source.
 from enum import IntEnum
 from typing import NamedTuple
 
-from quad_core.cascade import POSITION, SIMULATOR, TRAJECTORY
+from quad_core.cascade import POSITION, TRAJECTORY
 
 
 class Mode(IntEnum):
@@ -101,7 +101,7 @@ FAULTS = (
         only=_BY_REFERENCE,
         publisher=POSITION,
     ),
-    Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND, publisher=SIMULATOR),
+    Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
     Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, only=_BY_REFERENCE),

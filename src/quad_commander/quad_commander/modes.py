@@ -147,6 +147,8 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
     # once it descends on request the guard's mode says nothing new: what is wrong now does
     wrong = report.condition not in (guard.GOOD, guard.REQUESTED)
     unseen = mode != Mode.DESCEND and memory.release <= 0.0
+    # what the guard stops in the simulator an autopilot lands: it has states and laws of its own
+    lands = report.mode == guard.DESCEND or (report.mode == guard.KILL and seen.by_autopilot)
     found = {
         Condition.REFERENCE_LATE: waits and seen.reference_age > limits.reference_late,
         Condition.REFERENCE_LOST: waits and seen.reference_age > limits.reference_lost,
@@ -161,8 +163,8 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
         Condition.ESTIMATOR_RESET: seen.estimator_reset,
         Condition.OVERRUNS: seen.overruns > limits.overruns,
         Condition.RECORDER_LOST: seen.recorder_lost and limits.land_without_recorder,
-        Condition.GUARD_DESCENDS: report.mode == guard.DESCEND and (wrong or unseen),
-        Condition.GUARD_KILLED: report.mode == guard.KILL,
+        Condition.GUARD_DESCENDS: lands and (wrong or unseen),
+        Condition.GUARD_KILLED: report.mode == guard.KILL and not seen.by_autopilot,
         Condition.PILOT_TOOK_OVER: seen.pilot,
         Condition.END_ASKED: bool(seen.end_asked),
         Condition.TAKEOFF_LATE: mode == Mode.TAKEOFF and memory.time > limits.takeoff_late,

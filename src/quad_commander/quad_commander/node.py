@@ -16,7 +16,7 @@ from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
 from quad_commander import missions
-from quad_commander.commander_core import CommanderCore, Outputs
+from quad_commander.commander_core import MISSION_REFUSED, REQUEST_REFUSED, CommanderCore, Outputs
 from quad_commander.mode_table import Mode, Request
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
@@ -36,10 +36,10 @@ from quad_node.main import run
 from quad_node.responder import InputTopic, Responder, Sample
 
 SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
-_CHECKS_EVERY = 0.3  # s
+_CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
-_LONGEST_SENDER = 200  # characters
+_LONGEST_SENDER, _UNNAMED = 200, "unnamed"  # characters; the sender of a request that names none
 _REQUESTS = frozenset(Request) - {Request.NONE}
 _MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
@@ -137,7 +137,8 @@ class Commander(Responder):
         said = self._core.step(seen)
         self._estimator_reset = False
         for kind, text in said.news:
-            self.event(FlightEvent.INFO, kind, text, sample.stamp_ns, always=True)
+            severity = FlightEvent.WARNING if kind in (REQUEST_REFUSED, MISSION_REFUSED) else FlightEvent.INFO
+            self.event(severity, kind, text, sample.stamp_ns, always=True)
         return said
 
     def _messages(self, sample: Sample, said: Outputs) -> Iterator[tuple[Publisher, Any]]:
@@ -218,27 +219,34 @@ class Commander(Responder):
         return 1.0 - (len(self._cycles) - 1) / due if due * self.period_steps >= 0.9 * window else 0.0
 
     def _checks(self, sample: Sample) -> list[str] | None:
-        """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING."""
-        if self._core is None or self._core.mode <= Mode.ARMING:
+        """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING, before it for an autopilot."""
+        mode = self._core.mode if self._core is not None else Mode.DISARMED
+        is_first_look = mode == Mode.DISARMED and self._autopilot is not None
+        if mode <= Mode.ARMING:
             self._preflight.note(sample)
-        if self._core is None or self._core.mode != Mode.ARMING:
+        if mode != Mode.ARMING and not is_first_look:
             self._since_check = 0.0
             self._preflight.begin(sample, self.states_seen)
             return None
         self._since_check += sample.dt
-        if self._since_check < _CHECKS_EVERY:
+        if self._since_check < (_FIRST_LOOK if is_first_look else _CHECKS_EVERY):
             return None
         self._since_check = 0.0
         unmatched = links.missing(self.ros, (), self._in)
         wrong = [*unmatched, *([self._bad_battery] if self._bad_battery else [])]
-        return self._preflight.refusals(sample, self.states_seen, wrong, self._charge, self._autopilot)
+        seen = self.states_seen
+        found = self._preflight.refusals(sample, seen, wrong, self._charge, self._autopilot, is_first_look)
+        if is_first_look:
+            self._preflight.begin(sample, seen)
+        return found
 
     def _guard_said(self, arrival: Stamped | None) -> GuardStatus:
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
         newest = arrival or self._guard_in.newest
         said: GuardStatus = newest.value if newest else GuardStatus()
         on_ground = self._core is None or self._core.mode <= Mode.ARMING
-        return GuardStatus() if on_ground and said.mode != GUARD_KILL else said
+        is_killed = said.mode == GUARD_KILL and self._autopilot is None
+        return GuardStatus() if on_ground and not is_killed else said
 
     def _on_event(self, message: FlightEvent) -> None:
         """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
@@ -291,7 +299,7 @@ class Commander(Responder):
             self._on_request(taken[0])
 
     def _on_request(self, message: FlightRequest) -> None:
-        found, expected = "", "one of its constants"
+        found, expected, sender = "", "one of its constants", message.sender or _UNNAMED
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
             found = f"a sender of {len(message.sender)} characters"
             expected = f"at most {_LONGEST_SENDER} printable ones"
@@ -301,8 +309,8 @@ class Commander(Responder):
         elif message.request == FlightRequest.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"
             return
-        elif message.request not in _REQUESTS or not message.sender:
-            found = f"request {message.request} of {message.sender!r}"
+        elif message.request not in _REQUESTS:
+            found = f"request {message.request} of {sender}"
         place = None
         if not found and message.request == Request.GOTO:
             x, y, z = map(float, message.p_w)
@@ -316,7 +324,7 @@ class Commander(Responder):
                 f"flight/request: found {found}, expected {expected}; message ignored",
             )
         else:
-            self._ask(PendingRequest(Request(message.request), message.sender, place=place))
+            self._ask(PendingRequest(Request(message.request), sender, place=place))
 
     def _ask(self, asked: PendingRequest) -> None:
         if not self._requests.add(asked):

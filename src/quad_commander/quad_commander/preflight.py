@@ -78,15 +78,17 @@ class Preflight:
         wrong: Sequence[str],
         battery: float | None,
         autopilot: AutopilotStatus | None = None,
+        is_first_look: bool = False,
     ) -> list[str]:
-        """Return every reason against arming; none: the vehicle may take off.
+        """Return every reason against arming; none: the vehicle may take off, or after the ``is_first_look`` be armed.
 
         ``wrong``: what is known already, such as a topic with a second publisher; ``battery`` is a share of full, None
         where nothing tells it.
         """
         found = [*self._of_nodes(), *wrong, *self._of_streams(sample, states, autopilot is not None)]
-        found += [*self._of_vehicle(sample, battery), *self._of_plan(sample.state.ground_z)]
-        if autopilot is not None and not autopilot.armed:
+        is_armed = autopilot is not None and autopilot.armed
+        found += [*self._of_vehicle(sample, battery, is_armed), *self._of_plan(sample.state.ground_z)]
+        if autopilot is not None and not (is_armed or is_first_look):
             why = f": {autopilot.reasons}" if autopilot.reasons else ""
             found.append(f"autopilot: found it disarmed in {autopilot.mode}{why}, expected armed")
         return found
@@ -120,7 +122,8 @@ class Preflight:
             )
         return found
 
-    def _of_vehicle(self, sample: Sample, battery: float | None) -> list[str]:
+    def _of_vehicle(self, sample: Sample, battery: float | None, is_armed: bool) -> list[str]:
+        """Return what is wrong with the vehicle; whether its estimate rests was looked at before it was armed."""
         state, limits, found = sample.state, self._limits, []
         angle = tilt(state.q_wb)
         if not angle < limits.tilt:
@@ -128,7 +131,7 @@ class Preflight:
             found.append(f"tilt: found {degrees:.1f} deg, expected less than {largest:.1f} deg")
         if not (rate := norm(state.omega_b)) < limits.rate:
             found.append(f"body rate: found {rate:.2f} rad/s, expected less than {limits.rate:.2f} rad/s")
-        if moves := self._standing.refusal(limits.speed, "state"):
+        if not is_armed and (moves := self._standing.refusal(limits.speed, "state")):
             found.append(moves)
         if battery is not None and not battery >= limits.battery:
             found.append(f"battery: found {100.0 * battery:.0f} %, expected at least {100.0 * limits.battery:.0f} %")

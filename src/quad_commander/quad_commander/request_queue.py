@@ -22,7 +22,7 @@ _RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
 class PendingRequest(NamedTuple):
     """A request and its sender.
 
-    ``overtaken``: the more severe mode that a fault began meanwhile, if any; ``place``: where GOTO is to lead.
+    ``overtaken``: the more severe mode that began meanwhile, if any; ``place``: where GOTO is to lead.
     """
 
     request: Request
@@ -34,8 +34,9 @@ class PendingRequest(NamedTuple):
 class RequestQueue:
     """The newest request of each sender; a milder one does not replace a more severe one of the same step.
 
-    Requests of equal rank are taken in the order of arrival. A granted request that its sender keeps repeating never
-    leads back to a less severe mode, so that a stream of HOLD does not undo a LAND.
+    Requests of equal rank are taken in the order of arrival. A granted request overtakes all milder ones that wait,
+    and one that its sender keeps repeating never leads back to a less severe mode: no HOLD that was asked for before a
+    LAND undoes it.
     """
 
     def __init__(self) -> None:
@@ -75,8 +76,12 @@ class RequestQueue:
         self._granted[asked.sender, asked.request] = 0.0
 
     def overtake(self, mode: Mode) -> None:
-        """Mark what still waits: a fault has begun ``mode`` since it was asked for."""
-        self._waiting = {sender: asked._replace(overtaken=mode.name) for sender, asked in self._waiting.items()}
+        """Mark what still waits and is milder than ``mode``, which has begun since it was asked for."""
+        rank = max((rank for request, rank in _RANKS.items() if GRANTED[request][Mode.HOLD] <= mode), default=0)
+        self._waiting = {
+            sender: asked._replace(overtaken=mode.name) if _rank(asked) < rank else asked
+            for sender, asked in self._waiting.items()
+        }
 
 
 def _rank(asked: PendingRequest) -> int:

@@ -46,7 +46,7 @@ class Flight:
                 mission=self.point,
                 mission_lag=self.lag,
                 guard=self.guard(),
-                refusals=self.refusals if mode == Mode.ARMING else None,
+                refusals=self.refusals if mode <= Mode.ARMING else None,
             )
             self.said = self.core.step(seen._replace(**changes), asked if index == 0 else ())
             self.news += self.said.news
@@ -349,6 +349,16 @@ def test_a_request_from_before_a_descent_does_not_take_the_vehicle_back():
     assert flight.core.mode == Mode.HOLD, "what is asked for during the descent counts"
 
 
+@pytest.mark.parametrize("severe", [Request.LAND, Request.DESCEND])
+def test_what_is_granted_overtakes_all_that_is_milder_whoever_asked_for_it(severe):
+    flight = Flight("takeoff,hold:600").go(8.0)
+    milder = [PendingRequest(Request.HOLD, f"operator {number}") for number in range(3)]
+    flight.go(0.1, *milder, PendingRequest(severe, "alice"), *milder)
+    assert flight.core.mode == Mode[severe.name]
+    assert flight.said.answer_text == f"HOLD was asked for before {severe.name} began"
+    assert flight.go(DT, PendingRequest(Request.HOLD, "operator 1")).core.mode == Mode.HOLD, "asked for later it counts"
+
+
 def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
     flight = Flight("takeoff,case1,land").go(5.0).go(DT, PendingRequest(Request.HOLD, "operator"))
     flight.go(3.0 * PARAMETERS.wait_limit)
@@ -394,6 +404,21 @@ def test_a_mission_that_is_not_armed_ends_with_every_reason():
     assert flight.said.outcome == "not armed: no take-off within 10 s; tilt: found 20.0 deg; plan: found none"
 
 
+def test_an_autopilot_is_not_armed_before_every_check_has_passed():
+    flight = Flight("takeoff,land")
+    flight.refusals = ["battery: found 10 %", "state: the estimate moves"]
+    flight.go(2.0, by_autopilot=True)
+    refused = "battery: found 10 %; state: the estimate moves"
+    assert [flight.core.foresee(request) for request in (Request.ARM, Request.TAKEOFF)] == [refused, refused]
+    flight.go(9.0, by_autopilot=True)
+    assert flight.entered() == [Mode.DISARMED]
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, f"not armed: {refused}")
+    rests = Flight("takeoff,land")
+    rests.refusals = ["state: the estimate moves"]
+    rests.go(5.0, by_autopilot=True).refusals.clear()
+    assert rests.go(2.0, by_autopilot=True).entered()[:3] == [Mode.DISARMED, Mode.ARMING, Mode.TAKEOFF]
+
+
 def test_a_mission_that_a_fault_keeps_waiting_lands_after_a_minute():
     flight = Flight("takeoff,case1,land").go(5.0).go(1.0, overruns=0.2)
     assert flight.core.mode == Mode.HOLD
@@ -427,6 +452,23 @@ def test_a_jump_of_the_estimate_takes_the_reference_along():
     flight.state = flight.state._replace(p_w=flight.state.p_w._replace(x=flight.state.p_w.x + 1.0))
     flight.go(DT, by_autopilot=True, estimator_reset=True)
     assert flight.said.reference.p_w.x == pytest.approx(flight.state.p_w.x, abs=1e-9)
+
+
+@pytest.mark.parametrize("jump", [1.0, 2.2, 9.0])
+def test_a_jump_of_any_length_is_a_hold_that_is_named(jump):
+    flight = Flight("takeoff,case1,land").go(6.5, by_autopilot=True)
+    assert flight.core.mode == Mode.MISSION
+    flight.state = flight.state._replace(p_w=flight.state.p_w._replace(x=flight.state.p_w.x + jump))
+    flight.go(DT, by_autopilot=True, estimator_reset=True).go(1.0, by_autopilot=True)
+    assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "estimator reset")
+
+
+@pytest.mark.parametrize("by_autopilot", [True, False])
+def test_what_the_guard_stops_in_the_simulator_an_autopilot_lands(by_autopilot):
+    flight = aloft()
+    flight.go(DT, by_autopilot=by_autopilot, guard=GuardStatus(mode=guard.KILL, reason=guard.STATE_LOST))
+    assert flight.core.mode == (Mode.DESCEND if by_autopilot else Mode.KILL)
+    assert ("motors" in flight.said.text) != by_autopilot
 
 
 def test_a_land_detector_ends_a_landing_wherever_the_estimate_has_the_ground():

@@ -1,7 +1,6 @@
 """The commander's node: messages in, messages out; requests, services, and a mission reference that stays away."""
 
 import math
-import time
 from functools import partial
 from types import SimpleNamespace
 
@@ -48,7 +47,7 @@ def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
 
 
 @pytest.mark.parametrize(
-    ("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (5, ""), (5, "x" * 1000), (5, "\x1b[31m")]
+    ("request_number", "sender"), [(0, "pilot"), (77, "pilot"), (0, ""), (5, "x" * 1000), (5, "\x1b[31m")]
 )
 def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender):
     node = make()
@@ -57,6 +56,18 @@ def test_a_request_that_is_none_is_refused_by_name(make, request_number, sender)
     assert node.modes[-1].request == 0
     assert [kind for _, kind, _ in node.events] == ["bad_request"]
     assert len(node.events[0][2]) < 200  # an event of megabytes would harm as much
+
+
+@pytest.mark.parametrize(("request_number", "answer"), [(FlightRequest.LAND, "refused"), (FlightRequest.KILL, "done")])
+def test_an_unnamed_sender_is_a_sender_and_a_refusal_is_a_warning_with_its_reason(make, request_number, answer):
+    node = make()
+    node.ask(request_number, "")
+    node.fly(0, 6)
+    (severity, kind, text), *_ = [event for event in node.events if event[1].startswith("request")]
+    assert (severity, kind) in ((FlightEvent.WARNING, "request_refused"), (FlightEvent.INFO, "request"))
+    assert (kind == "request_refused") == (answer == "refused")
+    assert f"of unnamed: {answer}" in text
+    assert node.modes[-1].sender == "unnamed"
 
 
 @pytest.mark.parametrize(
@@ -208,9 +219,8 @@ def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     assert len(node.modes) == count + 1
     assert node.modes[-1].raised >> Condition.STATE_LOST & 1
     assert node.modes[-1].step == 5 + 350
-    time.sleep(0.05)
-    node.fly(5 + 349, 5 + 360)  # the second state after a gap is believed
-    assert [mode.step for mode in node.modes[count:]] == [5 + 350, 5 + 355]
+    node.fly(5 + 350, 5 + 375)  # states that go on for 30 ms after a gap are believed
+    assert [mode.step for mode in node.modes[count:]] == [355, 355 + 16, 355 + 21]
 
 
 def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):

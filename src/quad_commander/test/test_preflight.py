@@ -23,6 +23,8 @@ PLAN = {
     "end": Time(sec=60),
 }
 
+LOOKED_AT = ("states", "unmatched", "battery", "autopilot", "is_first_look")
+
 
 @pytest.fixture
 def refusals():
@@ -30,7 +32,7 @@ def refusals():
 
     def look(state=GOOD, run_id="a1", nodes=(), plans=(PLAN,), drift=0.0, **changed):
         seen = {"setpoints": 100, "wrenches": 500, "states": 500, "unmatched": (), "battery": 0.9, "autopilot": None}
-        seen |= changed
+        seen |= {"is_first_look": False} | changed
         looked = preflight.Preflight(FlightParameters(run_id=run_id), CommanderParameters())
         sample = Sample(500, 1_000_000_000, state, 0.01)
         looked.begin(sample._replace(step=0), 0)
@@ -45,7 +47,7 @@ def refusals():
         for step in range(0, 501, 5):
             moved = state._replace(p_w=Vec3(drift * step * 0.002, 0.0, 0.0))
             looked.note(sample._replace(step=step, state=moved))
-        return looked.refusals(sample, seen["states"], seen["unmatched"], seen["battery"], seen["autopilot"])
+        return looked.refusals(sample, *(seen[name] for name in LOOKED_AT))
 
     return look
 
@@ -123,6 +125,13 @@ def test_a_node_of_another_run_counts_until_it_leaves_whatever_its_name(refusals
 def test_a_node_without_a_period_has_no_rate(refusals):
     (found,) = refusals(nodes=[{"role": "position_controller", "period_steps": 0}])
     assert found == "attitude_setpoint: found 100.0 Hz, expected 0.0 to 0.0 Hz"
+
+
+def test_whether_the_estimate_rests_is_looked_at_before_an_autopilot_is_armed_and_not_after(refusals):
+    (moves,) = refusals(autopilot=AutopilotStatus(), drift=0.2, is_first_look=True)
+    assert "the estimate moves" in moves
+    assert refusals(autopilot=AutopilotStatus(), is_first_look=True) == []
+    assert refusals(autopilot=AutopilotStatus(armed=True), drift=0.2) == []
 
 
 def test_an_autopilot_sends_states_at_its_own_rate(refusals):

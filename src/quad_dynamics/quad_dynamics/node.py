@@ -186,6 +186,7 @@ class Simulator(VehicleNode):
         if step > 0:
             self._send(self._actuation_out, model.actuation, model.actuated_step)
         self.asked_at, self._published_step = time.monotonic(), step
+        self.input_watch.note_state()
         if self._state_out is None:
             self._publish_for_tools(step)
         else:

@@ -20,7 +20,7 @@ from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, words
 from quad_mavlink.link import AUTOPILOT
 from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
-from quad_msgs.msg import FlightEvent
+from quad_msgs.msg import FlightEvent, NodeStatus
 from quad_node.main import run
 
 SET_MESSAGE_INTERVAL = 511
@@ -74,8 +74,15 @@ class MavlinkInterface(AutopilotInterface):
                 self.node.on_sample(sample)
         if self.kind != before:
             self.node.estimator = self.profile.name
-            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.link.peer}", always=True)
             self.on_second()
+            if self.node.status == NodeStatus.READY:
+                self.on_ready()
+
+    def on_ready(self) -> None:
+        """Report which autopilot it is and where, as soon as both are known and a recorder is there."""
+        super().on_ready()
+        if self.kind:
+            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.link.peer}", always=True)
 
     def handle(self, message: Any) -> Sample | None:
         """Take a message; return the estimate that it completes."""

@@ -37,6 +37,7 @@ PROFILES = {
         "ODOMETRY",
         "does the link send it?",
         Request(DO_SET_MODE, _CUSTOM_MODE, float(_OFFBOARD)),
+        idle_hint="(COM_DISARM_PRFLT?)",
     ),
     ARDUPILOT: Profile(
         "ArduPilot",
@@ -45,6 +46,7 @@ PROFILES = {
         "ATTITUDE_QUATERNION, LOCAL_POSITION_NED",
         "does the link send it?",
         Request(DO_SET_MODE, _CUSTOM_MODE, float(_GUIDED)),
+        idle_hint="(DISARM_DELAY?)",
     ),
 }
 

@@ -6,7 +6,6 @@ and drifts, or brakes to the last reference (docs/explanation/safety.md).
 """
 
 import os
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -25,21 +24,32 @@ _LOST = 0.5  # s: age of the commander's mode
 _PERIODS = 3.0  # of a slow node that may pass all the same
 STARTER = "QUAD_FLIGHT_STARTER"
 """Environment variable with the pid of the process that started the flight and looks after it."""
+STARTER_GONE = "the process that started the flight is gone"
+
+
+class Starter:
+    """The process that started the flight and looks after it, if one did."""
+
+    def __init__(self) -> None:
+        """Note who it is."""
+        named = os.environ.get(STARTER, "")
+        self.pid, self._parent = int(named) if named.isdecimal() else 0, os.getppid()
+
+    def is_gone(self) -> bool:
+        """Return whether it is gone, or the script by which it started this process."""
+        return bool(self.pid) and (os.getppid() != self._parent or not Path("/proc", str(self.pid)).exists())
 
 
 class CommandLink:
     """The newest `flight/mode`, and `flight/request` to end."""
 
-    def __init__(self, node: FlightNode, progress: Callable[[], None]) -> None:
+    def __init__(self, node: FlightNode, progress: Callable[[], None], starter: Starter) -> None:
         """Take part as ``node``; ``progress`` is called when a mode has come."""
         self.mode = Stamped(-1, -1, 0, FlightMode(), True)  # disarmed
-        self.outcome = ""
-        self._node, self._progress = node, progress
+        self.outcome, self._newest = "", b""
+        self._node, self._progress, self._starter = node, progress, starter
         self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
         self._passed_on = False
-        starter = os.environ.get(STARTER, "")
-        self._starter = int(starter) if starter.isdecimal() else 0
-        self._parent = os.getppid()
         self._requests = node.publisher("flight/request")
         node.subscribe("flight/mode", self._on_mode, raw=True)
 
@@ -57,19 +67,20 @@ class CommandLink:
         """Whether the commander says that the flight may end."""
         return bool(self.mode.value.is_over)
 
+    @property
+    def answer_text(self) -> str:
+        """Why a request was refused or, while arming, what the commander still waits for; empty if nothing."""
+        return deserialize_message(self._newest, FlightModeMsg).answer_text if self._newest else ""
+
     def pass_on(self, asked_to_end: str) -> None:
         """Ask the commander for the end if ``asked_to_end`` says why, or if who started the flight is gone."""
         why = f"{self._node.role} was asked to end by {asked_to_end}" if asked_to_end else ""
-        if not why and self._starter and self._is_alone():
-            why = "the process that started the flight is gone"
+        if not why and self._starter.is_gone():
+            why = STARTER_GONE
         if why and not self._passed_on:
             self._passed_on = True
             run_id = self._node.flight.run_id
             self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
-
-    def _is_alone(self) -> bool:
-        """Return whether who started the flight is gone, or the script by which it started this process."""
-        return os.getppid() != self._parent or not Path("/proc", str(self._starter)).exists()
 
     def _on_mode(self, payload: bytes) -> None:
         try:
@@ -78,17 +89,17 @@ class CommandLink:
         except UNUSABLE as error:
             self._node.unusable("flight/mode", payload, error)
             return
-        self.mode = stamped
+        self.mode, self._newest = stamped, payload
         self._progress()
 
 
 class InputWatch:
     """Which node is silent in real time: the commander, or without one the trajectory and whoever gives a setpoint."""
 
-    def __init__(self, node: FlightNode, period_of: Callable[[str], int]) -> None:
-        """Listen for ``node``; ``period_of`` gives the period of a role in plant steps."""
-        self._node, self._period_of = node, period_of
-        self._heard: dict[str, float] = {}
+    def __init__(self, node: FlightNode, period_of: Callable[[str], int], clock: Callable[[], float]) -> None:
+        """Listen for ``node``; ``period_of`` gives the period of a role in plant steps, ``clock`` the flight's s."""
+        self._node, self._period_of, self._clock = node, period_of, clock
+        self._asked_at, self._heard = 0.0, dict[str, float]()
         self._unanswered: dict[str, float] = {}  # when the first state after it was published
         limits = {stage.gives: (stage.role, node.flight.setpoint_timeout) for stage in STAGES}
         limits = {**limits, "reference": (TRAJECTORY, node.flight.reference_timeout)}
@@ -101,15 +112,19 @@ class InputWatch:
 
     def note(self, topic: str) -> None:
         """Note that ``topic`` has come."""
-        self._heard[topic] = time.monotonic()
+        self._heard[topic] = self._clock()
 
-    def silent(self, asked_at: float) -> str:
+    def note_state(self) -> None:
+        """Note that a state was published."""
+        self._asked_at = self._clock()
+
+    def silent(self) -> str:
         """Return which node is silent and since when, empty if none is.
 
-        ``asked_at``: steady s at which the newest state was published. A node is silent when states have come for too
-        long after the first that it left unanswered: without states there is nothing to answer.
+        A node is silent when states have come for too long after the first that it left unanswered: without states
+        there is nothing to answer.
         """
-        now = time.monotonic()
+        now, asked_at = self._clock(), self._asked_at
         self._heard = {topic: min(heard + self._node.slept, now) for topic, heard in self._heard.items()}
         for topic, (role, timeout) in self._limits.items():
             heard, since = self._heard.get(topic, now), self._unanswered.get(topic, 0.0)

@@ -115,7 +115,7 @@ class Responder(FlightNode):
         super().__init__(role)
         self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run_id=self.flight.run_id)
         self.inputs: list[InputTopic] = []
-        self._states = SequenceFilter(self.flight.plant_period)
+        self._states = SequenceFilter(self.flight.plant_period, self.lockstep)
         self._answered_stamp = -1
         self.states_seen = 0
         self.state_heard = self.started
@@ -256,11 +256,11 @@ class Responder(FlightNode):
         (step, run), last = head_of(payload), self._states.last
         if step >= 0 and self.is_foreign("state", run):
             return
-        now = self.last_heard = self.state_heard = time.monotonic()
+        self.last_heard = self.state_heard = time.monotonic()
         self.flying = True
         self.states_seen += step != last
         if last < step < self._due:  # none to answer, but the deadline of the one before
-            self._states.take(step, now)
+            self._states.take(step)
             self._on_deadline()
             return
         try:
@@ -268,10 +268,10 @@ class Responder(FlightNode):
         except UNUSABLE as error:
             self.unusable("state", payload, error)
             return
-        if not self._is_next(stamped, now):
+        if not self._is_next(stamped):
             return
         step = stamped.step
-        if self._states.take(step, now):  # the later states before it were another run's
+        if self._states.take(step):  # the later states before it were another run's
             self._pending.clear()
             self._due = self._next_multiple(step)
         if step >= self._due:
@@ -282,10 +282,10 @@ class Responder(FlightNode):
             self._pending.append(stamped)
             self.answer_ready()
 
-    def _is_next(self, stamped: Stamped, now: float) -> bool:
+    def _is_next(self, stamped: Stamped) -> bool:
         """Return whether a state continues the flight; one that does not is reported."""
         step, stamp, last = stamped.step, stamped.stamp_ns, self._states.last
-        if not self._states.allows(step, now):
+        if not self._states.allows(step):
             if self._states.is_far_ahead(step):
                 text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
                 self.reject("state", text, stamp, "rejected_future")

@@ -29,7 +29,7 @@ from quad_guard.guard import ASK_DESCEND, ASK_KILL, KILL, NO_REQUEST, PASS, REAS
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
-from quad_node.command_link import CommandLink, InputWatch
+from quad_node.command_link import STARTER_GONE, CommandLink, InputWatch, Starter
 from quad_node.conversion import NANOSECONDS, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
@@ -55,6 +55,7 @@ class VehicleGuard:
         self.parameters = parameters
         self.memory = guard.FRESH_MEMORY
         self.last_refusal = self.asked_because = ""
+        self.killed = "motors off"  # what its KILL is
         self._node = node
         self._period = node.flight.plant_period
         self._dt = seconds(1, self._period)
@@ -138,7 +139,7 @@ class VehicleGuard:
         if status.reason == REQUESTED and self.asked_because:
             reason = self.asked_because
         if status.mode == KILL:
-            self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; motors off", stamp)
+            self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; {self.killed}", stamp)
         elif status.mode == PASS:
             text = f"step {step}: {'the guard rests' if status is _RESTING else 'the controller flies again'}"
             self._node.event(FlightEvent.WARNING, "guard_released", text, stamp, always=True)
@@ -179,8 +180,9 @@ class VehicleNode(FlightNode):
         self._leave_by = 0.0
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
-        self.link = CommandLink(self, self._on_mode) if self.commanded else None
-        self.input_watch = InputWatch(self, self.handshake.period)
+        self.starter = Starter()
+        self.link = CommandLink(self, self._on_mode, self.starter) if self.commanded else None
+        self.input_watch = InputWatch(self, self.handshake.period, self.clock)
         self.subscribe(COMMAND, self._on_wrench, raw=True)
         self.subscribe("flight/plan", self._on_plan)
         self.subscribe("flight/nodes", self._on_node, depth=64)
@@ -190,6 +192,10 @@ class VehicleNode(FlightNode):
         """Return a publisher of a topic of every step and what packs its messages."""
         kind = SIGNALS[topic].kind
         return self.publisher(topic), packer(kind, message_type(kind), self.run)
+
+    def clock(self) -> float:
+        """Return the s by which the flight is watched: the steady clock, unless the vehicle's owner halts time."""
+        return time.monotonic()
 
     def begin(self) -> None:
         """Start the flight: all nodes are ready."""
@@ -330,6 +336,8 @@ class VehicleNode(FlightNode):
                 self.log.info("flying")
                 self.publish_flight_state()
                 self.begin()
+            elif self.starter.is_gone():
+                self.end(FlightState.FAILED, STARTER_GONE)
             elif now - self.started > self.flight.start_timeout:
                 late = f"not ready after {self.flight.start_timeout:g} s: {', '.join(missing)}"
                 self.end(FlightState.FAILED, late + self.handshake.foreign_nodes())
@@ -338,7 +346,7 @@ class VehicleNode(FlightNode):
                 self.link.pass_on(self.asked_to_end)
             elif self.asked_to_end:
                 self.give_up(f"{self.role} stopped by {self.asked_to_end}")
-            if (silent := self.input_watch.silent(self.asked_at)) and (self.commanded or self.guard.parameters.enabled):
+            if (silent := self.input_watch.silent()) and (self.commanded or self.guard.parameters.enabled):
                 self.give_up(silent)
             self.watch()
         elif now > self._leave_by or (RECORDER in self.roles and not self._is_recorded()):

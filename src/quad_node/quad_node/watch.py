@@ -93,7 +93,7 @@ class FlightWatch:
 
     def _on_event(self, message: FlightEvent) -> None:
         time_, source = seconds(stamp_ns(message.stamp), 1), (message.node, message.kind)
-        if message.kind == "mode":
+        if message.kind in ("mode", "request_refused"):
             self.news.append((time_, message.text))
         elif message.severity != FlightEvent.INFO and source not in self._warned:
             is_repeated = any(text in message.text for text in self._warned.values())  # what follows from it

@@ -12,7 +12,7 @@ from quad_core.flight_parameters import FlightParameters
 from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node import command_link
-from quad_node.command_link import STARTER, CommandLink, InputWatch
+from quad_node.command_link import STARTER, CommandLink, InputWatch, Starter
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import run_number
 
@@ -60,14 +60,16 @@ def owner():
 
 @pytest.fixture
 def link(owner):
-    return CommandLink(owner, owner.progress)
+    return CommandLink(owner, owner.progress, Starter())
 
 
 @pytest.fixture
-def clock(monkeypatch):
-    found = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(command_link.time, "monotonic", lambda: found.now)
-    return found
+def clock():
+    return SimpleNamespace(now=100.0)
+
+
+def watching(owner, clock, period=5):
+    return InputWatch(owner, lambda role: period, lambda: clock.now)
 
 
 def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
@@ -122,23 +124,26 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch, is_direct):
     starter = os.getpid()
     monkeypatch.setenv(STARTER, str(starter))
     monkeypatch.setattr(command_link.os, "getppid", lambda: starter if is_direct else 4711)  # a script between
-    link = CommandLink(owner, list)
+    link = CommandLink(owner, list, gone := Starter())
     link.pass_on("")
     assert owner.sent == []
     if is_direct:
         monkeypatch.setattr(command_link.os, "getppid", lambda: 1)
     else:
-        link._starter = NO_PROCESS
+        gone.pid = NO_PROCESS
     link.pass_on("")
     assert [sent.sender for sent in owner.sent] == ["the process that started the flight is gone"]
 
 
 def after(watch, clock, seconds, has_states=True):
     """Return what the watch says after some time in which its owner published states and looked every 50 ms."""
-    said, asked_at = "", clock.now
+    said = ""
+    watch.note_state()
     for _ in range(round(seconds / 0.05)):
         clock.now += 0.05
-        said = said or watch.silent(clock.now if has_states else asked_at)
+        if has_states:
+            watch.note_state()
+        said = said or watch.silent()
     return said
 
 
@@ -152,7 +157,7 @@ def after(watch, clock, seconds, has_states=True):
     ],
 )
 def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, message, period, limit, said):
-    watch = InputWatch(owner, lambda role: period)
+    watch = watching(owner, clock, period)
     assert after(watch, clock, 5.0) == ""  # nothing has come yet: the handshake waits for it
     owner.receive(topic, message(run=owner.run))
     assert after(watch, clock, 60.0, has_states=False) == ""  # without states there is nothing to answer
@@ -162,7 +167,7 @@ def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, m
 
 
 def test_setpoints_of_another_run_are_none(owner, clock):
-    watch = InputWatch(owner, lambda role: 5)
+    watch = watching(owner, clock)
     owner.setpoint()
     for _ in range(8):
         owner.setpoint(run_id="b2")
@@ -171,27 +176,37 @@ def test_setpoints_of_another_run_are_none(owner, clock):
 
 
 def test_a_vehicle_interface_that_stood_still_names_no_node(owner, clock):
-    watch = InputWatch(owner, lambda role: 5)
+    watch = watching(owner, clock)
     owner.setpoint()
     assert after(watch, clock, 0.1) == ""
     clock.now, owner.slept = clock.now + 5.0, 5.0
-    assert watch.silent(clock.now) == ""
+    watch.note_state()
+    assert watch.silent() == ""
     owner.slept = 0.0
     owner.setpoint()
     assert after(watch, clock, 0.3) == ""
 
 
 @pytest.mark.parametrize("options", [{"lockstep": True}, {"roles": ("simulator", "attitude_controller")}])
-def test_in_lockstep_and_where_no_node_sends_it_nothing_is_watched(options):
+def test_in_lockstep_and_where_no_node_sends_it_nothing_is_watched(options, clock):
     owner = Owner(**options)
-    watch = InputWatch(owner, lambda role: 5)
+    watch = watching(owner, clock)
     assert not owner.callbacks
-    assert watch.silent(1e9) == ""
+    assert after(watch, clock, 10.0) == ""
+
+
+def test_where_the_flights_time_is_halted_nobody_is_silent(clock):
+    owner = Owner(commanded=True, roles=(*ROLES, "commander"))
+    watch = watching(owner, clock)
+    watch.note("flight/mode")
+    for _ in range(100):  # beats of a plant that waits, whatever the clock on the wall says
+        watch.note_state()
+        assert watch.silent() == ""
 
 
 def test_a_commander_that_leaves_a_state_unanswered_is_named_after_half_a_second(clock):
     owner = Owner(commanded=True, roles=(*ROLES, "commander"))
-    watch = InputWatch(owner, lambda role: 5)
+    watch = watching(owner, clock)
     watch.note("flight/mode")
     clock.now += 60.0  # without a state: what comes then waits from there on
     assert after(watch, clock, 0.45) == ""

@@ -14,16 +14,15 @@ FAR = 2**63
 
 
 class Flight:
-    """States in their order, each ``STEP`` after the one before unless ``after`` says otherwise."""
+    """States in their order."""
 
-    def __init__(self):
-        self.order, self.now, self.accepted = SequenceFilter(PERIOD), 100.0, []
+    def __init__(self, lockstep=False):
+        self.order, self.accepted = SequenceFilter(PERIOD, lockstep), []
 
-    def say(self, *steps, after=STEP):
+    def say(self, *steps):
         for step in steps:
-            self.now += after
-            if self.order.allows(step, self.now):
-                self.order.take(step, self.now)
+            if self.order.allows(step):
+                self.order.take(step)
                 self.accepted.append(step)
         return self
 
@@ -37,13 +36,27 @@ def test_states_follow_each_other_and_may_come_again():
 def test_states_of_another_run_among_the_flights_are_rejected(count, far):
     flight = Flight().say(*range(1000, 1010))
     for step in range(1010, 1100):
-        flight.say(*[far] * count, after=0.0).say(step)
+        flight.say(*[far] * count).say(step)
     assert flight.accepted == [*range(1000, 1100)]
 
 
-def test_after_a_real_gap_the_second_state_is_accepted():
-    flight = Flight().say(0, 1).say(1000, after=2.0).say(1001, 1002)
-    assert flight.accepted == [0, 1, 1001, 1002]
+def test_after_a_real_gap_states_are_accepted_that_go_on():
+    flight = Flight().say(0, 1, *range(1000, 1030))
+    assert flight.accepted == [0, 1, *range(1000 + round(QUIET / STEP) + 1, 1030)]
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_our_own_states_repeated_later_are_never_taken_however_slowly_the_flight_goes_on(lockstep):
+    flight = Flight(lockstep)
+    for step in range(1000, 1400, 10):  # ten copies of old states between two of ours
+        flight.say(step, *range(step - 300, step - 290))
+    assert flight.accepted == [*range(1000, 1400, 10)]
+    flight.say(*range(1000, 1300))  # while the plant waits
+    assert (flight.accepted[-1] == 1390) == lockstep
+
+
+def test_in_lockstep_a_foreign_state_that_was_accepted_costs_none_of_ours():
+    assert Flight(lockstep=True).say(0, 1, 200, 2, 3).accepted == [0, 1, 200, 2, 3]
 
 
 @pytest.mark.parametrize("far", [FAR, 200])  # one that may follow, too: 0.4 s ahead
@@ -56,7 +69,7 @@ def test_after_a_foreign_state_was_accepted_ours_are_again_before_the_guard_take
 
 def test_what_is_far_ahead_is_told_from_what_is_old():
     order = SequenceFilter(PERIOD)
-    order.take(1000, 0.0)
+    order.take(1000)
     largest = round(LARGEST_GAP / STEP)
     assert [order.is_far_ahead(step) for step in (0, 999, 1000 + largest, 1001 + largest)] == [False] * 3 + [True]
 

@@ -80,9 +80,15 @@ def test_a_node_without_a_period_is_refused_by_name_and_divides_nothing(owner):
 def test_without_a_guard_a_lost_commander_ends_the_flight_and_a_silent_controller_does_not(owner, commanded, phase):
     owner.phase, owner.commanded = FlightState.FLYING, commanded
     owner.guard.parameters = owner.guard.parameters._replace(enabled=False)
-    owner.input_watch.silent = lambda asked_at: "it does not answer"
+    owner.input_watch.silent = lambda: "it does not answer"
     owner.on_tick()
     assert owner.phase == phase
+
+
+def test_a_flight_that_has_not_begun_ends_when_its_starter_is_gone(owner):
+    owner.starter.pid = 2**22 + 1  # Linux gives no process such a number
+    owner.on_tick()
+    assert (owner.phase, owner._reason) == (FlightState.FAILED, "the process that started the flight is gone")
 
 
 def test_before_the_flight_a_commander_excuses_no_node_that_does_not_fit(start_node):

@@ -58,6 +58,7 @@ class Px4Interface(AutopilotInterface):
 
     def on_ready(self) -> None:
         """Publish what a reader of the bag needs to know of PX4."""
+        super().on_ready()
         self.node.event(FlightEvent.INFO, "px4_msgs", f"release {messages.release(self.px4)}", always=True)
         if not self.by_attitude:
             text = "PX4 stabilises nothing in this mode: while the stream of setpoints is lost the last torque holds"
@@ -78,6 +79,10 @@ class Px4Interface(AutopilotInterface):
         )
 
     @property
+    def _chosen_by(self) -> ChosenBy:
+        return ChosenBy(self.settings.chosen_by)
+
+    @property
     def _ours(self) -> int:
         """Number of our external mode in PX4, -1 while it has none."""
         return self._external.nav_state if self._external is not None else -1
@@ -92,13 +97,18 @@ class Px4Interface(AutopilotInterface):
         external = self._external
         if external is None or self.profile is not PROFILE:
             return
-        external.ask(self.node.stamps().now)
+        if self._status is not None:  # before PX4 is heard nobody can answer
+            external.ask(self.node.stamps().now)
         if external.failure:
             self._external = None
-            text = f"{self.settings.external_mode}: {external.failure}; flown in offboard instead"
+            text, is_pilots = f"{self.settings.external_mode}: {external.failure}", self._chosen_by == ChosenBy.PILOT
+            if is_pilots:  # in offboard nobody would choose when it takes off
+                self.node.stop = f"arming refused: external_mode {text}, and chosen_by pilot needs it"
+            else:
+                text += "; flown in offboard instead"
             self.node.event(FlightEvent.WARNING, "external_mode", text, always=True)
         elif not external.is_open:
-            self.profile = external.profile(PROFILE, ChosenBy(self.settings.chosen_by))
+            self.profile = external.profile(PROFILE, self._chosen_by)
             text = f"{self.settings.external_mode} is {mode_name(external.nav_state)} of PX4"
             self.node.event(FlightEvent.INFO, "external_mode", text, always=True)
 

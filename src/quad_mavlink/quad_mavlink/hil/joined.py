@@ -32,6 +32,7 @@ from quad_px4.node import Px4Interface
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
 _BACKLOG = 64
+_ANSWERED = (Phase.STANDBY, Phase.MODE, Phase.ARM, Phase.SPOOL_UP, Phase.FLY)  # the flight waits for its nodes
 _BEFORE = -1  # step of the plant before step 0: what acts is what acts at the beginning
 SUMMARY = """Our plant under PX4 firmware, flown by our laws: torque over DDS, sensors and motors over TCP.
 
@@ -58,7 +59,7 @@ class JoinedInterface(Px4Interface):
         """Make bridge, plant and sensors and open the port; raises ParameterError if it cannot fly."""
         airframe = motors.airframe(node.vehicle, node.settings.thrust_curve)
         super().__init__(node, airframe._replace(thr_mdl_fac=node.settings.thrust_curve))
-        node.event(FlightEvent.INFO, "airframe", f"PX4 must have {motors.described(airframe)}", always=True)
+        self._airframe = airframe
         mavlink, period = link.load(), node.flight.plant_period
         self.model = PlantModel(node.resolved)
         self._server = link.Server(mavlink, self.settings.listen)
@@ -76,6 +77,12 @@ class JoinedInterface(Px4Interface):
         for topic in set(self._answers.values()) - {COMMAND}:
             node.subscribe(topic, partial(self._on_payload, topic), raw=True)
         node.every(_TICK, self._drive)
+
+    def on_ready(self) -> None:
+        """Report which airframe PX4 must have."""
+        super().on_ready()
+        text = f"PX4 must have {motors.described(self._airframe)}"
+        self.node.event(FlightEvent.INFO, "airframe", text, always=True)
 
     @property
     def time_usec(self) -> int:
@@ -195,8 +202,9 @@ class JoinedInterface(Px4Interface):
             self._are_outputs_due = found is None and idle < self.settings.gate.linger
             if self._are_outputs_due:
                 return False
-        aloft = node.phase == FlightState.FLYING and node.sequence.phase == Phase.FLY
-        is_flying = aloft and node.is_obeyed() and not (node.stop or node.guard.taken_over)
+        phase = node.sequence.phase
+        is_flying = node.phase == FlightState.FLYING and phase in _ANSWERED and not (node.stop or node.guard.taken_over)
+        is_flying = is_flying and (phase != Phase.FLY or node.is_obeyed())
         decision = self.gate.decide(self.time_usec + self._period_us, idle, is_flying)
         if decision == Decision.UNANSWERED:
             waited = f"no {self.gate.missing} for {self.settings.gate.answer_timeout:g} s, for which the plant waited"
