@@ -1,6 +1,7 @@
 """Nodes that are killed in flight and started again stay silent."""
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -44,14 +45,14 @@ def test_a_node_that_was_started_again_stays_silent(tmp_path, role, gives, words
     time.sleep(2.0)
     with killed_and_started_again(pids[role], log) as again:
         done = flying.finish(process)
-        assert again.wait(20.0) == 1
+        assert again.wait(2.0) == 1
     assert f"the flight is under way without {role}; this process stays silent" in log.read_text()
     assert done.returncode == 1, done.stdout + done.stderr
     bag = flying.open_flight(out)
     assert f"{role} does not answer" in bag.metadata["reason"]
     details = [row["detail"] for row in bag.array("flight/nodes") if row["role"] == role]
     assert [said for said in details if "under way without" in said]
-    lost = int(bag.metadata["reason"].partition("answer step ")[2].partition(":")[0])
+    lost = int(re.search(r"answer step (\d+)", bag.metadata["reason"])[1])
     assert int(bag.array(gives)["stamp_ns"].max()) < lost * 2_000_000
     assert "motors stopped" not in done.stderr
     assert f"{role} was killed by SIGKILL" in done.stderr

@@ -233,6 +233,8 @@ class FakeAutopilot(Fake):
             self.send(
                 mavlink.MAVLink_sys_status_message(0, 0x10000000, health, 0, 11800, 0, self.charge, 0, 0, 0, 0, 0, 0)
             )
+        if self.is_due(245):
+            self.send(mavlink.MAVLink_extended_sys_state_message(0, 1 if self.body.on_ground else 2))
         silent = 0.0 < self.options["silent_after"] < self.flown_for
         for identity, sender in ((331, self.send_odometry), (32, self.send_position), (31, self.send_attitude)):
             due = (identity == 331) == self.is_px4 and self.is_due(identity) and not silent

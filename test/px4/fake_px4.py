@@ -270,7 +270,10 @@ class FakePx4(Fake):
             self.send_odometry()
         for due in [ack for ack in self.acks if ack[0] <= self.now]:
             self.acks.remove(due)
-            self.ack_out.publish(msg.VehicleCommandAck(timestamp=self.stamp(), command=due[1], result=due[2]))
+            to_us = {"target_system": 1, "target_component": 1}
+            self.ack_out.publish(msg.VehicleCommandAck(timestamp=self.stamp(), command=due[1], result=due[2], **to_us))
+            stations = msg.VehicleCommandAck(timestamp=self.stamp(), command=due[1], result=6, target_system=255)
+            self.ack_out.publish(stations)  # to a ground station's command
         if self.stream_lost != self.flags.offboard_control_signal_lost or self.now > 1e-6 * self.flags.timestamp + 0.5:
             self.flags = msg.FailsafeFlags(
                 timestamp=self.stamp(),

@@ -162,8 +162,8 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(SHADOWS)]
     for line in (*lines, *problems):
         complain(f"{flight.name}: {line}")
-    for role, code in processes.codes.items():
-        if outcome.cause.startswith(f"{_named(flight, role)} ") or (code != 0 and role in outcome.late):
+    for role, end in ends.items():
+        if role in outcome.late or any(end in problem for problem in problems):  # its log says why
             for line in processes.last_lines(role, 3):
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {verdict}")

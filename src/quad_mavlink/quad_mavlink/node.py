@@ -29,7 +29,8 @@ THRUST_AS_THRUST = 8
 """Bit 3 of GUID_OPTIONS: without it SET_ATTITUDE_TARGET's thrust is a climb rate."""
 _PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 _ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
-_HEARTBEAT, _SYS_STATUS, _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 0, 1, 31, 32, 331
+_HEARTBEAT, _SYS_STATUS, _EXTENDED_SYS_STATE = 0, 1, 245
+_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 31, 32, 331
 _STATES = {words.PX4: (_ODOMETRY,), words.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
 _ATTITUDE_ONLY = 7  # type_mask: body rates are ignored
 _LEAST_COSINE = 0.1  # ArduPilot multiplies the thrust by 1 / cos(tilt) (ATC_ANGLE_BOOST), and boosts no further
@@ -56,7 +57,7 @@ class MavlinkInterface(AutopilotInterface):
         self.link = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.kind = 0
         self.parameters: dict[str, float] = {}
-        self._charge, self._checks_pass, self._refused = math.nan, True, ""
+        self._charge, self._checks_pass, self._landed, self._refused = math.nan, True, False, ""
         self._texts: tuple[words.Text, ...] = ()
         self._heartbeat: Any = None
         self._position: Any = None
@@ -97,6 +98,8 @@ class MavlinkInterface(AutopilotInterface):
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
             self._charge = 0.01 * message.battery_remaining if message.battery_remaining >= 0 else math.nan
+        elif kind == "EXTENDED_SYS_STATE":
+            self._landed = message.landed_state == words.ON_GROUND
         elif kind == "PARAM_VALUE":
             self.parameters[message.param_id] = message.param_value
         elif kind == "ODOMETRY" and self.kind == words.PX4:
@@ -107,7 +110,7 @@ class MavlinkInterface(AutopilotInterface):
             return words.of_pair(message, self._position)
         if self._heartbeat is not None:
             texts = words.newest(self._texts, self.clock())
-            self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge)
+            self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge, self._landed)
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
@@ -143,7 +146,7 @@ class MavlinkInterface(AutopilotInterface):
         for name in self._unanswered():
             self.link.send(mavlink.MAVLink_param_request_read_message(target, AUTOPILOT, name.encode("ascii"), -1))
         states = dict.fromkeys(_STATES[self.kind], 1e6 * self.settings.state_interval)
-        for identity, microseconds in {**states, _HEARTBEAT: 1e5, _SYS_STATUS: 1e6}.items():
+        for identity, microseconds in {**states, _HEARTBEAT: 1e5, _SYS_STATUS: 1e6, _EXTENDED_SYS_STATE: 2e5}.items():
             self._command(SET_MESSAGE_INTERVAL, identity, microseconds)
 
     def _unanswered(self) -> list[str]:

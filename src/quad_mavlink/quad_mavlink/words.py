@@ -14,11 +14,16 @@ from quad_core.types import Quat, Vec3
 
 ARDUPILOT, PX4 = 3, 12
 """MAV_AUTOPILOT."""
+ON_GROUND = 1
+"""MAV_LANDED_STATE."""
 _ARMED, _CUSTOM_MODE = 128, 1.0
 _CRITICAL = 5
 _AUTO, _OFFBOARD = 4, 6
-_PX4_MODES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED"}
-_PX4_AUTO = {2: "TAKEOFF", 3: "LOITER", 4: "MISSION", 5: "RTL", 6: "LAND", 8: "FOLLOW", 9: "PRECLAND"}
+_PX4_MODES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED", 10: "TERMINATION"}
+_PX4_AUTO = {
+    1: "READY", 2: "TAKEOFF", 3: "LOITER", 4: "MISSION", 5: "RTL", 6: "LAND", 8: "FOLLOW", 9: "PRECLAND",
+    10: "VTOL_TAKEOFF",
+}  # fmt: skip
 _PX4_CONTROL = {2: Control.CLIMBING, 3: Control.WAITING, 6: Control.LANDING, 9: Control.LANDING}
 _GUIDED, _LAND = 4, 9
 _COPTER_MODES = {
@@ -51,11 +56,13 @@ PROFILES = {
 }
 
 
-def said(heartbeat: Any, checks_pass: bool, reasons: tuple[str, ...], battery: float = math.nan) -> Autopilot:
-    """Return what a HEARTBEAT of PX4 or ArduPilot says."""
+def said(
+    heartbeat: Any, checks_pass: bool, reasons: tuple[str, ...], battery: float = math.nan, landed: bool = False
+) -> Autopilot:
+    """Return what a HEARTBEAT of PX4 or ArduPilot says; ``landed``: what its land detector does."""
     name, control = (_px4 if heartbeat.autopilot == PX4 else _copter)(heartbeat.custom_mode)
     armed, critical = bool(heartbeat.base_mode & _ARMED), heartbeat.system_status >= _CRITICAL
-    return Autopilot(name, control, armed, critical, checks_pass, reasons, battery=battery)
+    return Autopilot(name, control, armed, critical, checks_pass, reasons, landed=landed, battery=battery)
 
 
 def _px4(custom_mode: int) -> tuple[str, Control]:

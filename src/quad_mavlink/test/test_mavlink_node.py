@@ -36,6 +36,13 @@ def test_a_target_carries_the_ms_of_the_state_that_it_answers(vehicle):
     assert vehicle.sent[-1][1] == 5  # the field has 32 bits
 
 
+@pytest.mark.parametrize(("landed_state", "landed"), [(0, False), (1, True), (2, False), (3, False), (4, False)])
+def test_what_the_land_detector_says_is_contact(vehicle, landed_state, landed):
+    vehicle.handle(message("EXTENDED_SYS_STATE", vtol_state=0, landed_state=landed_state))
+    beat(vehicle, PX4)
+    assert vehicle.autopilot.landed == landed
+
+
 def test_a_request_goes_to_the_vehicle_that_is_meant_with_numbers_alone(vehicle):
     vehicle.send_request(Request(21, attempt=258))
     assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
@@ -53,7 +60,8 @@ def test_what_is_needed_is_asked_for_every_second_for_a_request_may_be_lost(vehi
         vehicle.sent.clear()
         vehicle.on_second()
         asked = {found[5]: found[6] for found in vehicle.sent if found[0] == "command_long" and found[3] == 511}
-        assert asked == {**dict.fromkeys(states, 1e4), 0: 1e5, 1: 1e6}  # us; 0: HEARTBEAT, 1: SYS_STATUS
+        always = {0: 1e5, 1: 1e6, 245: 2e5}  # us; HEARTBEAT, SYS_STATUS, EXTENDED_SYS_STATE
+        assert asked == {**dict.fromkeys(states, 1e4), **always}
 
 
 def test_answers_to_others_are_none(vehicle):

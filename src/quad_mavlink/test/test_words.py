@@ -27,6 +27,7 @@ def heartbeat(*values):
         (PX4, 4 << 16 | 6 << 24, "AUTO_LAND", Control.LANDING),
         (PX4, 4 << 16 | 9 << 24, "AUTO_PRECLAND", Control.LANDING),
         (PX4, 4 << 16 | 5 << 24, "AUTO_RTL", Control.OTHER),
+        (PX4, 4 << 16 | 10 << 24, "AUTO_VTOL_TAKEOFF", Control.OTHER),
         (PX4, 99 << 16, "mode 99", Control.OTHER),
         (PX4, 6, "mode 0", Control.OTHER),
         (ARDUPILOT, 4, "GUIDED", Control.OURS),

@@ -35,6 +35,7 @@ _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY, _STALL_EVERY = 100, 5, 5
 _STOOD_STILL = 0.2  # s between two ticks
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
+_SILENT_LEAVES = 0.5  # s for the last messages of a node that took no part
 _NEXT_WAIT = 10.0  # s between two lines of waiting
 
 
@@ -257,7 +258,8 @@ class FlightNode:
 
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
-        deadline = time.monotonic() + patience
+        # nobody waits for one that stayed silent, and those that it would wait for have left
+        deadline = time.monotonic() + (min(patience, _SILENT_LEAVES) if self.counters["came_late"] else patience)
         # who hears first that this node has left drops what it has not read of it, the reason too
         for publisher, _, _ in self._out:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

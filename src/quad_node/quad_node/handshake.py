@@ -122,13 +122,13 @@ class Handshake:
     def behind(self, step: int) -> str:
         """Return which node has not answered what is due at ``step``, the first in the order of the cascade.
 
-        The plant stands at ``step``, and each node has published its last step since.
+        The plant stands at ``step``, and each node that lives has published its last step since.
         """
         commanded = COMMANDER in self.known
         for role in (COMMANDER if commanded else TRAJECTORY, *(stage.role for stage in STAGES)):
             status = self.known.get(role)
             if status is not None and status.step < step // status.period_steps * status.period_steps:
-                return f"{role} does not answer step {step}: its last step is {status.step}"
+                return f"{role} does not answer step {step}"
         return ""
 
     def blame(self, step: int, acked: int, answered: bool, planned: bool) -> str:

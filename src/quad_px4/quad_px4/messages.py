@@ -19,6 +19,7 @@ from quad_px4.autopilot import Flags
 from quad_px4.mapping import ThrustTorque
 from quad_px4.parameters import Mode
 
+_COMPONENT = 1  # of our commands
 _COMMAND = "timestamp param1 param2 param4 param5 param6 param7 command target_system target_component confirmation"
 _FIELDS = {
     "OffboardControlMode": "timestamp attitude thrust_and_torque direct_actuator",
@@ -28,7 +29,7 @@ _FIELDS = {
     "VehicleAttitudeSetpoint": "timestamp yaw_sp_move_rate q_d thrust_body",
     "VehicleOdometry": " ".join(Sample._fields),
     "VehicleCommand": _COMMAND,
-    "VehicleCommandAck": "command result",
+    "VehicleCommandAck": "command result target_system target_component",
     "VehicleStatus": "timestamp arming_state nav_state failsafe pre_flight_checks_pass",
     "VehicleControlMode": "timestamp flag_armed flag_control_offboard_enabled",
     "VehicleLandDetected": "landed",
@@ -112,9 +113,13 @@ def flags(message: Any, before: Flags) -> Flags:
     return Flags(tuple(name for name in names if getattr(message, name)), lost, since)
 
 
-def ack(message: Any) -> Ack:
-    """Return a VehicleCommandAck as plain numbers."""
-    return Ack(int(message.command), int(message.result))
+def ack(message: Any, target: int) -> Ack | None:
+    """Return a VehicleCommandAck as plain numbers; None for the answer to another's command, as a ground station's.
+
+    ``target``: the system that our commands come from and go to.
+    """
+    is_ours = (message.target_system, message.target_component) == (target, _COMPONENT)
+    return Ack(int(message.command), int(message.result)) if is_ours else None
 
 
 def share(message: Any) -> float:
@@ -137,7 +142,7 @@ def command(module: ModuleType, request: Request, target: int, timestamp: int) -
     if request.command == NAV_TAKEOFF:  # here, to the height of MIS_TAKEOFF_ALT
         message.param4 = message.param5 = message.param6 = message.param7 = math.nan
     message.target_system = message.source_system = target
-    message.target_component = message.source_component = 1
+    message.target_component = message.source_component = _COMPONENT
     message.from_external = True
     return message
 

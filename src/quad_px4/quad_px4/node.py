@@ -48,7 +48,7 @@ class Px4Interface(AutopilotInterface):
         self._status: Any = None
         self._control_mode: Any = None
         self._flags, self._landed, self._battery = Flags(), False, math.nan
-        self._guarded_step, self._flown = -1, Wrench()
+        self._guarded_step, self._flown, self._refused = -1, Wrench(), ""
         self._external = self._registered()
         self.passed_on: Stamped | None = None
         self._is_command_new = self._is_state_new = False
@@ -74,9 +74,14 @@ class Px4Interface(AutopilotInterface):
                 f"external_mode: found {name!r} in mode wrench or motors, loss_limit {limit:g} s; expected "
                 f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
             )
-        return ExternalMode(
-            self.node.ros, self.px4, self.settings.namespace, name, self._mode, self.node.arming_refusal
-        )
+        return ExternalMode(self.node.ros, self.px4, self.settings.namespace, name, self._mode, self._arming_refusal)
+
+    def _arming_refusal(self) -> str:
+        """Return why our mode cannot be armed now; PX4 shows texts of its firmware alone, so an event tells ours."""
+        before, self._refused = self._refused, self.node.arming_refusal()
+        if self._refused and self._refused != before:
+            self.node.event(FlightEvent.INFO, "arming_check", self._refused, self.node.elapsed_ns)
+        return self._refused
 
     @property
     def _chosen_by(self) -> ChosenBy:
@@ -114,7 +119,7 @@ class Px4Interface(AutopilotInterface):
 
     def _listen(self) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-        space = self.settings.namespace
+        space, target = self.settings.namespace, self.settings.target_system
 
         def out(name: str) -> Any:
             kind = getattr(self.px4, name)
@@ -128,7 +133,7 @@ class Px4Interface(AutopilotInterface):
             ("FailsafeFlags", "_flags", lambda message: messages.flags(message, self._flags)),
             ("VehicleLandDetected", "_landed", lambda message: bool(message.landed)),
             ("BatteryStatus", "_battery", messages.share),
-            ("VehicleCommandAck", "ack", messages.ack),
+            ("VehicleCommandAck", "ack", lambda message: messages.ack(message, target) or self.ack),
             ("VehicleOdometry", "", messages.sample),
         ):
             kind, take = getattr(self.px4, name), partial(self._take, attribute, read)

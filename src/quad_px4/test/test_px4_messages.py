@@ -8,7 +8,7 @@ import pytest
 from frames_oracle import ned_frd
 from scipy.spatial.transform import Rotation
 
-from quad_autopilot.autopilot import Request
+from quad_autopilot.autopilot import Ack, Request
 from quad_core.types import Quat, Vec3
 from quad_px4 import messages
 from quad_px4.mapping import ThrustTorque
@@ -68,6 +68,13 @@ def test_odometry_keeps_both_stamps_and_frames_apart():
     found = messages.sample(Message(timestamp=NOW, timestamp_sample=SAMPLED, q=np.arange(4.0), **frames, **arrays))
     assert (found.timestamp, found.timestamp_sample, found.pose_frame, found.velocity_frame) == (NOW, SAMPLED, 1, 3)
     assert (found.q, found.reset_counter) == ((0.0, 1.0, 2.0, 3.0), 9)
+
+
+@pytest.mark.parametrize(("target", "known"), [((7, 1), True), ((255, 190), False), ((7, 0), False), ((1, 1), False)])
+def test_an_answer_to_the_command_of_another_is_none_of_ours(target, known):
+    system, component = target
+    found = messages.ack(Message(command=400, result=1, target_system=system, target_component=component), 7)
+    assert found == (Ack(400, 1) if known else None)
 
 
 @pytest.mark.parametrize(
