@@ -37,6 +37,22 @@ def test_a_flight_that_ends_early_costs_more_the_earlier():
     assert (refused.cost, math.isnan(refused.rmse)) == (pytest.approx(100.0), True)
 
 
+def test_every_training_flight_has_its_condition_and_seed(tmp_path, monkeypatch):
+    asked = content()
+    asked["tuning"]["conditions"] = {"late": {"levels": ["delay"]}, "calm": {"levels": ["still_air"]}}
+    plan = read(tmp_path, asked)
+    flown = []
+
+    def all_of(function, flights, threads):
+        flown.extend((flight.setup.sensing.delay, flight.seed) for flight in flights)
+        return [result(variation=24.0 * (1 + place)) for place in range(len(flights))]
+
+    monkeypatch.setattr(tuning_module, "all_of", all_of)
+    found = tuning_module.cost(plan.controllers[0], {"p": 2.0}, plan.tuning)
+    assert flown == [(0.02, 1), (0.02, 2), (0.0, 1), (0.0, 2)]
+    assert found == pytest.approx((2.0 + 1.5 * 2.5, 0.02, 3.0 * 2.5))
+
+
 @pytest.fixture
 def bowl(monkeypatch):
     """Cost with its least value at p = 3, k = 0.6; counts its calls."""
