@@ -45,7 +45,7 @@ WRENCH_LOST, WRENCH_NAN, WRENCH_ABSURD, WRENCH_OLD = range(4)
 STATE_LOST, STATE_JUMP, STATE_FROZEN, STATE_NAN = range(4, 8)
 DESCENT_ASKED, RELEASE_ASKED = 8, 9
 KINDS = 10
-CONDITIONS = 10  # of quad_guard.guard
+CONDITIONS = len(guard.REASONS)
 
 POSITION = build(aibs.Parameters, aibs.PRESETS["tuned"])
 ATTITUDE = build(abfnitsm.Parameters, abfnitsm.PRESETS["tuned"])

@@ -66,7 +66,6 @@ def report(figures, endings, visited):
     figures.at_most("tilt in flight, worst", math.degrees(max(one.largest_tilt for one in endings)), 60.0, "deg")
     figures.at_most("climb above the hover, worst", max(one.climb for one in endings), CLIMB, "m")
     figures.show(f"longest of the worst {max(one.steps for one in endings) * PERIOD * 1e-9:.1f} s")
-    pairs = [
-        (guard.MODES[bit // CONDITIONS], guard.REASONS[bit % CONDITIONS]) for bit in range(30) if visited >> bit & 1
-    ]
+    met = [bit for bit in range(3 * CONDITIONS) if visited >> bit & 1]
+    pairs = [(guard.MODES[bit // CONDITIONS], guard.REASONS[bit % CONDITIONS]) for bit in met]
     figures.show(f"{len(pairs)} pairs of mode and condition met: " + ", ".join(f"{mode}/{why}" for mode, why in pairs))

@@ -26,7 +26,7 @@ class StateLimits(NamedTuple):
     )
     warn_age: Annotated[float, Real("s", "age of the accepted sample: thrust passes, torque not", 0.001, 10.0)] = 0.05
     lost_age: Annotated[float, Real("s", "age of the accepted sample: the backup law flies", 0.001, 10.0, "MRS")] = 0.1
-    blind_age: Annotated[float, Real("s", "age of sample and body rate: it sinks faster", 0.001, 100.0, "MRS")] = 0.5
+    blind_age: Annotated[float, Real("s", "age of sample and body rate: it falls, and brakes late", 0.001, 100.0)] = 0.1
     gone_age: Annotated[float, Real("s", "age of sample and body rate: the motors stop", 0.001, 100.0)] = 3.0
 
 

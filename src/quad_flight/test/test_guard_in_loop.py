@@ -84,6 +84,39 @@ def test_a_frozen_state_is_a_descent_on_a_prediction(tmp_path):
     assert np.linalg.norm(result.topics["truth"][-1]["v_w"]) < 1.5
 
 
+def lands_softly(result):
+    """Return whether a flight came down below 1.5 m/s and 15 deg."""
+    last = result.topics["truth"][-1]
+    x, y = last["q_wb"][:2]
+    return np.linalg.norm(last["v_w"]) < 1.5 and x * x + y * y < math.sin(math.radians(7.5)) ** 2
+
+
+@pytest.mark.parametrize(
+    ("case", "jumps"),
+    [
+        ("hover", "jump start=3.8 yaw=3.14"),
+        ("hover", "jump start=3.8 end=4.6 yaw=1.7\njump start=4.4 yaw=-1.2 offset=3,0,0"),
+        ("case2", "jump start=8 yaw=-2.2"),
+        ("hover", "\n".join(f"jump start={3.8 + 0.1 * number:.1f} yaw=0.33" for number in range(5))),
+    ],
+)
+def test_a_heading_that_jumps_or_creeps_away_is_named_and_landed(tmp_path, case, jumps):
+    weather = "held_gaussian acceleration_sd=0.5 acceleration_clip=1.5 angular_sd=0.66 angular_clip=2 hold=2\n"
+    result = flown(case, duration=30.0, scenario=events(tmp_path, weather + jumps), seed=3)
+    assert result.guard.endswith("heading")
+    assert lands_softly(result)
+
+
+@pytest.mark.parametrize("fault", ["freeze start=4.5 end=5.2", "freeze start=4.5", "link start=4.5 drop=1"])
+def test_a_load_off_the_centre_is_trimmed_from_the_first_step_of_a_takeover_on(tmp_path, fault):
+    # 9 mm, below a fifth of one rotor's hover torque; frozen for good it comes down by prediction alone
+    result = flown("hover", duration=20.0, scenario=events(tmp_path, f"push start=1 torque=0.05,0,0\n{fault}"))
+    assert result.guard
+    assert lands_softly(result)
+    tilt = np.abs(result.topics["truth"]["q_wb"][2250:, :2]).max()
+    assert tilt < math.sin(math.radians(5.0))
+
+
 @pytest.mark.parametrize("disturbance", ["none", "held_gaussian"])
 def test_a_state_that_freezes_while_the_vehicle_hardly_moves_is_seen_in_150_ms(tmp_path, disturbance):
     weather = "held_gaussian acceleration_sd=0.5 acceleration_clip=1.5 hold=2\n" if disturbance != "none" else ""

@@ -5,12 +5,15 @@
     f = m (g + k_z (v_ref - v_z) + lift) / (b_z),  lift' = k_i (v_ref - v_z),
 
 with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio.
-It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a velocity
-that can be trusted d is vertical and f a fixed share of the weight; without any state, the attitude that the model
-predicts, a smaller one: the sooner it is down, the less an unknown torque can turn it.
+It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a heading
+that can be trusted d is vertical and it sinks at once. With body rates alone f is a fixed share of the weight too.
+Without any state it flies on the prediction and loses no time, for an unseen torque a turns it by a t^2 / 2: it falls.
+Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and there is none. Any fall is braked in the height left,
 
-What torque the model does not explain, a failing rotor's above all, is observed and taken off, and torque never buys
-thrust that was not asked for (``quad_guard.unknown_torque``).
+    f = m (g + (v_z^2 - v_touch^2) / 2 h) / b_z  as soon as that takes BRAKE_SHARE of the deceleration that it has.
+
+What torque the model does not explain, a failing rotor's above all, is taken off, and torque never buys thrust that was
+not asked for (``quad_guard.unknown_torque``).
 
 The law shares no text with the controllers, so that no mistake of theirs can be its own (Simplex: Sha, 2001).
 """
@@ -18,12 +21,13 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 import math
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, scale, turned
+from quad_core.cycle import BODY_RATE_BOUND
+from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, scale, subtract, turned
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
-from quad_guard.checks import BodyState, largest_torque
-from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated, within_thrust
+from quad_guard.checks import BodyState
+from quad_guard.unknown_torque import within_rotors, within_thrust
 
 ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
 """Natural frequency in rad/s and damping ratio of roll and pitch; bandwidth of the yaw rate in rad/s."""
@@ -33,12 +37,20 @@ BRAKE_TILT, LANDING_TILT, WALKING_PACE = 0.35, 0.15, 0.6
 """Largest tilt in rad above walking pace, and below it as at touchdown; walking pace in m/s."""
 DESCENT_SPEED = 0.8
 """m/s (PX4 MPC_LAND_SPEED)."""
-BLIND_THRUST, UNSEEN_THRUST, LOWEST_THRUST = 0.94, 0.7, 0.2
-"""Thrust over weight without a velocity that can be trusted (PX4), without any state, and the least in the air."""
+BLIND_THRUST, LOWEST_THRUST, FALLING_THRUST = 0.94, 0.2, 0.05
+"""Thrust over weight without a velocity that can be trusted (PX4), the least in the air, and in a fall."""
 THRUST_SHARE = 0.9
 """Largest thrust over the largest there is: the rest makes torque."""
 LEAST_SINK = 0.25
 """Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""
+BRAKE_SHARE, TOUCH_SPEED, FASTEST_TOUCH, TOUCH_HEIGHT, LEAST_WAY = 0.9, 0.5, 1.0, 0.1, 0.02
+"""A fall is braked with at least this share of the largest deceleration, to a speed in m/s (on a prediction; with a
+state) so many m above the ground; that way in m is always left for it."""
+UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(60.0)
+"""rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
+
+SEES, NO_HEADING, TURNS, BLIND = range(4)
+"""What is seen: all; all but the heading; the attitude alone, by body rates; nothing but the prediction."""
 
 LARGEST_LIFT = 0.4
 """Bound of the vertical integral over gravity."""
@@ -48,17 +60,25 @@ RESTING_RAMP = 0.25
 """Share of thrust left on something that is not the ground: the motors turn until the operator disarms."""
 
 
-class Descent(NamedTuple):
-    """What the backup law remembers: vertical integral m/s^2, time at rest s, share of thrust, motors stopped.
+class Known(NamedTuple):
+    """What is known: ``sight``, SEES to BLIND, and the age of the newest body rate, ``unseen`` in s.
 
-    ``unknown``: the torque that the model does not explain.
+    ``torque``: in N m, that no wrench explains; ``strength``: what a thrust gives over what it should give.
     """
+
+    sight: int
+    unseen: float
+    torque: Vec3
+    strength: float
+
+
+class Descent(NamedTuple):
+    """What the backup law remembers: vertical integral m/s^2, time at rest s, share of thrust, motors stopped."""
 
     lift: float = 0.0
     rest_time: float = 0.0
     ramp: float = 1.0
     stopped: bool = False
-    unknown: UnknownTorque = NO_UNKNOWN_TORQUE
 
 
 FRESH_DESCENT = Descent()
@@ -71,44 +91,35 @@ def descend(
     memory: Descent,
     state: BodyState,
     height: float,
-    knows_velocity: bool,
-    blind_thrust: float,
+    known: Known,
     dt: float,
 ) -> tuple[Wrench, Descent]:
-    """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground.
-
-    ``blind_thrust``: thrust over weight where the velocity is not known.
-    """
-    if memory.stopped:
+    """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground."""
+    sight = known.sight
+    if memory.stopped or (sight == BLIND and 0.5 * UNSEEN_ACCELERATION * known.unseen * known.unseen > WIDEST):
         return Wrench(0.0, ZERO), memory
-    up = body_z(state.q_wb)
-    sinking = sink_speed(state) if knows_velocity else 0.0
-    thrust, lift = descent_thrust(vehicle, memory.lift, state.v_w.z, sinking, knows_velocity, blind_thrust, up.z, dt)
-    direction = desired_direction(vehicle, state) if knows_velocity else Vec3(0.0, 0.0, 1.0)
+    knows_velocity, weight = sight <= NO_HEADING, vehicle.mass * vehicle.gravity
+    up, direction, lift = body_z(state.q_wb), Vec3(0.0, 0.0, 1.0), memory.lift
+    touch_speed = FASTEST_TOUCH
+    if not NO_HEADING <= sight <= TURNS:
+        direction = desired_direction(vehicle, state)
+    if knows_velocity:
+        sinking = sink_speed(state) if sight == SEES else DESCENT_SPEED
+        thrust, lift = descent_thrust(vehicle, lift, state.v_w.z, sinking, up.z, dt)
+    elif sight == TURNS:
+        thrust = BLIND_THRUST * weight
+    else:
+        thrust = (1.0 if height <= TOUCH_HEIGHT else FALLING_THRUST) * weight
+        touch_speed = TOUCH_SPEED
+    if sight != TURNS:
+        thrust = max(thrust, braking_thrust(vehicle, known.strength, state.v_w.z, touch_speed, height, up.z))
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
-    # what stands on something is held by it: its torque is no rotor's
-    flies = knows_velocity and rest_time == 0.0 and height > rule.stop_height
-    unknown = estimated(vehicle, memory.unknown, state.omega_b, flies)
-    if unknown.found:
-        torque = without_unknown(vehicle, torque, unknown.torque)
-    torque = within_thrust(vehicle, thrust, torque)
-    thrust = ramp * thrust
-    torque = Vec3(ramp * torque.x, ramp * torque.y, ramp * torque.z)
+    torque = within_thrust(vehicle, thrust, within_rotors(vehicle, subtract(torque, known.torque)))
+    thrust, torque = ramp * thrust, scale(ramp, torque)
     if stopped:
         thrust, torque = 0.0, ZERO
-    unknown = advanced(vehicle, unknown, state.omega_b, torque, dt)
-    return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped, unknown)
-
-
-def without_unknown(vehicle: Vehicle, torque: Vec3, unknown: Vec3) -> Vec3:
-    """Return ``torque`` less the ``unknown`` one, N m, as far as four rotors can make it."""
-    largest = largest_torque(vehicle)
-    return Vec3(
-        clamp(torque.x - unknown.x, -largest.x, largest.x),
-        clamp(torque.y - unknown.y, -largest.y, largest.y),
-        clamp(torque.z - unknown.z, -largest.z, largest.z),
-    )
+    return Wrench(thrust, torque), Descent(lift, rest_time, ramp, stopped)
 
 
 def slowness(state: BodyState) -> float:
@@ -136,20 +147,10 @@ def desired_direction(vehicle: Vehicle, state: BodyState) -> Vec3:
 
 
 def descent_thrust(
-    vehicle: Vehicle,
-    lift: float,
-    vertical_speed: float,
-    sinking: float,
-    knows_velocity: bool,
-    blind_thrust: float,
-    cosine: float,
-    dt: float,
+    vehicle: Vehicle, lift: float, vertical_speed: float, sinking: float, cosine: float, dt: float
 ) -> tuple[float, float]:
     """Return thrust in N and the next integral in m/s^2; ``cosine`` is that of the tilt."""
-    weight = vehicle.mass * vehicle.gravity
-    low, high = LOWEST_THRUST * weight, THRUST_SHARE * max_thrust(vehicle)
-    if not knows_velocity:
-        return clamp(blind_thrust * weight, low, high), lift
+    low, high = LOWEST_THRUST * vehicle.mass * vehicle.gravity, THRUST_SHARE * max_thrust(vehicle)
     error = -sinking - vertical_speed
     vertical = vehicle.gravity + VERTICAL_BANDWIDTH * error + lift
     thrust = vehicle.mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
@@ -160,6 +161,23 @@ def descent_thrust(
         bound = LARGEST_LIFT * vehicle.gravity
         lift = clamp(lift + dt * VERTICAL_INTEGRAL * error, -bound, bound)
     return bounded, lift
+
+
+def braking_thrust(
+    vehicle: Vehicle, strength: float, vertical_speed: float, touch_speed: float, height: float, cosine: float
+) -> float:
+    """Return the thrust in N that brakes a fall to ``touch_speed`` m/s in the ``height`` m that is left, 0 while early.
+
+    ``strength``: what a thrust gives over what it should give; ``cosine``: that of the tilt.
+    """
+    if vertical_speed >= -touch_speed or cosine <= 0.0:
+        return 0.0
+    high, mass = THRUST_SHARE * max_thrust(vehicle), vehicle.mass / strength
+    left = height - TOUCH_HEIGHT if height > TOUCH_HEIGHT + LEAST_WAY else LEAST_WAY
+    needed = (vertical_speed * vertical_speed - touch_speed * touch_speed) / (2.0 * left)
+    if needed < BRAKE_SHARE * (high / mass - vehicle.gravity):
+        return 0.0
+    return clamp(mass * (vehicle.gravity + needed) / (cosine if cosine > LEAST_COSINE else LEAST_COSINE), 0.0, high)
 
 
 def level_torque(vehicle: Vehicle, state: BodyState, up: Vec3, direction: Vec3) -> Vec3:
@@ -175,11 +193,10 @@ def level_torque(vehicle: Vehicle, state: BodyState, up: Vec3, direction: Vec3) 
     damping = 2.0 * ATTITUDE_DAMPING * ATTITUDE_BANDWIDTH
     p, q, r = state.omega_b.x, state.omega_b.y, state.omega_b.z
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
-    largest = largest_torque(vehicle)
     return Vec3(
-        clamp(xx * (stiffness * x - damping * p) + (zz - yy) * q * r, -largest.x, largest.x),
-        clamp(yy * (stiffness * y - damping * q) + (xx - zz) * p * r, -largest.y, largest.y),
-        clamp(-zz * YAW_RATE_BANDWIDTH * r + (yy - xx) * p * q, -largest.z, largest.z),
+        xx * (stiffness * x - damping * p) + (zz - yy) * q * r,
+        yy * (stiffness * y - damping * q) + (xx - zz) * p * r,
+        -zz * YAW_RATE_BANDWIDTH * r + (yy - xx) * p * q,
     )
 
 
@@ -217,12 +234,12 @@ def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: 
 
 
 def predicted_rates(vehicle: Vehicle, omega: Vec3, torque: Vec3, dt: float) -> Vec3:
-    """Return the body rates in rad/s ``dt`` s later under ``torque`` N m as far as the rotors can make it."""
-    largest = largest_torque(vehicle)
+    """Return the body rates in rad/s ``dt`` s later under ``torque`` N m, bounded."""
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     p, q, r = omega.x, omega.y, omega.z
+    bound = BODY_RATE_BOUND
     return Vec3(
-        p + dt * (clamp(torque.x, -largest.x, largest.x) + (yy - zz) * q * r) / xx,
-        q + dt * (clamp(torque.y, -largest.y, largest.y) + (zz - xx) * p * r) / yy,
-        r + dt * (clamp(torque.z, -largest.z, largest.z) + (xx - yy) * p * q) / zz,
+        clamp(p + dt * (torque.x + (yy - zz) * q * r) / xx, -bound, bound),
+        clamp(q + dt * (torque.y + (zz - xx) * p * r) / yy, -bound, bound),
+        clamp(r + dt * (torque.z + (xx - yy) * p * q) / zz, -bound, bound),
     )

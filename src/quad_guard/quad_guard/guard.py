@@ -1,6 +1,6 @@
 """The last check before the rotors: a good wrench passes, or the backup law flies.
 
-    wrench to the rotors = the controller's, to the bit       in PASS, its thrust alone without a state for 50 ms
+    wrench to the rotors = the controller's, to the bit       in PASS; without a state for 50 ms its thrust alone
                            quad_guard.backup                   in DESCEND
                            none                               in KILL
 
@@ -20,13 +20,14 @@ the prediction is flown for ``state.gone_age``, then the motors are off.
 import math
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO
+from quad_core.geometry import ZERO, scale
 from quad_core.guard_parameters import GuardParameters
-from quad_core.types import GuardStatus, Wrench
+from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import BLIND_THRUST, FRESH_DESCENT, UNSEEN_THRUST, Descent, descend
+from quad_guard.backup import BLIND, FRESH_DESCENT, NO_HEADING, SEES, TURNS, Descent, Known, descend
 from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
-from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, observe
+from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, is_misled, observe, with_belief
+from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated
 
 PASS = 0
 DESCEND = 1
@@ -42,17 +43,19 @@ GOOD = 0
 WRENCH_LOST = 1
 STATE_LOST = 2
 STATE_REFUSED = 3
-TILT = 4
-REQUESTED = 5
-EXTREME_TILT = 6
-STATE_GONE = 7
-EXTREME_TILT_LOW = 8
-REQUESTED_KILL = 9
+HEADING = 4
+TILT = 5
+REQUESTED = 6
+EXTREME_TILT = 7
+STATE_GONE = 8
+EXTREME_TILT_LOW = 9
+REQUESTED_KILL = 10
 REASONS = (
     "good",
     "no good wrench",
     "no good state",
     "states refused",
+    "heading",
     "tilt",
     "on request",
     "extreme tilt",
@@ -105,6 +108,7 @@ class Memory(NamedTuple):
     timers: Timers
     flown: Wrench
     descent: Descent
+    unknown: UnknownTorque
 
 
 class Report(NamedTuple):
@@ -129,6 +133,7 @@ FRESH_MEMORY = Memory(
     timers=Timers(0.0, 0.0, 0.0, 0.0),
     flown=Wrench(),
     descent=FRESH_DESCENT,
+    unknown=NO_UNKNOWN_TORQUE,
 )
 """The memory before the first step."""
 
@@ -149,9 +154,11 @@ def step(
         if refused_command == ACCEPTED:
             wrench, command_step = inputs.command.wrench, inputs.command.step
     refused_commands = memory.refused_commands + (1 if refused_command != ACCEPTED else 0)
+    before = memory.estimate
     estimate, refusals, refused_state = observe(
-        parameters, vehicle, memory.estimate, memory.refusals, inputs.sample, memory.flown, now, period, dt
+        parameters, vehicle, before, memory.refusals, inputs.sample, memory.flown, memory.unknown, now, period, dt
     )
+    unknown = observed(parameters, vehicle, memory, estimate, age(now, before.rate_step, first, period))
     answered = answered_until(memory.answered_step, command_step, estimate.step, now)
     command_age = age(now, answered, first, period)
     state_age = age(now, estimate.step, first, period)
@@ -168,13 +175,17 @@ def step(
         is_gone(parameters.state, estimate, rate_age),
         estimate.state.p_w.z - estimate.ground_z,
         refused and not (land and parameters.has_commander),
+        is_misled(parameters.state, estimate),
     )
     mode, reason, since = next_mode(memory, timers, inputs.request, wrong, now)
-    flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, state_age, rate_age, dt)
+    if mode == PASS and memory.mode != PASS:
+        estimate = with_belief(estimate, True)
+    flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, unknown.torque, state_age, rate_age, dt)
+    unknown = advanced(vehicle, unknown, estimate.state.omega_b, flown.torque_b, dt)
     # fmt: off
     after = Memory(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
-        estimate, refusals, timers, flown, descent,
+        estimate, refusals, timers, flown, descent, unknown,
     )
     status = GuardStatus(
         since, refused_commands, refusals.total, command_age, state_age, mode, reason, wrong,
@@ -193,28 +204,52 @@ def fly(
     mode: int,
     wrench: Wrench,
     estimate: Estimate,
+    unknown: Vec3,
     state_age: float,
     rate_age: float,
     dt: float,
 ) -> tuple[Wrench, Descent]:
-    """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's."""
+    """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's.
+
+    ``unknown``: the torque in N m that the model does not explain.
+    """
     if mode == PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
         blind = state_age > parameters.state.warn_age
-        return (Wrench(wrench.thrust, ZERO) if blind else wrench), memory.descent
+        return (Wrench(wrench.thrust, scale(-1.0, unknown)) if blind else wrench), memory.descent
     if mode == KILL:
         return Wrench(0.0, ZERO), memory.descent
     descent = memory.descent if memory.mode == DESCEND else FRESH_DESCENT
+    sight = BLIND
+    if estimate.step >= 0 and state_age <= parameters.state.lost_age:
+        sight = SEES if estimate.knows_heading else NO_HEADING
+    elif rate_age <= parameters.state.blind_age:
+        sight = TURNS
     return descend(
         parameters.contact,
         vehicle,
         descent,
         estimate.state,
         estimate.state.p_w.z - estimate.ground_z,
-        estimate.step >= 0 and state_age <= parameters.state.lost_age,
-        BLIND_THRUST if rate_age <= parameters.state.blind_age else UNSEEN_THRUST,
+        Known(sight, rate_age, unknown, estimate.evidence.strength),
         dt,
     )
+
+
+def observed(
+    parameters: GuardParameters, vehicle: Vehicle, memory: Memory, estimate: Estimate, rate_age: float
+) -> UnknownTorque:
+    """Return what is known of the torque that no wrench explains; ``rate_age`` s: of the body rate before this step."""
+    rate, before = estimate.reading, memory.estimate.reading
+    repeats = rate.x == before.x and rate.y == before.y and rate.z == before.z
+    if repeats or estimate.rate_step == memory.estimate.rate_step:
+        return memory.unknown
+    # what stands on something is held by it: its torque is no rotor's
+    flies = (
+        memory.descent.rest_time == 0.0 and estimate.state.p_w.z - estimate.ground_z > parameters.contact.stop_height
+    )
+    follows = flies and memory.estimate.step >= 0 and rate_age <= parameters.state.warn_age
+    return estimated(vehicle, memory.unknown, rate, follows)
 
 
 def age(now: int, since: int, first: int, period: int) -> float:
@@ -256,11 +291,17 @@ def watch(
         and is_on_ground(parameters.contact, vehicle, estimate.state, height, memory.flown.thrust)
     )
     return Timers(
-        timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,
-        timers.extreme_tilt + dt if cosine < math.cos(parameters.tilt.extreme) else 0.0,
+        timers.large_tilt + dt if is_beyond(cosine, parameters.tilt.large) else 0.0,
+        timers.extreme_tilt + dt if is_beyond(cosine, parameters.tilt.extreme) else 0.0,
         timers.good + dt if good else 0.0,
         timers.on_ground + dt if stands else 0.0,
     )
+
+
+def is_beyond(cosine: float, angle: float) -> bool:
+    """Return whether a tilt of this ``cosine`` exceeds ``angle`` rad; a small one is told without cos(angle)."""
+    # 1 - cos a = 2 sin^2(a / 2) >= 2 (a / pi)^2 up to half a turn
+    return 1.0 - cosine >= 0.2 * angle * angle and cosine < math.cos(angle)
 
 
 def condition(
@@ -272,6 +313,7 @@ def condition(
     gone: bool,
     height: float,
     refused: bool,
+    misled: bool,
 ) -> int:
     """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground."""
     tilt, found = parameters.tilt, GOOD
@@ -281,6 +323,8 @@ def condition(
         found = STATE_LOST
     if refused:
         found = STATE_REFUSED
+    if misled:
+        found = HEADING
     if timers.large_tilt > tilt.large_time:
         found = TILT
     if request == ASK_DESCEND:

@@ -1,9 +1,18 @@
-"""Which state the guard accepts: the newest good sample, else a prediction with the nominal model."""
+"""Which state the guard accepts: the newest good sample, else a prediction with the nominal model.
+
+After a reset that turns it, and when the motion contradicts its heading (``quad_guard.motion``), the attitude of a
+sample is not believed. That of the last good sample is then carried on by the body rates, its tilt held by the specific
+force that the velocity shows,
+
+    q' = q exp(omega dt + K b x s / g),   s = dv / dt + g z,
+
+and its heading by what the motion explains best.
+"""
 
 from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
-from quad_core.geometry import ZERO
+from quad_core.geometry import ZERO, body_z, cross, norm, rotate_inverse, scale, turned
 from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -14,9 +23,12 @@ from quad_guard.checks import (
     POSITION_JUMP,
     BodyState,
     StateSample,
+    attitude_change,
     sample_refusal,
 )
 from quad_guard.frozen import COARSEST_GRAIN, NOTHING_MISSING, Grain, Missing, finer, missed
+from quad_guard.motion import LOST, NO_EVIDENCE, Evidence, about_z, begun_anew, gathered, turn_found, unexplained
+from quad_guard.unknown_torque import UnknownTorque
 
 COUNTED = (False, True, False, True, True, True, False)
 """By refusal: whether it counts towards the end of the controller's flight. Repetitions and frozen samples: no."""
@@ -26,6 +38,8 @@ RATE_SERVES = (False, True, False, False, True, True, False)
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
+TILT_BANDWIDTH = 0.3
+"""K in rad/s."""
 
 
 class Estimate(NamedTuple):
@@ -33,7 +47,8 @@ class Estimate(NamedTuple):
 
     ``step`` is that of the last accepted sample, ``rate_step`` that of the last measured body rate. ``reading`` is the
     body rate in rad/s of the estimator's newest reading, accepted or not. ``grain`` and ``missing`` tell a frozen
-    sample (``quad_guard.frozen``).
+    sample (``quad_guard.frozen``), ``evidence`` a wrong heading. ``believed``: the attitude is that of the samples, not
+    carried on; ``knows_heading``: the motion has not spoken against every heading that could be carried on.
     """
 
     state: BodyState
@@ -44,6 +59,9 @@ class Estimate(NamedTuple):
     reading: Vec3
     grain: Grain
     missing: Missing
+    evidence: Evidence
+    believed: bool
+    knows_heading: bool
 
 
 class Refusals(NamedTuple):
@@ -56,7 +74,7 @@ class Refusals(NamedTuple):
 
 
 _REST = BodyState(ZERO, ZERO, Quat(), ZERO)
-NO_ESTIMATE = Estimate(_REST, _REST, 0.0, -1, -1, ZERO, COARSEST_GRAIN, NOTHING_MISSING)
+NO_ESTIMATE = Estimate(_REST, _REST, 0.0, -1, -1, ZERO, COARSEST_GRAIN, NOTHING_MISSING, NO_EVIDENCE, True, True)
 """What is known before the first sample: nothing, written as rest in the origin."""
 
 
@@ -67,14 +85,17 @@ def observe(
     refusals: Refusals,
     sample: StateSample,
     flown: Wrench,
+    unknown: UnknownTorque,
     now: int,
     period: int,
     dt: float,
 ) -> tuple[Estimate, Refusals, int]:
     """Return the estimate at plant step ``now``, the counts and the refusal of ``sample``; ``flown``: the last wrench.
 
+    ``unknown`` holds the torque that acted beside and behind it.
+
     After too many refusals the next sample that only jumped is accepted: the estimator was reset, and the backup law
-    flies better on its new attitude and velocity than on a prediction. Of other samples the body rate is used, unless
+    flies better on its new position and velocity than on a prediction. Of other samples the body rate is used, unless
     it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
     """
     limits = parameters.state
@@ -90,11 +111,14 @@ def observe(
             if is_new:
                 grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain
                 missing = NOTHING_MISSING
-            return accepted(sample, grain, missing), refusals, refusal
+            found = accepted(vehicle, estimate, sample, grain, missing, flown.thrust, period, dt)
+            return found, refusals, refusal
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            return accepted(sample, grain, NOTHING_MISSING), reset, refusal
+            known = with_belief(estimate, estimate.believed and not is_turned(limits, estimate, sample.state.q_wb))
+            found = accepted(vehicle, known, sample, grain, NOTHING_MISSING, flown.thrust, period, dt)
+            return found, reset, refusal
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
         gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
@@ -103,20 +127,77 @@ def observe(
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:
         return estimate, refusals, refusal
-    predicted = predict(vehicle, state, flown, gyro, dt)
+    made, d = unknown.made, unknown.torque
+    acting = Wrench(estimate.evidence.strength * flown.thrust, Vec3(made.x + d.x, made.y + d.y, made.z + d.z))
+    predicted = predict(vehicle, state, acting, gyro, dt)
     rate_step = now if gyro else estimate.rate_step
-    return (
-        Estimate(predicted, last, estimate.ground_z, estimate.step, rate_step, reading, grain, missing),
-        refusals,
-        refusal,
+    # fmt: off
+    after = Estimate(
+        predicted, last, estimate.ground_z, estimate.step, rate_step, reading, grain, missing,
+        estimate.evidence, estimate.believed, estimate.knows_heading,
     )
+    # fmt: on
+    return after, refusals, refusal
 
 
-def accepted(sample: StateSample, grain: Grain, missing: Missing) -> Estimate:
+def accepted(
+    vehicle: Vehicle,
+    before: Estimate,
+    sample: StateSample,
+    grain: Grain,
+    missing: Missing,
+    thrust: float,
+    period: int,
+    dt: float,
+) -> Estimate:
     """Return what is known from a sample that is accepted; ``grain`` and ``missing`` as in ``Estimate``."""
-    state = sample.state
-    motion = BodyState(state.p_w, state.v_w, state.q_wb, state.omega_b)
-    return Estimate(motion, motion, state.ground_z, sample.step, sample.step, state.omega_b, grain, missing)
+    state, believed, knows_heading = sample.state, before.believed, before.knows_heading
+    q = state.q_wb if believed else carried(vehicle, before, sample, period, dt)
+    evidence = gathered(before.evidence, vehicle, state.v_w, q, thrust, sample.step, period)
+    if evidence.step != before.evidence.step:
+        turn = turn_found(evidence)
+        if turn != 0.0:
+            q, evidence, believed = about_z(turn, q), begun_anew(evidence), False
+        elif not believed and unexplained(evidence) > LOST:
+            knows_heading = False
+    motion = BodyState(state.p_w, state.v_w, q, state.omega_b)
+    seen = BodyState(state.p_w, state.v_w, state.q_wb, state.omega_b)
+    # fmt: off
+    return Estimate(
+        motion, seen, state.ground_z, sample.step, sample.step, state.omega_b, grain, missing,
+        evidence, believed, knows_heading,
+    )
+    # fmt: on
+
+
+def carried(vehicle: Vehicle, before: Estimate, sample: StateSample, period: int, dt: float) -> Quat:
+    """Return the attitude ``dt`` s after that of ``before``, as body rates and the change of velocity have it."""
+    q = turned(before.state.q_wb, scale(dt, before.state.omega_b))
+    gap = (sample.step - before.step) * period / 1e9
+    v, last, weight = sample.state.v_w, before.sample.v_w, gap * vehicle.gravity
+    pull = cross(body_z(q), Vec3((v.x - last.x) / weight, (v.y - last.y) / weight, (v.z - last.z) / weight + 1.0))
+    size = norm(pull)
+    share = gap * TILT_BANDWIDTH * (1.0 if size <= 1.0 else 1.0 / size)
+    return turned(q, rotate_inverse(q, scale(share, pull)))
+
+
+def with_belief(e: Estimate, believed: bool) -> Estimate:
+    """Return estimate ``e`` that believes the attitude of samples, or no longer does."""
+    # fmt: off
+    return Estimate(
+        e.state, e.sample, e.ground_z, e.step, e.rate_step, e.reading, e.grain, e.missing, e.evidence, believed, True,
+    )
+    # fmt: on
+
+
+def is_misled(limits: StateLimits, estimate: Estimate) -> bool:
+    """Return whether samples are accepted whose attitude is not the vehicle's."""
+    return not estimate.believed and is_turned(limits, estimate, estimate.sample.q_wb)
+
+
+def is_turned(limits: StateLimits, estimate: Estimate, q: Quat) -> bool:
+    """Return whether attitude ``q`` of a sample is too far from that of ``estimate``."""
+    return attitude_change(estimate.state.q_wb, q) > limits.attitude_jump
 
 
 def is_same(a: VehicleState, b: BodyState) -> bool:
@@ -150,5 +231,5 @@ def is_full(refusals: Refusals) -> bool:
 
 
 def is_gone(limits: StateLimits, estimate: Estimate, rate_age: float) -> bool:
-    """Return whether nothing is known any more; ``rate_age`` in s. What never was known is not predicted for long."""
+    """Return whether nothing is known any more; ``rate_age`` in s. What never was known is not predicted."""
     return rate_age > (limits.gone_age if estimate.step >= 0 else limits.blind_age)

@@ -1,29 +1,26 @@
-"""What the backup law knows of its rotors: the torque that the model does not explain, and what torque costs in thrust.
+"""What the guard knows of its rotors: the torque that the model does not explain, and what torque costs in thrust.
 
     h' = tau - omega x J omega + d,   d = L (J omega - h)
 
 h is the angular momentum that the commanded torque tau leads to, through the rotors' nominal lag; d is the unknown
 torque behind a filter of bandwidth L (a momentum observer: De Luca and Mattone, 2003). A rotor that gives half of its
-thrust shows in d, so does a load off the centre. The backup law subtracts d once its part across body z has been larger
-than a share of what one rotor gives in hover; until then it flies without it.
+thrust shows in d, so does a load off the centre. The observer runs whoever flies, so that the backup law subtracts d
+from its first step on. Without a fresh body rate and at the ground d stays as it is.
 
 Four rotors cannot make a torque across body z without thrust: 2 max(|F_4 - F_2|, |F_1 - F_3|) at least (Eqs. 3, 8). An
 allocation that keeps roll and pitch to the last raises thrust for it. A vehicle that cannot be levelled asks for all of
 the torque, for ever, and climbs on it; so the backup law asks for no more torque than a thrust below the weight makes.
 """
 
-import math
 from typing import NamedTuple
 
 from quad_core.geometry import add, clamp, scale, subtract
 from quad_core.types import Vec3
 from quad_core.vehicle import Layout, Vehicle, max_thrust
-from quad_guard.checks import DIAGONAL
+from quad_guard.checks import DIAGONAL, largest_torque
 
 BANDWIDTH = 15.0
 """L in rad/s."""
-FOUND = 0.2
-"""Unknown roll or pitch torque, in hover torques of one rotor, from which on it is compensated."""
 TORQUE_THRUST = 0.7
 """Thrust, in weights, that roll and pitch torque may ask for; below 1, or the vehicle climbs."""
 
@@ -31,15 +28,12 @@ TORQUE_THRUST = 0.7
 class UnknownTorque(NamedTuple):
     """What the observer remembers, body frame: ``momentum`` h in N m s, ``made`` and ``torque`` d in N m.
 
-    ``made`` is the commanded torque behind the rotors' lag. ``begun``: there is a first state; ``found``: d was large
-    once in this descent.
+    ``made`` is the commanded torque, as far as rotors can make it, behind their lag.
     """
 
     momentum: Vec3 = Vec3()
     made: Vec3 = Vec3()
     torque: Vec3 = Vec3()
-    begun: bool = False
-    found: bool = False
 
 
 NO_UNKNOWN_TORQUE = UnknownTorque()
@@ -47,26 +41,33 @@ NO_UNKNOWN_TORQUE = UnknownTorque()
 
 
 def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:
-    """Return the memory with d at body rates ``omega`` rad/s; while not ``sees``, d stays as it is."""
+    """Return the memory with d at new body rates ``omega`` rad/s; without ``sees``, d stays and h begins anew."""
     actual = Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
-    if not (memory.begun and sees):
-        held = subtract(actual, scale(1.0 / BANDWIDTH, memory.torque))
-        return UnknownTorque(held, memory.made, memory.torque, True, memory.found)
-    found = scale(BANDWIDTH, subtract(actual, memory.momentum))
-    rotor = 0.25 * vehicle.mass * vehicle.gravity * vehicle.arm_length
-    across = math.sqrt(found.x * found.x + found.y * found.y)
-    return UnknownTorque(memory.momentum, memory.made, found, True, memory.found or across > FOUND * rotor)
+    if sees:
+        found = within_rotors(vehicle, scale(BANDWIDTH, subtract(actual, memory.momentum)))
+        return UnknownTorque(memory.momentum, memory.made, found)
+    return UnknownTorque(subtract(actual, scale(1.0 / BANDWIDTH, memory.torque)), memory.made, memory.torque)
 
 
 def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, torque: Vec3, dt: float) -> UnknownTorque:
     """Return the memory ``dt`` s later, under the commanded ``torque`` N m at body rates ``omega`` rad/s."""
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     share = dt / (vehicle.rotor_time_constant + dt)
-    made = add(memory.made, scale(share, subtract(torque, memory.made)))
+    made = add(memory.made, scale(share, subtract(within_rotors(vehicle, torque), memory.made)))
     p, q, r = omega.x, omega.y, omega.z
     turning = Vec3((yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q)
     momentum = add(memory.momentum, scale(dt, add(add(made, turning), memory.torque)))
-    return UnknownTorque(momentum, made, memory.torque, memory.begun, memory.found)
+    return UnknownTorque(momentum, made, memory.torque)
+
+
+def within_rotors(vehicle: Vehicle, torque: Vec3) -> Vec3:
+    """Return ``torque`` N m as far as four rotors can make it about each axis."""
+    largest = largest_torque(vehicle)
+    return Vec3(
+        clamp(torque.x, -largest.x, largest.x),
+        clamp(torque.y, -largest.y, largest.y),
+        clamp(torque.z, -largest.z, largest.z),
+    )
 
 
 def thrust_for(vehicle: Vehicle, torque: Vec3) -> float:

@@ -107,11 +107,15 @@ def test_a_sample_is_newer_and_not_ahead(step, expected):
     assert state_refusal(flying(x=DT), step=step) == expected
 
 
-@pytest.mark.parametrize(("x", "expected"), [(0.99, 0), (1.01, checks.POSITION_JUMP), (4.0, checks.POSITION_JUMP)])
-def test_a_position_may_be_a_metre_from_where_the_last_one_led(x, expected):
-    assert state_refusal(flying(x=x + DT)) == expected
-    # after a gap of 0.4 s the vehicle may be 0.4 m farther
-    assert state_refusal(flying(x=x + 0.4), step=300, now=300) == expected
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(("off", "expected"), [(0.99, 0), (1.01, checks.POSITION_JUMP), (4.0, checks.POSITION_JUMP)])
+def test_a_position_may_be_a_metre_from_where_the_last_velocity_led(axis, off, expected):
+    last = flying()._replace(v_w=Vec3(1.0, 2.0, -3.0))
+    for step, gap in ((101, DT), (300, 0.4)):
+        p = [0.0 + gap, 0.0 + 2.0 * gap, 5.0 - 3.0 * gap]
+        p[axis] += off
+        seen = flying()._replace(p_w=Vec3(*p), v_w=Vec3(-9.0, 9.0, 9.0))
+        assert state_refusal(seen, step=step, last=last, now=step) == expected
 
 
 @pytest.mark.parametrize(
