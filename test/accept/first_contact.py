@@ -18,7 +18,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from estimators import fly_mistakes, fly_streams
 from flying import ROOT
 
 CRASH = "Traceback"
@@ -151,5 +150,3 @@ def run(figures):
         folder.mkdir()
         kept, now = row.now(folder)
         figures.check(kept, f"{row.name} | {row.done} | before: {row.before or 'the same'} | now: {now}")
-    fly_streams(figures)
-    fly_mistakes(figures)

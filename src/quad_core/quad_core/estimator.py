@@ -3,8 +3,9 @@
     step = round((stamp - origin) / plant period)
     v    = slope of p, w_b = slope of the rotation vector, both by least squares over the last WINDOW s, age WINDOW / 2
 
-A twist is held against these slopes. One that does not fit is named, with the twist that would, and from then on the
-slopes take its place. A position that jumps is a reset: what it jumped by is taken off again, so that the
+Twist and slopes are held against each other and against the wrench that moves the vehicle (``quad_core.mistakes``). A
+twist that does not fit is named, and from then on the slopes take its place; a pose that does not fit ends the flight.
+A position that jumps is a reset: what it jumped by is taken off again, so that the
 states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted. A moving
 vehicle whose pose stays the same to the bit has not been measured: in lockstep its last state stands, else there is
 none.
@@ -12,10 +13,41 @@ none.
 
 import math
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from quad_core.geometry import ZERO, add, norm, relative_attitude, rotate, rotate_inverse, scale, subtract, tilt, total
+from quad_core.geometry import (
+    ZERO,
+    add,
+    body_z,
+    norm,
+    relative_attitude,
+    rotate,
+    rotate_inverse,
+    scale,
+    subtract,
+    tilt,
+    total,
+)
+from quad_core.mistakes import (
+    ANGULAR,
+    ASTRAY,
+    ATTITUDE,
+    LEAST_MOTION,
+    LEAST_PUSH,
+    LINEAR,
+    MEMORY,
+    MOST,
+    POSITION,
+    TURN,
+    Claim,
+    Turn,
+    Witness,
+    between,
+    heading,
+    likely,
+    nearest,
+)
 from quad_core.types import Quat, Vec3, VehicleState
 
 WINDOW = 0.024
@@ -36,12 +68,27 @@ UPRIGHT = math.radians(15.0)
 """rad by which a vehicle may lean that has not flown yet."""
 STILL = 1e-4
 """m/s and rad/s below which the pose of a vehicle may stay the same."""
+AT_REST = 0.05
+"""m/s below which the ground may hold a vehicle."""
+_RESETS = 5
+"""Resets within RESTART that no estimator makes."""
 _CROWDED = 10
 """Samples that fell into the step of another one and left theirs empty, after which the grid moves by half a step."""
 
 
+class Drive(NamedTuple):
+    """What the rotors do: thrust over mass along body z and gravity in m/s^2, torque over inertia in rad/s^2 (body)."""
+
+    force: float
+    gravity: float
+    spin: Vec3
+
+
 class Sample(NamedTuple):
-    """One message: stamp in ns, arrival in s of the steady clock, pose, and the twist as sent (body) or None."""
+    """One message: stamp in ns, arrival in s of the steady clock, pose, and the twist as sent (body) or None.
+
+    ``pushed``, ``spun``: velocity m/s (world) and body rates rad/s that thrust and torque have given the vehicle.
+    """
 
     stamp_ns: int
     arrived: float
@@ -49,6 +96,8 @@ class Sample(NamedTuple):
     q_wb: Quat
     twist_linear: Vec3 | None = None
     twist_angular: Vec3 | None = None
+    pushed: Vec3 = ZERO
+    spun: Vec3 = ZERO
 
     @property
     def time(self) -> float:
@@ -79,6 +128,12 @@ class Estimator:
         self._seen: deque[Sample] = deque()
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
+        self._driven: Drive | None = None
+        self._pushed = self._spun = ZERO
+        self._rests = True
+        self._of_velocity, self._of_rate = Witness(), Witness()
+        self._resets: deque[float] = deque(maxlen=_RESETS)
+        self._turned, self._astray = Turn(LEAST_MOTION), Turn(LEAST_PUSH)
         self._checked = -math.inf
         self._spacings: deque[float] = deque(maxlen=200)
         self._bound = 0
@@ -107,7 +162,7 @@ class Estimator:
             stamp, lean = self._last.time, tilt(self._last.q_wb)
             if lean > UPRIGHT:
                 found = f"{self.name}: found the vehicle {math.degrees(lean):.0f} deg from upright before the flight"
-                return f"{found}, expected at most {math.degrees(UPRIGHT):.0f} deg{looks_turned(self._last.q_wb)}"
+                return f"{found}, expected at most {math.degrees(UPRIGHT):.0f} deg{self._looks_turned(self._last.q_wb)}"
             if not self._from_first and abs(stamp) > RESTART:
                 found = f"{self.name}: its stamps are of another clock: found {stamp:.3f} s before the flight"
                 return f"{found}, expected 0 s: set odometry_relay.stamps=first"
@@ -121,6 +176,10 @@ class Estimator:
         if self.spacing <= SLOWEST:
             return ""
         return f"{self.name}: samples {1e3 * self.spacing:.1f} ms apart, expected at most {1e3 * SLOWEST:g} ms"
+
+    def _looks_turned(self, q: Quat) -> str:
+        fits = [words for words, mended in ATTITUDE.items() if tilt(mended(q)) < UPRIGHT]
+        return f"; it looks like {' or '.join(fits)}" if fits else ""
 
     def take(self, sample: Sample) -> tuple[int, VehicleState] | None:
         """Return step and state of a sample in flight; None, counted, for one that comes too late or twice."""
@@ -160,6 +219,10 @@ class Estimator:
         """Note the vehicle's own plant step: a state ahead of it would be answered by a wrench from the future."""
         self._bound = max(self._bound, step)
 
+    def drive(self, drive: "Drive") -> None:
+        """Note what the rotors do to the vehicle from now on."""
+        self._driven = drive
+
     def _aligned(self, stamp_ns: int) -> int:
         """Return the step of a stamp; where stamps count from the first one the vehicle's step sets their beginning."""
         assert self._origin is not None
@@ -182,16 +245,27 @@ class Estimator:
             self.jitter_ns = max(self.jitter_ns, off)
         if last is not None:
             elapsed = sample.time - last.time
+            self._integrate(sample.q_wb, elapsed)
             self._spacings.append(elapsed)
             self._skipped += step > self._step + 1
             if self.spacing and elapsed > 1.6 * self.spacing:
                 self.counts["missing_samples"] += round(elapsed / self.spacing) - 1
             self._look_for_reset(last, sample, elapsed)
-        self._seen.append(sample._replace(p_w=subtract(sample.p_w, self._offset)))
+        place = subtract(sample.p_w, self._offset)
+        self._seen.append(sample._replace(p_w=place, pushed=self._pushed, spun=self._spun))
         while len(self._seen) > 3 and self._seen[0].time < sample.time - CHECK:
             self._seen.popleft()
         self._step, self._last = step, sample
         self._check(sample.time)
+
+    def _integrate(self, q: Quat, elapsed: float) -> None:
+        """Add up what thrust and torque do; a vehicle at rest is held by the ground."""
+        drive = self._driven
+        if drive is None or self._rests:
+            return
+        force = scale(drive.force, body_z(q))
+        self._pushed = add(self._pushed, scale(elapsed, Vec3(force.x, force.y, force.z - drive.gravity)))
+        self._spun = add(self._spun, scale(elapsed, drive.spin))
 
     def _restart(self, last: Sample, sample: Sample) -> None:
         """Go on where the stamps were when they jump: a clock was set, or the first one was stale."""
@@ -217,6 +291,9 @@ class Estimator:
         self._seen.clear()
         text = f"jumped by {norm(jump):.2f} m and {math.degrees(turn):.1f} deg within {1e3 * elapsed:.1f} ms"
         self._say("estimator_reset", f"{text}; its position counts on from where it was")
+        self._resets.append(sample.time)
+        if len(self._resets) == self._resets.maxlen and sample.time - self._resets[0] < RESTART:
+            self._say("wrong_pose", f"the position jumped {len(self._resets)} times within {RESTART:g} s")
 
     def _made(self, sample: Sample) -> VehicleState:
         """Return the state of a sample; what is derived says its age."""
@@ -237,27 +314,66 @@ class Estimator:
         return slope(chosen if len(chosen) >= 3 else list(self._seen)[-3:])
 
     def _check(self, time: float) -> None:
-        """Hold the twist of the last CHECK s against the change of pose."""
+        """Hold twist and pose of the last CHECK s against each other, and against what the wrench does."""
         too_few = len(self._seen) < 3 or time - self._seen[0].time < 0.5 * CHECK
         if too_few or abs(time - self._checked) < CHECK_EVERY:
             return
         self._checked = time
-        true = slope(list(self._seen))
-        q, linear, angular = self._seen[-1].q_wb, self._seen[-1].twist_linear, self._seen[-1].twist_angular
-        if linear is not None and not self.derives_velocity:
-            found = _mean([rotate(one.q_wb, one.twist_linear or ZERO) for one in self._seen])
-            wrong = norm(subtract(found, true.v_w)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true.v_w)
-            if self._lasts("velocity", wrong, time, 0.5 * CHECK):
-                self.derives_velocity = True
-                looks = mistakes(rotate_inverse(q, found), rotate_inverse(q, true.v_w), q, "km/h, expected m/s", 3.6)
-                self._name("linear", found, true.v_w, "m/s", looks)
-        if angular is not None and not self.derives_rate:
-            found = _mean([one.twist_angular or ZERO for one in self._seen])
-            wrong = norm(subtract(found, true.omega_b)) > RATE_MISFIT + MISFIT_SHARE * norm(true.omega_b)
-            if self._lasts("rate", wrong, time, 0.0):
-                self.derives_rate = True
-                looks = mistakes(found, true.omega_b, q, "deg/s, expected rad/s", math.degrees(1.0))
-                self._name("angular", found, true.omega_b, "rad/s", looks)
+        seen, newest, true = list(self._seen), self._seen[-1], change(self._seen[0], self._seen[-1])
+        pushed, spun = _mean([one.pushed for one in seen]), _mean([one.spun for one in seen])
+        linear = angular = None
+        if newest.twist_linear is not None:
+            linear = _mean([rotate(one.q_wb, one.twist_linear or ZERO) for one in seen])
+        if newest.twist_angular is not None:
+            angular = _mean([one.twist_angular or ZERO for one in seen])
+        self._rests = norm(true.v_w) < AT_REST and norm(linear or ZERO) < AT_REST
+        if self._driven is not None:
+            changed, pushes = self._of_velocity.note(Claim(time, true.v_w, linear or true.v_w, pushed))
+            self._of_rate.note(Claim(time, true.omega_b, angular or true.omega_b, spun))
+            self._astray.note(pushes, changed)
+            self._check_course(changed, pushes)
+        if linear is not None:
+            self._check_velocity(time, linear, true.v_w)
+        if angular is not None:
+            self._check_rate(time, angular, true.omega_b)
+
+    def _check_course(self, changed: Vec3, pushes: Vec3) -> None:
+        """Compare how the position is sped up with how the thrust pushes."""
+        angle = self._astray.angle
+        if abs(angle) > ASTRAY or self._astray.factor > MOST:
+            looks = likely(POSITION | heading(-angle), changed, pushes)
+            self._blame_pose("the position", changed, pushes, f"m/s more within {MEMORY:g} s", looks)
+
+    def _check_velocity(self, time: float, found: Vec3, true: Vec3) -> None:
+        """Compare twist.linear, turned into the world, with the slope of the position."""
+        self._turned.note(true, found)
+        turn, q = self._turned.angle, self._seen[-1].q_wb
+        wrong = norm(subtract(found, true)) > VELOCITY_MISFIT + MISFIT_SHARE * norm(true)
+        if not self._lasts("velocity", wrong or abs(turn) > TURN, time, 0.5 * CHECK):
+            return
+        of_pose = POSITION | heading(turn or between(true, found))
+        if self._of_velocity.blames_pose:
+            self._blame_pose("the position", true, found, "m/s", likely(of_pose, true, found))
+        elif not self.derives_velocity:
+            self.derives_velocity = True
+            looks = likely(LINEAR, rotate_inverse(q, found), rotate_inverse(q, true), q)
+            self._name("linear", found, true, "m/s", looks or likely(of_pose, true, found))
+
+    def _check_rate(self, time: float, found: Vec3, true: Vec3) -> None:
+        """Compare twist.angular with the slope of the attitude."""
+        wrong = norm(subtract(found, true)) > RATE_MISFIT + MISFIT_SHARE * norm(true)
+        if not self._lasts("rate", wrong, time, 0.0):
+            return
+        if self._of_rate.blames_pose:
+            ends = self._seen[0], self._seen[-1]
+            mended = {
+                words: change(*(one._replace(q_wb=mend(one.q_wb)) for one in ends)).omega_b
+                for words, mend in ATTITUDE.items()
+            }
+            self._blame_pose("the attitude", true, found, "rad/s", nearest(mended, found, true))
+        elif not self.derives_rate:
+            self.derives_rate = True
+            self._name("angular", found, true, "rad/s", likely(ANGULAR, found, true, self._seen[-1].q_wb))
 
     def _lasts(self, what: str, wrong: bool, time: float, patience: float) -> bool:
         if not wrong:
@@ -266,6 +382,7 @@ class Estimator:
         return time - self._misfit_since.setdefault(what, time) >= patience
 
     def _name(self, part: str, found: Vec3, true: Vec3, unit: str, looks: str) -> None:
+        looks = f"it looks like {looks}; " if looks else ""
         text = (
             f"twist.{part} does not fit the change of pose: found {_shown(found)} {unit}, the pose changes by "
             f"{_shown(true)} {unit}; expected {unit} in the body frame (REP 105), FLU axes; {looks}"
@@ -273,39 +390,13 @@ class Estimator:
         )
         self._say("wrong_twist", text)
 
+    def _blame_pose(self, part: str, found: Vec3, expected: Vec3, unit: str, looks: str) -> None:
+        text = f"{part} does not move as the wrench says: found {_shown(found)} {unit}, expected {_shown(expected)}"
+        self._say("wrong_pose", f"{text}; it looks like {looks}" if looks else text)
+
     def _say(self, kind: str, text: str) -> None:
         self.counts[kind] += 1
         self.news.append((kind, f"{self.name}: {text}"))
-
-
-WRONG_ATTITUDES: dict[str, Callable[[Quat], Quat]] = {
-    "a quaternion in the order w, x, y, z, expected x, y, z, w": lambda q: Quat(q.y, q.z, q.w, q.x),
-    "an FRD body, expected FLU": lambda q: Quat(q.w, q.z, -q.y, -q.x),
-}
-"""{mistake: what makes it right again}."""
-
-
-def looks_turned(q: Quat) -> str:
-    """Return which mistakes would make ``q`` of the attitude of an upright vehicle."""
-    fits = [words for words, mended in WRONG_ATTITUDES.items() if tilt(mended(q)) < UPRIGHT]
-    return f"; it looks like {' or '.join(fits)}" if fits else ""
-
-
-def mistakes(sent: Vec3, true: Vec3, q: Quat, unit: str, factor: float) -> str:
-    """Return which common mistakes would make ``sent`` of the ``true`` twist (body frame), the likeliest first.
-
-    ``unit``: words for a unit that is ``factor`` times too large; ``q``: attitude. Empty if no mistake fits.
-    """
-    made = {
-        "the world frame, expected the body frame": rotate(q, true),
-        "the wrong sign": scale(-1.0, true),
-        "FRD axes, expected FLU": Vec3(true.x, -true.y, -true.z),
-        "a twist that is not filled in": ZERO,
-        unit: scale(factor, true),
-    }
-    off = {words: norm(subtract(sent, vector)) for words, vector in made.items()}
-    fits = sorted((words for words in off if off[words] < 0.5 * norm(subtract(sent, true))), key=off.__getitem__)
-    return f"it looks like {' or '.join(fits)}; " if fits else ""
 
 
 class Slope(NamedTuple):
@@ -331,6 +422,13 @@ def slope(seen: Sequence[Sample]) -> Slope:
         v = add(v, scale(share, one.p_w))
         w = add(w, scale(share, _rotation(relative_attitude(newest.q_wb, one.q_wb))))
     return Slope(v, w, newest.time - middle)
+
+
+def change(first: Sample, last: Sample) -> Slope:
+    """Return the mean velocity and body rates from one pose to another one, as comparable with the mean of a twist."""
+    elapsed = last.time - first.time
+    turn = _rotation(relative_attitude(first.q_wb, last.q_wb))
+    return Slope(scale(1.0 / elapsed, subtract(last.p_w, first.p_w)), scale(1.0 / elapsed, turn), 0.5 * elapsed)
 
 
 def _mean(vectors: Sequence[Vec3]) -> Vec3:

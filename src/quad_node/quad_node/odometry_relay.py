@@ -14,15 +14,16 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_core.cascade import RELAY
 from quad_core.cycle import is_flyable, seconds
-from quad_core.estimator import Estimator, Sample
+from quad_core.estimator import Drive, Estimator, Sample
 from quad_core.geometry import normalized
 from quad_core.lift_off import airborne, lifted_off, marked, sinks
 from quad_core.standing import Standing
-from quad_core.types import Quat, Vec3, VehicleState
+from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import links
-from quad_node.codec import head_of, packer
+from quad_node.codec import UNUSABLE, packer, unpacker
 from quad_node.conversion import stamp_ns
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
@@ -47,6 +48,7 @@ class OdometryRelay(FlightNode):
         self._topic: str = self._settings.odometry
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg, self.run)
+        self._unpack = unpacker(Actuation, ActuationMsg, run_id=self.flight.run_id)
         from_first = self._settings.stamps == STAMPS_FIRST
         period, delay = self.flight.plant_period, self._settings.delay
         self.estimator = Estimator(self._topic, period, from_first, self.lockstep, delay)
@@ -165,7 +167,11 @@ class OdometryRelay(FlightNode):
     def _relay(self, sample: Sample, now: float) -> None:
         found, stamp = self.estimator.take(sample), max(sample.stamp_ns, 0)
         while self.estimator.news:
-            self.event(FlightEvent.WARNING, *self.estimator.news.popleft(), stamp)
+            kind, text = self.estimator.news.popleft()
+            if kind == "wrong_pose":
+                self._give_up(kind, text)
+                return
+            self.event(FlightEvent.WARNING, kind, text, stamp)
         if found is None:
             return
         passed, self._accepted_at = now - self._accepted_at, now
@@ -191,9 +197,16 @@ class OdometryRelay(FlightNode):
         self._state_out.publish(self._pack(state, step, step + 1, step * self.flight.plant_period))
 
     def _on_actuation(self, payload: bytes) -> None:
-        step, run = head_of(payload)
-        if not self.is_foreign("actuation", run):
-            self.estimator.owner_is_at(step + 1)
+        try:
+            found = self._unpack(payload)
+        except UNUSABLE as error:
+            self.unusable("actuation", payload, error)
+            return
+        self.estimator.owner_is_at(found.step + 1)
+        if found.finite:
+            vehicle, torque = self.vehicle, found.value.torque_b
+            spin = torque.x / vehicle.inertia_xx, torque.y / vehicle.inertia_yy, torque.z / vehicle.inertia_zz
+            self.estimator.drive(Drive(found.value.thrust / vehicle.mass, vehicle.gravity, Vec3(*spin)))
 
     def _on_mode(self, message: FlightMode) -> None:
         if message.run_id == self.flight.run_id:

@@ -12,7 +12,10 @@ from rclpy.serialization import deserialize_message
 from scipy.spatial.transform import Rotation
 
 from quad_core.estimator import Estimator
+from quad_core.types import Actuation
+from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightState, VehicleState
+from quad_node.codec import packer
 from quad_node.odometry_relay import OdometryRelay, sample_of
 
 BEGUN = FlightState(state=FlightState.FLYING)
@@ -190,6 +193,31 @@ def test_a_second_estimator_on_the_topic_is_named(relay, monkeypatch):
     monkeypatch.setattr(relay.ros, "count_publishers", lambda _: 2)
     monkeypatch.setattr(relay.ros, "get_publishers_info_by_topic", lambda _: [info, info])
     assert relay._unusable() == "one publisher of est/odom, there are 2: /mocap (2 times)"
+
+
+def test_a_wrong_pose_is_told_by_the_actuation_and_ends_the_relay(relay):
+    """Turned by half a turn about the vertical, the vehicle leans to one side and goes to the other."""
+    relay.flying, lean = True, Rotation.from_euler("y", 20.0, degrees=True).as_quat()
+    pack = packer(Actuation, ActuationMsg, relay.run)
+    thrust = relay.vehicle.mass * relay.vehicle.gravity / math.cos(math.radians(20.0))
+    push = relay.vehicle.gravity * math.tan(math.radians(20.0))
+    for k in range(600):
+        time = 0.002 * k
+        relay._on_actuation(pack(Actuation(thrust=thrust), k, k + 1, 2_000_000 * k))
+        pose = PoseStamped()
+        pose.header.frame_id = "map"
+        pose.header.stamp.sec, pose.header.stamp.nanosec = divmod(2_000_000 * k, 10**9)
+        pose.pose.position.x = -0.5 * push * time * time
+        orientation = pose.pose.orientation
+        orientation.x, orientation.y, orientation.z, orientation.w = map(float, lean)
+        relay._on_message(pose)
+        if relay.done.done():
+            break
+    kind, text = relay.said[-1]
+    assert kind == "wrong_pose"
+    assert "a heading that is off by 180 deg" in text.replace("-180", "180")
+    assert relay.exit_code == 1
+    assert relay.sent[-1].step < 500
 
 
 def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
