@@ -197,10 +197,24 @@ def run(plan: StudyPlan, seeds: int, out: Path, command: str, threads: int = 2, 
     for block in every:
         if (block.plant, block.condition, block.tuning) == (study.plants[0], study.conditions[0].name, 1):
             _example(out, block, chosen[0])
-    _write_text(json.dumps(facts(plan, chosen, every, command), indent=1), out / "study.json")
+    about = facts(plan, chosen, every, command)
+    same = alike(flights)
+    if same:
+        about["conditions_text"] += f"; nothing random, every seed flies alike: {', '.join(same)}"
+    _write_text(json.dumps(about, indent=1), out / "study.json")
     _write_text(tables(out), out / "tables.md")
     if bar is not None:
         bar.close()
+
+
+def alike(flights: Any) -> list[str]:
+    """Return the conditions in which several seeds are the same flight, so that intervals over seeds say nothing."""
+    blocks = ["controller", "tuning", "case", "plant"]
+    return [
+        str(condition)
+        for condition, own in flights.groupby("condition", sort=False)
+        if own["seed"].nunique() > 1 and own.groupby(blocks)["cost"].nunique().max() == 1
+    ]
 
 
 def trials(plan: StudyPlan) -> Any:

@@ -116,6 +116,16 @@ def test_a_study_flies_the_conditions_of_its_tuning(plan):
     assert {block.flight.setup.sensing.delay for block in every} == {0.02}
 
 
+def test_seeds_that_fly_alike_are_said():
+    flights = pandas.DataFrame(
+        [(name, 1, condition, "case1", "paper", seed, 1.0 + place + (seed if condition == "rough" else 0))
+         for place, name in enumerate("ab") for condition in ("windy", "rough") for seed in (1, 2)],
+        columns=["controller", "tuning", "condition", "case", "plant", "seed", "cost"],
+    )  # fmt: skip
+    assert study.alike(flights) == ["windy"]
+    assert study.alike(flights[flights["seed"] == 1]) == []
+
+
 def test_a_study_under_other_conditions_says_so(plan, capsys):
     windy = (*plan.tuning.conditions, Condition("windy", {"simulator": {"disturbance": "none"}}))
     said = study.conditions_text(plan.tuning.conditions, windy)
