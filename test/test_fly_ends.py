@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -94,6 +95,16 @@ def test_with_nohup_a_flight_outlives_its_terminal_and_its_nodes_a_killed_fly(tm
     assert open_flight(out).metadata["outcome"] == "ended"
     assert (out / "logs" / "simulator.log").read_text().endswith("ended: flown as planned\n")
     assert list(elsewhere.iterdir()) == []
+
+
+def test_a_boot_script_that_closed_the_streams_costs_the_words_alone(tmp_path):
+    out = tmp_path / "bag"
+    words = f"exec {FLY} hover --duration 1 --start printed --limits position_rmse=9 --out {out} <&- >&- 2>&-"
+    assert subprocess.run(["bash", "-c", words], timeout=120, check=False).returncode == 0
+    bag = open_flight(out)
+    assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")
+    done = subprocess.run(["bash", "-c", f"exec {sys.executable} -m quad_flight_log.cli check {out} >&-"], check=False)
+    assert done.returncode == 0
 
 
 def test_a_pipe_that_nobody_reads_any_more_costs_the_words_alone(tmp_path):

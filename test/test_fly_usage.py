@@ -115,6 +115,21 @@ def test_a_wrong_value_is_refused_with_its_file_unless_the_command_line_gave_it(
     assert str(path) not in line
 
 
+def test_a_line_of_a_scenario_that_is_no_event_is_refused_with_its_file_and_line(capsys, tmp_path):
+    path = tmp_path / "day.yaml"
+    lines = [
+        "disturbance: timeline",
+        "timeline.events: |",
+        "  wind velocity=1,0,0",
+        "  gust start=1 velocity=1,0,0  # no end",
+        "  freeze",
+    ]
+    path.write_text("/**/simulator:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in lines))
+    assert f"{path}:6: events: 'gust start=1 velocity=1,0,0': a gust needs end=" in refused(
+        capsys, "hover", "--scenario", str(path)
+    )
+
+
 def test_an_existing_directory_is_never_overwritten(capsys, tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "precious.txt").write_text("here\n", encoding="utf-8")

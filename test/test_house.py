@@ -16,8 +16,8 @@ MODULES = {
     for path in sorted(package.rglob("*.py"))
 }
 LONGEST_FUNCTION = 60
-ONE_TEXT = {("quad_flight.loop", "fly"), ("quad_autopilot.arming", "_rules")}
-"""Functions that are one text on purpose: the loop, whose calls Numba inlines, and the table of arming."""
+ONE_TEXT = {("quad_flight.loop", "fly")}
+"""Functions that are one text on purpose: the loop, whose calls Numba inlines."""
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -28,7 +28,7 @@ def alone(role, folder, **changes):
             if name not in changes:
                 environment.pop(name, None)
         words = [executable(role), "--ros-args", *(["-p", f"directory:={folder}/bag"] if role == "recorder" else [])]
-        process = subprocess.Popen(words, env=environment, stdout=stream, stderr=stream)
+        process = subprocess.Popen(words, env=environment, stdout=stream, stderr=stream, cwd=folder)
         try:
             yield process, lambda: PREFIX.findall(out.read_text())
         finally:
@@ -48,8 +48,15 @@ WAITS = {
 }
 
 
+PROFILES = """<?xml version="1.0"?>
+<profiles xmlns="http://www.eprosima.com"><participant profile_name="lab" is_default_profile="true">
+<rtps><name>lab</name></rtps></participant></profiles>
+"""
+
+
 @pytest.mark.parametrize("role", WAITS)
 def test_a_node_alone_says_what_it_is_and_what_it_waits_for_and_listens_on_this_machine_alone(role, tmp_path):
+    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text(PROFILES)  # Fast DDS loads it unless it is told not to
     with alone(role, tmp_path) as (process, said):
         wait_until(lambda: any("waiting for" in text for text in texts(said())), 30.0, f"{role} says what it waits for")
         assert {where for where, _ in udp_addresses(process.pid)} == {LOOPBACK, GROUP}

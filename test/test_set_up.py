@@ -53,6 +53,14 @@ def test_a_python_that_does_not_run_is_refused(checkout, name):
     assert seconds < QUICK
 
 
+def test_a_set_up_needs_no_home(checkout):
+    words = ["env", "-i", "PATH=/usr/bin:/bin", "PYTHON=python9", checkout / "scripts/setup"]
+    code, said, _ = run(words)
+    assert (code, "unbound" in said, "python9" in said) == (2, False, True), said
+    script = (checkout / "scripts/setup").read_text(encoding="utf-8")
+    assert "$HOME" not in script
+
+
 @pytest.mark.parametrize("where", ["scripts/setup", "scripts/fly"])
 def test_another_checkout_s_environment_is_named_at_once(checkout, other, where):
     code, said, seconds = run([checkout / where], AMENT_PREFIX_PATH=f"{other}/install/quad_core:{other}/.venv")

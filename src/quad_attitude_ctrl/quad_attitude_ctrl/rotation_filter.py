@@ -178,11 +178,7 @@ def swing_twist(q: Quat) -> Vec3:
     tilt = 2.0 * math.atan2(swing, twist)
     if twist < 1e-9:
         return Vec3(tilt * q.x / swing, tilt * q.y / swing, 0.0)
-    turn = 2.0 * math.atan2(q.z, q.w)
-    if turn > math.pi:
-        turn -= 2.0 * math.pi
-    if turn <= -math.pi:
-        turn += 2.0 * math.pi
+    turn = wrap_angle(2.0 * math.atan2(q.z, q.w))
     if swing < 1e-9:
         return Vec3(2.0 * (q.w * q.x - q.y * q.z) / twist, 2.0 * (q.w * q.y + q.x * q.z) / twist, turn)
     # q = swing * twist, so the swing is q twist^-1

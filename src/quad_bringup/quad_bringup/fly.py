@@ -8,7 +8,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from quad_bringup import surroundings, vehicle_owner
 from quad_bringup.domains import reserved_domain
@@ -18,10 +18,11 @@ from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
 from quad_bringup.terminal import complain, say
 from quad_core import plugins
 from quad_core.cascade import RECORDER, ROLES
+from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight import configuration
-from quad_flight.set_up import Request, resolve_flight, summary
+from quad_flight.set_up import Request, resolve_flight, summary, unfelt_wind
 from quad_flight_log.analysis.flight_checks import read_limits
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import COMMAND
@@ -42,13 +43,9 @@ NODE: a role (docs/reference/parameters lists them), or flight or vehicle for al
 Parameters: docs/reference/parameters. Exit codes: 0 ended on time and within the limits, 1 not, 2 usage or set-up."""
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(BAD_SETUP, f"fly: {message} (--help explains)\n")
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly what the command line asks for; returns the exit code."""
+    open_streams()
     options = _parser().parse_args(arguments)
     os.environ[COMMAND] = shlex.join(["scripts/fly", *(sys.argv[1:] if arguments is None else arguments)])
     made: list[Path] = []
@@ -94,10 +91,14 @@ def _fly(options: argparse.Namespace, made: list[Path], interrupted: Interrupts)
         if seen_by.startswith(OPEN):
             surroundings.check_discovery(domain, seen_by.removeprefix(f"{OPEN}: "))
             complain(f"WARNING: {seen_by}")
+        else:
+            surroundings.check_loopback()
         surroundings.check_domain(domain, options.namespace.strip("/"))
         say(f"fly: {surroundings.how_to_look_on(domain)}")
         interrupted.flying = True
         for flight in flights:
+            if remark := unfelt_wind(flight.nodes):
+                complain(f"WARNING: {flight.name}: {remark}")
             codes.append(fly(flight, domain, interrupted))
             if interrupted.name:
                 break
@@ -120,7 +121,7 @@ def _check_namespace(name: str) -> None:
 
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
-    parser = _Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     kinds = (configuration.CONTROLLERS, configuration.VEHICLES, configuration.SCENARIOS)
     gains, vehicles, scenarios = (", ".join(configuration.names(kind)) for kind in kinds)
     cases = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})

@@ -6,7 +6,7 @@ from quad_commander.missions import parse
 from quad_commander.mode_table import Request
 from quad_core import plugins
 from quad_core.cascade import TRAJECTORY
-from quad_core.parameter_files import StrictLoader, load_yaml
+from quad_core.parameter_files import StrictLoader, load_yaml_file
 from quad_core.parameters import ParameterError
 from quad_core.resolution import parse_settings, resolve
 
@@ -22,7 +22,7 @@ def read_mission(given: str) -> tuple[str, str | None, list[str]]:
     if path.suffix not in (".yaml", ".yml"):
         return given, _trajectory_of(given), []
     try:
-        return _read(load_yaml(path.read_text("utf-8"), StrictLoader))
+        return _read(load_yaml_file(path, StrictLoader))
     except (OSError, ValueError) as error:
         raise ParameterError(f"--mission: {given}: {' '.join(str(error).split())}") from error
 

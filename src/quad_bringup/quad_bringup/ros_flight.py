@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
-from quad_bringup.supervisor import Interrupts, Outcome, Patience, Supervisor
+from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
 from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR
 from quad_core.cycle import seconds
-from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
 from quad_flight_log.analysis.flight_checks import ends_early, judgement
@@ -88,7 +87,15 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
         cause = outcome.cause or f"interrupted by {interrupted.name}"
         complain(f"{flight.name}: {cause} before anything was recorded")
         return FAILED
-    return _judge(flight, processes, outcome, watch.newest)
+    interrupted.flying = False  # a large bag takes its time, and a signal ends that
+    try:
+        return _judge(flight, processes, outcome, watch.newest)
+    except Interrupted as name:
+        interrupted.names.append(str(name))
+        complain(f"{flight.name}: interrupted by {name} while its bag was read; scripts/log check {flight.directory}")
+        return FAILED
+    finally:
+        interrupted.flying = True
 
 
 def _show(progress: Progress, watch: FlightWatch, state: FlightState | None) -> None:
@@ -101,8 +108,7 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
     try:
         return FlightWatch(flight.run_id, domain, flight.namespace)
     except RuntimeError as error:  # rclpy's own
-        problem = " ".join(str(error).split())
-        raise ParameterError(f"ROS 2 cannot start in domain {domain}: {problem}") from error
+        raise surroundings.refusal_of_ros(domain, error) from error
 
 
 def _named(flight: Planned, role: str) -> str:

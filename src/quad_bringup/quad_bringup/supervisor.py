@@ -48,7 +48,7 @@ class Patience(NamedTuple):
         answer = simulator.node.answer_timeout + 3.0
         realtime = simulator.flight.mode == REALTIME
         landing = simulator.node.descent_timeout + 3.0 if realtime and simulator.node.guard.enabled else 0.0
-        commanded = COMMANDER in simulator.flight.roles.split(",")
+        commanded = COMMANDER in simulator.flight.role_names
         if commanded:
             landing = _LANDING
             answer += 0.0 if realtime else _SLOWEST

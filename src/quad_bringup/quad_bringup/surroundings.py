@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,6 +30,27 @@ def how_to_look_on(domain: int) -> str:
         return f"to look on from another shell: source {root}/scripts/env.sh; export ROS_DOMAIN_ID={domain}"
     unset = " ".join(name for name in (TRANSPORTS, RANGE) if name not in chosen)
     return f"to look on from another shell: unset {unset}; export ROS_DOMAIN_ID={domain}{chosen}"
+
+
+def check_loopback() -> None:
+    """Raise ParameterError if this machine cannot send itself a datagram: all nodes of a flight do."""
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.settimeout(1.0)
+            probe.bind(("127.0.0.1", 0))
+            probe.sendto(b"", probe.getsockname())
+            probe.recv(1)
+    except OSError as error:
+        why = f"127.0.0.1 cannot be used ({error.strerror or error})"
+        raise ParameterError(f"{why}: is the interface lo down? expected it up: ip link set lo up") from error
+
+
+def refusal_of_ros(domain: int, error: Exception) -> ParameterError:
+    """Return why ROS 2 does not start in ``domain``, with what this shell asks of it: rcl itself does not say it."""
+    asked = {name: value for name, value in os.environ.items() if name.startswith("ROS_SECURITY_")}
+    named = "".join(f"; {name}={value}" for name, value in {**asked, **choices(os.environ)}.items())
+    hint = "; without its keys, or with wheels, which lack DDS-Security, unset ROS_SECURITY_ENABLE" if asked else ""
+    return ParameterError(f"ROS 2 cannot start in domain {domain}: {' '.join(str(error).split())}{named}{hint}")
 
 
 def check_disk(directory: Path, least: int = LEAST_DISK) -> None:

@@ -21,6 +21,12 @@ KILLED = "trajectory was killed by SIGKILL"
 SECOND = "a second signal (Ctrl-C) stops the motors where it is"
 
 
+@pytest.mark.parametrize("blank", ["", " "])
+def test_a_commander_among_the_roles_makes_the_flight_patient_however_they_are_written(blank):
+    roles = f",{blank}".join(("simulator", "trajectory", "commander", "recorder"))
+    assert Patience.of(resolve("simulator", {"flight.roles": roles})).commanded
+
+
 @pytest.fixture
 def hang_ups_are_heeded():
     """Also where nohup has started the tests."""

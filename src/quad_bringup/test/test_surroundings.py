@@ -1,5 +1,7 @@
 """What a flight finds around it: refused in one line if it could not fly, or would not fly alone."""
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -34,6 +36,27 @@ def test_a_full_disk_is_refused_and_known(clean, monkeypatch):
     surroundings.check_disk(clean)
     with pytest.raises(ParameterError, match="expected at least 1000 MB"):
         surroundings.check_disk(clean, surroundings.MISSION_DISK)
+
+
+def test_a_machine_without_a_loopback_interface_is_refused():
+    """In a network namespace of its own, whose lo is down until somebody sets it up."""
+    surroundings.check_loopback()
+    code = "from quad_bringup.surroundings import check_loopback; check_loopback()"
+    done = subprocess.run(
+        ["unshare", "-rn", sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    if "unshare" in done.stderr:
+        pytest.skip("no namespace may be made here")
+    assert "127.0.0.1 cannot be used (" in done.stderr
+    assert "ip link set lo up" in done.stderr
+
+
+def test_what_keeps_ros_from_starting_is_named(clean, monkeypatch):
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_STATIC_PEERS", "10.0.0.2")
+    said = str(surroundings.refusal_of_ros(47, RuntimeError("failed to initialize rcl:\n error not set")))
+    for part in ("domain 47: failed to initialize rcl: error not set", "ROS_SECURITY_ENABLE=true", "ROS_STATIC_PEERS="):
+        assert part in said
 
 
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):

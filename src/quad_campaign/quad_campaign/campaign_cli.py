@@ -8,12 +8,13 @@ import time
 from collections.abc import Callable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from quad_campaign.batch import FIGURES, flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import page, text
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts
+from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
@@ -28,17 +29,15 @@ _EXAMPLES = """examples:
   scripts/campaign campaign_case2 --refly 17 --out flights/seventeen                flight 17 over ROS, with a bag
 
 Flight n of a campaign is the same flight however many there are and wherever it is flown. DIR holds flights.parquet
-(a row per flight), report.html and campaign.json. Exit codes: 0 flown, 1 a flight could not be flown, 2 bad usage."""
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(BAD_SETUP, f"campaign: {message} (--help explains)\n")
+(a row per flight), report.html and campaign.json. Compiled code is kept in QUAD_CACHE_DIR
+(default: quad_campaign in the user's cache); without a folder that can be written it is compiled each time.
+Exit codes: 0 flown, 1 a flight could not be flown, 2 bad usage."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly a campaign or one of its flights; returns the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    open_streams()
     options = _parser().parse_args(given)
     if options.resume and options.out is None:
         _parser().error("--resume: found no --out, expected --out DIR, the campaign to go on with")
@@ -65,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
-    parser = _Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     parser.add_argument("file", metavar="FILE", help=f"{', '.join(shipped())}, or the path of a YAML file")
     parser.add_argument("--flights", type=_at_least(1), default=1000, metavar="N", help="how many (default: 1000)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")

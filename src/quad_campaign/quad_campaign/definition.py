@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quad_core.parameter_files import StrictLoader, load_yaml
+from quad_core.parameter_files import StrictLoader, load_yaml_file
 from quad_core.parameters import ParameterError, Real, Value
 from quad_flight.flight import Flight, flight_from_resolved
 from quad_flight.set_up import Request, resolve_flight
@@ -50,7 +50,7 @@ class Definition(NamedTuple):
 def read_definition(path: Path) -> Definition:
     """Read a campaign file; raises ParameterError naming file and key, what was found and what was expected."""
     try:
-        content = load_yaml(path.read_text("utf-8"), StrictLoader)
+        content = load_yaml_file(path, StrictLoader)
     except OSError as error:
         raise ParameterError(f"{path}: {error.strerror}") from error
     except ValueError as error:
@@ -69,10 +69,10 @@ def read_definition(path: Path) -> Definition:
     success = content.get("success", {})
     _only(path, "success", success, _SUCCESS)
     for key, limit in success.items():
-        if not isinstance(limit, int | float) or not limit > 0.0:
+        if not _is_number(limit) or not limit > 0.0:
             raise ParameterError(f"{path}: success.{key}: found {limit!r}, expected a positive number of m")
     seed = content.get("seed", 1)
-    if not isinstance(seed, int) or seed < 0:
+    if not _is_number(seed) or not isinstance(seed, int) or seed < 0:
         raise ParameterError(f"{path}: seed: found {seed!r}, expected an integer of at least 0")
     distributions = {name: _distribution(f"{path}: vary.{name}", value) for name, value in vary.items()}
     distributions.setdefault(SEED, Distribution("uniform", (0, _LARGEST_SEED), None))
@@ -158,10 +158,14 @@ def _distribution(where: str, spec: Any) -> Distribution:
 
 
 def _pair(where: str, values: Any) -> tuple[float, float]:
-    numbers = isinstance(values, list) and all(isinstance(value, int | float) for value in values)
+    numbers = isinstance(values, list) and all(map(_is_number, values))
     if not numbers or len(values) != 2:
         raise ParameterError(f"{where}: found {values!r}, expected two numbers")
     return values[0], values[1]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _only(where: Any, key: str, content: Any, known: tuple[str, ...] | None) -> None:

@@ -120,7 +120,10 @@ def test_a_row_tells_the_flight(definition):
         ("{uniform: [0.5, 0.6]}", "{uniform: [0.5, 0.6], within: [0.5, 0.51]}", ["vehicle.mass", "within", "normal"]),
         ("within: [-0.05, 0.05]", "within: [0.05, -0.05]", ["small", "mass_error", "no value within"]),
         ("{uniform: [1, 3]}", "{uniform: [1, 1.0e+30]}", ["small", "substeps", "1e+30"]),
-        ("seed: 5", "about: caf\udce9", ["small.yaml", "utf-8"]),
+        ("seed: 5", "seed: true", ["seed", "True", "integer"]),
+        ("rmse: 0.5", "rmse: true", ["success.rmse", "True"]),
+        ("{uniform: [0.5, 0.6]}", "{uniform: [0.5, true]}", ["vehicle.mass", "True", "two numbers"]),
+        ("seed: 5", "about: caf\udce9", ["small.yaml", "UTF-8"]),
     ],
 )
 def test_a_wrong_file_is_refused_by_key(file, capsys, tmp_path, old, new, words):

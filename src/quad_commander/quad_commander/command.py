@@ -10,7 +10,6 @@ import secrets
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import NoReturn
 
 import rclpy
 from rclpy.duration import Duration
@@ -21,6 +20,7 @@ from rclpy.node import Node
 from quad_commander.missions import read_place
 from quad_commander.mode_table import Request
 from quad_commander.references import Place
+from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import executor, topics
@@ -30,11 +30,6 @@ DONE, REFUSED, NO_ANSWER = 0, 1, 2
 WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
 _HUNG = NO_ANSWER
 _FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(NO_ANSWER, f"command: {message} (--help explains)\n")
 
 
 def ask(request: Request, namespace: str, patience: float, place: Place | None = None) -> tuple[int, str]:
@@ -82,7 +77,8 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Ask what the command line says."""
-    parser = _Parser(prog="command", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    open_streams()
+    parser = Parser(prog="command", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("request", choices=list(WORDS), metavar="REQUEST", help=", ".join(WORDS))
     where = "of goto: x y z in m, world frame; yaw in rad or as 90deg, without it the heading stays"
     parser.add_argument("place", nargs="*", metavar="PLACE", help=where)

@@ -37,8 +37,8 @@ class Preflight:
         self._counts: Counter[str] = Counter()
         self._first_step = self._first_states = 0
         self._standing = Standing()
-        roles = [role.strip() for role in flight.roles.split(",")]  # by attitude alone a vehicle needs no torque
-        self._streams = {topic: role for topic, role in _STREAMS.items() if role in roles}
+        # by attitude alone a vehicle needs no torque
+        self._streams = {topic: role for topic, role in _STREAMS.items() if role in flight.role_names}
 
     def begin(self, sample: Sample, states: int) -> None:
         """Count from the step of ``sample`` on; ``states`` were seen so far."""

@@ -29,3 +29,8 @@ class FlightParameters(NamedTuple):
     realtime_priority: Annotated[
         int, Whole("", "real time: SCHED_FIFO priority of plant and controllers if permitted; 0: none", 0, 99)
     ] = 40
+
+    @property
+    def role_names(self) -> tuple[str, ...]:
+        """The names in ``roles``, blanks around them left out."""
+        return tuple(name.strip() for name in self.roles.split(","))

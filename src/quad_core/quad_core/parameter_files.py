@@ -31,6 +31,15 @@ _PLAIN = {
 """{type: the plain scalars of it}, in the order in which rcl tries them; every other scalar is text."""
 
 
+_DUMPED = "start_type_description_service"
+_OF_ROS = ("use_sim_time", _DUMPED)
+
+
+def is_of_ros(name: str) -> bool:
+    """Return whether every node of rclpy has the parameter ``name``: files may set it, and no node of ours reads it."""
+    return name in _OF_ROS or name.startswith("qos_overrides.")
+
+
 class StrictLoader(SafeLoader):  # type: ignore[misc]  # of libyaml, untyped
     """SafeLoader that reads plain scalars as rcl does and refuses duplicate keys."""
 
@@ -96,8 +105,27 @@ def load_yaml(text: str, loader: Any = SafeLoader) -> Any:
     except RecursionError as error:
         raise ValueError("YAML too deep to be read") from error
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError, KeyError) as error:
+        mark = getattr(error, "problem_mark", None)
+        if mark is not None and "\t" in "".join(text.split("\n")[mark.line : mark.line + 1])[: mark.column + 1]:
+            raise ValueError(
+                f"line {mark.line + 1}: found a tab, expected blanks: YAML is indented by blanks"
+            ) from error
         # the constructors of dates, numbers, keys and merges raise whatever Python does
         raise ValueError(" ".join(str(error).split())[:300]) from error
+
+
+def load_yaml_file(path: Path, loader: Any = SafeLoader) -> Any:
+    """Return what the file ``path`` says, as ``load_yaml``; raises OSError, and ValueError for another encoding too."""
+    data = path.read_bytes()
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff") or 0 in data[:2]:
+        raise ValueError("found UTF-16, expected UTF-8: save the file as UTF-8")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        found = f"found the byte 0x{data[error.start]:02x}, as Latin-1 has it, expected UTF-8"
+        raise ValueError(f"line {line}: {found}: save the file as UTF-8") from error
+    return load_yaml(text, loader)
 
 
 def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
@@ -107,11 +135,12 @@ def read_parameter_file(path: Path) -> dict[str, dict[str, Value]]:
     of ours, or a section without ``ros__parameters``.
     """
     try:
-        return read_parameter_text(path.read_text(encoding="utf-8"), str(path))
+        content = load_yaml_file(path, StrictLoader)
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
+    except ValueError as error:
         raise ParameterError(f"{path}: {error}") from error
+    return _by_section(content, str(path))
 
 
 def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
@@ -120,6 +149,10 @@ def read_parameter_text(text: str, where: str) -> dict[str, dict[str, Value]]:
         content = load_yaml(text, StrictLoader)
     except ValueError as error:
         raise ParameterError(f"{where}: {error}") from error
+    return _by_section(content, where)
+
+
+def _by_section(content: Any, where: str) -> dict[str, dict[str, Value]]:
     if content is None:
         return {}
     if not isinstance(content, dict):
@@ -203,7 +236,11 @@ def _section(path: str, pattern: str, body: Any) -> dict[str, Value]:
         raise ParameterError(f"{path}: {pattern}: expected one key ros__parameters")
     if pattern.rsplit("/", 1)[-1] not in (*ALL_ROLES, "*", "**"):
         raise ParameterError(f"{path}: node {pattern!r} is not one of {', '.join(ALL_ROLES)} or /**")
-    return _dotted(path, pattern, body["ros__parameters"] or {}, "")
+    values = _dotted(path, pattern, body["ros__parameters"] or {}, "")
+    if _DUMPED not in values:
+        return values
+    # what `ros2 param dump` wrote: which flight the node was in is no choice for another one
+    return {name: value for name, value in values.items() if not name.startswith("flight.")}
 
 
 def _dotted(path: str, pattern: str, values: Any, prefix: str) -> dict[str, Value]:

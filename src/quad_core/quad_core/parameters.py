@@ -8,6 +8,7 @@ it is, the argument of the compiled law (Numba takes NamedTuples, not dataclasse
 
 import difflib
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
@@ -123,8 +124,15 @@ def radians_of(text: str) -> float | str:
 
 
 def checked(field: Field, value: Any) -> Value:
-    """Return ``value`` if ``field`` admits it, else raise ParameterError saying found and expected."""
+    """Return ``value`` if ``field`` admits it, else raise ParameterError saying found and expected.
+
+    NumPy's scalars are numbers, and a path is text.
+    """
     spec = field.spec
+    if getattr(value, "shape", None) == ():
+        value = value.item()
+    elif isinstance(value, os.PathLike):
+        value = os.fspath(value)
     if isinstance(spec, Flag):
         if isinstance(value, bool):
             return value

@@ -11,7 +11,7 @@ from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
 from quad_core.flight_parameters import FlightParameters
 from quad_core.lift_off import lifting
-from quad_core.parameter_files import plain_value
+from quad_core.parameter_files import is_of_ros, plain_value
 from quad_core.parameters import Field, ParameterError, Value, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
 from quad_core.prediction import predicting
@@ -60,7 +60,7 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
     Raises ParameterError (unknown key, wrong type, out of range, NaN) or PluginError (no such plug-in).
     """
     kind = ALL_ROLES[role]
-    left = dict(overrides)
+    left = {name: value for name, value in overrides.items() if not is_of_ros(name)}
     flight: FlightParameters = build(FlightParameters, _take(left, "flight."), "flight.")
     vehicle: Vehicle = build(Vehicle, _take(left, "vehicle."), "vehicle.")
     check_inertia(vehicle)

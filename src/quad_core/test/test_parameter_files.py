@@ -1,6 +1,7 @@
 """Parameter files are read strictly: each error names file and place."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,28 @@ def test_what_would_take_stack_or_memory_is_refused_in_one_line(tmp_path, text, 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ParameterError, match=r"gone\.yaml.*cannot be read"):
         read_parameter_file(tmp_path / "gone.yaml")
+
+
+TEXT = "/**:\n  ros__parameters:\n    # Größe\n    a: 1\n"
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (TEXT.encode("latin-1"), "line 3: found the byte 0xf6, as Latin-1 has it, expected UTF-8: save"),
+        (TEXT.encode("utf-16"), "found UTF-16, expected UTF-8"),
+        (TEXT.encode("utf-16-le"), "found UTF-16, expected UTF-8"),
+        (TEXT.replace("    a", "\ta").encode(), "line 4: found a tab, expected blanks"),
+        (TEXT.replace("  ros", "\tros").encode(), "line 2: found a tab, expected blanks"),
+    ],
+)
+def test_an_encoding_or_an_indent_that_is_none_is_named_with_what_to_do(tmp_path, data, words):
+    path = tmp_path / "flight.yaml"
+    path.write_bytes(data)
+    with pytest.raises(ParameterError, match=re.escape(f"{path}: {words}")):
+        read_parameter_file(path)
+    path.write_bytes(TEXT.encode("utf-8-sig"))
+    assert read_parameter_file(path) == {"/**": {"a": 1}}
 
 
 def test_an_empty_file_says_nothing(tmp_path):

@@ -1,7 +1,7 @@
 """Disturbance ``timeline``: wind, payload and failures as events, all drawn before take-off.
 
-One event per line: ``KIND NAME=VALUE ...``; vectors are written ``x,y,z``; ``#`` begins a comment. Times in s since
-take-off; an event without an end lasts to the end of the flight.
+One event per line: ``KIND NAME=VALUE ...``; vectors are written ``x,y,z``; ``#`` begins a comment. Times are flight
+times in s, which count from step 0; an event without an end lasts to the end of the flight.
 
 The table of a flight: row 0 holds the number of events, then a row per event (code, start, end, first row and number of
 rows of what was drawn for it, its values), then what was drawn.
@@ -105,6 +105,15 @@ KINDS = {
 """What each kind does: docs/reference/scenarios.md."""
 
 
+class EventError(ParameterError):
+    """A line is no event; ``text`` is that line, by which a reader of files finds its place."""
+
+    def __init__(self, line: str, problem: object) -> None:
+        """Take the line and what is wrong with it."""
+        super().__init__(f"events: {line!r}: {problem}")
+        self.text = line
+
+
 class Parameters(NamedTuple):
     """The events of a flight."""
 
@@ -114,7 +123,7 @@ class Parameters(NamedTuple):
 
 
 def check(parameters: Parameters) -> None:
-    """Raise ParameterError naming the first line that is not an event."""
+    """Raise EventError naming the first line that is not an event."""
     parsed(parameters.events)
 
 
@@ -166,7 +175,7 @@ def _drawn(event: Event, vehicle: Vehicle, seed: int, place: int, duration: floa
 
 
 def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> Conditions:  # noqa: ARG001
-    """Return all that acts at ``time`` s since take-off; an event acts over [start, end)."""
+    """Return all that acts at the flight time ``time`` in s; an event acts over [start, end)."""
     found = CALM
     for row in range(1, int(table[0, 0]) + 1):
         since = time - float(table[row, 1]) + EDGE
@@ -242,14 +251,14 @@ def air(table: NDArray[np.float64], row: int, since: float) -> Vec3:
 
 
 def parsed(text: str) -> list[Event]:
-    """Return the events of ``text``; raises ParameterError naming the line, what was found and what was expected."""
+    """Return the events of ``text``; raises EventError naming the line, what was found and what was expected."""
     events = []
-    for number, raw in enumerate(text.splitlines(), start=1):
+    for raw in text.splitlines():
         line = raw.partition("#")[0].strip()
         try:
             events += [_event(line)] if line else []
         except ParameterError as error:
-            raise ParameterError(f"events: line {number}: {line!r}: {error}") from error
+            raise EventError(line, error) from error
     return events
 
 

@@ -1,6 +1,7 @@
 """Scenario events: what each one does and when, what is refused, and that all is drawn once for a seed."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -155,7 +156,7 @@ def test_a_longer_flight_begins_like_a_shorter_one_and_seeds_differ():
     ],
 )
 def test_what_is_refused_names_line_found_and_expected(line, problem):
-    with pytest.raises(ParameterError, match=f"line 2: .*{problem}"):
+    with pytest.raises(ParameterError, match=f"events: {re.escape(repr(line))}: .*{problem}"):
         timeline.check(Parameters(f"# a scenario\n{line}\n"))
 
 

@@ -20,14 +20,13 @@ def names(kind: str) -> list[str]:
     return sorted(path.stem for path in (root() / kind).glob("*.yaml"))
 
 
-def find(kind: str, name: str) -> Path:
+def find(kind: str, name: str | Path) -> Path:
     """Return the file that ``name`` stands for: one that comes with the stack, or the path of a YAML file.
 
     Raises ParameterError if there is no such file.
     """
-    shipped = root() / kind / f"{name}.yaml"
-    if name in names(kind):
-        return shipped
-    if name.endswith((".yaml", ".yml")) and Path(name).is_file():
+    if str(name) in names(kind):
+        return root() / kind / f"{name}.yaml"
+    if str(name).endswith((".yaml", ".yml")) and Path(name).is_file():
         return Path(name)
-    raise ParameterError(f"{kind}: found {name!r}, expected {', '.join(names(kind))} or the path of a YAML file")
+    raise ParameterError(f"{kind}: found {str(name)!r}, expected {', '.join(names(kind))} or the path of a YAML file")

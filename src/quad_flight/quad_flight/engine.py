@@ -77,11 +77,18 @@ def compiled_engine(modules: Modules) -> Engine:
 
 @cache
 def _compiled_engine(modules: Modules) -> Engine:
-    directory = cache_root() / source_hash(modules)
-    if not directory.exists():
-        names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
-        sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
-    return Engine(*(_cached(compiled(function), directory) for function in python_engine(modules)))
+    functions = [compiled(function) for function in python_engine(modules)]
+    try:
+        directory = cache_root() / source_hash(modules)
+        if not directory.exists():
+            names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
+            sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
+        return Engine(*(_cached(function, directory) for function in functions))
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) and error.errno is None:  # a folder that others may change
+            raise
+        sys.stderr.write(f"compiled code is not kept ({error}): QUAD_CACHE_DIR names a folder that can be written\n")
+        return Engine(*functions)
 
 
 @contextmanager
@@ -114,8 +121,9 @@ def explain(modules: Modules, error: Exception) -> EngineError:
 def cache_root() -> Path:
     """Return the folder that holds compiled code: QUAD_CACHE_DIR, else quad_campaign in the user's cache.
 
-    It is made if it lacks. What lies there is run: a folder that others may change raises PermissionError, one that
-    cannot be made another OSError. XDG_CACHE_HOME counts only where it is absolute, as its specification says.
+    It is made if it lacks. What lies there is run: a folder that others may change raises PermissionError without a
+    number, one that cannot be made another OSError. XDG_CACHE_HOME counts only where it is absolute, as its
+    specification says.
     """
     user = Path(os.environ.get("XDG_CACHE_HOME", ""))
     user = user if user.is_absolute() else Path.home() / ".cache"

@@ -10,11 +10,14 @@ from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, p
 from quad_core.parameters import ParameterError, Value, fields, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, with_law
+from quad_core.types import CALM, Vec3, Wrench
+from quad_dynamics import timeline
 from quad_dynamics.ground import SINK
 from quad_flight import configuration
 from quad_guard.ending import stands
 
 Overrides = dict[str, dict[str, Value]]
+_WINDS, _WIND, _FELT = {"wind", "gust", "dryden"}, 10.0, 0.05  # kinds of events; m/s; m/s^2
 _CHOSEN = {"prediction.enabled"}
 """What is put in only where no file says it."""
 
@@ -138,7 +141,7 @@ def shadow_laws(laws: Sequence[str]) -> dict[str, str]:
 
 
 def _line_of(files: Sequence[Path], error: Exception) -> str:
-    """Return ``FILE:LINE: `` of the line of a scenario that ``error`` is about, empty for any other error."""
+    """Return ``FILE:LINE: `` of the line of a scenario that ``error`` (its ``text``) is about, empty for any other."""
     text = getattr(error, "text", None)
     for path in reversed(files):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
@@ -192,12 +195,31 @@ def _asked(request: Request, trajectory: str, roles: Sequence[str]) -> dict[str,
 
 def _check_whole(resolved: Mapping[str, Resolved]) -> None:
     """Refuse what is good for each node and bad for the flight."""
-    roles = {name.strip() for name in resolved["simulator"].flight.roles.split(",")}
+    roles = set(resolved[SIMULATOR].flight.role_names)
     if roles != set(resolved):
         raise ParameterError(f"flight.roles: found {', '.join(sorted(roles))}, expected all of {', '.join(resolved)}")
     window, every = resolved["simulator"].node.window, resolved["recorder"].node.ack_steps
     if every >= window:
         raise ParameterError(f"recorder.ack_steps: found {every}, expected less than simulator.window, {window}")
+
+
+def unfelt_wind(resolved: Mapping[str, Resolved]) -> str:
+    """Return what to say of a scenario's wind that the vehicle does not feel, empty if it does or there is none."""
+    plugins_, vehicle = resolved[SIMULATOR].plugins, resolved[SIMULATOR].vehicle
+    events = getattr(plugins_["disturbance"].parameters, "events", "")
+    if plugins_["disturbance"].module is not timeline or not _WINDS & {event.kind for event in timeline.parsed(events)}:
+        return ""
+    plant, hover = plugins_["plant"], Wrench(vehicle.mass * vehicle.gravity, Vec3())
+    calm, windy = (
+        plant.module.lumped(
+            plant.parameters, vehicle, plant.module.init(plant.parameters, vehicle), hover, CALM._replace(wind_w=wind)
+        ).lumped_acceleration_w
+        for wind in (Vec3(), Vec3(_WIND, 0.0, 0.0))
+    )
+    push = windy.x - calm.x
+    drag = f"drag coefficient {vehicle.drag_coefficient:g} N s/m"
+    felt = f"a wind of {_WIND:g} m/s pushes this vehicle by {push:.2g} m/s^2 alone ({drag}): --vehicle x500 feels it"
+    return felt if abs(push) < _FELT else ""
 
 
 def summary(resolved: Mapping[str, Resolved]) -> dict[str, Any]:

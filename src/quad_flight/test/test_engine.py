@@ -80,6 +80,20 @@ def test_a_chosen_cache_that_all_may_write_is_refused(tmp_path, monkeypatch):
         engine.cache_root()
 
 
+@pytest.mark.parametrize("what", ["no folder", "read-only"])
+def test_without_a_folder_that_can_be_written_the_flight_is_compiled_all_the_same(what, monkeypatch, capsys):
+    def no_locator(*_):
+        raise RuntimeError("cannot cache function 'take_off': no locator available")
+
+    if what == "no folder":
+        monkeypatch.setenv("QUAD_CACHE_DIR", "/dev/null/cache")
+    else:
+        monkeypatch.setattr(engine, "_cached", no_locator)
+    found = engine._compiled_engine.__wrapped__(stand_in.MODULES)
+    assert found.fly == engine.compiled(engine.python_engine(stand_in.MODULES).fly)
+    assert "QUAD_CACHE_DIR names a folder that can be written" in capsys.readouterr().err
+
+
 LIMIT = 2.0
 Form = IntEnum("Form", {"ROUND": 0, "SQUARE": 1})
 

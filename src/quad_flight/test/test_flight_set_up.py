@@ -1,5 +1,6 @@
 """What a flight is asked to be, by names, and the files that ship."""
 
+import numpy as np
 import pytest
 import yaml
 
@@ -35,6 +36,51 @@ def test_a_flight_by_names():
     assert asked.setup.vehicle.mass == 0.6
     assert asked.setup.trajectory.duration == 3.0
     assert asked.resolved["position_controller"].node.preset == "minimal"
+
+
+def test_numbers_of_numpy_and_paths_are_numbers_and_texts(tmp_path):
+    file = tmp_path / "vehicle.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    use_sim_time: true\n    vehicle:\n      mass: 0.7\n")
+    asked = flight.from_names(
+        "hover", vehicle=file, duration=np.float64(0.2), seed=np.int64(3), start=np.str_("printed")
+    )
+    assert (asked.seed, asked.setup.trajectory.duration, asked.setup.vehicle.mass) == (3, 0.2, 0.7)
+    assert (
+        flight.from_names("hover", duration=np.float32(0.5), realtime=np.bool_(False)).setup.trajectory.duration == 0.5
+    )
+    with pytest.raises(ParameterError, match=r"found array\(\[0.2, 0.3\]\)"):
+        flight.from_names("hover", duration=np.array([0.2, 0.3]))
+
+
+def test_what_ros2_param_dump_wrote_of_another_flight_is_taken_as_a_preset(tmp_path):
+    """As ros2param writes it: every parameter of the node, rclpy's own among them, as nested keys."""
+    before = set_up.resolve_flight(
+        set_up.Request("case2", preset="minimal", mission="takeoff,land", realtime=True, seed=9),
+        {"/**": {"flight.run_id": "a"}},
+    )
+    values = {field.name: field.default for field in before["attitude_controller"].all_fields()}
+    values.update({"use_sim_time": False, "start_type_description_service": True})
+    values["qos_overrides./clock.subscription.depth"] = 1
+    dump = tmp_path / "dump.yaml"
+    dump.write_text(yaml.safe_dump({"/attitude_controller": {"ros__parameters": values}}))
+    found = set_up.resolve_flight(set_up.Request("case2", preset=dump), {})
+    assert found["attitude_controller"].plugins == before["attitude_controller"].plugins
+    assert found["attitude_controller"].flight == found["simulator"].flight
+    setting = ["position_controller.use_sim_time=true"]
+    assert (
+        set_up.resolve_flight(set_up.Request("hover", settings=setting), {})["position_controller"].node.law == "aibs"
+    )
+
+
+@pytest.mark.parametrize("plant", ["rigid_body", "paper"])
+@pytest.mark.parametrize("kind", ["wind velocity=4,0,0", "gust end=2 velocity=4,0,0", "freeze start=1 end=2", ""])
+def test_a_wind_that_the_vehicle_does_not_feel_is_said(plant, kind):
+    """By Eq. 1 wind of 10 m/s pushes by 10 * 0.00056 / 0.56 = 0.01 m/s^2, the x500 by 10 * 0.3 / 2.064 = 1.5 m/s^2."""
+    settings = ["simulator.disturbance=timeline", f"simulator.timeline.events={kind}"]
+    for vehicle, felt in (("paper", False), ("x500", True)):
+        asked = set_up.Request("hover", vehicle=vehicle, plant=plant, settings=settings)
+        said = set_up.unfelt_wind(set_up.resolve_flight(asked, {}))
+        assert bool(said) == (not felt and kind.startswith(("wind", "gust")))
 
 
 def test_a_choice_that_there_is_not_is_refused_with_those_that_there_are():

@@ -11,9 +11,10 @@ import textwrap
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn, TextIO, cast
+from typing import Any, TextIO, cast
 
 from quad_core.cascade import STAGE
+from quad_core.command_line import Parser, open_streams
 from quad_flight_log.analysis.flight_checks import RECORD, equal_stamps, failed_checks, judgement, read_limits, run_ids
 from quad_flight_log.analysis.replay import Replay, replay
 from quad_flight_log.analysis.tables import measured, truth_note
@@ -240,14 +241,9 @@ It returns the exit code, and raises FlightLogError for what makes exit code 2.
 """
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (--help explains)\n")
-
-
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
-    parser = _Parser(prog="log", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="log", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (run, bags, flags) in COMMANDS.items():
         about, _, examples = inspect.cleandoc(run.__doc__ or "").rpartition("\n\n")
@@ -271,6 +267,7 @@ def _opened(options: argparse.Namespace) -> list[Flight]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
+    open_streams()
     options = _parser().parse_args(arguments)
     try:
         with contextlib.redirect_stdout(cast("TextIO", _Printable(sys.stdout))):

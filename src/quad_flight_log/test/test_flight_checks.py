@@ -74,7 +74,7 @@ def test_a_good_flight_passes(tmp_path, mode):
     assert judgement(flight, measured(flight), {}).verdict == "good"
 
 
-@pytest.mark.parametrize("topic", ["/flight/nodes", "/flight/state"])
+@pytest.mark.parametrize("topic", ["/flight/nodes", "/flight/guard"])
 def test_messages_of_two_runs_are_refused_and_an_empty_id_is_none(tmp_path, topic):
     ours = hover()
     assert failed_checks(flight_of(tmp_path / "empty", [*ours, (topic, status(""))])) == []

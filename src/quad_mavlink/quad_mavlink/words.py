@@ -98,9 +98,8 @@ def heard(texts: tuple[Text, ...], now: float, severity: int, text: str, number:
     for place, known in enumerate(recent):
         if number and known.number == number and len(known.text) % _PIECE == 0:
             return (*recent[:place], known._replace(text=known.text + text), *recent[place + 1 :])
-    if any(known.text == text for known in recent):
-        return recent
-    return (*recent, Text(now, number, text))
+    # a reason that is said again is as new as it is now
+    return (*(known for known in recent if known.text != text), Text(now, number, text))
 
 
 def newest(texts: tuple[Text, ...], now: float) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ class FlightNode:
         self.flight = self.resolved.flight
         self.run = run_number(self.flight.run_id)
         self.vehicle = self.resolved.vehicle
-        self.roles = tuple(name.strip() for name in self.flight.roles.split(","))
+        self.roles = self.flight.role_names
         self.lockstep = self.flight.mode == LOCKSTEP
         self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()

@@ -13,6 +13,7 @@ TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 SETTINGS = str(Path(__file__).resolve().with_name("fastdds.xml"))
+SKIP = "SKIP_DEFAULT_XML_FILE"  # set: DEFAULT_FASTRTPS_PROFILES.xml in the working folder is not loaded
 RMW = "RMW_IMPLEMENTATION"
 FAST_DDS = "rmw_fastrtps_cpp"
 OPEN = "OPEN TO OTHER HOSTS OR USERS"
@@ -52,7 +53,7 @@ def close(environment: MutableMapping[str, str] = os.environ) -> str:
     """Choose this machine, whatever the user has chosen; returns the line that says which shells see the nodes."""
     for name in _CHOICES:
         environment.pop(name, None)
-    environment[PROFILES] = SETTINGS
+    environment.update({PROFILES: SETTINGS, SKIP: "1"})
     return f"{CLOSED}: export {DOMAIN}={environment.get(DOMAIN) or 0}; unset {TRANSPORTS}"
 
 
@@ -70,5 +71,6 @@ def close_unless_asked(environment: MutableMapping[str, str] = os.environ) -> st
     if chosen:
         if PROFILES not in chosen:
             environment.pop(PROFILES, None)  # ours, of scripts/env.sh
+            environment.pop(SKIP, None)
         return f"{OPEN}: {', '.join(f'{name}={value}' for name, value in chosen.items())}"
     return close(environment)

@@ -16,13 +16,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import remove_ros_args
 
-from quad_core.parameter_files import place_of, read_parameter_file
+from quad_core.parameter_files import is_of_ros, place_of, read_parameter_file
 from quad_core.parameters import Choice, Field, ParameterError, Real, Value, Whole
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, resolve
 
 BAD_SETUP = 2  # exit code
-_ROS_OWN = ("use_sim_time", "start_type_description_service")
 
 
 def check_arguments(args: list[str]) -> None:
@@ -90,7 +89,7 @@ def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value
     """
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
-        changes = {item.name: item.value for item in parameters if item.name not in _ROS_OWN}
+        changes = {item.name: item.value for item in parameters if not is_of_ros(item.name)}
         if any(item.type_ == ParameterType.PARAMETER_NOT_SET for item in parameters):
             return SetParametersResult(successful=False, reason="a parameter cannot be removed")
         try:
@@ -100,7 +99,7 @@ def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value
         return SetParametersResult(successful=True)
 
     def accept(parameters: list[Parameter]) -> None:
-        changes = {item.name: item.value for item in parameters if item.name not in _ROS_OWN}
+        changes = {item.name: item.value for item in parameters if not is_of_ros(item.name)}
         if changes:
             commit(resolve(role, current_values(node)), changes)
 
@@ -111,9 +110,7 @@ def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value
 def current_values(node: Node) -> dict[str, Value]:
     """Return {name: value} of all declared parameters of ours."""
     return {
-        name: parameter.value
-        for name, parameter in node.get_parameters_by_prefix("").items()
-        if name not in _ROS_OWN and not name.startswith("qos_overrides.")
+        name: parameter.value for name, parameter in node.get_parameters_by_prefix("").items() if not is_of_ros(name)
     }
 
 

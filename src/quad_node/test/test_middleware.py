@@ -7,11 +7,12 @@ import rclpy
 
 from quad_core.parameters import ParameterError
 from quad_node import executor
-from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, TRANSPORTS, close, close_unless_asked
+from quad_node.middleware import CLOSED, OPEN, PROFILES, RANGE, SETTINGS, SKIP, TRANSPORTS, close, close_unless_asked
 
 pytestmark = pytest.mark.unit
 
 THEIRS = "FASTDDS_DEFAULT_PROFILES_FILE"
+OURS = {PROFILES: SETTINGS, SKIP: "1"}
 
 
 @pytest.mark.parametrize(
@@ -28,7 +29,7 @@ THEIRS = "FASTDDS_DEFAULT_PROFILES_FILE"
 def test_a_shell_that_asks_for_no_more_than_this_machine_gets_our_settings_alone(chosen):
     shell = dict(chosen)
     assert close_unless_asked(shell) == f"{CLOSED}: export ROS_DOMAIN_ID=0; unset {TRANSPORTS}"
-    assert shell == {PROFILES: SETTINGS}
+    assert shell == OURS
 
 
 @pytest.mark.parametrize(
@@ -45,18 +46,18 @@ def test_a_shell_that_asks_for_no_more_than_this_machine_gets_our_settings_alone
     ],
 )
 def test_a_choice_that_may_reach_other_hosts_stays_and_is_named(chosen):
-    shell = {PROFILES: SETTINGS, **chosen}  # ours, of scripts/env.sh, gives way
+    shell = {**OURS, **chosen}  # ours, of scripts/env.sh, gives way
     said = close_unless_asked(shell)
     assert said.startswith(OPEN)
     assert next(iter(chosen.values())) in said
-    ours = {PROFILES: SETTINGS} if "RMW_IMPLEMENTATION" in chosen else {}
+    ours = OURS if {"RMW_IMPLEMENTATION", PROFILES} & set(chosen) else {}
     assert shell == {**ours, **chosen}
 
 
 def test_visible_overrides_every_choice():
     shell = {TRANSPORTS: "UDPv4", RANGE: "SUBNET", PROFILES: "x.xml", THEIRS: "y.xml", "ROS_DOMAIN_ID": "57"}
     assert close(shell) == f"{CLOSED}: export ROS_DOMAIN_ID=57; unset {TRANSPORTS}"
-    assert shell == {PROFILES: SETTINGS, "ROS_DOMAIN_ID": "57"}
+    assert shell == {**OURS, "ROS_DOMAIN_ID": "57"}
 
 
 def test_a_node_has_the_settings_before_rclpy_starts(monkeypatch):

@@ -75,7 +75,7 @@ class Trajectory(Responder):
             point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
             if not _is_finite(point):
                 text = f"{self._plugin.name}: non-finite reference at step {sample.step}"
-                self.event(FlightEvent.ERROR, "law_nonfinite", text, sample.stamp_ns)
+                self.event(FlightEvent.ERROR, "reference_nonfinite", text, sample.stamp_ns)
                 self.finish(1, text)
                 return
         else:

@@ -47,7 +47,7 @@ def test_a_plan_that_is_refused_is_an_event_and_ends_the_node(node):
     assert (node.done.done(), node.exit_code, node.counters["plan_refused"]) == (True, 1, 1)
 
 
-@pytest.mark.parametrize(("kind", "steps"), [("plan_refused", 0), ("law_nonfinite", 1)])
+@pytest.mark.parametrize(("kind", "steps"), [("plan_refused", 0), ("reference_nonfinite", 1)])
 def test_a_reference_that_is_not_finite_is_not_published(node, kind, steps):
     good = [len(list(node.answer(SAMPLE, []))) for _ in range(steps)]
     broken = {**vars(node._plugin.module), "sample": lambda *_: TrajectoryPoint(yaw=math.nan)}

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import COMMANDER, SIGNALS, SIMULATOR
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
-from quad_core.parameter_files import load_yaml
+from quad_core.parameter_files import load_yaml_file
 from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
@@ -328,7 +328,7 @@ def read_limits(arguments: Sequence[str]) -> dict[str, float]:
         content: object = {name: value}
         if not equals or Path(argument).exists():
             try:
-                content = load_yaml(Path(argument).read_text(encoding="utf-8"))
+                content = load_yaml_file(Path(argument))
             except (OSError, ValueError) as error:
                 raise FlightLogError(f"{argument}: cannot be read: {' '.join(str(error).split())}") from error
         if not isinstance(content, dict):
