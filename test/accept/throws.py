@@ -31,8 +31,8 @@ STEEPEST, TURNED = 1.49, 3.14
 INITIAL = "simulator.rigid_body.initial"
 NAMES = [f"{INITIAL}.{name}" for name in ("angles.phi", "angles.theta", "angles.psi")]
 NAMES += [f"{INITIAL}.{vector}.{axis}" for vector in ("omega", "v") for axis in "xyz"]
-CATCHES_ALL = ("abfnitsm_so3", "indi", "pid", "se3")
-"""Laws that fly the set attitude as a rotation and catch every throw; of the others the figures are shown."""
+CATCHES_ALL = ("abfnitsm_so3", "indi", "se3")
+"""Laws that have to catch every throw; of the others the figures are shown."""
 TORQUE = {"paper": (0.5, 0.5), "x500": (2.0, 0.3)}
 """Largest torque in N m about x and y, and about z: that of ``tuned``; what the rotors of an x500 have at hover."""
 

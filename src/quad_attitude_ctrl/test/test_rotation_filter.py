@@ -125,7 +125,7 @@ def test_tilting_far_at_a_constant_yaw_is_followed_as_fast_about_the_thrust_as_a
     for k in range(1000):
         state = next_rotation(led, state, goal(k * DT), DT)
     apart = Rotation.from_quat(goal(1000 * DT).q_wb).inv() * Rotation.from_quat(state.attitude)
-    assert apart.magnitude() < 0.06
+    assert apart.magnitude() < 0.01
 
 
 def time_to_point_up(turn):
