@@ -5,10 +5,8 @@ are: the guard sees wrenches alone, and a controller that has lost its input goe
 and drifts, or brakes to the last reference (docs/explanation/safety.md).
 """
 
-import os
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from rclpy.serialization import deserialize_message
 
@@ -19,25 +17,10 @@ from quad_msgs.msg import FlightMode as FlightModeMsg
 from quad_msgs.msg import FlightRequest
 from quad_node.codec import UNUSABLE, Stamped, head_of, unpacker
 from quad_node.flight_node import FlightNode
+from quad_node.starter import STARTER_GONE, Starter
 
 _LOST = 0.5  # s: age of the commander's mode
 _PERIODS = 3.0  # of a slow node that may pass all the same
-STARTER = "QUAD_FLIGHT_STARTER"
-"""Environment variable with the pid of the process that started the flight and looks after it."""
-STARTER_GONE = "the process that started the flight is gone"
-
-
-class Starter:
-    """The process that started the flight and looks after it, if one did."""
-
-    def __init__(self) -> None:
-        """Note who it is."""
-        named = os.environ.get(STARTER, "")
-        self.pid, self._parent = int(named) if named.isdecimal() else 0, os.getppid()
-
-    def is_gone(self) -> bool:
-        """Return whether it is gone, or the script by which it started this process."""
-        return bool(self.pid) and (os.getppid() != self._parent or not Path("/proc", str(self.pid)).exists())
 
 
 class CommandLink:

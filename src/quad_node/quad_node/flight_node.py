@@ -29,12 +29,14 @@ from quad_node.codec import ForeignRunError
 from quad_node.conversion import set_stamp
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
+from quad_node.starter import STARTER_GONE, Starter
 
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY, _STALL_EVERY = 100, 5, 5
 _STOOD_STILL = 0.2  # s between two ticks
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
+_ORPHANED = 2.0  # s without flight/state after which a node looks whether anybody still looks after it
 _SILENT_LEAVES = 0.5  # s for the last messages of a node that took no part
 _NEXT_WAIT = 10.0  # s between two lines of waiting
 
@@ -65,6 +67,7 @@ class FlightNode:
         self.lockstep = self.flight.mode == LOCKSTEP
         self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()
+        self.starter = Starter()
         self.internals_names: list[str] = []
         self.counters: Counter[str] = Counter()
         self.current_step = self._last_step = self._ticks = 0
@@ -322,7 +325,11 @@ class FlightNode:
                 FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"
             )
             self.finish(1, "flight/state: the simulator is silent")
-        elif not (self.flying or self.over or self.done.done()) and quiet > self.flight.start_timeout:
+        elif self.flying or self.over or self.done.done():
+            return
+        elif quiet > _ORPHANED and self.starter.is_gone():  # and the vehicle's node, which would have said so
+            self.finish(1, STARTER_GONE)
+        elif quiet > self.flight.start_timeout:
             text = f"no flight after {quiet:.1f} s; waiting for {', '.join(self.waits_for())}"
             self.event(FlightEvent.ERROR, "start_timeout", text)
             self.finish(1, text)

@@ -29,11 +29,12 @@ from quad_guard.guard import ASK_DESCEND, ASK_KILL, KILL, NO_REQUEST, PASS, REAS
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
-from quad_node.command_link import STARTER_GONE, CommandLink, InputWatch, Starter
+from quad_node.command_link import CommandLink, InputWatch
 from quad_node.conversion import NANOSECONDS, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import Handshake, plan_refusal
 from quad_node.interface import interface_hash
+from quad_node.starter import STARTER_GONE
 from quad_node.topics import message_type
 
 _STATE_EVERY = 10  # ticks between two messages on flight/state
@@ -180,7 +181,6 @@ class VehicleNode(FlightNode):
         self._leave_by = 0.0
         self._latencies: list[float] = []
         self._flight_state = self.publisher("flight/state")
-        self.starter = Starter()
         self.link = CommandLink(self, self._on_mode, self.starter) if self.commanded else None
         self.input_watch = InputWatch(self, self.handshake.period, self.clock)
         self.subscribe(COMMAND, self._on_wrench, raw=True)

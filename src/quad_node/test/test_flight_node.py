@@ -79,6 +79,16 @@ def test_a_node_that_waits_for_its_last_messages_waits_for_no_flight(start_node)
     assert (node.done.done(), node.counters["start_timeout"]) == (True, 1)
 
 
+def test_a_node_whose_starter_and_vehicle_are_gone_waits_for_no_flight(start_node):
+    node = start_node(lambda: FlightNode("recorder"))
+    node.starter.pid = 2**22 + 1  # Linux gives no process such a number
+    node._housekeeping()
+    assert not node.done.done()
+    node.last_heard -= 3.0
+    node._housekeeping()
+    assert (node.done.done(), node.exit_code) == (True, 1)
+
+
 @pytest.mark.parametrize(
     ("own", "period_steps", "in_background", "lockstep", "expected"),
     [

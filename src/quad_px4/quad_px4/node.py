@@ -94,8 +94,10 @@ class Px4Interface(AutopilotInterface):
 
     def missing(self) -> list[str]:
         """Return what PX4 has to answer before it is asked for anything: the registration of our mode."""
-        is_open = self._external is not None and self._external.is_open
-        return [f"PX4's answer to the registration of mode {self.settings.external_mode}"] if is_open else []
+        if self._external is None or not self._external.is_open:
+            return []
+        heard = f"PX4's answer to the registration of mode {self.settings.external_mode}"
+        return [heard if self._status is not None else "vehicle_status from PX4: is its uXRCE-DDS agent running?"]
 
     def _register(self) -> None:
         """Ask for our external mode; once it is known whether there is one, say so."""
