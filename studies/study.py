@@ -30,7 +30,7 @@ law, an attitude law, files of tuned gains) under every condition, on every case
     {parameter: value}}, all of both laws, of the first tuning), ``tuning`` ({tuning: its record})}, ``objective``,
     ``metrics``: {name: [unit, meaning]}.
 ``DIR/tables.md``
-    Costs over tunings and all metrics as Markdown (a part of it: ``python studies/study_table.py DIR --metric ...``).
+    Costs over tunings and all metrics as Markdown.
 ``DIR/parts/*.parquet``
     Rows of ``flights.parquet`` as they were flown; a study that was killed goes on from them.
 
