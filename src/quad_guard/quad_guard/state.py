@@ -38,8 +38,8 @@ RATE_SERVES = (False, True, False, False, True, True, False)
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
-TILT_BANDWIDTH = 0.3
-"""K in rad/s."""
+LONGEST_CARRY, TILT_BANDWIDTH = 0.3, 0.3
+"""An attitude may be carried over a gap of so many s; K in rad/s."""
 
 
 class Estimate(NamedTuple):
@@ -90,13 +90,12 @@ def observe(
     period: int,
     dt: float,
 ) -> tuple[Estimate, Refusals, int]:
-    """Return the estimate at plant step ``now``, the counts and the refusal of ``sample``; ``flown``: the last wrench.
+    """Return the estimate at plant step ``now``, the counts and the refusal of ``sample``.
 
-    ``unknown`` holds the torque that acted beside and behind it.
-
-    After too many refusals the next sample that only jumped is accepted: the estimator was reset, and the backup law
-    flies better on its new position and velocity than on a prediction. Of other samples the body rate is used, unless
-    it repeats itself to the last bit: whatever froze the attitude may have frozen the rate.
+    ``flown``: the last wrench, ``unknown``: the torque beside and behind it. After too many refusals the next sample
+    that only jumped is accepted: the estimator was reset, and the backup law flies better on its new position and
+    velocity than on a prediction. Of other samples the body rate is used, unless it repeats itself to the last bit:
+    whatever froze the attitude may have frozen the rate.
     """
     limits = parameters.state
     refusals = expired(refusals, now, period)
@@ -116,7 +115,7 @@ def observe(
         refusals = counted(refusals, refusal, now)
         if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
-            known = with_belief(estimate, estimate.believed and not is_turned(limits, estimate, sample.state.q_wb))
+            known = after_reset(limits, estimate, sample, now, period)
             found = accepted(vehicle, known, sample, grain, NOTHING_MISSING, flown.thrust, period, dt)
             return found, reset, refusal
         rate = sample.state.omega_b
@@ -138,6 +137,15 @@ def observe(
     )
     # fmt: on
     return after, refusals, refusal
+
+
+def after_reset(limits: StateLimits, estimate: Estimate, sample: StateSample, now: int, period: int) -> Estimate:
+    """Return ``estimate`` before a reset to ``sample`` is accepted: it no longer believes attitudes if that one turns.
+
+    What was not seen for longer than LONGEST_CARRY was predicted without body rates, and is no better than the sample.
+    """
+    is_carried = (now - estimate.step) * period / 1e9 <= LONGEST_CARRY
+    return with_belief(estimate, False) if is_carried and is_turned(limits, estimate, sample.state.q_wb) else estimate
 
 
 def accepted(

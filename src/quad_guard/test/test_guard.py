@@ -221,6 +221,15 @@ def test_an_attitude_that_jumps_is_not_believed_and_that_of_before_is_carried_on
     assert owner.report.mode == guard.PASS
 
 
+def test_an_attitude_that_returns_after_a_gap_is_believed_however_it_has_turned():
+    owner = Owner()
+    owner.run(0.5)
+    owner.run(1.0, sample=no_state)
+    owner.run(0.2, sample=turned(0.0, 0.6))
+    assert owner.events == [(250 + 50, guard.DESCEND, guard.STATE_LOST)]
+    assert owner.memory.estimate.state.q_wb == owner.memory.estimate.sample.q_wb
+
+
 def test_a_second_jump_and_one_while_descending_change_nothing():
     owner = Owner()
     owner.run(0.5)
