@@ -22,6 +22,7 @@ from quad_core.types import AttitudeThrust, Quat  # noqa: E402
 from quad_core.vehicle import Vehicle  # noqa: E402
 from quad_mavlink.node import MavlinkInterface  # noqa: E402
 from quad_mavlink.parameters import MavlinkBridgeParameters  # noqa: E402
+from quad_msgs.msg import NodeStatus  # noqa: E402
 
 MASS, WEIGHT = 2.064, 2.064 * 9.81
 BEAT = 5  # steps of the fake's 4 ms
@@ -47,6 +48,7 @@ class Flight:
         self.settings = MavlinkBridgeParameters(**settings)
         self.fake = FakeAutopilot(port, options or {})
         self.vehicle, self.phase, self.elapsed_ns, self.estimator = Vehicle(mass=MASS), 0, 0, ""
+        self.status = NodeStatus.STARTING
         self.bridge = MavlinkInterface(self)
         self.bridge.clock = lambda: self.fake.now
         self.height, self.commands = height, commands
