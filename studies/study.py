@@ -135,7 +135,7 @@ def restricted(plan: StudyPlan, plants: Sequence[str]) -> StudyPlan:
 
 def identity(plan: StudyPlan) -> str:
     """Return a hash of the plan and of all gains: flights of another are not mixed in."""
-    digest = hashlib.sha256(plan.path.read_bytes())
+    digest = hashlib.sha256(plan_mark(plan).encode())
     for controller in plan.controllers:
         for tuning in range(1, plan.tuning.tunings + 1):
             digest.update(gains_file(plan, controller.name, tuning).read_bytes())

@@ -149,8 +149,8 @@ def only(plan: StudyPlan, names: Sequence[str]) -> StudyPlan:
 
 
 def plan_mark(plan: StudyPlan) -> str:
-    """Return a hash of the plan's file: what the report shows, and a commit can hold before a held-out flight."""
-    return hashlib.sha256(plan.path.read_bytes()).hexdigest()[:16]
+    """Return a hash of the plan's file and of what its conditions mean: fixed before a held-out flight, and shown."""
+    return hashlib.sha256(plan.path.read_bytes() + repr(plan.study.conditions).encode()).hexdigest()[:16]
 
 
 def tuning_mark(plan: StudyPlan, controller: Controller) -> str:

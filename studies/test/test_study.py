@@ -116,6 +116,14 @@ def test_a_study_flies_the_conditions_of_its_tuning(plan):
     assert {block.flight.setup.sensing.delay for block in every} == {0.02}
 
 
+def test_flights_of_another_size_of_a_level_are_not_mixed_in(plan):
+    (late,) = plan.study.conditions
+    later = late._replace(overrides={"simulator": {"sensor.delay": 0.03}})
+    changed = plan._replace(study=plan.study._replace(conditions=(later,)))
+    assert plan_mark(changed) != plan_mark(plan)
+    assert study.identity(changed) != study.identity(plan)
+
+
 def test_seeds_that_fly_alike_are_said():
     flights = pandas.DataFrame(
         [(name, 1, condition, "case1", "paper", seed, 1.0 + place + (seed if condition == "rough" else 0))
