@@ -145,7 +145,9 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     ]
     events = bag.array("flight/events")
     asked = [
-        text.split()[::2][:2] for kind, text in zip(events["kind"], events["text"], strict=True) if kind == "request"
+        text.split()[::2][:2]
+        for kind, text in zip(events["kind"], events["text"], strict=True)
+        if kind in ("request", "request_refused")
     ]
     assert [word for word, sender in asked if sender.startswith("command_")] == ["ARM", "GOTO", "HOLD", "LAND"]
     # a request waits 0.5 s at most for a recorder to find it; its answer is recorded in any case
