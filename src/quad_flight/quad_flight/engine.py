@@ -1,11 +1,11 @@
-"""The loop bound to plug-ins: plain Python, or compiled by Numba with a cache that knows its sources."""
+"""The loop of a flight's plug-ins: plain Python, or compiled by Numba with a cache that knows its sources."""
 
 import hashlib
 import inspect
 import os
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from functools import cache
@@ -19,7 +19,8 @@ from quad_core import compilation
 from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
 from quad_dynamics.plant_side import side_functions
-from quad_flight import loop, rows, stages
+from quad_flight import rows, stages
+from quad_flight.loop import Functions, fly_of, take_off_of
 
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
 _BEGUN: set[Hashable] = set()
@@ -41,7 +42,7 @@ class Modules(NamedTuple):
 
 
 class Engine(NamedTuple):
-    """The functions of ``loop``, bound to plug-ins: ``fly`` without log, ``fly_logged`` with."""
+    """The functions of ``loop`` for the plug-ins of a flight: ``fly`` without log, ``fly_logged`` with."""
 
     take_off: Any
     fly: Any
@@ -51,22 +52,17 @@ class Engine(NamedTuple):
 @cache
 def python_engine(modules: Modules) -> Engine:
     """Return the loop as plain Python."""
-    side = side_functions(modules.plant, modules.sensing)
-    functions = {
-        **side._asdict(),
-        "plant_lumped": modules.plant.lumped,
-        "disturbance_sample": modules.disturbance.sample,
-        "trajectory_plan": modules.trajectory.plan,
-        "trajectory_sample": modules.trajectory.sample,
-        "trajectory_duration": modules.trajectory.duration,
-        "answer": stages.answer_of(modules.stages),
-        "distance_behind": behind_check(modules.stages.position_controller.Internals),
-    }
-    return Engine(
-        _twin(loop.take_off, "take_off", functions),
-        _twin(loop.fly, "fly", {**functions, "LOGGING": False}),
-        _twin(loop.fly, "fly_logged", {**functions, "LOGGING": True, "write": rows.writer(modules.stages)}),
+    functions = Functions(
+        side_functions(modules.plant, modules.sensing),
+        modules.plant.lumped,
+        modules.disturbance.sample,
+        modules.trajectory.plan,
+        modules.trajectory.sample,
+        modules.trajectory.duration,
+        stages.answer_of(modules.stages),
+        behind_check(modules.stages.position_controller.Internals),
     )
+    return Engine(take_off_of(functions), fly_of(functions), fly_of(functions, rows.writer(modules.stages)))
 
 
 def compiled_engine(modules: Modules) -> Engine:
@@ -175,22 +171,20 @@ def reached(function: FunctionType, seen: set[FunctionType], files: set[Path]) -
             files.add(Path(inspect.getfile(value)))
 
 
-def _twin(function: Callable[..., Any], name: str, scope: Mapping[str, Any]) -> FunctionType:
-    """Return a copy of ``function`` with other globals; its name keys it in Numba's file cache."""
-    assert isinstance(function, FunctionType)
-    twin = FunctionType(function.__code__, {**function.__globals__, **scope}, name)
-    twin.__module__ = function.__module__
-    twin.__qualname__ = name
-    return twin
-
-
 def _cached(dispatcher: Any, directory: Path) -> Any:
+    """Return ``dispatcher``, whose machine code is kept in ``directory``, named by all that the code comes from."""
     import numba
+    from numba.core.caching import FunctionCache
+
+    class Cache(FunctionCache):
+        def _index_key(self, signature: Any, codegen: Any) -> Any:
+            # Numba's own key adds the pickled closure, which differs from process to process
+            return signature, codegen.magic_tuple()
 
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(directory)
     try:
-        dispatcher.enable_caching()
+        dispatcher._cache = Cache(dispatcher.py_func)
     finally:
         numba.config.CACHE_DIR = before
     return dispatcher

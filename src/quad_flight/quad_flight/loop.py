@@ -1,9 +1,8 @@
 """The closed loop without ROS, in the order of decision record 0001, as one text for CPython and Numba.
 
-Some names here stand for functions of the chosen plug-ins: ``engine`` puts those in their place. Names instead of
-arguments, because Numba's file cache cannot key compiled functions that are passed as arguments. What the laws answer
-in a step is ``stages.answer``, made from the table of the cascade. What the nodes publish at plant step k is what this
-loop logs at step k.
+``take_off_of`` and ``fly_of`` return the two functions of a flight: closures over what its plug-ins do. What the laws
+answer in a step is ``stages.answer_of``, made from the table of the cascade. What the nodes publish at plant step k is
+what this loop logs at step k.
 """
 
 import math
@@ -17,7 +16,7 @@ from quad_core.lift_off import airborne, marked, standing
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
-from quad_dynamics.plant_side import Drawn, Side, differs, receive
+from quad_dynamics.plant_side import Drawn, Side, SideFunctions, differs, receive
 from quad_dynamics.plant_side import Memory as SideMemory
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
@@ -37,28 +36,20 @@ INFEASIBLE = 5
 """The flight went on to its end, but the reference had asked for more than the vehicle has."""
 
 
-def unbound(*_: Any) -> Any:
-    """Stand for a function that ``engine`` puts in its place."""
-    raise RuntimeError("a function of the loop is not bound; call the loop through quad_flight.engine")
-
-
 Function = Callable[..., Any]
 
-plant_lumped: Function = unbound
-disturbance_sample: Function = unbound
-begin: Function = unbound
-observe: Function = unbound
-sense: Function = unbound
-move: Function = unbound
-trajectory_plan: Function = unbound
-trajectory_sample: Function = unbound
-trajectory_duration: Function = unbound
-answer: Function = unbound
-distance_behind: Function = unbound
-write: Function = unbound
 
-LOGGING = False
-"""Whether each plant step is logged: a name like those above, so that a loop compiled without it is free of it."""
+class Functions(NamedTuple):
+    """What the loop calls of a flight's plug-ins. ``side``: those of the vehicle; ``answer``: all stages together."""
+
+    side: SideFunctions
+    plant_lumped: Function
+    disturbance_sample: Function
+    trajectory_plan: Function
+    trajectory_sample: Function
+    trajectory_duration: Function
+    answer: Function
+    distance_behind: Function
 
 
 class Score(NamedTuple):
@@ -168,133 +159,159 @@ def side_of(setup: Setup) -> Side:
     return Side(setup.vehicle, setup.schedule.plant_period, setup.plant, setup.disturbance, setup.sensing)
 
 
-def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
-    """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
-    side = side_of(setup)
-    memory = begin(side, start.sensing, start.link)
-    truth = observe(side, memory)
-    conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
-    state, _ = sense(side, drawn, memory, truth, conditions, True, 0)
-    lift = airborne(setup.guard.ground_height)
-    if setup.stands:
-        lift = standing(state.p_w.z)
-        state = marked(state, lift)
-    memory = SideMemory(memory.plant, start.sensing, memory.link, lift, memory.actuation)
-    plan = trajectory_plan(setup.trajectory, setup.vehicle, state)
-    duration = trajectory_duration(setup.trajectory, plan)
-    zero = Vec3(0.0, 0.0, 0.0)
-    # not within the call: Numba takes no branch among so many keywords
-    outcome = FLYING if is_flyable(truth) else DIVERGED
-    return Carry(
-        step=0,
-        end=steps_to_cover(duration, setup.schedule.plant_period),
-        outcome=outcome,
-        refused=0,
-        side=memory,
-        plan=plan,
-        memory=start.memory,
-        reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
-        signals=start.signals,
-        guard=FRESH_MEMORY,
-        score=NOTHING_SCORED,
-        behind=Behind(),
-    )
+def take_off_of(functions: Functions) -> Function:
+    """Return ``take_off`` of a flight with these plug-ins."""
+    begin, observe, sense = functions.side.begin, functions.side.observe, functions.side.sense
+    disturbance_sample = functions.disturbance_sample
+    plan_of, duration_of = functions.trajectory_plan, functions.trajectory_duration
 
-
-def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carry:
-    """Return the flight ``steps`` plant steps later, sooner at its end; with LOGGING, ``rows`` gets a row per step.
-
-    The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step is
-    logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is down,
-    and INFEASIBLE at the planned end when the vehicle, at a limit, had come no nearer to its reference for too long.
-    """
-    vehicle = setup.vehicle
-    schedule = setup.schedule
-    plant_dt = seconds(1, schedule.plant_period)
-    internals = setup.internals
-    k = carry.step
-    outcome = carry.outcome
-    refused = carry.refused
-    fixed = side_of(setup)
-    side = carry.side
-    # not carried: its numbers are those of the plant's state, of which the compiled loop keeps one copy then
-    truth = observe(fixed, side)
-    memory = carry.memory
-    reference = carry.reference
-    signals = carry.signals
-    guard = carry.guard
-    command_steps = schedule.stage_steps[-1]
-    score = carry.score
-    behind = carry.behind
-    stop = k + steps
-    if stop > carry.end:
-        stop = carry.end
-
-    while outcome == FLYING and k < stop:
-        time = seconds(k, schedule.plant_period)
-        conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
-        state = truth
-        # Numba counts the references to all arrays of a call: each step that is spared it is a tenth faster
-        if differs(side, conditions):
-            state, side = sense(fixed, drawn, side, truth, conditions, True, k)
-        # the last stage's output is the command that the vehicle obeys
-        before = signals[-1]
-        if LOGGING:
-            disturbance = plant_lumped(setup.plant, vehicle, side.plant, before, conditions)
-
-        if k % schedule.trajectory_steps == 0:
-            reference = trajectory_sample(setup.trajectory, carry.plan, time)
-            if reference.trajectory_time >= schedule.score_from:
-                score = scored(score, truth, reference)
-
-        signals, memory, internals, refused = answer(
-            setup, memory, signals, internals, state, reference, side.actuation, k
+    def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
+        """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
+        side = side_of(setup)
+        memory = begin(side, start.sensing, start.link)
+        truth = observe(side, memory)
+        conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
+        state, _ = sense(side, drawn, memory, truth, conditions, True, 0)
+        lift = airborne(setup.guard.ground_height)
+        if setup.stands:
+            lift = standing(state.p_w.z)
+            state = marked(state, lift)
+        memory = SideMemory(memory.plant, start.sensing, memory.link, lift, memory.actuation)
+        plan = plan_of(setup.trajectory, setup.vehicle, state)
+        duration = duration_of(setup.trajectory, plan)
+        zero = Vec3(0.0, 0.0, 0.0)
+        # not within the call: Numba takes no branch among so many keywords
+        outcome = FLYING if is_flyable(truth) else DIVERGED
+        return Carry(
+            step=0,
+            end=steps_to_cover(duration, setup.schedule.plant_period),
+            outcome=outcome,
+            refused=0,
+            side=memory,
+            plan=plan,
+            memory=start.memory,
+            reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
+            signals=start.signals,
+            guard=FRESH_MEMORY,
+            score=NOTHING_SCORED,
+            behind=Behind(),
         )
-        after = truth
-        if refused == 0:
-            if k % schedule.stage_steps.position_controller == 0:
-                distance = distance_behind(internals.position_controller)
-                behind = followed(behind, distance, k * schedule.plant_period)
-            command = signals[-1]
-            if score.samples > 0:
-                score = with_torque_change(score, before.torque_b, command.torque_b)
-            # a command holds until the next one: it is that of the step which the last stage answered
-            answered = k if command_steps == 1 else k - k % command_steps
-            received, side = receive(fixed, drawn, side, conditions, command, answered, k)
-            flown = received.wrench
-            if setup.guard.enabled:
-                sample = StateSample(state, k, True)
-                inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
-                flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
-            side = move(fixed, side, conditions, flown)
-            after = observe(fixed, side)
-        if LOGGING:
-            write(rows, k - carry.step, Row(truth, state, disturbance, side.actuation, reference, signals, internals))
-        if refused > 0:
-            outcome = REFUSED
-        else:
-            truth = after
-            k += 1
-            if not is_flyable(truth):
-                outcome = DIVERGED
-            elif guard.mode != PASS and is_down(setup.guard, guard, truth, setup.has_ground):
-                outcome = TAKEN_OVER
-            elif k == carry.end:
-                outcome = TAKEN_OVER
-                if guard.mode == PASS:
-                    outcome = ENDED if behind.infeasible_ns < 0 else INFEASIBLE
 
-    return Carry(
-        step=k,
-        end=carry.end,
-        outcome=outcome,
-        refused=refused,
-        side=side,
-        plan=carry.plan,
-        memory=memory,
-        reference=reference,
-        signals=signals,
-        guard=guard,
-        score=score,
-        behind=behind,
-    )
+    return take_off
+
+
+def fly_of(functions: Functions, write: Function | None = None) -> Function:
+    """Return ``fly`` of a flight with these plug-ins; ``write(rows, row number, Row)`` logs a step, None: it does not.
+
+    A loop that is compiled without it is free of it.
+    """
+    observe, sense, move = functions.side.observe, functions.side.sense, functions.side.move
+    plant_lumped, disturbance_sample = functions.plant_lumped, functions.disturbance_sample
+    trajectory_sample, answer = functions.trajectory_sample, functions.answer
+    distance_behind = functions.distance_behind
+    is_logging = write is not None
+
+    def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carry:
+        """Return the flight ``steps`` plant steps later, sooner at its end; if it logs, ``rows`` gets a row per step.
+
+        The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step
+        is logged, but not flown. It is TAKEN_OVER when the guard flew to the end, which then is where the vehicle is
+        down, and INFEASIBLE at the planned end when the vehicle, at a limit, had come no nearer to its reference for
+        too long.
+        """
+        vehicle = setup.vehicle
+        schedule = setup.schedule
+        plant_dt = seconds(1, schedule.plant_period)
+        internals = setup.internals
+        k = carry.step
+        outcome = carry.outcome
+        refused = carry.refused
+        fixed = side_of(setup)
+        side = carry.side
+        # not carried: its numbers are those of the plant's state, of which the compiled loop keeps one copy then
+        truth = observe(fixed, side)
+        memory = carry.memory
+        reference = carry.reference
+        signals = carry.signals
+        guard = carry.guard
+        command_steps = schedule.stage_steps[-1]
+        score = carry.score
+        behind = carry.behind
+        stop = k + steps
+        if stop > carry.end:
+            stop = carry.end
+
+        while outcome == FLYING and k < stop:
+            time = seconds(k, schedule.plant_period)
+            conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
+            state = truth
+            # Numba counts references to the arrays of a call: skipping `sense` saves a tenth of a step
+            if differs(side, conditions):
+                state, side = sense(fixed, drawn, side, truth, conditions, True, k)
+            # the last stage's output is the command that the vehicle obeys
+            before = signals[-1]
+            if is_logging:
+                disturbance = plant_lumped(setup.plant, vehicle, side.plant, before, conditions)
+
+            if k % schedule.trajectory_steps == 0:
+                reference = trajectory_sample(setup.trajectory, carry.plan, time)
+                if reference.trajectory_time >= schedule.score_from:
+                    score = scored(score, truth, reference)
+
+            signals, memory, internals, refused = answer(
+                setup, memory, signals, internals, state, reference, side.actuation, k
+            )
+            after = truth
+            if refused == 0:
+                if k % schedule.stage_steps.position_controller == 0:
+                    distance = distance_behind(internals.position_controller)
+                    behind = followed(behind, distance, k * schedule.plant_period)
+                command = signals[-1]
+                if score.samples > 0:
+                    score = with_torque_change(score, before.torque_b, command.torque_b)
+                # a command holds until the next one: it is that of the step which the last stage answered
+                answered = k if command_steps == 1 else k - k % command_steps
+                received, side = receive(fixed, drawn, side, conditions, command, answered, k)
+                flown = received.wrench
+                if setup.guard.enabled:
+                    sample = StateSample(state, k, True)
+                    inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
+                    flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
+                side = move(fixed, side, conditions, flown)
+                after = observe(fixed, side)
+            if is_logging:
+                write(
+                    rows, k - carry.step, Row(truth, state, disturbance, side.actuation, reference, signals, internals)
+                )
+            if refused > 0:
+                outcome = REFUSED
+            else:
+                truth = after
+                k += 1
+                if not is_flyable(truth):
+                    outcome = DIVERGED
+                elif guard.mode != PASS and is_down(setup.guard, guard, truth, setup.has_ground):
+                    outcome = TAKEN_OVER
+                elif k == carry.end:
+                    outcome = TAKEN_OVER
+                    if guard.mode == PASS:
+                        outcome = ENDED if behind.infeasible_ns < 0 else INFEASIBLE
+
+        return Carry(
+            step=k,
+            end=carry.end,
+            outcome=outcome,
+            refused=refused,
+            side=side,
+            plan=carry.plan,
+            memory=memory,
+            reference=reference,
+            signals=signals,
+            guard=guard,
+            score=score,
+            behind=behind,
+        )
+
+    # Numba's file cache tells functions apart by it
+    fly.__qualname__ = "fly_logged" if is_logging else "fly"
+    return fly
