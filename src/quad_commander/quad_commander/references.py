@@ -16,13 +16,13 @@ offset go to rest at zero the same way: ``plan_hand_over`` once, ``handed_over``
 """
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from quad_commander.mode_table import Mode
 from quad_commander.parameters import AxisLimits, ReferenceLimits
-from quad_core.geometry import ZERO, euler_from_quaternion, wrap_angle
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState
+from quad_core.geometry import euler_from_quaternion, wrap_angle
+from quad_core.types import TrajectoryPoint, VehicleState
+from quad_trajectory.polynomial import AxisPoint, constant_jerk, coordinates, evaluate, point, resting
 
 
 class Place(NamedTuple):
@@ -39,19 +39,10 @@ class Place(NamedTuple):
         return f"{self.x:g} {self.y:g} {self.z:g}{yaw}"
 
 
-class Motion(NamedTuple):
-    """Position, velocity, acceleration and jerk of one coordinate."""
-
-    p: float
-    v: float
-    a: float
-    jerk: float = 0.0
-
-
 class AxisPlan(NamedTuple):
     """One coordinate: its start, (duration in s, jerk) of each segment, where it comes to rest and when in s."""
 
-    start: Motion
+    start: AxisPoint
     segments: tuple[tuple[float, float], ...]
     end: float
     duration: float
@@ -94,7 +85,7 @@ def plan_hand_over(limits: ReferenceLimits, current: TrajectoryPoint, mission: T
     """Return how the difference of ``current`` from the ``mission``'s first point goes to zero."""
     each = (limits.horizontal, limits.horizontal, limits.climb, limits.yaw)
     pairs = zip(motions(current), motions(mission), strict=True)
-    offsets = [Motion(here.p - there.p, here.v - there.v, here.a - there.a) for here, there in pairs]
+    offsets = [AxisPoint(here.p - there.p, here.v - there.v, here.a - there.a, 0.0, 0.0) for here, there in pairs]
     offsets[3] = offsets[3]._replace(p=wrap_angle(offsets[3].p))
     return _together(
         tuple(moved(bound, stopped(bound, offset), 0.0) for bound, offset in zip(each, offsets, strict=True))
@@ -106,15 +97,15 @@ def handed_over(plan: ReferencePlan, time: float, mission: TrajectoryPoint) -> T
     if time >= plan.duration:
         return mission
     pairs = zip(motions(mission), motions(sample(plan, time)), strict=True)
-    axes = [Motion(*(there + rest for there, rest in zip(*pair, strict=True))) for pair in pairs]
-    return point(mission.trajectory_time, axes)._replace(snap_w=mission.snap_w)
+    axes = [AxisPoint(*(there + rest for there, rest in zip(*pair, strict=True))) for pair in pairs]
+    return point(mission.trajectory_time, *axes)._replace(snap_w=mission.snap_w)
 
 
 def continued(current: TrajectoryPoint, time: float) -> TrajectoryPoint:
     """Return the ``current`` point carried on for ``time`` s with its own derivatives up to the jerk."""
     if time == 0.0:
         return current
-    carried = point(current.trajectory_time + time, [advanced(axis, axis.jerk, time) for axis in motions(current)])
+    carried = point(current.trajectory_time + time, *(advanced(axis, axis.jerk, time) for axis in motions(current)))
     return carried._replace(snap_w=current.snap_w)
 
 
@@ -125,31 +116,23 @@ def from_state(state: VehicleState) -> TrajectoryPoint:
 
 def beside(current: TrajectoryPoint, other: TrajectoryPoint) -> TrajectoryPoint:
     """Return the ``current`` point with the horizontal motion of ``other``."""
-    return point(current.trajectory_time, [*motions(other)[:2], *motions(current)[2:]])
+    return point(current.trajectory_time, *motions(other)[:2], *motions(current)[2:])
 
 
 def sample(plan: ReferencePlan, time: float) -> TrajectoryPoint:
     """Return the reference ``time`` s after the plan was made; ``trajectory_time`` is negative until it is at rest."""
-    return point(min(time - plan.duration, 0.0), [at(axis, time) for axis in plan.axes])
+    return point(min(time - plan.duration, 0.0), *(at(axis, time) for axis in plan.axes))
 
 
-def motions(current: TrajectoryPoint) -> list[Motion]:
+def motions(current: TrajectoryPoint) -> list[AxisPoint]:
     """Return the motion of x, y, z and yaw."""
-    along = zip(current.p_w, current.v_w, current.a_w, current.jerk_w, strict=True)
-    return [*(Motion(*axis) for axis in along), Motion(current.yaw, current.yaw_rate, current.yaw_acceleration)]
+    return [*coordinates(current), AxisPoint(current.yaw, current.yaw_rate, current.yaw_acceleration, 0.0, 0.0)]
 
 
-def point(trajectory_time: float, axes: Sequence[Motion]) -> TrajectoryPoint:
-    """Return the reference with the motions of x, y, z and yaw."""
-    p, v, a, jerk = (Vec3(*derivative) for derivative in zip(*axes[:3], strict=True))
-    yaw = axes[3]
-    return TrajectoryPoint(trajectory_time, p, v, a, jerk, ZERO, yaw.p, yaw.v, yaw.a)
-
-
-def at(plan: AxisPlan, time: float) -> Motion:
+def at(plan: AxisPlan, time: float) -> AxisPoint:
     """Return the motion of one coordinate ``time`` s after its start."""
     if time >= plan.duration:
-        return Motion(plan.end, 0.0, 0.0)
+        return resting(plan.end)
     motion = plan.start
     for duration, jerk in plan.segments:
         if time < duration:
@@ -159,15 +142,12 @@ def at(plan: AxisPlan, time: float) -> Motion:
     return motion
 
 
-def advanced(motion: Motion, jerk: float, time: float) -> Motion:
+def advanced(motion: AxisPoint, jerk: float, time: float) -> AxisPoint:
     """Return the motion ``time`` s later under constant ``jerk``."""
-    p, v, a, _ = motion
-    return Motion(
-        p + time * (v + time * (0.5 * a + time * jerk / 6.0)), v + time * (a + 0.5 * time * jerk), a + time * jerk, jerk
-    )
+    return evaluate(constant_jerk(motion, jerk), 1.0, time)
 
 
-def stopped(limits: AxisLimits, start: Motion) -> AxisPlan:
+def stopped(limits: AxisLimits, start: AxisPoint) -> AxisPlan:
     """Return the quickest way from (v, a) to rest within acceleration and jerk."""
     jerk = limits.jerk
     # where the speed ends if the acceleration is given up at once: that way the rest has to be braked

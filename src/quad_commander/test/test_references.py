@@ -151,7 +151,7 @@ def ruckig_duration(p, v, a, target, bound):
 @given(st.floats(-10.0, 10.0), st.floats(-2.0, 2.0))
 def test_stops_are_as_quick_as_ruckigs(v, a):
     bound = AxisLimits(1.0, 2.0, 6.0)
-    plan = refs.stopped(bound, refs.Motion(0.0, v, a))
+    plan = refs.stopped(bound, refs.AxisPoint(0.0, v, a, 0.0, 0.0))
     duration, end = ruckig_duration(0.0, v, a, None, bound)
     assert plan.duration == pytest.approx(duration, abs=1e-6)
     assert plan.end == pytest.approx(end, abs=1e-5)
@@ -160,7 +160,7 @@ def test_stops_are_as_quick_as_ruckigs(v, a):
 @given(st.floats(1e-6, 30.0), st.floats(0.3, 3.0), st.floats(0.3, 5.0), st.floats(1.0, 20.0))
 def test_ways_from_rest_to_rest_are_as_quick_as_ruckigs(way, speed, acceleration, jerk):
     bound = AxisLimits(speed, acceleration, jerk)
-    plan = refs.moved(bound, refs.stopped(bound, refs.Motion(0.0, 0.0, 0.0)), way)
+    plan = refs.moved(bound, refs.stopped(bound, refs.resting(0.0)), way)
     duration, _ = ruckig_duration(0.0, 0.0, 0.0, way, bound)
     assert plan.duration == pytest.approx(duration, rel=1e-6)
     last = refs.at(plan, plan.duration * (1.0 - 1e-12))

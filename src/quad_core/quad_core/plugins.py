@@ -14,7 +14,8 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
 ``quad.trajectory``
     ``Parameters``, ``Plan``, ``plan(parameters, vehicle, start: VehicleState) -> Plan`` and
     ``sample(parameters, plan, time) -> TrajectoryPoint`` with ``time`` in s since take-off;
-    ``duration(parameters, plan) -> float`` (s since take-off at which the flight ends).
+    ``duration(parameters, plan) -> float`` (s since take-off at which the flight ends). ``plan`` and ``duration`` run
+    once per flight, in plain Python; equal arguments must give equal plans.
     Optional ``remarks(parameters) -> list[str]``: what is flown otherwise than the parameters say, for `flight/events`.
 ``quad.plant``
     ``Parameters``, ``State``, ``init(parameters, vehicle) -> State``,

@@ -8,7 +8,7 @@ import time
 from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from threading import Event, Lock, Thread
@@ -20,11 +20,13 @@ from quad_core.compilation import compiled
 from quad_core.cycle import behind_check
 from quad_dynamics.plant_side import side_functions
 from quad_flight import rows, stages
-from quad_flight.loop import Functions, fly_of, take_off_of
+from quad_flight.loop import Functions, fly_of
 
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
 _BEGUN: set[Hashable] = set()
 _SIGN_EVERY = 10.0  # s
+PLANS = 64
+"""Plans that are kept: flights of a campaign that begin alike with the same trajectory share one."""
 
 
 class EngineError(RuntimeError):
@@ -42,9 +44,9 @@ class Modules(NamedTuple):
 
 
 class Engine(NamedTuple):
-    """The functions of ``loop`` for the plug-ins of a flight: ``fly`` without log, ``fly_logged`` with."""
+    """What the plug-ins of a flight do, and the loop of them: ``fly`` without log, ``fly_logged`` with."""
 
-    take_off: Any
+    functions: Functions
     fly: Any
     fly_logged: Any
 
@@ -56,13 +58,13 @@ def python_engine(modules: Modules) -> Engine:
         side_functions(modules.plant, modules.sensing),
         modules.plant.lumped,
         modules.disturbance.sample,
-        modules.trajectory.plan,
+        lru_cache(PLANS)(modules.trajectory.plan),
         modules.trajectory.sample,
         modules.trajectory.duration,
         stages.answer_of(modules.stages),
         behind_check(modules.stages.position_controller.Internals),
     )
-    return Engine(take_off_of(functions), fly_of(functions), fly_of(functions, rows.writer(modules.stages)))
+    return Engine(functions, fly_of(functions), fly_of(functions, rows.writer(modules.stages)))
 
 
 def compiled_engine(modules: Modules) -> Engine:
@@ -73,18 +75,19 @@ def compiled_engine(modules: Modules) -> Engine:
 
 @cache
 def _compiled_engine(modules: Modules) -> Engine:
-    functions = [compiled(function) for function in python_engine(modules)]
+    functions, *loops = python_engine(modules)
+    loops = [compiled(function) for function in loops]
     try:
         directory = cache_root() / source_hash(modules)
         if not directory.exists():
             names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
             sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
-        return Engine(*(_cached(function, directory) for function in functions))
+        return Engine(functions, *(_cached(function, directory) for function in loops))
     except (OSError, RuntimeError) as error:
         if isinstance(error, OSError) and error.errno is None:  # a folder that others may change
             raise
         sys.stderr.write(f"compiled code is not kept ({error}): QUAD_CACHE_DIR names a folder that can be written\n")
-        return Engine(*functions)
+        return Engine(functions, *loops)
 
 
 @contextmanager
@@ -141,7 +144,7 @@ def source_hash(modules: Modules) -> str:
     digest = hashlib.sha256(f"{sys.version} {version('numba')} {columns}\n".encode())
     files = {Path(inspect.getfile(compilation))}
     seen: set[FunctionType] = set()
-    for function in python_engine(modules):
+    for function in (*python_engine(modules)[1:], modules.trajectory.plan, modules.trajectory.duration):
         for line in reached(function, seen, files):
             digest.update(line.encode())
     for path in sorted(files):
@@ -176,7 +179,7 @@ def _cached(dispatcher: Any, directory: Path) -> Any:
     import numba
     from numba.core.caching import FunctionCache
 
-    class Cache(FunctionCache):
+    class Cache(FunctionCache):  # type: ignore[misc]
         def _index_key(self, signature: Any, codegen: Any) -> Any:
             # Numba's own key adds the pickled closure, which differs from process to process
             return signature, codegen.magic_tuple()

@@ -17,7 +17,7 @@ from quad_dynamics import link
 from quad_dynamics.plant_side import Drawn
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
-from quad_flight.loop import NOTHING_SCORED, Carry, Schedule, Score, Setup, Start
+from quad_flight.loop import NOTHING_SCORED, Carry, Schedule, Score, Setup, Start, take_off
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
 from quad_guard.ending import described, has_ground, stands
@@ -169,10 +169,8 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
         *(module.init(own, setup.vehicle) for module, own in zip(flight.modules.stages, setup.stages, strict=True))
     )
     start = Start(sensing, linked, memory, Signals(*(stage.output() for stage in STAGES)))
-    # no stage is asked before step 0, and every number handed to compiled code costs time in every flight
-    on_ground = setup._replace(stages=(), internals=())
     try:
-        carry: Carry = engine.take_off(on_ground, Drawn(*_drawn(flight, 1), sensing_line, link_line), start)
+        carry = take_off(engine.functions, setup, Drawn(*_drawn(flight, 1), sensing_line, link_line), start)
     except ValueError as error:  # as the nodes, which end such a flight with the event plan_refused
         return Result(OUTCOMES[loop.REFUSED], 0, 0, float("nan"), NOTHING_SCORED, {}, reason=str(error))
     first = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)

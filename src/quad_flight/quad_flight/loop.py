@@ -1,8 +1,8 @@
 """The closed loop without ROS, in the order of decision record 0001, as one text for CPython and Numba.
 
-``take_off_of`` and ``fly_of`` return the two functions of a flight: closures over what its plug-ins do. What the laws
-answer in a step is ``stages.answer_of``, made from the table of the cascade. What the nodes publish at plant step k is
-what this loop logs at step k.
+``fly_of`` returns the loop of a flight, a closure over what its plug-ins do. What the laws answer in a step is
+``stages.answer_of``, made from the table of the cascade. What the nodes publish at plant step k is what this loop logs
+at step k. ``take_off`` plans the trajectory; it alone is never compiled.
 """
 
 import math
@@ -159,48 +159,39 @@ def side_of(setup: Setup) -> Side:
     return Side(setup.vehicle, setup.schedule.plant_period, setup.plant, setup.disturbance, setup.sensing)
 
 
-def take_off_of(functions: Functions) -> Function:
-    """Return ``take_off`` of a flight with these plug-ins."""
-    begin, observe, sense = functions.side.begin, functions.side.observe, functions.side.sense
-    disturbance_sample = functions.disturbance_sample
-    plan_of, duration_of = functions.trajectory_plan, functions.trajectory_duration
+def take_off(functions: Functions, setup: Setup, drawn: Drawn, start: Start) -> Carry:
+    """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it.
 
-    def take_off(setup: Setup, drawn: Drawn, start: Start) -> Carry:
-        """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it."""
-        side = side_of(setup)
-        memory = begin(side, start.sensing, start.link)
-        truth = observe(side, memory)
-        conditions = disturbance_sample(setup.disturbance, drawn.weather, 0.0)
-        state, _ = sense(side, drawn, memory, truth, conditions, True, 0)
-        lift = airborne(setup.guard.ground_height)
-        if setup.stands:
-            lift = standing(state.p_w.z)
-            state = marked(state, lift)
-        memory = SideMemory(memory.plant, start.sensing, memory.link, lift, memory.actuation)
-        plan = plan_of(setup.trajectory, setup.vehicle, state)
-        duration = duration_of(setup.trajectory, plan)
-        zero = Vec3(0.0, 0.0, 0.0)
-        # not within the call: Numba takes no branch among so many keywords
-        outcome = FLYING if is_flyable(truth) else DIVERGED
-        return Carry(
-            step=0,
-            end=steps_to_cover(duration, setup.schedule.plant_period),
-            outcome=outcome,
-            refused=0,
-            side=memory,
-            plan=plan,
-            memory=start.memory,
-            reference=TrajectoryPoint(0.0, zero, zero, zero, zero, zero, 0.0, 0.0, 0.0),
-            signals=start.signals,
-            guard=FRESH_MEMORY,
-            score=NOTHING_SCORED,
-            behind=Behind(),
-        )
-
-    return take_off
+    It runs once per flight, in plain Python.
+    """
+    side = side_of(setup)
+    memory = functions.side.begin(side, start.sensing, start.link)
+    truth = functions.side.observe(side, memory)
+    conditions = functions.disturbance_sample(setup.disturbance, drawn.weather, 0.0)
+    state, _ = functions.side.sense(side, drawn, memory, truth, conditions, True, 0)
+    lift = airborne(setup.guard.ground_height)
+    if setup.stands:
+        lift = standing(state.p_w.z)
+        state = marked(state, lift)
+    plan = functions.trajectory_plan(setup.trajectory, setup.vehicle, state)
+    duration = functions.trajectory_duration(setup.trajectory, plan)
+    return Carry(
+        step=0,
+        end=steps_to_cover(duration, setup.schedule.plant_period),
+        outcome=FLYING if is_flyable(truth) else DIVERGED,
+        refused=0,
+        side=memory._replace(sensing=start.sensing, lift=lift),
+        plan=plan,
+        memory=start.memory,
+        reference=TrajectoryPoint(),
+        signals=start.signals,
+        guard=FRESH_MEMORY,
+        score=NOTHING_SCORED,
+        behind=Behind(),
+    )
 
 
-def fly_of(functions: Functions, write: Function | None = None) -> Function:
+def fly_of(functions: Functions, write: Any = None) -> Function:
     """Return ``fly`` of a flight with these plug-ins; ``write(rows, row number, Row)`` logs a step, None: it does not.
 
     A loop that is compiled without it is free of it.

@@ -53,13 +53,13 @@ def test_cache_is_used_again_and_knows_every_source_that_it_holds(tmp_path, monk
 
 
 def test_a_plugin_that_cannot_be_compiled_is_named():
-    class Difficult(stand_in.trajectory):  # the first of all plug-ins that is asked, so nothing else is compiled
+    class Difficult(stand_in.plant):
         @staticmethod
-        def plan(parameters, vehicle, start):
-            return {"no": "plan"}[start.p_w.z]
+        def observe(parameters, vehicle, state):
+            return {"no": "state"}.get(state.z, stand_in.plant.observe(parameters, vehicle, state))
 
     with pytest.raises(engine.EngineError, match="Difficult"):
-        fly(small_flight(modules=stand_in.MODULES._replace(trajectory=Difficult)), compiled=True)
+        fly(small_flight(modules=stand_in.MODULES._replace(plant=Difficult)), compiled=True)
 
 
 @pytest.mark.parametrize("value", ["", "relative/cache"])

@@ -11,13 +11,25 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
 from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, euler_from_quaternion, norm, subtract, wrap_angle
 from quad_core.parameters import Choice
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, is_within, turn_duration
-from quad_trajectory.polynomial import AxisPoint, Segment, at_rest, axes_at, no_segment, point, septic, smooth_step
+from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, first_within, turn_duration
+from quad_trajectory.polynomial import (
+    AxisPoint,
+    Segment,
+    at_rest,
+    axes_at,
+    no_segment,
+    point,
+    resting,
+    septic,
+    smooth_step,
+)
 from quad_trajectory.run_up import plan_run_up
 
 QUANTUM = 0.25
@@ -84,8 +96,7 @@ def plan_approach(
         p = start.p_w
         above = Vec3(p.x, p.y, p.z + LIFT)
         upwards = Allowed(limits.speed, limits.acceleration, limits.jerk, math.tan(limits.tilt), gravity)
-        quanta = math.floor(LIFT / (limits.speed * QUANTUM)) + 1
-        lift, quanta = quickest_way(upwards, p, ZERO, above, quanta, 0.0)
+        lift = quickest_way(upwards, p, ZERO, above, LIFT / limits.speed, 0.0)
         start = fresh(above, ZERO, start.q_wb, ZERO)
     allowed = allowed_between(limits, gravity, start, first)
     run_up = plan_run_up(allowed, first)
@@ -95,32 +106,29 @@ def plan_approach(
     yaw_turn = wrap_angle(first.yaw - yaw_from)
     shortest = turn_duration(limits, yaw_turn)
     transit_time = norm(subtract(gate, start.p_w)) / allowed.speed
-    if transit_time + run_up_duration > shortest:
-        shortest = transit_time + run_up_duration
-    if shortest < SHORTEST:
-        shortest = SHORTEST
-    quanta = math.floor(shortest / QUANTUM) + 1
-    transit, quanta = quickest_way(allowed, start.p_w, start.v_w, gate, quanta, run_up_duration)
-    return Approach(lift.duration + quanta * QUANTUM, lift, transit, run_up.gain, run_up.settle, yaw_from, yaw_turn)
+    shortest = max(shortest, transit_time + run_up_duration, SHORTEST)
+    transit = quickest_way(allowed, start.p_w, start.v_w, gate, shortest, run_up_duration)
+    duration = QUANTUM * round((transit.duration + run_up_duration) / QUANTUM)
+    return Approach(lift.duration + duration, lift, transit, run_up.gain, run_up.settle, yaw_from, yaw_turn)
 
 
-def quickest_way(allowed: Allowed, p: Vec3, v: Vec3, gate: Vec3, quanta: int, reserved: float) -> tuple[Segment, int]:
-    """Return the quickest way within ``allowed`` from ``p``, ``v`` to rest at ``gate``, and its time in QUANTUM.
+def quickest_way(allowed: Allowed, p: Vec3, v: Vec3, gate: Vec3, shortest: float, reserved: float) -> Segment:
+    """Return the quickest way within ``allowed`` from ``p``, ``v`` to rest at ``gate``.
 
-    The search begins with ``quanta``; ``reserved`` s of that time belong to what follows the way.
+    With the ``reserved`` s of what follows it lasts a multiple of QUANTUM, longer than ``shortest`` s.
     """
-    for _ in range(TRIES):
-        duration = quanta * QUANTUM - reserved
-        way = Segment(
-            duration,
-            septic(p.x, v.x, AxisPoint(gate.x, 0.0, 0.0, 0.0, 0.0), duration),
-            septic(p.y, v.y, AxisPoint(gate.y, 0.0, 0.0, 0.0, 0.0), duration),
-            septic(p.z, v.z, AxisPoint(gate.z, 0.0, 0.0, 0.0, 0.0), duration),
-        )
-        if is_within(allowed, way):
-            return way, quanta
-        quanta += 1 + quanta // 64
-    raise ValueError("no approach within limits: no duration of lift-off or transit keeps them")
+    quanta = [math.floor(shortest / QUANTUM) + 1]
+    for _ in range(TRIES - 1):
+        quanta.append(quanta[-1] + 1 + quanta[-1] // 64)
+    starts = [AxisPoint(*axis, 0.0, 0.0, 0.0) for axis in zip(p, v, strict=True)]
+    way = first_within(
+        allowed,
+        np.array(quanta) * QUANTUM - reserved,
+        lambda duration: tuple(septic(start, resting(end), duration) for start, end in zip(starts, gate, strict=True)),
+    )
+    if way is None:
+        raise ValueError("no approach within limits: no duration of lift-off or transit keeps them")
+    return way
 
 
 def sample_approach(approach: Approach, time: float) -> TrajectoryPoint:

@@ -1,13 +1,25 @@
-"""What the approach and shaped yaw turns keep within, and whether a polynomial does."""
+"""What the approach and shaped yaw turns keep within, and which polynomial does first."""
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from quad_core.geometry import norm
 from quad_core.parameters import Real
 from quad_core.types import TrajectoryPoint, VehicleState
-from quad_trajectory.polynomial import PEAK_ACCELERATION, PEAK_RATE, AxisPoint, Segment, axes_at, smooth_step
+from quad_trajectory.polynomial import (
+    PEAK_ACCELERATION,
+    PEAK_RATE,
+    AxisPoint,
+    Polynomial,
+    Segment,
+    axes_at,
+    smooth_step,
+)
 
 
 class MotionLimits(NamedTuple):
@@ -56,6 +68,11 @@ def yaw_turn(limits: MotionLimits, shaping: int, first: float, last: float, time
 
 
 SAMPLES = 100
+BLOCK = 16
+"""Durations that are judged at once."""
+Durations = NDArray[np.float64]
+Motion = Callable[[Any], tuple[Polynomial, ...]]
+
 END_MARGIN = 1.25
 """Factor on what the ends of the approach ask for themselves, where that is above a limit."""
 
@@ -87,22 +104,33 @@ def allowed_between(limits: MotionLimits, gravity: float, start: VehicleState, f
     )
 
 
-def is_within(allowed: Allowed, segment: Segment) -> bool:
-    """Return whether all samples of a segment keep the limits; a number that is not finite keeps none."""
+def first_within(allowed: Allowed, durations: Durations, motion: Motion) -> Segment | None:
+    """Return the first of the motions that last ``durations`` s which keeps the limits, None if none does.
+
+    ``motion`` gives x, y and z over a duration, or over an array of them.
+    """
+    for begin in range(0, len(durations), BLOCK):
+        block: Any = durations[begin : begin + BLOCK, None]
+        good = np.flatnonzero(are_within(allowed, Segment(block, *motion(block))))
+        if len(good):
+            duration = float(block[good[0], 0])
+            return Segment(duration, *motion(duration))
+    return None
+
+
+def are_within(allowed: Allowed, segments: Segment) -> Any:
+    """Return whether all samples of each of ``segments`` keep the limits; a number that is not finite keeps none."""
     speed = SAMPLING_MARGIN * allowed.speed
     acceleration = SAMPLING_MARGIN * allowed.acceleration
     jerk = SAMPLING_MARGIN * allowed.jerk
-    for i in range(SAMPLES + 1):
-        x, y, z = axes_at(segment, segment.duration * i / SAMPLES)
-        if not x.v * x.v + y.v * y.v + z.v * z.v <= speed * speed:
-            return False
-        if not x.a * x.a + y.a * y.a + z.a * z.a <= acceleration * acceleration:
-            return False
-        if not x.jerk * x.jerk + y.jerk * y.jerk + z.jerk * z.jerk <= jerk * jerk:
-            return False
-        if not horizontal(x.a, y.a) <= SAMPLING_MARGIN * allowed.tilt_tangent * (allowed.gravity + z.a):
-            return False
-    return True
+    with np.errstate(all="ignore"):
+        times: Any = segments.duration * np.arange(SAMPLES + 1.0) / SAMPLES
+        x, y, z = axes_at(segments, times)
+        good = x.v * x.v + y.v * y.v + z.v * z.v <= speed * speed
+        good &= x.a * x.a + y.a * y.a + z.a * z.a <= acceleration * acceleration
+        good &= x.jerk * x.jerk + y.jerk * y.jerk + z.jerk * z.jerk <= jerk * jerk
+        good &= np.sqrt(x.a * x.a + y.a * y.a) <= SAMPLING_MARGIN * allowed.tilt_tangent * (allowed.gravity + z.a)
+    return good.all(axis=1)
 
 
 def horizontal(x: float, y: float) -> float:

@@ -1,6 +1,9 @@
-"""Polynomials of degree 7 in one coordinate, the smooth step made of one, and points put together of coordinates.
+"""Polynomials of degree 7 in one coordinate, which every planned motion is made of, and points put together of them.
 
-p(u) = c0 + c1 u + c4 u^4 + c5 u^5 + c6 u^6 + c7 u^7,    u = time / duration
+p(u) = c0 + c1 u + ... + c7 u^7,    u = time / duration
+
+Planning calls them in plain Python, on floats or on arrays of them (many instants, many segments); what samples a plan
+at each step calls them on floats and is compiled.
 """
 
 from typing import NamedTuple
@@ -9,11 +12,13 @@ from quad_core.geometry import ZERO
 from quad_core.types import TrajectoryPoint, Vec3
 
 
-class Septic(NamedTuple):
-    """Coefficients of p(u), all in the unit of the coordinate; p starts without acceleration and jerk."""
+class Polynomial(NamedTuple):
+    """Coefficients of p(u), all in the unit of the coordinate."""
 
     c0: float
     c1: float
+    c2: float
+    c3: float
     c4: float
     c5: float
     c6: float
@@ -37,18 +42,22 @@ PEAK_ACCELERATION = 7.513188404399293
 """Largest curvature of the smooth step over unit time: 84 sqrt(5) / 25, at 1/2 -+ sqrt(5)/10."""
 
 
-def septic(p: float, v: float, end: AxisPoint, duration: float) -> Septic:
-    """Return the polynomial from (p, v, a = 0, jerk = 0) to the p, v, a and jerk of ``end``.
+def septic(start: AxisPoint, end: AxisPoint, duration: float) -> Polynomial:
+    """Return the polynomial from the p, v, a and jerk of ``start`` to those of ``end``.
 
-    ``duration`` in s, > 0. The snap of ``end`` is not met.
+    ``duration`` in s, > 0. No snap is met.
     """
-    rise = end.p - p - v * duration
-    speed = (end.v - v) * duration
-    acceleration = end.a * duration * duration
-    jerk = end.jerk * duration * duration * duration
-    return Septic(
-        p,
-        v * duration,
+    c1, c2 = start.v * duration, 0.5 * (start.a * duration * duration)
+    c3 = start.jerk * duration * duration * duration / 6.0
+    rise = end.p - start.p - c1 - c2 - c3
+    speed = (end.v - start.v) * duration - 2.0 * c2 - 3.0 * c3
+    acceleration = end.a * duration * duration - 2.0 * c2 - 6.0 * c3
+    jerk = end.jerk * duration * duration * duration - 6.0 * c3
+    return Polynomial(
+        start.p,
+        c1,
+        c2,
+        c3,
         35.0 * rise - 15.0 * speed + 2.5 * acceleration - jerk / 6.0,
         -84.0 * rise + 39.0 * speed - 7.0 * acceleration + 0.5 * jerk,
         70.0 * rise - 34.0 * speed + 6.5 * acceleration - 0.5 * jerk,
@@ -56,7 +65,12 @@ def septic(p: float, v: float, end: AxisPoint, duration: float) -> Septic:
     )
 
 
-def settling(end: AxisPoint, duration: float) -> Septic:
+def constant_jerk(start: AxisPoint, jerk: float) -> Polynomial:
+    """Return the polynomial of duration 1 s from p, v and a of ``start`` on under ``jerk``; it holds for longer."""
+    return Polynomial(start.p, start.v, 0.5 * start.a, jerk / 6.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def settling(end: AxisPoint, duration: float) -> Polynomial:
     """Return the polynomial from a steady velocity to the p, v, a and jerk of ``end`` in ``duration`` s, > 0.
 
     Its acceleration is the cubic from (0, 0) to (a, jerk) of ``end``; the steady velocity before it follows from that.
@@ -65,7 +79,7 @@ def settling(end: AxisPoint, duration: float) -> Septic:
     quartic = duration * duration * (end.a / 4.0 - jerk / 12.0)
     quintic = duration * duration * (jerk / 20.0 - end.a / 10.0)
     steady = duration * (end.v - duration * (end.a / 2.0 - jerk / 12.0))
-    return Septic(end.p - steady - quartic - quintic, steady, quartic, quintic, 0.0, 0.0)
+    return Polynomial(end.p - steady - quartic - quintic, steady, 0.0, 0.0, quartic, quintic, 0.0, 0.0)
 
 
 def run_up_length(end: AxisPoint, duration: float) -> float:
@@ -77,16 +91,20 @@ def run_up_length(end: AxisPoint, duration: float) -> float:
     return duration * (end.v / 2.0 + duration * (-end.a / 10.0 + duration * end.jerk / 120.0))
 
 
-def evaluate(c: Septic, duration: float, time: float) -> AxisPoint:
+def evaluate(c: Polynomial, duration: float, time: float) -> AxisPoint:
     """Return the polynomial and its derivatives at ``time`` s of ``duration`` s."""
     u = time / duration
     rate = 1.0 / duration
     rate2 = rate * rate
+    cube = u * u * u
+    # c2 and c3 are taken off as 0 - c: where they are 0, as in every approach, not even the sign of a zero changes
+    less_p, less_v = 0.0 - u * (c.c2 + u * c.c3), 0.0 - u * (2.0 * c.c2 + u * (3.0 * c.c3))
+    less_a, less_jerk = 0.0 - 2.0 * c.c2 - u * (6.0 * c.c3), 0.0 - 6.0 * c.c3
     return AxisPoint(
-        c.c0 + u * (c.c1 + u * u * u * (c.c4 + u * (c.c5 + u * (c.c6 + u * c.c7)))),
-        rate * (c.c1 + u * u * u * (4.0 * c.c4 + u * (5.0 * c.c5 + u * (6.0 * c.c6 + u * (7.0 * c.c7))))),
-        rate2 * (u * u * (12.0 * c.c4 + u * (20.0 * c.c5 + u * (30.0 * c.c6 + u * (42.0 * c.c7))))),
-        rate2 * rate * (u * (24.0 * c.c4 + u * (60.0 * c.c5 + u * (120.0 * c.c6 + u * (210.0 * c.c7))))),
+        c.c0 + u * (c.c1 + (cube * (c.c4 + u * (c.c5 + u * (c.c6 + u * c.c7))) - less_p)),
+        rate * (c.c1 + (cube * (4.0 * c.c4 + u * (5.0 * c.c5 + u * (6.0 * c.c6 + u * (7.0 * c.c7)))) - less_v)),
+        rate2 * (u * u * (12.0 * c.c4 + u * (20.0 * c.c5 + u * (30.0 * c.c6 + u * (42.0 * c.c7)))) - less_a),
+        rate2 * rate * (u * (24.0 * c.c4 + u * (60.0 * c.c5 + u * (120.0 * c.c6 + u * (210.0 * c.c7)))) - less_jerk),
         rate2 * rate2 * (24.0 * c.c4 + u * (120.0 * c.c5 + u * (360.0 * c.c6 + u * (840.0 * c.c7)))),
     )
 
@@ -94,29 +112,30 @@ def evaluate(c: Septic, duration: float, time: float) -> AxisPoint:
 def smooth_step(first: float, last: float, duration: float, time: float) -> AxisPoint:
     """Return the step from rest at ``first`` to rest at ``last`` in ``duration`` s (> 0); constant before and after."""
     if time <= 0.0:
-        return AxisPoint(first, 0.0, 0.0, 0.0, 0.0)
+        return resting(first)
     if time >= duration:
-        return AxisPoint(last, 0.0, 0.0, 0.0, 0.0)
-    return evaluate(septic(first, 0.0, AxisPoint(last, 0.0, 0.0, 0.0, 0.0), duration), duration, time)
+        return resting(last)
+    return evaluate(septic(resting(first), resting(last), duration), duration, time)
 
 
 class Segment(NamedTuple):
     """One polynomial per world axis over a common duration in s; duration 0: there is no such segment."""
 
     duration: float
-    x: Septic
-    y: Septic
-    z: Septic
+    x: Polynomial
+    y: Polynomial
+    z: Polynomial
 
 
 def no_segment(p: Vec3) -> Segment:
     """Return a segment of duration 0 at ``p``."""
-    return Segment(0.0, resting(p.x), resting(p.y), resting(p.z))
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Segment(0.0, Polynomial(p.x, *zero), Polynomial(p.y, *zero), Polynomial(p.z, *zero))
 
 
-def resting(p: float) -> Septic:
-    """Return the polynomial that stays at ``p``."""
-    return Septic(p, 0.0, 0.0, 0.0, 0.0, 0.0)
+def resting(p: float) -> AxisPoint:
+    """Return one coordinate at rest at ``p``."""
+    return AxisPoint(p, 0.0, 0.0, 0.0, 0.0)
 
 
 def coordinates(point: TrajectoryPoint) -> tuple[AxisPoint, AxisPoint, AxisPoint]:

@@ -8,10 +8,12 @@ velocity, and from there onto the curve, in a time that has nothing to do with h
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from quad_core.geometry import ZERO, norm
 from quad_core.types import TrajectoryPoint, Vec3
-from quad_trajectory.limits import Allowed, horizontal, is_within
-from quad_trajectory.polynomial import Segment, coordinates, no_segment, run_up_length, septic, settling
+from quad_trajectory.limits import Allowed, first_within, horizontal
+from quad_trajectory.polynomial import Segment, coordinates, no_segment, resting, run_up_length, septic, settling
 
 GROWTH = 1.02
 TRIES = 300
@@ -54,40 +56,43 @@ def plan_run_up(allowed: Allowed, first: TrajectoryPoint) -> RunUp:
         horizontal_acceleration = allowed.tilt_tangent * (allowed.gravity + allowed.acceleration)
         by_tilt = horizontal(first.v_w.x, first.v_w.y) / horizontal_acceleration
         one = _gain_within(allowed, first, max(by_tilt, speed / allowed.acceleration))
-        if one.duration > 0.0:
+        if one is not None:
             return RunUp(one, no_segment(ZERO))
     settle = no_segment(ZERO) if steady else _settle_within(allowed, first)
     gate = first if steady else _steady_before(first, settle)
     gain = _gain_within(allowed, gate, _steady_gain_time(allowed, norm(gate.v_w)))
-    if gain.duration == 0.0:
+    if gain is None:
         raise ValueError(REFUSAL)
     return RunUp(gain, settle)
 
 
-def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Segment:
-    """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more, or none."""
-    duration = shortest
-    for _ in range(TRIES + 1):
-        gain = _gain(end, duration)
-        if is_within(allowed, gain):
-            return gain
-        duration = GROWTH * duration
-    return no_segment(ZERO)
+def _gain_within(allowed: Allowed, end: TrajectoryPoint, shortest: float) -> Segment | None:
+    """Return the first within limits of the polynomials from rest to ``end`` in ``shortest`` s and more, or none.
+
+    Each begins where it has the least degree.
+    """
+    durations = np.multiply.accumulate([shortest, *TRIES * (GROWTH,)])
+    return first_within(
+        allowed,
+        durations,
+        lambda duration: tuple(
+            septic(resting(axis.p - run_up_length(axis, duration)), axis, duration) for axis in coordinates(end)
+        ),
+    )
 
 
 def _settle_within(allowed: Allowed, first: TrajectoryPoint) -> Segment:
     """Return how ``first`` is settled onto from a steady velocity; as smoothly as SETTLE_FIRST allows."""
-    x, y, z = coordinates(first)
-    duration = SETTLE_FIRST
-    for tries in range(2 * SETTLE_TRIES):
-        settle = Segment(duration, settling(x, duration), settling(y, duration), settling(z, duration))
-        if is_within(allowed, settle):
-            return settle
-        if tries < SETTLE_TRIES:
-            duration = SETTLE_SHRINK * duration
-        else:
-            duration = SETTLE_GROWTH * (duration if tries > SETTLE_TRIES else SETTLE_FIRST)
-    raise ValueError(REFUSAL)
+    shorter = np.multiply.accumulate([SETTLE_FIRST, *SETTLE_TRIES * (SETTLE_SHRINK,)])
+    longer = np.multiply.accumulate([SETTLE_FIRST, *SETTLE_TRIES * (SETTLE_GROWTH,)])
+    settle = first_within(
+        allowed,
+        np.concatenate([shorter, longer[1:]]),
+        lambda duration: tuple(settling(axis, duration) for axis in coordinates(first)),
+    )
+    if settle is None:
+        raise ValueError(REFUSAL)
+    return settle
 
 
 def _steady_before(first: TrajectoryPoint, settle: Segment) -> TrajectoryPoint:
@@ -102,14 +107,3 @@ def _steady_gain_time(allowed: Allowed, speed: float) -> float:
     """Return the shortest time in s from rest to a steady ``speed`` within the limits of acceleration and jerk."""
     by_acceleration = STEP_PEAK_ACCELERATION * speed / allowed.acceleration
     return max(math.sqrt(STEP_PEAK_JERK * speed / allowed.jerk), by_acceleration, SHORTEST_GAIN)
-
-
-def _gain(end: TrajectoryPoint, duration: float) -> Segment:
-    """Return the polynomial from rest to p, v, a and jerk of ``end``, begun where it has the least degree."""
-    x, y, z = coordinates(end)
-    return Segment(
-        duration,
-        septic(x.p - run_up_length(x, duration), 0.0, x, duration),
-        septic(y.p - run_up_length(y, duration), 0.0, y, duration),
-        septic(z.p - run_up_length(z, duration), 0.0, z, duration),
-    )

@@ -8,10 +8,10 @@ use the limits alike; then the whole path is slowed down until every sample keep
 import math
 from typing import NamedTuple
 
-from numpy import zeros
+import numpy as np
 
 from quad_trajectory.limits import MotionLimits, turn_duration
-from quad_trajectory.minimum_snap import Table, axis_at, solved_path
+from quad_trajectory.minimum_snap import Table, axes_of, solved_path
 from quad_trajectory.polynomial import AxisPoint
 
 SAMPLES = 16
@@ -41,86 +41,66 @@ def allocated_path(points: Table, limits: PathLimits, turns: MotionLimits) -> Ta
 
     Raises ValueError if slowing down does not bring it within the limits.
     """
-    times = first_times(points, limits, turns)
-    best = zeros(len(times))
-    shortest = math.inf
-    factors = zeros(len(times))
+    turning = np.array([turn_duration(turns, angle) for angle in np.diff(points[:, 3]).tolist()])
+    times = first_times(points, limits, turning)
+    best, shortest = times, math.inf
     for _ in range(ROUNDS):
-        path = solved_path(points, times)
-        worst, total = 0.0, 0.0
-        for segment in range(len(times)):
-            factors[segment] = segment_factor(path, segment, limits, turns, SAMPLES)
-            worst = max(float(factors[segment]), worst)
-            total += float(times[segment])
-        if worst * total < shortest:
-            shortest = worst * total
-            best = worst * times
+        factors = segment_factors(solved_path(points, times), limits, turning, SAMPLES)
+        worst = float(factors.max())
+        if worst * times.sum() < shortest:
+            best, shortest = worst * times, worst * times.sum()
         times = times * (1.0 + DAMPING * (factors / worst - 1.0)) * worst
-    return slowed_path(points, best, limits, turns)
+    return slowed_path(points, best, limits, turning)
 
 
-def slowed_path(points: Table, times: Table, limits: PathLimits, turns: MotionLimits) -> Table:
+def slowed_path(points: Table, times: Table, limits: PathLimits, turning: Table) -> Table:
     """Return the path with ``times`` scaled by one factor so that it keeps the limits."""
-    path = solved_path(points, times)
-    for _ in range(SLOWING_TRIES):
-        worst = 0.0
-        for segment in range(len(times)):
-            worst = max(segment_factor(path, segment, limits, turns, FINE_SAMPLES), worst)
+    for _ in range(SLOWING_TRIES + 1):
+        path = solved_path(points, times)
+        worst = float(segment_factors(path, limits, turning, FINE_SAMPLES).max())
         if worst <= ACCEPTED:
             return path
         times = SLOWER * worst * times
-        path = solved_path(points, times)
     raise ValueError("waypoints: no time allocation keeps the limits of speed, thrust, tilt, body rate and yaw")
 
 
-def first_times(points: Table, limits: PathLimits, turns: MotionLimits) -> Table:
+def first_times(points: Table, limits: PathLimits, turning: Table) -> Table:
     """Return times in s to begin with: each segment as if flown from rest to rest with half the thrust to spare."""
-    times = zeros(len(points) - 1)
     room = 0.5 * (limits.max_thrust - limits.gravity)
-    for i in range(len(times)):
-        x, y = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
-        z = points[i + 1, 2] - points[i, 2]
-        distance = math.sqrt(x * x + y * y + z * z)
-        yaw_time = turn_duration(turns, float(points[i + 1, 3] - points[i, 3]))
-        times[i] = max(yaw_time, distance / limits.speed + math.sqrt(distance / room))
-    return times
+    distance = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
+    return np.maximum(turning, distance / limits.speed + np.sqrt(distance / room))
 
 
-def segment_factor(path: Table, segment: int, limits: PathLimits, turns: MotionLimits, samples: int) -> float:
-    """Return by which factor a segment has to be slower to keep the limits; below 1: it may be faster."""
-    turn = turn_duration(turns, float(path[segment, 3] - path[segment, 2]))
-    factor = turn / float(path[segment, 1])
-    for i in range(samples + 1):
-        u = i / samples
-        x, y, z = axis_at(path, segment, 0, u), axis_at(path, segment, 1, u), axis_at(path, segment, 2, u)
-        factor = max(sample_factor(x, y, z, limits), factor)
-    return factor
+def segment_factors(path: Table, limits: PathLimits, turning: Table, samples: int) -> Table:
+    """Return by which factor each segment has to be slower to keep the limits; below 1: it may be faster.
+
+    ``turning``: shortest time in s for the yaw turn of each segment.
+    """
+    x, y, z = axes_of(path, samples)
+    return np.maximum(sample_factors(x, y, z, limits).max(axis=1), turning / path[:, 1])
 
 
-def sample_factor(x: AxisPoint, y: AxisPoint, z: AxisPoint, limits: PathLimits) -> float:
-    """Return by which factor a path has to be slower to keep the limits at one point, the thrust direction kept."""
-    g = limits.gravity
-    factor = math.sqrt(x.v * x.v + y.v * y.v + z.v * z.v) / limits.speed
-    across2 = x.a * x.a + y.a * y.a
-    whole2 = across2 + z.a * z.a
-    if whole2 > 0.0:
-        spare = g * g * z.a * z.a + whole2 * (limits.max_thrust * limits.max_thrust - g * g)
-        factor = max(math.sqrt(whole2 / (math.sqrt(spare) - g * z.a)), factor)
-    if z.a < 0.0:
-        factor = max(math.sqrt(-z.a / (g - limits.min_thrust)), factor)
-    tilting = math.sqrt(across2) - limits.tilt_tangent * z.a
-    if tilting > 0.0:
-        factor = max(math.sqrt(tilting / (limits.tilt_tangent * g)), factor)
-    return max(math.sqrt(math.sqrt(body_rate(x, y, z, g) / limits.body_rate)), factor)
+def sample_factors(x: AxisPoint, y: AxisPoint, z: AxisPoint, limits: PathLimits) -> Table:
+    """Return by which factor a path has to be slower to keep the limits at its points, the thrust direction kept."""
+    g, up, v = limits.gravity, np.asarray(z.a), np.asarray([x.v, y.v, z.v])
+    across2 = np.asarray(x.a * x.a + y.a * y.a)
+    whole2 = across2 + up * up
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spare = g * g * up * up + whole2 * (limits.max_thrust * limits.max_thrust - g * g)
+        by_thrust = np.where(whole2 > 0.0, np.sqrt(whole2 / (np.sqrt(spare) - g * up)), 0.0)
+    by_fall = np.sqrt(np.maximum(-up, 0.0) / (g - limits.min_thrust))
+    tilting = np.maximum(np.sqrt(across2) - limits.tilt_tangent * up, 0.0)
+    by_tilt = np.sqrt(tilting / (limits.tilt_tangent * g))
+    by_rate = np.sqrt(np.sqrt(body_rates(x, y, z, g) / limits.body_rate))
+    by_speed = np.sqrt((v * v).sum(axis=0)) / limits.speed
+    needed: Table = np.maximum.reduce([by_speed, by_thrust, by_fall, by_tilt, by_rate])
+    return needed
 
 
-def body_rate(x: AxisPoint, y: AxisPoint, z: AxisPoint, gravity: float) -> float:
+def body_rates(x: AxisPoint, y: AxisPoint, z: AxisPoint, gravity: float) -> Table:
     """Return the rate in rad/s at which the direction of the specific thrust (a + g) turns: |f x jerk| / f^2."""
-    lift = z.a + gravity
-    across_x = y.a * z.jerk - lift * y.jerk
-    across_y = lift * x.jerk - x.a * z.jerk
-    across_z = x.a * y.jerk - y.a * x.jerk
-    thrust2 = x.a * x.a + y.a * y.a + lift * lift
-    if thrust2 <= 0.0:
-        return math.inf
-    return math.sqrt(across_x * across_x + across_y * across_y + across_z * across_z) / thrust2
+    force = np.stack([x.a, y.a, z.a + gravity])
+    across = np.cross(force, np.stack([x.jerk, y.jerk, z.jerk]), axis=0)
+    thrust2 = (force * force).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(thrust2 > 0.0, np.sqrt((across * across).sum(axis=0)) / thrust2, math.inf)

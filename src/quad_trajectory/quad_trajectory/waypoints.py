@@ -17,7 +17,7 @@ from quad_trajectory.limits import MotionLimits
 from quad_trajectory.minimum_snap import Table, axis_at
 from quad_trajectory.polynomial import at_rest, point, smooth_step
 from quad_trajectory.time_allocation import PathLimits, allocated_path
-from quad_trajectory.waypoint_text import check_points, long_turns, read_points
+from quad_trajectory.waypoint_text import long_turns, read_points
 
 MIN_THRUST = 0.2
 """Least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust."""
@@ -42,7 +42,7 @@ class Parameters(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """The approach, the path (a row per segment, columns as ``minimum_snap.WIDTH`` says) and its duration in s."""
+    """The approach, the path (a row per segment, columns: ``minimum_snap.COEFFICIENTS``) and its duration in s."""
 
     approach: Approach
     path: Table
@@ -51,7 +51,7 @@ class Plan(NamedTuple):
 
 def check(parameters: Parameters) -> None:
     """Raise ParameterError naming the first line that is not a waypoint."""
-    check_points(parameters.points)
+    read_points(parameters.points)
 
 
 def remarks(parameters: Parameters) -> list[str]:
@@ -104,6 +104,10 @@ def along(path: Table, t: float) -> TrajectoryPoint:
     while segment < len(path) - 1 and t >= float(path[segment + 1, 0]):
         segment += 1
     since, length = t - float(path[segment, 0]), float(path[segment, 1])
-    u = since / length
     yaw = smooth_step(float(path[segment, 2]), float(path[segment, 3]), length, since)
-    return point(t, axis_at(path, segment, 0, u), axis_at(path, segment, 1, u), axis_at(path, segment, 2, u), yaw)
+    x, y, z = (
+        axis_at(path, segment, 0, since),
+        axis_at(path, segment, 1, since),
+        axis_at(path, segment, 2, since),
+    )
+    return point(t, x, y, z, yaw)

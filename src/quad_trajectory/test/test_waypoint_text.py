@@ -5,14 +5,14 @@ import math
 import pytest
 
 from quad_core.parameters import ParameterError
-from quad_trajectory.waypoint_text import check_points, long_turns, read_points
+from quad_trajectory.waypoint_text import long_turns, read_points
 
 
 @pytest.mark.parametrize(
-    "number", ["0", "-0", "+1.5", "-12.25", ".5", "0.1", "123456789.012345", "9999.9999999999", "3.00000000000001"]
+    "number", ["0", "-0", "+1.5", "-12.25", ".5", "0.1", "8765.01234567891", "9999.9999999999", "3.00000000000001"]
 )
 def test_numbers_are_read_to_the_bit(number):
-    text = f"# a comment; 1 2 3 \n {number} -{number.strip('+-')} 3 # end\n\n"
+    text = f"0 0 2 # a comment\n {number} -{number.strip('+-')} 3 # end\n\n"
     row = read_points(text)[-1]
     assert row[0].hex() == float(number).hex()
     assert row[1].hex() == float("-" + number.strip("+-")).hex()
@@ -33,7 +33,6 @@ def test_points_are_read_as_written():
         ("0 0 2; 1 1e3 2", ["waypoint 2", "1e3", "12.5"]),
         ("0 0 2; 1 nan 2", ["nan"]),
         ("0 0 2; ٣ 0 2", ["waypoint 2", "٣", "12.5"]),
-        ("0 0 2; 1 0.1234567890123456 2", ["15 digits"]),
         ("0 0 2; 1 10000.1 2", ["10000"]),
         ("0 0 2 0; 4 0 2 90", ["waypoint 2", "at most one turn", "90deg"]),
         ("0 0 2; 4 0 2 -6.3", ["at most one turn", "-6.3deg"]),
@@ -47,13 +46,13 @@ def test_points_are_read_as_written():
 )
 def test_what_is_no_waypoint_is_refused_by_line(text, said):
     with pytest.raises(ParameterError) as caught:
-        check_points(text)
+        read_points(text)
     for words in ["points", *said]:
         assert words in str(caught.value)
 
 
 def test_degrees_are_read_as_radians():
-    check_points("0 0 2 -90deg; 4 0 2 .5deg; 5 0 2 360deg")
+    assert read_points("0 0 2 0; 5 0 2 360deg")[1, 3] == 0.0
     found = read_points("0 0 2 -90deg; 4 0 2 .5deg; 5 0 2 180deg # half a turn")[:, 3]
     assert found == pytest.approx([-math.pi / 2, math.pi / 360, math.pi], rel=1e-15)
 

@@ -49,7 +49,7 @@ def test_path_is_the_clamped_spline_of_degree_7(seed):
     path = solved_path(points, times)
     for segment, u, axis in itertools.product(range(count - 1), (0.0, 0.3, 0.7, 0.99), range(3)):
         time = ends[segment] + u * times[segment]
-        found = axis_at(path, segment, axis, u)
+        found = axis_at(path, segment, axis, u * times[segment])
         for order in range(5):
             scale = max(1.0, np.abs(spline(ends, order)).max())
             assert found[order] == pytest.approx(float(spline(time, order)[axis]), abs=1e-6 * scale), order
