@@ -18,8 +18,6 @@ from quad_guard.ending import stands
 
 Overrides = dict[str, dict[str, Value]]
 _WINDS, _WIND, _FELT = {"wind", "gust", "dryden"}, 10.0, 0.05  # kinds of events; m/s; m/s^2
-_CHOSEN = {"prediction.enabled"}
-"""What is put in only where no file says it."""
 
 
 class Request(NamedTuple):
@@ -44,12 +42,63 @@ class Request(NamedTuple):
     namespace: str = "/"
 
 
+class Asked(NamedTuple):
+    """What is asked for, read and not yet resolved.
+
+    ``files``: later ones win. ``values``, ``settings`` and ``identity``: {role or "/**": {name: value}}, of which
+    each wins over the one before, and over the files.
+    """
+
+    files: list[Path]
+    roles: tuple[str, ...]
+    shadows: Mapping[str, str]
+    values: Mapping[str, Mapping[str, Value]]
+    settings: Mapping[str, Mapping[str, Value]]
+    identity: Mapping[str, Mapping[str, Value]]
+    namespace: str
+
+    def resolve(self, role: str, defaults: Mapping[str, Value], forced: Any = None) -> Resolved:
+        """Return the parameters of a node; ``defaults`` count where nothing is asked for.
+
+        ``forced``: a function from (resolved, values) to the values that win over all that is asked for. Raises
+        ParameterError or PluginError naming the node and the file.
+        """
+        like = role.removeprefix(SHADOW)
+        values = {**defaults, **_read(self.files, like, self.namespace)}
+        for asked in (self.values.get("/**", {}), self.values.get(like, {})):
+            values.update(asked)
+        try:
+            if role in self.shadows:
+                values = with_law({"law": ROLES[like].parameters().law, **values}, self.shadows[role])
+            for layer in (self.settings, self.identity):
+                values = {**values, **layer.get("/**", {}), **layer.get(role, {})}
+            found = resolve(role, values)
+            return resolve(role, {**values, **forced(found, values)}) if forced else found
+        except (ParameterError, PluginError) as error:
+            place = _line_of(self.files, error) or place_of(str(error), self.files, like)
+            kind = PluginError if isinstance(error, PluginError) else ParameterError
+            raise kind(f"{role}: {place}{error}") from error
+
+
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
     """Return {role: all parameters of its node} of a flight.
 
-    ``identity`` ({role or "/**": {name: value}}) holds what belongs to this one run (run id, directory) and wins.
+    Three steps: what is asked for is read, the vehicle is resolved, then the other nodes, whose defaults follow from
+    it. ``identity`` ({role or "/**": {name: value}}) holds what belongs to this one run (run id, directory) and wins.
     Raises ParameterError or PluginError naming the file or key, what was found and what was expected.
     """
+    asked = read_request(request, identity)
+    vehicle = asked.resolve(SIMULATOR, {}, _on_the_ground if request.mission is not None else None)
+    defaults = following(request, vehicle)
+    others = {role: asked.resolve(role, defaults.get(role.removeprefix(SHADOW), {})) for role in asked.roles[1:]}
+    resolved = {SIMULATOR: vehicle, **others}
+    check_agreement(resolved)
+    _check_whole(resolved)
+    return resolved
+
+
+def read_request(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> Asked:
+    """Return what ``request`` asks for; raises ParameterError for an unknown name, or a key that reaches no node."""
     files = [configuration.find(configuration.VEHICLES, request.vehicle)]
     files.append(configuration.find(configuration.CONTROLLERS, request.preset))
     trajectory, shipped = request.case, configuration.names(configuration.SCENARIOS)
@@ -61,39 +110,23 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
             files.append(configuration.find(configuration.SCENARIOS, scenario))
             trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", trajectory))
     shadows = shadow_laws(request.shadows)
-    guests = [role for role, there in ((RELAY, request.relay), (COMMANDER, request.mission is not None)) if there]
-    roles = (*ROLES, *guests, *shadows)
-    asked = _asked(request, request.trajectory or trajectory, roles)
+    optional = [role for role, there in ((RELAY, request.relay), (COMMANDER, request.mission is not None)) if there]
+    roles = (SIMULATOR, *(role for role in ROLES if role != SIMULATOR), *optional, *shadows)
+    values = _chosen(request, request.trajectory or trajectory, roles)
     settings = parse_settings(request.settings, roles)
     for path in files:
         check_reached(path, roles, request.namespace)
-    resolved = {}
-    for role in roles:
-        like = role.removeprefix(SHADOW)
-        own = _read(files, like, request.namespace)
-        base = {**own, **asked.get("/**", {}), **asked.get(like, {})}
-        base |= {name: own[name] for name in _CHOSEN & own.keys()}
-        try:
-            if role in shadows:
-                base = with_law({"law": ROLES[like].parameters().law, **base}, shadows[role])
-            values = {**base, **settings.get("/**", {}), **settings.get(role, {})}
-            values = {**values, **identity.get("/**", {}), **identity.get(role, {})}
-            resolved[role] = resolve(role, values)
-            if role == SIMULATOR and request.mission is not None:
-                resolved[role] = resolve(role, {**values, **_on_the_ground(resolved[role], values)})
-            if role == SIMULATOR and (request.relay or is_late(resolved[role].plugins["sensing"].parameters)):
-                for stage in STAGES:
-                    asked[stage.role] = {"prediction.enabled": True, **asked.get(stage.role, {})}
-            if role == SIMULATOR and request.relay:
-                is_standing = stands(resolved[role].plugins["plant"].parameters)
-                asked[RELAY] = {**asked.get(RELAY, {}), "on_ground": is_standing}
-        except (ParameterError, PluginError) as error:
-            place = _line_of(files, error) or place_of(str(error), files, like)
-            kind = PluginError if isinstance(error, PluginError) else ParameterError
-            raise kind(f"{role}: {place}{error}") from error
-    check_agreement(resolved)
-    _check_whole(resolved)
-    return resolved
+    return Asked(files, roles, shadows, values, settings, identity, request.namespace)
+
+
+def following(request: Request, vehicle: Resolved) -> dict[str, dict[str, Value]]:
+    """Return {role: defaults} that follow from a vehicle: laws predict what is old, a relay knows where it stands."""
+    found: dict[str, dict[str, Value]] = {}
+    if request.relay or is_late(vehicle.plugins["sensing"].parameters):
+        found = {stage.role: {"prediction.enabled": True} for stage in STAGES}
+    if request.relay:
+        found[RELAY] = {"on_ground": stands(vehicle.plugins["plant"].parameters)}
+    return found
 
 
 def is_late(sensing: Any) -> bool:
@@ -171,7 +204,7 @@ def _read(files: Sequence[Path], role: str, namespace: str) -> dict[str, Value]:
     return overrides_for([read_parameter_file(path) for path in files], role, namespace)
 
 
-def _asked(request: Request, trajectory: str, roles: Sequence[str]) -> dict[str, dict[str, Value]]:
+def _chosen(request: Request, trajectory: str, roles: Sequence[str]) -> dict[str, dict[str, Value]]:
     choices: list[tuple[str, str, Value | None]] = [
         ("/**", "flight.mode", "realtime" if request.realtime else None),
         ("/**", "flight.seed", request.seed),
