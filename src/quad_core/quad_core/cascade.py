@@ -41,25 +41,61 @@ COMMAND, COMMANDING = STAGES[-1].gives, STAGES[-1].role
 
 
 class Signal(NamedTuple):
-    """A topic with one message per step of its publisher, which carries a NamedTuple of ``quad_core.types``."""
+    """A topic that carries a NamedTuple of ``quad_core.types``, one message per step of its publisher.
+
+    ``readers``: roles that subscribe, beside the recorder and the stages that take it. ``instead``: the optional node
+    that publishes it where it takes part. ``required``: without it there is no flight; another topic may be left out,
+    a step topic then altogether. ``every_step`` false: it may cease, and the flight goes on. ``latched``: its newest
+    message is kept for who comes late. ``only_with``: the role without which a flight does not have it.
+    """
 
     topic: str
     kind: type[Any]
     publisher: str
     paper: str = ""
+    readers: tuple[str, ...] = ()
+    instead: str = ""
+    required: bool = False
+    every_step: bool = True
+    latched: bool = False
+    only_with: str = ""
 
+
+_STAGES = tuple(stage.role for stage in STAGES)
+_WATCHED = {POSITION: (COMMANDER,), COMMANDING: (SIMULATOR, COMMANDER)}
+"""{stage: who reads its output beside other stages}."""
 
 SIGNALS = {
     signal.topic: signal
     for signal in (
-        Signal("state", VehicleState, SIMULATOR, "x1..x12"),
+        Signal("state", VehicleState, SIMULATOR, "x1..x12", (TRAJECTORY, COMMANDER, *_STAGES), RELAY, True),
         Signal("truth", VehicleState, SIMULATOR, "x1..x12 without noise or delay"),
         Signal("disturbance", Disturbance, SIMULATOR, "D_P, D_A of eqs. 10-12"),
-        Signal("actuation", Actuation, SIMULATOR, "eqs. 3, 8"),
-        Signal("reference", TrajectoryPoint, TRAJECTORY, "eqs. 61-68"),
-        Signal("mission/reference", TrajectoryPoint, TRAJECTORY, "eqs. 61-68"),
-        Signal("flight/mode", FlightMode, COMMANDER),
-        *(Signal(stage.gives, stage.output, stage.role, stage.paper) for stage in STAGES),
+        Signal("actuation", Actuation, SIMULATOR, "eqs. 3, 8", required=True),
+        Signal("reference", TrajectoryPoint, TRAJECTORY, "eqs. 61-68", (TRAJECTORY,), COMMANDER, True),
+        Signal(
+            "mission/reference",
+            TrajectoryPoint,
+            TRAJECTORY,
+            "eqs. 61-68",
+            (COMMANDER,),
+            required=True,
+            every_step=False,
+            only_with=COMMANDER,
+        ),
+        Signal(
+            "flight/mode",
+            FlightMode,
+            COMMANDER,
+            readers=(SIMULATOR, TRAJECTORY),
+            required=True,
+            latched=True,
+            only_with=COMMANDER,
+        ),
+        *(
+            Signal(stage.gives, stage.output, stage.role, stage.paper, _WATCHED.get(stage.role, ()), required=True)
+            for stage in STAGES
+        ),
         *(Signal(stage.internals_topic, stage.internals, stage.role, stage.paper) for stage in STAGES),
     )
 }

@@ -14,7 +14,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
 from quad_core.cascade import (
-    COMMAND,
     COMMANDER,
     RECORDER,
     RELAY,
@@ -61,19 +60,12 @@ def latched(depth: int = 1) -> QoSProfile:
     return profile
 
 
-REQUIRED = frozenset(
-    {"state", "actuation", "reference", "flight/plan", "flight/state", "flight/nodes", "flight/recorded"}
-    | {"mission/reference", "flight/mode"}
-    | {stage.gives for stage in STAGES}
-)
-"""Topics without which there is no flight. Others may be left out; a step topic then altogether."""
-
-
 class Topic(NamedTuple):
     """One topic. ``publishers`` and ``subscribers`` are roles; a step topic has a message per step of its publisher.
 
     ``only_with``: the role without which a flight does not have it, empty if every flight has. ``foreign``: drivers of
-    others may send it, so a publisher of any reliability is heard.
+    others may send it, so a publisher of any reliability is heard. ``required``: a flight needs it; no node waits for a
+    topic that its publisher may leave out.
     """
 
     name: str
@@ -85,6 +77,7 @@ class Topic(NamedTuple):
     paper: str = ""
     only_with: str = ""
     foreign: bool = False
+    required: bool = False
 
     def exists(self, roles: Collection[str]) -> bool:
         """Return whether a flight of ``roles`` has this topic."""
@@ -105,11 +98,6 @@ class Topic(NamedTuple):
         Latched with the history that a flight needs, it would send all of that to who comes late, the oldest first.
         """
         return f"{self.name}/steps" if self.step and self.latched else self.name
-
-    @property
-    def required(self) -> bool:
-        """Return whether a flight needs it: no node waits for a topic that its publisher may leave out."""
-        return self.name in REQUIRED
 
     def history(self, lockstep: bool) -> int:
         """Return how many samples its publisher keeps for those that do not follow."""
@@ -140,27 +128,22 @@ def message_type(kind: type[Any]) -> type[Any]:
     return found
 
 
-_OPTIONAL_PUBLISHERS = {"state": RELAY, "reference": COMMANDER}
-_CONSUMERS = {
-    "state": (TRAJECTORY, COMMANDER),
-    "reference": (TRAJECTORY,),
-    "mission/reference": (COMMANDER,),
-    "flight/mode": (SIMULATOR, TRAJECTORY),
-    "attitude_setpoint": (COMMANDER,),
-    COMMAND: (SIMULATOR, COMMANDER),
-}
-
-
 def _step_topic(signal: Signal) -> Topic:
-    name, optional = signal.topic, _OPTIONAL_PUBLISHERS.get(signal.topic)
-    publishers = (signal.publisher, optional) if optional else (signal.publisher,)
-    stages = [stage.role for stage in STAGES if name == "state" or name in [taken.topic for taken in stage.takes]]
-    shadows = tuple(SHADOW + role for role in stages)
-    subscribers = (*_CONSUMERS.get(name, ()), *stages, *shadows, RECORDER)
-    # a mission's trajectory may cease, and the flight goes on
-    step, latched = name != "mission/reference", name == "flight/mode"
-    only_with = COMMANDER if latched or not step else ""
-    return Topic(name, message_type(signal.kind), publishers, subscribers, step, latched, signal.paper, only_with)
+    """Return the topic of a row of the cascade: the stages that take it are among its subscribers."""
+    taking = [stage.role for stage in STAGES if signal.topic in [taken.topic for taken in stage.takes]]
+    stages = [stage.role for stage in STAGES if stage.role in (*signal.readers, *taking)]
+    others = [role for role in signal.readers if role not in stages]
+    return Topic(
+        signal.topic,
+        message_type(signal.kind),
+        (signal.publisher, signal.instead) if signal.instead else (signal.publisher,),
+        (*others, *stages, *(SHADOW + role for role in stages), RECORDER),
+        signal.every_step,
+        signal.latched,
+        signal.paper,
+        signal.only_with,
+        required=signal.required,
+    )
 
 
 def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
@@ -183,11 +166,11 @@ TOPICS = {
         *(topic for stage in STAGES for topic in _shadow_topics(stage)),
         Topic("odom", Odometry, (SIMULATOR,), (RECORDER, RELAY)),
         Topic("clock", Clock, (SIMULATOR,), (RECORDER,)),
-        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), latched=True),
-        Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, latched=True),
+        Topic("flight/plan", FlightPlan, (TRAJECTORY,), (SIMULATOR, COMMANDER, RECORDER), latched=True, required=True),
+        Topic("flight/state", FlightState, (SIMULATOR,), _LISTENERS, latched=True, required=True),
         Topic("flight/guard", GuardStatus, (SIMULATOR,), (COMMANDER, RECORDER), latched=True),
         Topic("flight/autopilot", AutopilotStatus, (SIMULATOR,), (COMMANDER, RECORDER), latched=True),
-        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), latched=True),
+        Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), latched=True, required=True),
         Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), only_with=COMMANDER),
         Topic(
             "battery_state",
@@ -199,6 +182,6 @@ TOPICS = {
         ),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), latched=True),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,)),
-        Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,)),
+        Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), required=True),
     )
 }
