@@ -12,10 +12,10 @@ from guard_flights import ATTITUDE, POSITION
 from quad_attitude_ctrl import abfnitsm
 from quad_commander.commander_core import CommanderCore, Inputs
 from quad_commander.missions import parse
-from quad_commander.mode_table import Mode, Request
 from quad_commander.parameters import CommanderParameters
 from quad_commander.request_queue import PendingRequest
 from quad_core.cycle import seconds
+from quad_core.enumerations import Mode, Request
 from quad_core.geometry import norm
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import (

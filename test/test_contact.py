@@ -3,7 +3,7 @@
 import pytest
 from commanded_flights import PERFECT, hovering, landed
 
-from quad_commander.mode_table import Mode
+from quad_core.enumerations import Mode
 from quad_core.types import Conditions, SensorFault, Vec3
 from quad_guard import guard
 

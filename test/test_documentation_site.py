@@ -6,7 +6,8 @@ import documentation_site
 import mode_pages
 import pytest
 
-from quad_commander.mode_table import FAULTS, Mode
+from quad_commander.mode_table import FAULTS
+from quad_core.enumerations import Mode
 
 pytestmark = pytest.mark.unit
 

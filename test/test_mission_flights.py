@@ -22,7 +22,7 @@ from flying import (
 )
 from rclpy.executors import SingleThreadedExecutor
 
-from quad_commander.mode_table import Mode
+from quad_core.enumerations import Mode
 from quad_flight_log.bag.reader import open_flight
 from quad_msgs.msg import FlightMode
 from quad_node.topics import latched

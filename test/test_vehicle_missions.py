@@ -8,7 +8,7 @@ import pytest
 from flying import flown as landed
 from px4_flights import VEHICLES, WHOLE, cause, flown, happened, in_hold, killed, when
 
-from quad_commander.mode_table import Mode
+from quad_core.enumerations import Mode
 
 # an autopilot has a processor of its own
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]

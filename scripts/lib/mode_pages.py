@@ -1,8 +1,9 @@
 """The mode table for people: Markdown tables made from ``mode_table``, for docs/reference/modes.md."""
 
-from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE, Mode
+from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE
 from quad_commander.modes import words
 from quad_commander.parameters import ModeParameters
+from quad_core.enumerations import Mode
 
 
 def fault_table() -> str:

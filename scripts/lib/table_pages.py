@@ -13,10 +13,11 @@ from typing import Any
 import mode_pages
 import yaml
 
-from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.mode_table import Condition
 from quad_commander.modes import words
 from quad_commander.node import SERVICES
 from quad_core import plugins
+from quad_core.enumerations import Mode, Request
 from quad_flight import configuration
 from quad_flight_log.analysis.metrics import METRICS
 from quad_guard import guard

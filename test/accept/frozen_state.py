@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from commanded_flights import PERFECT, hovering, tilt
 
-from quad_commander.mode_table import Mode, Request
 from quad_core.cycle import seconds
+from quad_core.enumerations import Mode, Request
 from quad_core.geometry import norm
 from quad_core.types import CALM, SensorFault, VehicleState
 from quad_core.vehicle import Vehicle

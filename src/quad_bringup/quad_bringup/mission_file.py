@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from quad_commander.missions import parse
-from quad_commander.mode_table import Request
 from quad_core import plugins
 from quad_core.cascade import TRAJECTORY
+from quad_core.enumerations import Request
 from quad_core.parameter_files import StrictLoader, load_yaml_file
 from quad_core.parameters import ParameterError
 from quad_core.resolution import parse_settings, resolve

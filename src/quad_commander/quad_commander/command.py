@@ -18,16 +18,17 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
 from quad_commander.missions import read_place
-from quad_commander.mode_table import Request
+from quad_commander.mode_table import GRANTED
 from quad_commander.references import Place
 from quad_core.command_line import Parser, open_streams
+from quad_core.enumerations import Request
 from quad_core.parameters import ParameterError
 from quad_msgs.msg import FlightMode, FlightRequest
 from quad_node import executor, topics
 from quad_node.middleware import close_unless_asked
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
-WORDS = {request.name.lower(): request for request in Request if request != Request.NONE}
+WORDS = {request.name.lower(): request for request in sorted(GRANTED)}
 _HUNG = NO_ANSWER
 _FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
 

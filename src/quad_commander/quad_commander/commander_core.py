@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 from quad_commander import missions, modes, references
 from quad_commander.missions import Item, MissionMemory
-from quad_commander.mode_table import GRANTED, ON_GROUND, Condition, Mode, Request
+from quad_commander.mode_table import GRANTED, ON_GROUND, Condition
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest, RequestQueue
+from quad_core.enumerations import Answer, Mode, Request
 from quad_core.geometry import ZERO, norm, subtract
 from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, Vec3, VehicleState
 
@@ -77,7 +78,7 @@ class CommanderCore:
         """Return why ``request`` would be refused now, empty if it would not."""
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
         answer, blocked_by = modes.asked(self.mode, request, raised, self._on_ground)
-        refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == modes.NOT_DONE else ""
+        refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == Answer.REFUSED else ""
         return refusal or self._unready(request)
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
@@ -100,10 +101,10 @@ class CommanderCore:
             self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
         )
         if refusal:
-            decision = decision._replace(answer=modes.NOT_DONE)
-        elif decision.answer == modes.NOT_DONE:
+            decision = decision._replace(answer=Answer.REFUSED)
+        elif decision.answer == Answer.REFUSED:
             refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
-        elif decision.answer == modes.DONE and request.sender != MISSION_SENDER:
+        elif decision.answer == Answer.DONE and request.sender != MISSION_SENDER:
             self._requests.grant(request)
             self._requests.overtake(decision.mode)
         if decision.changed and decision.reason != modes.ON_REQUEST and decision.mode > before.mode:
@@ -187,18 +188,18 @@ class CommanderCore:
     ) -> list[tuple[str, str]]:
         """Take down mode, request and answer; return what is new about them."""
         news, said, mode = [], self._said, decision.mode
-        refused = mode == Mode.DISARMED and decision.answer == modes.NOT_DONE and asked.sender == MISSION_SENDER
+        refused = mode == Mode.DISARMED and decision.answer == Answer.REFUSED and asked.sender == MISSION_SENDER
         self._refused_for = self._refused_for + seen.dt if refused else 0.0
         if self._refused_for > self._parameters.modes.arming_late:
             self._gave_up, self._text = True, refusal
         again = asked == self._last and refusal == self._answer_text and asked.sender == MISSION_SENDER
-        if decision.answer != modes.NOT_ASKED and not again:
+        if decision.answer != Answer.NOT_ASKED and not again:
             self._last, self._answer_text = asked, refusal
             said = said._replace(request=int(asked.request), answer=decision.answer, request_step=seen.step)
             kind = "request" if not refusal else MISSION_REFUSED if asked.sender == MISSION_SENDER else REQUEST_REFUSED
             answer = f"refused: {refusal}" if refusal else "done"
             news.append((kind, f"{asked.request.name} of {asked.sender}: {answer}"))
-        if decision.changed or (decision.answer == modes.DONE and asked.place):
+        if decision.changed or (decision.answer == Answer.DONE and asked.place):
             self._text = modes.reason_text(
                 self._parameters.modes, mode, decision.reason, self._last.sender, seen.guard.reason
             )
@@ -236,9 +237,9 @@ class CommanderCore:
         stands = before == Mode.TAKEOFF and mode == Mode.LAND and seen.state.on_ground
         if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped or stands):
             current = references.from_state(seen.state)  # it does not follow the last reference, or is not to
-        sent_off = decision.answer == modes.DONE and mode == Mode.HOLD and asked.place != self._place
+        sent_off = decision.answer == Answer.DONE and mode == Mode.HOLD and asked.place != self._place
         if decision.changed or sent_off:
-            self._place = asked.place if decision.answer == modes.DONE and mode == Mode.HOLD else None
+            self._place = asked.place if decision.answer == Answer.DONE and mode == Mode.HOLD else None
         again = mode not in ON_GROUND and (goes_along or (jumped and mode != Mode.MISSION))
         if decision.changed or sent_off or again:
             lowest = _UNSURE_GROUND if seen.by_autopilot and mode == Mode.LAND else 0.0

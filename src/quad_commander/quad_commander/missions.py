@@ -10,9 +10,10 @@ that of the current item, the mission waits, and goes on only when an operator a
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.mode_table import Condition
 from quad_commander.modes import ON_REQUEST
 from quad_commander.references import Place
+from quad_core.enumerations import Mode, Request
 from quad_core.parameters import ParameterError, radians_of
 
 LONGEST_HOLD = 3600.0

@@ -8,20 +8,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from quad_core.cascade import POSITION, TRAJECTORY
-
-
-class Mode(IntEnum):
-    """What the vehicle does; the larger number is the more severe."""
-
-    DISARMED = 0
-    ARMING = 1
-    TAKEOFF = 2
-    MISSION = 3
-    HOLD = 4
-    LAND = 5
-    DESCEND = 6
-    PILOT = 7
-    KILL = 8
+from quad_core.enumerations import Mode, Request
 
 
 class Condition(IntEnum):
@@ -51,21 +38,6 @@ class Condition(IntEnum):
     AT_HEIGHT = 21
     PLAN_ENDED = 22
     CONTACT = 23
-
-
-class Request(IntEnum):
-    """What an operator or a mission may ask for."""
-
-    NONE = 0
-    ARM = 1
-    TAKEOFF = 2
-    MISSION = 3
-    HOLD = 4
-    LAND = 5
-    DESCEND = 6
-    DISARM = 7
-    KILL = 8
-    GOTO = 10  # 9 ends the flight
 
 
 class Row(NamedTuple):

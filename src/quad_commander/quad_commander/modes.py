@@ -15,15 +15,15 @@ A take-off that is to hold before the vehicle is clear of the ground lands inste
 from collections.abc import Set
 from typing import NamedTuple
 
-from quad_commander.mode_table import FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition, Mode, Request
+from quad_commander.mode_table import FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition
 from quad_commander.parameters import ModeParameters
 from quad_core.cascade import ATTITUDE
+from quad_core.enumerations import Answer, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
 NO_REASON, ON_REQUEST = -1, -2
 """Reasons that are no condition: none yet, and on request."""
-NOT_ASKED, DONE, NOT_DONE = 0, 1, 2
 
 
 class Inputs(NamedTuple):
@@ -87,7 +87,7 @@ class Memory(NamedTuple):
 class Decision(NamedTuple):
     """The mode, why (a Condition or ON_REQUEST), what is raised, and the request's answer.
 
-    ``answer``: NOT_ASKED, DONE or NOT_DONE; ``blocked_by`` is the condition that forbids the request, or NO_REASON.
+    ``blocked_by`` is the condition that forbids the request, or NO_REASON.
     ``guard_request`` is what the vehicle interface asks of the guard.
     """
 
@@ -111,10 +111,10 @@ def step(
         if here == mode and achieved in raised:
             mode, reason = then, achieved
             break
-    answer, blocked_by = NOT_ASKED, NO_REASON
+    answer, blocked_by = Answer.NOT_ASKED, NO_REASON
     if request != Request.NONE:
         answer, blocked_by = asked(mode, request, raised, seen.state.on_ground)
-        if answer == DONE and (mode != GRANTED[request][mode] or request == Request.GOTO):
+        if answer == Answer.DONE and (mode != GRANTED[request][mode] or request == Request.GOTO):
             mode, reason = GRANTED[request][mode], ON_REQUEST
     worst = most_severe(mode, raised)
     if worst != NO_REASON:
@@ -133,7 +133,7 @@ def step(
         reason,
         frozenset() if mode == Mode.DISARMED else LASTING & raised,
         in_mission and reason != Condition.PLAN_ENDED,
-        mode == Mode.ARMING and (memory.takeoff_asked or (request == Request.TAKEOFF and answer == DONE)),
+        mode == Mode.ARMING and (memory.takeoff_asked or (request == Request.TAKEOFF and answer == Answer.DONE)),
         0.0 if changed else memory.time,
         release,
     )
@@ -178,18 +178,18 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
     return frozenset(condition for condition, is_raised in found.items() if is_raised)
 
 
-def asked(mode: Mode, request: Request, raised: Set[Condition], on_ground: bool) -> tuple[int, int]:
-    """Return DONE or NOT_DONE, and the condition that forbids ``request``; ``on_ground``: not clear of the ground."""
+def asked(mode: Mode, request: Request, raised: Set[Condition], on_ground: bool) -> tuple[Answer, int]:
+    """Return the answer, and the condition that forbids ``request``; ``on_ground``: not clear of the ground."""
     target = GRANTED[request].get(mode)
     slides = mode == Mode.LAND and request == Request.HOLD and on_ground
     flies = mode == Mode.PILOT and request == Request.DISARM and Condition.CONTACT not in raised
     if target is None or slides or flies:
-        return NOT_DONE, NO_REASON
+        return Answer.REFUSED, NO_REASON
     if (target < mode or target == Mode.ARMING) and target != Mode.DISARMED:
         blocking = most_severe(target, raised)
         if blocking != NO_REASON:
-            return NOT_DONE, blocking
-    return DONE, NO_REASON
+            return Answer.REFUSED, blocking
+    return Answer.DONE, NO_REASON
 
 
 def most_severe(mode: Mode, raised: Set[Condition]) -> int:

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.commander_core import MISSION_REFUSED, REQUEST_REFUSED, CommanderCore, Outputs
-from quad_commander.mode_table import Mode, Request
+from quad_commander.mode_table import GRANTED
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
 from quad_commander.references import Place
@@ -25,6 +25,7 @@ from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQu
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
+from quad_core.enumerations import Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
@@ -35,12 +36,12 @@ from quad_node.conversion import set_stamp
 from quad_node.main import run
 from quad_node.responder import InputTopic, Responder, Sample
 
-SERVICES = (Request.ARM, Request.TAKEOFF, Request.MISSION, Request.HOLD, Request.LAND, Request.DISARM, Request.KILL)
+SERVICES = tuple(request for request in sorted(GRANTED) if request != Request.GOTO)  # which names a place
 _CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
 _LONGEST_SENDER, _UNNAMED = 200, "unnamed"  # characters; the sender of a request that names none
-_REQUESTS = frozenset(Request) - {Request.NONE}
+_REQUESTS = frozenset(GRANTED)
 _MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
@@ -306,7 +307,7 @@ class Commander(Responder):
         elif message.run_id and message.run_id != self.flight.run_id:
             self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")
             return
-        elif message.request == FlightRequest.END:
+        elif message.request == Request.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"
             return
         elif message.request not in _REQUESTS:

@@ -18,8 +18,8 @@ offset go to rest at zero the same way: ``plan_hand_over`` once, ``handed_over``
 import math
 from typing import NamedTuple
 
-from quad_commander.mode_table import Mode
 from quad_commander.parameters import AxisLimits, ReferenceLimits
+from quad_core.enumerations import Mode
 from quad_core.geometry import euler_from_quaternion, wrap_angle
 from quad_core.types import TrajectoryPoint, VehicleState
 from quad_trajectory.polynomial import AxisPoint, constant_jerk, coordinates, evaluate, point, resting

@@ -8,8 +8,9 @@ queue.grant(asked)                              # if it was done
 
 from typing import NamedTuple
 
-from quad_commander.mode_table import GRANTED, Mode, Request
+from quad_commander.mode_table import GRANTED
 from quad_commander.references import Place
+from quad_core.enumerations import Mode, Request
 
 MOST_SENDERS = 16
 REPEATS_WITHIN = 0.5

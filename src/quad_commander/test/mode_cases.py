@@ -1,9 +1,10 @@
 """The mode table as a person wrote it from docs/explanation/safety.md, and how each condition comes about."""
 
 from quad_commander import modes
-from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.mode_table import Condition
 from quad_commander.modes import Inputs, Memory
 from quad_commander.parameters import ModeParameters
+from quad_core.enumerations import Mode, Request
 from quad_core.types import GuardStatus
 from quad_guard import guard
 

@@ -7,8 +7,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 from quad_commander import command
-from quad_commander.mode_table import Request
 from quad_commander.references import Place
+from quad_core.enumerations import Request
 from quad_msgs.msg import FlightMode
 from quad_node import executor, topics
 

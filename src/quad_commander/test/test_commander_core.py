@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from quad_commander.commander_core import CommanderCore
 from quad_commander.missions import parse
-from quad_commander.mode_table import Mode, Request
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest
+from quad_core.enumerations import Mode, Request
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_guard import guard

@@ -9,7 +9,8 @@ from std_srvs.srv import Trigger
 from wired_commander import wired
 
 from quad_commander import node as commander_node
-from quad_commander.mode_table import Condition, Request
+from quad_commander.mode_table import Condition
+from quad_core.enumerations import Request
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 
@@ -97,7 +98,7 @@ def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     assert (before.success, before.message) == (False, "the flight has not begun")
     node.fly(0, 6)
     names = {service.srv_name for service in node._offered}
-    assert names == {"arm", "takeoff", "mission", "hold", "land", "disarm", "kill"}
+    assert names == {"arm", "takeoff", "mission", "hold", "land", "descend", "disarm", "kill"}
     refused = call(Request.LAND, Trigger.Request(), Trigger.Response())
     assert (refused.success, refused.message) == (False, "LAND is not possible in DISARMED")
     assert call(Request.KILL, Trigger.Request(), Trigger.Response()).success

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quad_commander.missions import Item, parse
-from quad_commander.mode_table import Request
 from quad_commander.references import Place
+from quad_core.enumerations import Request
 from quad_core.parameters import ParameterError
 
 NAMES = {"case1", "case2", "hover"}

@@ -7,8 +7,9 @@ import pytest
 from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 
 from quad_commander import modes
-from quad_commander.mode_table import Condition, Mode, Request
+from quad_commander.mode_table import Condition
 from quad_commander.modes import Inputs
+from quad_core.enumerations import Answer, Mode, Request
 from quad_core.types import GuardStatus
 from quad_guard import guard
 
@@ -51,7 +52,7 @@ def test_a_request_into_a_mode_that_would_not_last_is_refused_by_name():
     _, memory = fly(in_mode(Mode.MISSION), 0.02, battery=0.1)
     # the battery recovers without load, and still
     decision, _ = fly(memory, DT, Request.HOLD, battery=0.5)
-    assert (decision.mode, decision.answer, decision.blocked_by) == (Mode.LAND, modes.NOT_DONE, Condition.BATTERY_LOW)
+    assert (decision.mode, decision.answer, decision.blocked_by) == (Mode.LAND, Answer.REFUSED, Condition.BATTERY_LOW)
     decision, _ = fly(in_mode(Mode.HOLD), DT, Request.MISSION, reference_age=0.5)
     assert (decision.mode, decision.blocked_by) == (Mode.HOLD, Condition.REFERENCE_LATE)
 
@@ -70,7 +71,7 @@ def test_faults_win_over_a_request_of_the_same_step():
 def test_going_down_is_never_refused():
     for faults in itertools.combinations(HEALTH, 2):
         decision, _ = after(in_mode(Mode.MISSION), *faults, request=Request.DESCEND)
-        assert decision.answer == modes.DONE
+        assert decision.answer == Answer.DONE
         assert decision.mode >= Mode.DESCEND
 
 
@@ -139,5 +140,5 @@ def test_a_vehicle_that_holds_for_a_lost_mission_and_is_sent_elsewhere_waits_no_
     _, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
     assert (memory.mode, memory.reason) == (Mode.HOLD, Condition.REFERENCE_LATE)
     decision, memory = fly(memory, DT, Request.GOTO, reference_age=0.3)
-    assert (decision.mode, decision.answer, decision.reason) == (Mode.HOLD, modes.DONE, modes.ON_REQUEST)
+    assert (decision.mode, decision.answer, decision.reason) == (Mode.HOLD, Answer.DONE, modes.ON_REQUEST)
     assert fly(memory, 5.0, reference_age=100.0)[0].mode == Mode.HOLD

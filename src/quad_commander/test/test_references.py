@@ -7,8 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from quad_commander import references as refs
-from quad_commander.mode_table import Mode
 from quad_commander.references import AxisLimits, ReferenceLimits
+from quad_core.enumerations import Mode
 from quad_core.types import TrajectoryPoint, Vec3
 
 LIMITS = ReferenceLimits()

@@ -2,8 +2,8 @@
 
 import pytest
 
-from quad_commander.mode_table import Mode, Request
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
+from quad_core.enumerations import Mode, Request
 
 DT = 0.01
 

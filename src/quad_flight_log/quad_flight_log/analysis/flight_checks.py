@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMANDER, SIGNALS, SIMULATOR
+from quad_core.enumerations import FlightPhase
 from quad_core.flight_parameters import LOCKSTEP
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import load_yaml_file
@@ -39,7 +40,6 @@ SILENCE = 0.5  # s without the flown path in real time: as long as the guard tol
 STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
-ENDED, FAILED = 2, 3  # of flight/state
 EVIDENCE = ("reference", "actuation", "flight/guard", "flight/parameters")
 """Topics of every flight that a verdict needs beside the flown path and ``flight/state``."""
 
@@ -87,7 +87,9 @@ def last_state(flight: Flight) -> LastState | None:
     if last is None:
         return None
     stamp, state, reason = last
-    return LastState(state in (ENDED, FAILED), state == FAILED, reason, stamp * 1e-9)
+    return LastState(
+        state in (FlightPhase.ENDED, FlightPhase.FAILED), state == FlightPhase.FAILED, reason, stamp * 1e-9
+    )
 
 
 def ends_early(flight: Flight) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
+from quad_core.enumerations import Mode
 from quad_flight_log.analysis.arrays import (
     Floats,
     Stamps,
@@ -25,7 +26,6 @@ from quad_flight_log.analysis.arrays import (
     wrapped,
 )
 
-MISSION = 3  # of flight/mode
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz
 
@@ -171,7 +171,7 @@ def in_mission(tables: Mapping[str, NDArray[np.void]]) -> dict[str, NDArray[np.v
     found = {}
     for name, table in tables.items():
         at = np.searchsorted(modes["stamp_ns"], table["stamp_ns"], side="right") - 1
-        rows = table[(at >= 0) & (modes["mode"][at] == MISSION)]
+        rows = table[(at >= 0) & (modes["mode"][at] == Mode.MISSION)]
         if len(rows):
             found[name] = rows
     return found

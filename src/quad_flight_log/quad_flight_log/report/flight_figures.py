@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
+from quad_core.enumerations import Mode
 from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, matched, norms, wrapped
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
@@ -20,7 +21,6 @@ CASES = {"case1": "Case 1: rectangle (Eqs. 61-64)", "case2": "Case 2: helix (Eqs
 FIRST_FIGURE = {"case1": 5, "case2": 12}
 MOTIONS = (("longitudinal", "x"), ("lateral", "y"), ("vertical", "z"))
 ANGLES = (("roll", "φ"), ("pitch", "θ"), ("yaw", "ψ"))
-_ARMING = 1  # of flight/mode
 _SHADES = (0.07, 0.16)  # of modes that follow each other
 _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
 
@@ -98,7 +98,7 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
     return tuple(
         Band(float(times[at]), float(end), str(table["name"][at]), _SHADES[place % 2], _MODE_COLOUR)
         for place, (at, end) in enumerate(zip(first, ends, strict=True))
-        if table["mode"][at] > _ARMING
+        if table["mode"][at] > Mode.ARMING
     )
 
 
