@@ -20,7 +20,7 @@ FAULTS = {
     "pilot": ({"pilot_after": LATER}, LONG, "took the vehicle in flight"),
     "lost link": ({"silent_after": LATER}, LONG, "nothing for|no good state|state older"),
     "low battery": ({"battery_after": LATER}, LONG, "battery"),
-    "reset": ({"reset_after": LATER, "reset_by": 1.0}, "takeoff:2,hold:5,land", "the estimate jumped by 1.00 m"),
+    "reset": ({"reset_after": LATER, "reset_by": 3.0}, "takeoff:2,hold:5,land", "the estimate jumped by 3.00 m"),
     "Ctrl-C": ({}, LONG, "SIGINT"),
     "commander killed": ({}, LONG, "commander does not answer: flight/mode older than 0.5 s"),
 }

@@ -108,7 +108,7 @@ class Inputs(NamedTuple):
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
     has waited for a command. ``refusal``: why the flight must not begin, empty if it may; while the commander is
     arming, what it still waits for. ``stop``: why it must end now, empty if it need not. ``silence``: time since the
-    autopilot sent anything. ``is_over``: the commander has ended the flight.
+    autopilot sent anything. ``is_over``: the commander has ended the flight. ``moves``: the estimate does not rest yet.
     """
 
     now: float
@@ -122,6 +122,7 @@ class Inputs(NamedTuple):
     silence: float = 0.0
     wish: Wish = Wish.FLY
     is_over: bool = False
+    moves: bool = False
 
 
 class Memory(NamedTuple):
@@ -202,6 +203,11 @@ class Case:
         )
 
 
+def is_unsettled(case: Case) -> bool:
+    """Return whether a trajectory would be planned from a start that moves; flight.start_timeout ends the wait."""
+    return case.inputs.moves
+
+
 def is_called_off(case: Case) -> bool:
     """Return whether the commander has ended a flight that the autopilot was not armed for."""
     return case.inputs.is_over
@@ -243,6 +249,7 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Case], object], Phase | None, st
     ((STREAM,), lambda c: c.unaware, RELEASED, _UNAWARE),
     ((STREAM,), lambda c: c.inputs.refusal and c.late, RELEASED, "arming refused: {i.refusal}"),
     ((STREAM,), lambda c: c.inputs.refusal, None, ""),
+    ((STREAM,), is_unsettled, None, ""),
     ((STREAM,), lambda _: True, STANDBY, ""),
     ((PROBE,), lambda c: math.isfinite(c.loss) or not c.patient, STREAM, ""),
     ((STANDBY,), is_called_off, LANDED, ""),

@@ -113,6 +113,9 @@ class AutopilotInterface:
     def on_begin(self) -> None:
         """Note that the next estimate is step 0."""
 
+    def on_shift(self) -> None:
+        """Note that the autopilot has moved its estimate and says so: the next one is no jump of the vehicle."""
+
     def on_accepted(self, sample: odometry.Sample) -> None:
         """Note that an estimate was accepted."""
 
@@ -231,9 +234,13 @@ class AutopilotNode(VehicleNode):
     def _on_reset(self, jump: odometry.Jump) -> None:
         angles = f"{math.degrees(jump.tilt):.1f} deg of tilt, {math.degrees(jump.heading):.1f} deg of heading"
         text = f"the estimate jumped by {jump.distance:.2f} m, {angles}"
-        self.event(FlightEvent.WARNING, "estimator_reset", text, self.elapsed_ns, always=True)
         turned = jump.tilt > _RESET_TILT or jump.heading > _RESET_HEADING
-        if self.sequence.phase == Phase.FLY and (jump.distance > self.settings.reset_limit or turned):
+        is_large = turned or jump.distance > self.settings.reset_limit
+        severity = FlightEvent.WARNING if is_large else FlightEvent.INFO
+        self.event(severity, "estimator_reset", text, self.elapsed_ns, always=True)
+        if not turned:  # what it says of a heading must hold against the motion first
+            self.interface.on_shift()
+        if self.sequence.phase == Phase.FLY and is_large:
             self.large_resets += 1
             self._tell(self.clock())  # before the state that jumped
 
@@ -271,8 +278,10 @@ class AutopilotNode(VehicleNode):
     def prepare(self) -> list[str]:
         """Return what the autopilot still has to do before step 0."""
         phase = self.sequence.phase
-        waits = [] if phase == Phase.STANDBY else [f"{self.profile.name} ({phase.name.lower()})"]
-        return self.interface.missing() or waits
+        if phase == Phase.STANDBY:
+            return self.interface.missing()
+        more = f": {moves}" if self.sample is not None and (moves := self._moves()) else ""
+        return self.interface.missing() or [f"{self.profile.name} ({phase.name.lower()}{more})"]
 
     def waits_for(self) -> list[str]:
         """Return what must come before the flight begins, the autopilot's part included."""
@@ -397,6 +406,7 @@ class AutopilotNode(VehicleNode):
             now - interface.spoke_at,
             wish,
             self.commander.is_over,
+            self.sequence.phase == Phase.STREAM and bool(self._moves()),
         )
         output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)
         self._tell(now)
@@ -444,14 +454,18 @@ class AutopilotNode(VehicleNode):
             return f"not ready: {', '.join(missing)}"
         if phase not in (Phase.STREAM, Phase.MODE):
             return ""
-        return self._refusal() or self._standing.refusal(self.settings.arming.speed, self.profile.state)
+        return self._refusal() or self._moves()
+
+    def _moves(self) -> str:
+        """Return how the estimate moves while the vehicle stands; empty if it rests."""
+        return self._standing.refusal(self.settings.arming.speed, self.profile.state)
 
     def _waits_for(self, wish: Wish) -> str:
         """Return what the commander still waits for while it is arming."""
         return self.commander.answer_text if wish == Wish.IDLE else ""
 
     def _refusal(self) -> str:
-        """Return why the flight must not begin; whether the estimate rests is the commander's to say before it arms."""
+        """Return why the flight must not begin."""
         periods = {stage.role: self.handshake.period(stage.role) for stage in STAGES if stage.role in self.roles}
         misfit = odometry.misfit(self.flight.plant_period, periods, self._spacings, self.profile.state)
         return self.interface.refusal() or misfit

@@ -81,6 +81,13 @@ def test_an_answer_in_progress_or_to_another_command_is_none():
         assert arming.step(PROFILE, PARAMETERS, flight.memory, given)[1].answer == ""
 
 
+def test_the_flight_begins_once_the_estimate_rests_however_long_that_takes():
+    flight = Flight()
+    for _ in range(round(30.0 / TICK)):
+        assert flight.tick(moves=True, wish=Wish.GROUND).phase == Phase.STREAM
+    flight.run(Phase.STANDBY, 0.1, wish=Wish.GROUND)
+
+
 GROUNDED = {
     "no status": ({"silent": True}, {}, "vehicle_status"),
     "no states": ({}, {"state_age": math.inf}, "vehicle_odometry"),

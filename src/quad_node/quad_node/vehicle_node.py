@@ -372,7 +372,7 @@ class VehicleNode(FlightNode):
 
     def _on_node(self, message: NodeStatus) -> None:
         problem = self.handshake.on_status(message)
-        flies = self.commanded and self.armed and self.phase != FlightState.WAITING
+        flies = self.link is not None and self.link.armed and self.phase != FlightState.WAITING
         if problem and flies and message.role in (TRAJECTORY, RECORDER):
             self.event(FlightEvent.WARNING, "node_failed", problem)  # neither is needed to land
             if message.role == RECORDER:

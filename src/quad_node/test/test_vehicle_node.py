@@ -85,6 +85,18 @@ def test_without_a_guard_a_lost_commander_ends_the_flight_and_a_silent_controlle
     assert owner.phase == phase
 
 
+@pytest.mark.parametrize("mode", [FlightMode.DISARMED, FlightMode.HOLD])
+def test_a_trajectory_that_fails_ends_a_flight_that_is_not_in_the_air_and_no_other(start_node, mode):
+    owner = start_node(Owner, "flight.roles:=simulator,trajectory,commander", "flight.mode:=realtime")
+    owner.callbacks["flight/mode"](serialize_message(FlightMode(mode=mode)))
+    owner.phase, given_up = FlightState.FLYING, []
+    owner.give_up = given_up.append
+    status = NodeStatus(node="/trajectory", role="trajectory", state=NodeStatus.FAULT, period_steps=5, detail="no plan")
+    status.plant_period, status.interface_hash = owner.flight.plant_period, owner.handshake._hash
+    owner.callbacks["flight/nodes"](status)
+    assert given_up == (["trajectory failed: no plan"] if mode == FlightMode.DISARMED else [])
+
+
 def test_a_flight_that_has_not_begun_ends_when_its_starter_is_gone(owner):
     owner.starter.pid = 2**22 + 1  # Linux gives no process such a number
     owner.on_tick()

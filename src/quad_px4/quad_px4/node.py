@@ -152,6 +152,12 @@ class Px4Interface(AutopilotInterface):
             vehicle = self._landed, self._battery
             self.autopilot = autopilot(self._status, self._control_mode, self._flags, *vehicle, self._ours)
 
+    def on_shift(self) -> None:
+        """Have the guard begin anew with the next state, unless it flies: it would refuse what lies a metre away."""
+        if not self.node.guard.taken_over:
+            self.node.guard.rest(self.node.current_step)
+            self._guarded_step = -1
+
     def on_published(self) -> None:
         """Have the guard take the state as new."""
         self._is_state_new = True
