@@ -184,13 +184,14 @@ def is_flown_as_lee_says(answer, command):
     )
 
 
-def test_geometric_pid_is_its_formula():
+@pytest.mark.parametrize("e_i", [[0.5, -0.4, 0.3], [-0.2, 0.1, 0.15]], ids=["saturated", "free"])
+def test_geometric_pid_is_its_formula(e_i):
     names = ("position", "velocity", "integral", "mixing", "max_integral")
     gains = {f"xy.{name}": value for name, value in zip(names, (9.0, 4.0, 3.0, 1.5, 0.3), strict=True)}
     gains |= {f"z.{name}": value for name, value in zip(names, (12.0, 5.0, 4.0, 0.5, 0.2), strict=True)}
-    parameters, e_i = build(geometric_pid.Parameters, WIDE | gains), np.array([0.2, -0.5, 0.4])
+    parameters, e_i = build(geometric_pid.Parameters, WIDE | gains), np.array(e_i)
     answer, after, seen = geometric_pid.step(parameters, VEHICLE, geometric_pid.Memory(vec(e_i)), inputs(), DT)
-    part = np.array([3.0, 3.0, 4.0]) * [0.2, -0.3, 0.2]
+    part = np.array([3.0, 3.0, 4.0]) * np.clip(e_i, [-0.3, -0.3, -0.2], [0.3, 0.3, 0.2])
     command = lee_command([9.0, 9.0, 12.0], [4.0, 4.0, 5.0]) - part
     assert seen.acceleration_command == pytest.approx(command, abs=1e-12)
     assert is_flown_as_lee_says(answer, command)
