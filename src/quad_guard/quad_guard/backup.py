@@ -7,8 +7,9 @@
 with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio.
 It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a heading
 that can be trusted d is vertical and it sinks at once. With body rates alone f is a fixed share of the weight too.
-Without any state it flies on the prediction and loses no time, for an unseen torque a turns it by a t^2 / 2: it falls.
-Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and there is none. Any fall is braked in the height left,
+Without any state it flies on the prediction and loses no time, for an unseen torque a turns it by a t^2 / 2: it falls,
+unless it was off trim. Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and there is none. Any fall is
+braked in the height that is left,
 
     f = m (g + (v_z^2 - v_touch^2) / 2 h) / b_z  as soon as that takes BRAKE_SHARE of the deceleration that it has.
 
@@ -46,6 +47,8 @@ LEAST_SINK = 0.25
 BRAKE_SHARE, TOUCH_SPEED, FASTEST_TOUCH, TOUCH_HEIGHT, LEAST_WAY = 0.9, 0.5, 1.0, 0.1, 0.02
 """A fall is braked with at least this share of the largest deceleration, to a speed in m/s (on a prediction; with a
 state) so many m above the ground; that way in m is always left for it."""
+OFF_TRIM = 0.05
+"""Unknown torque, in hover torques of one rotor, beyond which a vehicle without any state does not fall."""
 UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(60.0)
 """rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
 
@@ -109,7 +112,9 @@ def descend(
     elif sight == TURNS:
         thrust = BLIND_THRUST * weight
     else:
-        thrust = (1.0 if height <= TOUCH_HEIGHT else FALLING_THRUST) * weight
+        # a weak rotor's torque goes with its thrust: what was known of it holds near the weight alone
+        off_trim = norm(known.torque) > OFF_TRIM * 0.25 * weight * vehicle.arm_length
+        thrust = (1.0 if height <= TOUCH_HEIGHT else BLIND_THRUST if off_trim else FALLING_THRUST) * weight
         touch_speed = TOUCH_SPEED
     if sight != TURNS:
         thrust = max(thrust, braking_thrust(vehicle, known.strength, state.v_w.z, touch_speed, height, up.z))

@@ -88,6 +88,13 @@ def test_without_any_state_it_falls_and_brakes_in_the_height_that_is_left():
     assert wrench(BLIND, v=(1.0, 0.0, 0.0)).torque_b.y < 0.0  # brakes as it does with a state
 
 
+def test_without_any_state_what_is_off_trim_stays_near_its_weight():
+    # a twentieth of a rotor's 0.25 * weight * 0.3 m
+    for share, expected in ((0.049, 0.05), (0.051, 0.94)):
+        unknown = Vec3(0.0, share * 0.25 * WEIGHT * 0.3, 0.0)
+        assert wrench(BLIND, unknown=unknown).thrust == pytest.approx(expected * WEIGHT)
+
+
 def test_a_state_that_returns_late_in_a_fall_is_braked_in_the_height_that_is_left():
     # to 1 m/s: (4^2 - 1) / 2 / 0.45 m is all that it has
     late = wrench(height=0.1 + 15.0 / 2.0 / (1.7 * 9.8), v=(0.0, 0.0, -4.0))
