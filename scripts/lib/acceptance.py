@@ -45,7 +45,13 @@ def run(name: str) -> Outcome:
     print(f"== {name}: {summaries()[name]}", flush=True)
     began = time.monotonic()
     paths = os.pathsep.join(
-        [str(RUNS), str(ROOT / "test"), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+        [
+            str(RUNS),
+            str(ROOT / "test"),
+            str(ROOT / "src/quad_identify/test"),
+            str(Path(__file__).parent),
+            os.environ.get("PYTHONPATH", ""),
+        ]
     )
     command = [sys.executable, str(RUNS / "figures.py"), name]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, check=False)

@@ -24,7 +24,7 @@ LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / 
 PURE = (
     "quad_core", "quad_guard", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics",
     "quad_flight", "quad_campaign", "quad_flight_log", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink",
-    "quad_crazyflie", "quad_mujoco",
+    "quad_crazyflie", "quad_mujoco", "quad_identify",
 )  # fmt: skip
 TOP = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 SECTIONS = {

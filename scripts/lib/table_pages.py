@@ -36,6 +36,7 @@ COMMANDS = {
     "scripts/fly": "quad_bringup.fly",
     "scripts/log": "quad_flight_log.cli",
     "scripts/campaign": "quad_campaign.campaign_cli",
+    "scripts/identify": "quad_identify.cli",
     "scripts/study": "study",
     "scripts/tune": "tune",
     "ros2 run quad_commander command": "quad_commander.command",

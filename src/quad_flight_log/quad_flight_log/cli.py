@@ -192,6 +192,31 @@ def _report(options: argparse.Namespace) -> int:
     return 1 if page.verdict is not None and page.verdict[0] == "unknown" else 0
 
 
+def _import(options: argparse.Namespace) -> int:
+    """Make a bag of a log of others: PX4 ULog, Crazyflie micro-SD, rosbag2, CSV, Parquet; say what is doubtful in it.
+
+    --map names the columns: px4, crazyflie, nanobench, idsia, ros, or a file of your own. ULog, Crazyflie logs and
+    bags have a map by default. Without --out the bag is written into NAME in this directory.
+
+    log import flight.ulg --out flights/real-1
+    log import lap.csv --map my_map.yaml --out flights/real-2
+    """
+    from quad_flight_log.imports.doubts import doubts
+    from quad_flight_log.imports.importing import read_recording
+    from quad_flight_log.imports.write import write_recording
+
+    (path,) = options.bags
+    recording, name = read_recording(path, options.map)
+    found = doubts(recording)
+    out = options.out or Path(path.name.split(".")[0])
+    write_recording(recording, found, path, name, out)
+    for signal, (t, _, source) in recording.signals.items():
+        rate = (len(t) - 1) / (t[-1] - t[0])
+        print(f"{signal}: {len(t)} samples, {t[-1] - t[0]:.1f} s, {rate:.1f} Hz, from {source}")
+    print("\n".join([*(f"note {note}" for note in recording.notes), *(f"doubt {doubt}" for doubt in found), str(out)]))
+    return 0
+
+
 def _view(options: argparse.Namespace) -> int:
     """Write a configuration for RViz, and print how it shows a bag or a live flight.
 
@@ -223,6 +248,7 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
     "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
+    "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
     "--namespace": {"default": "", "help": "namespace of the vehicle"},
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
@@ -234,6 +260,7 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "replay": (_replay, 1, ()),
     "report": (_report, "+", ("--names", "--out")),
     "view": (_view, "*", ("--out",)),
+    "import": (_import, 1, ("--map", "--out")),
 }
 """{command: (function, how many bags, flags)}. A function's docstring is its help, the last paragraph examples.
 

@@ -1,0 +1,182 @@
+"""Maps: which columns of a log are which signal, in which unit and frame; and a log read by its map.
+
+A map is YAML::
+
+    rotors: x                              # where motors 1 to 4 stand: x, plus, crazyflie, px4
+    time: {column: t, unit: s}             # of every table that has no time of its own
+    signals:
+      specific_force: {columns: [ax, ay, az], unit: g, frame: flu}
+      attitude: {columns: [qw, qx, qy, qz], order: wxyz, frame: enu}
+      motors: {table: motors, columns: [m1, m2, m3, m4], unit: pwm16}
+
+A signal may be a list of such entries: the first whose columns are all there is taken.
+"""
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quad_core.parameter_files import load_yaml
+from quad_flight_log.errors import FlightLogError, one_line
+from quad_flight_log.imports.tables import Table, Tables
+
+Floats = NDArray[np.float64]
+WIDTHS = {
+    "specific_force": 3,
+    "body_rates": 3,
+    "attitude": 4,
+    "position": 3,
+    "velocity": 3,
+    "motors": 4,
+    "speeds": 4,
+    "voltage": 1,
+    "reference_position": 3,
+    "reference_velocity": 3,
+    "reference_yaw": 1,
+}
+"""Signals that a map may name, and how many columns each has."""
+UNITS = {
+    "": 1.0,
+    "g": 9.80665,
+    "deg": np.pi / 180.0,
+    "rpm": np.pi / 30.0,
+    "mm": 1e-3,
+    "mV": 1e-3,
+    "cm": 1e-2,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "pwm16": 1.0 / 65535.0,
+    "percent": 0.01,
+    "pwm_us": 1e-3,
+}
+"""Factors to SI or to a command in 0..1; ``pwm_us`` is 1000 to 2000, so 1 is taken off."""
+ROTORS = ("x", "plus", "crazyflie", "px4")
+SHIPPED = ("px4", "crazyflie", "nanobench", "idsia", "ros", "bag")
+DEFAULT = {"ulog": "px4", "usd": "crazyflie", "bag": "ros"}
+_KEYS = {"table", "columns", "unit", "frame", "order", "signs", "time", "euler"}
+_FROM_NED = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # x y z w: turns north-east-down into east-north-up
+_FROM_FRD = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+class Signal(NamedTuple):
+    """One signal: times s, shape (n,), values (n, width), and the column from which each came, in words."""
+
+    t: Floats
+    values: Floats
+    source: str
+
+
+class Recording(NamedTuple):
+    """A log of others in SI units, FLU body, ENU world, quaternions xyzw; ``notes`` are what was said while reading."""
+
+    signals: dict[str, Signal]
+    rotors: str
+    notes: list[str]
+
+
+def load_map(name: str) -> Mapping[str, Any]:
+    """Return a shipped map or one from a file; raises FlightLogError naming file, key, found and expected."""
+    try:
+        if name in SHIPPED:
+            text = resources.files("quad_flight_log.imports").joinpath(f"maps/{name}.yaml").read_text(encoding="utf-8")
+        else:
+            text = Path(name).read_text(encoding="utf-8")
+        content = load_yaml(text)
+    except (OSError, ValueError) as error:
+        hint = f"; shipped maps: {', '.join(SHIPPED)}" if isinstance(error, FileNotFoundError) else ""
+        raise FlightLogError(f"{name}: the map cannot be read: {one_line(error)}{hint}") from error
+    if not isinstance(content, dict) or not isinstance(content.get("signals"), dict):
+        raise FlightLogError(f"{name}: found no 'signals', expected a map of signal to columns")
+    if content.get("rotors", "x") not in ROTORS:
+        raise FlightLogError(f"{name}: rotors: found {content['rotors']!r}, expected one of {', '.join(ROTORS)}")
+    for signal, entries in content["signals"].items():
+        if signal not in WIDTHS:
+            raise FlightLogError(f"{name}: found signal {signal!r}, expected one of {', '.join(WIDTHS)}")
+        for entry in entries if isinstance(entries, list) else [entries]:
+            _check_entry(f"{name}: {signal}", signal, entry)
+    return content
+
+
+def _check_entry(where: str, signal: str, entry: object) -> None:
+    if not isinstance(entry, dict) or not isinstance(entry.get("columns"), list) or entry.keys() - _KEYS:
+        raise FlightLogError(
+            f"{where}: found {entry!r}, expected columns and of {', '.join(sorted(_KEYS))} what is needed"
+        )
+    width = 3 if entry.get("euler") else WIDTHS[signal]
+    if len(entry["columns"]) != width:
+        raise FlightLogError(f"{where}: found {len(entry['columns'])} columns, expected {width}")
+    choices = {"unit": UNITS, "frame": ("flu", "frd", "enu", "ned", "frd-ned"), "order": ("xyzw", "wxyz")}
+    for key, allowed in choices.items():
+        if key in entry and entry[key] not in allowed:
+            raise FlightLogError(
+                f"{where}: {key}: found {entry[key]!r}, expected one of {', '.join(filter(None, allowed))}"
+            )
+
+
+def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Recording:
+    """Return what ``content``, a map, finds in ``tables``; raises FlightLogError if it finds no signal at all."""
+    signals, missing = {}, []
+    for name, entries in content["signals"].items():
+        for entry in entries if isinstance(entries, list) else [entries]:
+            table = tables.get(str(entry.get("table", "")))
+            if table is not None and all(column in table for column in entry["columns"]):
+                found = _signal(name, table, entry, content)
+                if len(found.t) > 1:
+                    signals[name] = found
+                    break
+        else:
+            missing.append(name)
+    if not signals:
+        names = ", ".join(sorted(tables)) if "" not in tables else ", ".join(sorted(tables[""]))
+        raise FlightLogError(f"the map finds none of its columns; the log has {names[:500]}")
+    if missing:
+        notes = [*notes, f"not in the log: {', '.join(missing)}"]
+    first = min(float(found.t[0]) for found in signals.values())
+    moved = {name: found._replace(t=found.t - first) for name, found in signals.items()}
+    return Recording(moved, str(content.get("rotors", "x")), notes)
+
+
+def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[str, Any]) -> Signal:
+    time = {**content.get("time", {}), **entry.get("time", {})}
+    t = table["t"] if "column" not in time or time["column"] not in table else table[time["column"]]
+    t = np.asarray(t, float) * UNITS[time.get("unit", "") if time.get("unit") != "s" else ""]
+    values = np.stack([np.asarray(table[column], float) for column in entry["columns"]], axis=1)
+    values = values * UNITS[entry.get("unit", "")] * np.array(entry.get("signs", 1.0))
+    if entry.get("unit") == "pwm_us":
+        values = np.clip(values - 1.0, 0.0, 1.0)
+    frame = entry.get("frame", "")
+    if name == "attitude":
+        values = _attitude(values, entry)
+    elif frame == "frd":
+        values = values * np.array([1.0, -1.0, -1.0])
+    elif frame == "ned":
+        values = (
+            np.stack([values[:, 1], values[:, 0], -values[:, 2]], axis=1)
+            if values.shape[1] == 3
+            else np.pi / 2 - values
+        )
+    good = np.isfinite(t) & np.isfinite(values).all(axis=1)
+    good[1:] &= t[1:] > np.maximum.accumulate(np.where(good, t, -np.inf))[:-1]
+    return Signal(t[good], values[good], f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip())
+
+
+def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:
+    """Return quaternions xyzw, FLU body to ENU world, of length 1 (NaN where they have none)."""
+    from scipy.spatial.transform import Rotation
+
+    if entry.get("euler"):
+        values = Rotation.from_euler("ZYX", np.nan_to_num(values)[:, ::-1]).as_quat()
+    elif entry.get("order", "xyzw") == "wxyz":
+        values = values[:, [1, 2, 3, 0]]
+    length = np.linalg.norm(values, axis=1)
+    good = np.abs(length - 1.0) < 0.1
+    values = np.where(good[:, None], values / np.where(good, length, 1.0)[:, None], np.nan)
+    if entry.get("frame") in ("ned", "frd-ned"):
+        turned = Rotation.from_quat(_FROM_NED) * Rotation.from_quat(np.where(good[:, None], values, _FROM_FRD))
+        values = np.where(good[:, None], (turned * Rotation.from_quat(_FROM_FRD)).as_quat(), np.nan)
+    return values

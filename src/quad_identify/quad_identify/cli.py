@@ -1,0 +1,209 @@
+"""Parameters of a vehicle from logs of its flights: a vehicle file, each parameter with interval and verdict, a page.
+
+Examples:
+  scripts/identify flight.ulg --mass 1.5 --arms 0.17,0.17 --out my_vehicle.yaml
+  scripts/identify log10 log15 --mass 0.031 --arms 0.046 --json identified.json --page identified.html
+  scripts/identify lap.csv --map nanobench
+
+A LOG is a bag that `log import` wrote, or any file that it reads. Exit codes: 0 all that a vehicle file needs is told,
+1 it is not (what to fly is said), 2 bad usage or no readable log.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from quad_core.parameter_files import load_yaml
+from quad_flight_log.errors import FlightLogError, one_line, printable
+from quad_identify.identify import Result, identify
+from quad_identify.logs import places, read_log
+from quad_identify.model import AT
+from quad_identify.record import LAYOUTS, RecordError
+from quad_identify.vehicle_file import GRAVITY, vehicle_text, vehicle_values
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (--help explains)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    about, _, examples = (__doc__ or "").partition("\n\n")
+    parser = _Parser(prog="identify", description=about, epilog=examples, formatter_class=formatter)
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG")
+    parser.add_argument("--mass", type=float, metavar="KG", help="from a scale: no flight tells it")
+    parser.add_argument(
+        "--arms", default="", metavar="M|X,Y", help="centre to rotor in m, or its distances along x and y"
+    )
+    parser.add_argument(
+        "--layout", choices=sorted(LAYOUTS), default="", help="where motors 1 to 4 stand (default: the map's)"
+    )
+    parser.add_argument("--map", default="", metavar="NAME|FILE", help="map of columns, as for log import")
+    parser.add_argument(
+        "--curve", type=float, metavar="K", help="known share of the square term in 0..1 (PX4's THR_MDL_FAC)"
+    )
+    parser.add_argument(
+        "--prior", type=Path, metavar="FILE", help="a vehicle file: compared with, and used where nothing is told"
+    )
+    parser.add_argument(
+        "--held-out", action="store_true", help="measure errors on the last log instead of the last fifth"
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="vehicle file to write")
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="value, low, high, told, why of each parameter; errors"
+    )
+    parser.add_argument("--page", type=Path, metavar="FILE", help="the same as one HTML page")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _run(options)
+    except (RecordError, FlightLogError) as error:
+        return _complain(str(error))
+    except OSError as error:
+        return _complain(f"{error.filename or ''}: {error.strerror or error}")
+    except MemoryError:
+        return _complain("the log asks for more memory than this machine has")
+
+
+def _complain(problem: str) -> int:
+    print(printable(f"identify: {' '.join(problem.split())}"), file=sys.stderr)
+    return 2
+
+
+def _run(options: argparse.Namespace) -> int:
+    given, prior = _arms(options), _prior(options.prior)
+    if options.mass is not None and not 0.001 <= options.mass <= 1000.0:
+        raise RecordError(f"--mass: found {options.mass:g}, expected 0.001 to 1000 kg")
+    if options.curve is not None and not 0.0 <= options.curve <= 1.0:
+        raise RecordError(f"--curve: found {options.curve:g}, expected 0 to 1")
+    flights = []
+    for path in options.logs:
+        _progress(f"reading {path}")
+        flights.append(read_log(path, options.map, options.layout))
+    layout = next((name for name, rotors in LAYOUTS.items() if rotors == flights[0].rotors), "x")
+    arms = places(given, layout) if given else None
+    result = identify(
+        flights,
+        options.mass,
+        arms,
+        curve=options.curve,
+        prior=_model_of(prior) if prior else None,
+        last_held_out=options.held_out,
+        report=_progress,
+    )
+    print(printable(result.text()))
+    if options.json:
+        options.json.write_text(result.as_json() + "\n", encoding="utf-8")
+    if options.page:
+        _page(result, options.page)
+    return _vehicle(options, result, arms, layout, prior)
+
+
+def _vehicle(
+    options: argparse.Namespace,
+    result: Result,
+    arms: tuple[float, float] | None,
+    layout: str,
+    prior: dict[str, float | str],
+) -> int:
+    try:
+        if arms is None:
+            raise RecordError("no vehicle file: it needs --arms, which no flight tells")
+        values = vehicle_values(result, arms, layout, prior)
+        names = ", ".join(path.name for path in options.logs)
+        text = vehicle_text(values, result.told("command_delay"), f"Identified from {names} by scripts/identify.")
+    except RecordError as error:
+        print(printable(f"identify: {error}"), file=sys.stderr)
+        return 1
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+        print(options.out)
+    return 0
+
+
+def _progress(text: str) -> None:
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{printable(text)[:100]}", end="", file=sys.stderr, flush=True)
+
+
+def _arms(options: argparse.Namespace) -> list[float]:
+    try:
+        arms = [float(part) for part in options.arms.split(",")] if options.arms else []
+    except ValueError:
+        arms = [0.0]
+    if len(arms) > 2 or any(not 0.001 <= arm <= 10.0 for arm in arms):
+        raise RecordError(f"--arms: found {options.arms!r}, expected one or two lengths of 0.001 to 10 m")
+    return arms
+
+
+def _prior(path: Path | None) -> dict[str, float | str]:
+    if path is None:
+        return {}
+    try:
+        content = load_yaml(path.read_text(encoding="utf-8"))
+        values: dict[str, float | str] = content["/**"]["ros__parameters"]["vehicle"]
+        return dict(values)
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordError(
+            f"{path}: {one_line(error)}: expected a vehicle file, /**: ros__parameters: vehicle:"
+        ) from error
+
+
+def _model_of(vehicle: dict[str, float | str]) -> dict[str, float]:
+    """Return the parameters of the fit that a vehicle file means, its thrust being the square of the command."""
+    number = {key: float(value) for key, value in vehicle.items() if key != "layout"}
+    mass, arm = number["mass"], number["arm_length"] * (0.5**0.5 if vehicle.get("layout") == "x" else 1.0)
+    lever = {"roll": arm, "pitch": arm, "yaw": number["torque_coefficient"] / number["lift_coefficient"]}
+    inertia = {"roll": "inertia_xx", "pitch": "inertia_yy", "yaw": "inertia_zz"}
+    out = {f"{axis}_torque_per_inertia": mass * lever[axis] / number[inertia[axis]] for axis in lever}
+    out["thrust_square"] = number["thrust_to_weight"] * GRAVITY
+    out["rotor_time_constant"] = max(number.get("rotor_time_constant", 0.0), 1e-4)
+    out["linear_drag"] = out["vertical_drag"] = number.get("drag_coefficient", 0.0) / mass
+    assert out.keys() <= AT.keys()
+    return out
+
+
+def _page(result: Result, path: Path) -> None:
+    from quad_flight_log.report.page import Page, heading, table, write_page
+
+    rows = []
+    for name, found in result.parameters.items():
+        cells = ["-" if part is None else _number(part) for part in (found.value, found.low, found.high)]
+        rows.append([name, *cells, found.unit, "told" if found.told else "not told", found.why, found.fly])
+    head = ["parameter", "value", "low", "high", "unit", "verdict", "why", "what to fly"]
+    body = [heading("Parameters", "95 % intervals"), table(head, rows)]
+    if result.held_out:
+        names = list(dict.fromkeys(name for errors in result.held_out.values() for name in errors))
+        errors = [
+            [quantity, *(f"{of[name]:.3g}" if name in of else "-" for name in names)]
+            for quantity, of in result.held_out.items()
+        ]
+        body += [heading("Held out", "RMS errors on what the fit has not seen"), table(["quantity", *names], errors)]
+    told = sum(found.told for found in result.parameters.values())
+    verdict = (
+        "good" if told == len(result.parameters) else "unknown",
+        f"{told} of {len(result.parameters)} parameters are told by these logs",
+    )
+    notes = [("note", note) for note in result.notes]
+    write_page(Page("What these logs tell", "scripts/identify", notes, body, verdict), path)
+    print(path)
+
+
+def _number(value: float | list[float]) -> str:
+    return ", ".join(f"{part:.4g}" for part in value) if isinstance(value, list) else f"{value:.4g}"
+
+
+def console() -> None:
+    """Run the command line and leave."""
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    console()

@@ -1,0 +1,231 @@
+"""The fit: a grid over lag and delay with linear least squares inside, then Gauss-Newton on the output error.
+
+The covariance is that of the scores of whole windows (a sandwich), so noise that is not white widens the intervals.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from quad_identify.model import AT, BOUNDS, NAMES, Model
+from quad_identify.record import WINDOW, Floats
+
+LAGS = np.array([0.002, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1])  # s
+DELAYS = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06])  # s
+OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at command 0, believed before any flight
+STRENGTH_BELIEF = 0.15  # the same of a rotor's effectiveness
+FLATNESS_BELIEF = (0.88, 0.1)  # mean and standard deviation of J_zz / (J_xx + J_yy)
+OUTLIER = 6.0  # times the median error of a window
+SILENT = 0.25  # share of an axis' motion below which the fit leaves it alone
+GOOD, DOUBT = 0.9, 10.0  # share explained below which an axis of rotation counts a tenth: its model is wrong somewhere
+OF_AXIS: dict[int, tuple[str, ...]] = {
+    3: ("roll_torque_per_inertia", "trim_x", "damping_x", "flatness"),
+    4: ("pitch_torque_per_inertia", "trim_y", "damping_y", "flatness"),
+    5: ("yaw_torque_per_inertia", "trim_z", "damping_z", "reaction", "flatness"),
+}
+"""Parameters that an axis of rotation tells."""
+TIMING = (AT["rotor_time_constant"], AT["command_delay"])
+Report = Callable[[str], None]
+
+
+class Fit(NamedTuple):
+    """Parameters in the order of NAMES, their covariance, and what is left.
+
+    ``residual`` (3 + 3): RMS of force m/s^2 and of rates rad/s; ``explained``: share of the variance of each that the
+    motors explain; ``quantile``: of Student's t, for 95 %.
+    """
+
+    p: Floats
+    covariance: Floats
+    residual: Floats
+    explained: Floats
+    quantile: float
+    windows: int
+    left_out: int
+
+
+def start(model: Model) -> Floats:
+    """Return the best of a grid over lag and delay, the rest by linear least squares."""
+    best: float = np.inf
+    found: Floats | None = None
+    for lag in LAGS:
+        for delay in DELAYS:
+            p = np.zeros(len(NAMES))
+            p[AT["rotor_time_constant"]], p[AT["command_delay"]], p[AT["flatness"]] = lag, delay, 0.9
+            cost = _linear(model, p)
+            if cost < best:
+                best, found = cost, p
+    assert found is not None
+    return found
+
+
+def _linear(model: Model, p: Floats) -> float:
+    """Write curve and torque per inertia into ``p`` by linear least squares at its lag and delay; return the cost."""
+    first, forces, rates = [], [], []
+    lag, delay = p[AT["rotor_time_constant"]], p[AT["command_delay"]]
+    for number, grid in enumerate(model.grids):
+        y = model.lagged(number, lag, delay)
+        mean, square = 0.25 * y.mean.sum(axis=1), 0.25 * y.square.sum(axis=1)
+        columns = [mean, square] if model.curve is None else [(1.0 - model.curve) * mean + model.curve * square]
+        first.append(np.stack([each[grid.windows].ravel() for each in columns], axis=1))
+        forces.append(grid.force[grid.windows][:, :, 2].ravel())
+        level = y.mean @ grid.rotors.levers.T  # torque of small differences
+        angle = np.concatenate([level, y.mean.sum(axis=1)[:, None]], axis=1)[grid.windows]
+        path = np.cumsum(angle, axis=1) * grid.step
+        rates.append((path - path.mean(axis=1, keepdims=True)).reshape(-1, 4))
+    matrix, force = np.concatenate(first), np.concatenate(forces)
+    weights = np.concatenate([matrix, np.ones((len(matrix), 1))], axis=1) if model.curve is None else matrix
+    regular = np.diag([0.3, 0.3, 3.0][: weights.shape[1]])
+    found, *_ = np.linalg.lstsq(np.vstack([weights, regular]), np.append(force, np.zeros(len(regular))), rcond=None)
+    cost = float(np.mean((force - weights @ found) ** 2) / np.var(force))
+    if model.curve is None:
+        p[AT["thrust_linear"]], p[AT["thrust_square"]], p[AT["thrust_offset"]] = found
+    else:
+        p[AT["thrust_linear"]], p[AT["thrust_square"]] = (1.0 - model.curve) * found[0], model.curve * found[0]
+    first_order, second_order = model.curve_of(p)
+    hover = float(np.mean([grid.command.mean() for grid in model.grids]))
+    slope = 0.25 * max(first_order + 2.0 * second_order * hover, 1.0)
+    both = np.concatenate(rates)
+    measured = np.concatenate([each[:, :, 3:].reshape(-1, 3) for each in model.measured])
+    for axis, name in enumerate(("roll", "pitch", "yaw")):
+        pair = both[:, [axis, 3]]
+        gains, *_ = np.linalg.lstsq(pair, measured[:, axis], rcond=None)
+        p[AT[f"{name}_torque_per_inertia"]] = gains[0] / slope
+        p[AT[f"trim_{'xyz'[axis]}"]] = gains[1] / slope
+        cost += float(np.mean((measured[:, axis] - pair @ gains) ** 2) / max(np.var(measured[:, axis]), 1e-12))
+    return cost
+
+
+def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _: None) -> Fit:
+    """Return the fit of ``model``, from ``begin`` or from the grid. Progress goes to ``report`` in words."""
+    if begin is None:
+        report("grid over lag and delay")
+    p = start(model) if begin is None else begin.copy()
+    free, silent, weight = model.free(), np.zeros(6, dtype=bool), np.ones(6)
+    keep = np.ones(len(model.residuals(p)), dtype=bool)
+    for turn in range(2):
+        report(f"Gauss-Newton, pass {turn + 1} of 2, {int(keep.sum())} windows of {WINDOW:g} s")
+        model.scale = np.ones(6)
+        left = model.residuals(p)
+        model.scale = np.maximum(np.sqrt(np.mean(left[keep] ** 2, axis=(0, 1))), 1e-6)
+        if turn:
+            explained = _explained(model, keep, p)
+            silent[3:], weight[3:] = explained[3:] < SILENT, np.where(explained[3:] < GOOD, DOUBT, 1.0)
+            gone = {name for axis in np.flatnonzero(silent).tolist() for name in OF_AXIS[axis]}
+            free = np.array([index for index in free if NAMES[index] not in gone])
+            model.scale = np.where(silent, 1e9, model.scale * weight)  # a bad model of an axis tells no timing
+        repeats = _repeats(model, p, keep) if turn else 1.0
+        p = _descended(model, p, free, keep, repeats, rounds=10 if turn else 15)
+        error = np.sqrt(np.mean(model.residuals(p) ** 2, axis=(1, 2)))
+        keep = error < OUTLIER * np.median(error)
+    model.scale = np.where(silent, 1e9, weight * np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6))
+    covariance, quantile = _covariance(model, p, free, keep, repeats)
+    model.scale = np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6)
+    explained = _explained(model, keep, p)
+    return Fit(p, covariance, model.scale.copy(), explained, quantile, int(keep.sum()), int((~keep).sum()))
+
+
+def _left(model: Model, p: Floats) -> Floats:
+    """Return what is left in m/s^2 and rad/s, shape (windows, blocks, 6)."""
+    return model.residuals(p) * model.scale
+
+
+def _explained(model: Model, keep: NDArray[np.bool_], p: Floats) -> Floats:
+    """Return the share of the variance of each of the six outputs that the model explains."""
+    measured = np.concatenate(model.measured)[keep].reshape(-1, 6)
+    share: Floats = 1.0 - np.mean(_left(model, p)[keep].reshape(-1, 6) ** 2, axis=0) / np.maximum(
+        measured.var(axis=0), 1e-12
+    )
+    return share
+
+
+def _descended(
+    model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float, rounds: int
+) -> Floats:
+    low, high = (np.array([BOUNDS.get(NAMES[index], (-np.inf, np.inf))[side] for index in free]) for side in (0, 1))
+
+    def cost(x: Floats) -> Floats:
+        full = p.copy()
+        full[free] = x
+        left: Floats = np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
+        return left
+
+    timing = np.isin(free, TIMING)
+    inside: Floats = np.clip(p[free], low + 1e-9, high - 1e-9)
+    done = least_squares(
+        cost,
+        inside,
+        lambda x: _slopes(cost, x, timing),
+        (low, high),
+        x_scale="jac",
+        max_nfev=rounds,
+        ftol=1e-6,
+        xtol=1e-6,
+    )
+    out = p.copy()
+    out[free] = done.x
+    return out
+
+
+def _belief(p: Floats, weight: float) -> Floats:
+    """Return pseudo-measurements: no command gives no thrust, rotors are alike, a body is about as flat as most.
+
+    ``weight``: how many samples tell as much as one would if errors were white.
+    """
+    flat, spread = FLATNESS_BELIEF
+    alike = p[AT["strength_1"] : AT["strength_3"] + 1] / STRENGTH_BELIEF
+    believed = [p[AT["thrust_offset"]] / OFFSET_BELIEF, (p[AT["flatness"]] - flat) / spread, *alike]
+    out: Floats = np.sqrt(weight) * np.array(believed)
+    return out
+
+
+BELIEFS = 5
+
+
+def _repeats(model: Model, p: Floats, keep: NDArray[np.bool_]) -> float:
+    """Return how many samples of the force tell as much as one would if its errors were white, within a second."""
+    left = _left(model, p)[keep][:, :, 2]
+    span = round(1.0 / WINDOW)
+    spans = left[: len(left) // span * span].reshape(-1, span * left.shape[1])
+    return max(1.0, float(spans.mean(axis=1).var() * spans.shape[1] / max(spans.var(), 1e-12)))
+
+
+def _slopes(cost: Callable[[Floats], Floats], x: Floats, timing: NDArray[np.bool_]) -> Floats:
+    base = cost(x)
+    steps = np.where(timing, 3e-4, 1e-4 * np.maximum(np.abs(x), 0.1))
+    out = np.empty((len(base), len(x)))
+    for index in range(len(x)):
+        step = steps[index]
+        moved = x.copy()
+        moved[index] += step
+        out[:, index] = (cost(moved) - base) / step
+    return out
+
+
+def _covariance(
+    model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float
+) -> tuple[Floats, float]:
+    """Return the covariance of all parameters (0 where fixed) and the quantile of 95 %."""
+
+    def outputs(x: Floats) -> Floats:
+        full = p.copy()
+        full[free] = x
+        return np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
+
+    slopes = _slopes(outputs, p[free], np.isin(free, TIMING))
+    left = outputs(p[free])
+    believed = slopes[-BELIEFS:].T @ slopes[-BELIEFS:]
+    windows = int(keep.sum())
+    rows, errors = slopes[:-BELIEFS].reshape(windows, -1, len(free)), left[:-BELIEFS].reshape(windows, -1)
+    scores = np.einsum("wkp,wk->wp", rows, errors)
+    bread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
+    meat = scores.T @ scores * windows / max(windows - len(free) / 3, 1.0) + believed
+    neighbours = scores[1:].T @ scores[:-1]  # errors that outlive a window, weighted as by Newey and West
+    meat = meat + 0.5 * (neighbours + neighbours.T)
+    out = np.zeros((len(NAMES), len(NAMES)))
+    out[np.ix_(free, free)] = bread @ meat @ bread
+    return out, float(student.ppf(0.975, max(windows - len(free) / 3, 2.0)))

@@ -1,0 +1,105 @@
+"""A vehicle whose parameters are known is identified; what a log cannot tell is not told."""
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from samples import log_of
+from simulated import Manoeuvre, Truth
+
+from quad_identify.identify import identify
+from quad_identify.record import RecordError
+
+TRUTH = Truth(effectiveness=(1.03, 0.95, 1.04, 0.98))
+LEVER = TRUTH.arm * math.sqrt(0.5)
+
+
+@cache
+def result_of(manoeuvre=Manoeuvre(duration=25.0), **how):  # noqa: B008
+    return identify([log_of(TRUTH, manoeuvre, **how)], TRUTH.mass, (LEVER, LEVER), judge=False)
+
+
+def test_a_manoeuvre_tells_the_vehicle_within_bounds():
+    told = {name: found.value for name, found in result_of().parameters.items() if found.told}
+    assert told["specific_thrust"] == pytest.approx(TRUTH.specific_thrust, rel=0.02)
+    assert told["rotor_time_constant"] == pytest.approx(TRUTH.lag, abs=0.003)
+    assert told["command_delay"] == pytest.approx(TRUTH.delay, abs=0.002)
+    assert told["linear_drag"] == pytest.approx(TRUTH.drag, rel=0.1)
+    assert told["rotor_effectiveness"] == pytest.approx(TRUTH.effectiveness, abs=0.01)
+    assert told["yaw_drag_ratio"] == pytest.approx(TRUTH.yaw_arm, rel=0.05)
+    for axis, moment in zip("xyz", TRUTH.inertia, strict=True):
+        assert told[f"inertia_{axis * 2}"] == pytest.approx(moment, rel=0.05)
+    for axis, lever, moment in zip(("roll", "pitch", "yaw"), (LEVER, LEVER, TRUTH.yaw_arm), TRUTH.inertia, strict=True):
+        assert told[f"{axis}_torque_per_inertia"] == pytest.approx(TRUTH.mass * lever / moment, rel=0.05)
+
+
+def test_every_number_has_an_interval_and_what_is_not_told_says_what_to_fly():
+    for found in (*result_of().parameters.values(), *result_of(every=10, motors_every=20).parameters.values()):
+        assert found.why
+        if found.told:
+            values, low, high = (np.atleast_1d(part) for part in (found.value, found.low, found.high))
+            assert (low <= values).all()
+            assert (values <= high).all()
+        else:
+            assert found.value is None
+            assert found.fly
+
+
+ROTATION = ("roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia", "inertia_xx", "inertia_zz")
+HOVER = Manoeuvre(25.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("manoeuvre", "how", "refused"),
+    [
+        (HOVER, {}, ("specific_thrust", "thrust_square", "rotor_time_constant", *ROTATION)),
+        (Manoeuvre(25.0), {"every": 20, "motors_every": 20}, ("rotor_time_constant", "command_delay", *ROTATION)),
+        (Manoeuvre(25.0), {"motors_every": 20}, ("rotor_time_constant", *ROTATION)),
+        (Manoeuvre(25.0, yaw=0.0), {}, ("yaw_torque_per_inertia", "yaw_drag_ratio")),
+        (Manoeuvre(25.0), {"without": ("velocity", "voltage")}, ("linear_drag", "thrust_battery", "velocity_age")),
+        (Manoeuvre(25.0), {"without": ("body_rates",)}, ("specific_thrust", "rotor_time_constant", *ROTATION)),
+    ],
+    ids=["hover", "50 Hz", "motors at 50 Hz", "no yaw", "no velocity, no voltage", "no gyro"],
+)
+def test_what_a_log_cannot_tell_is_not_told(manoeuvre, how, refused):
+    found = result_of(manoeuvre, **how).parameters
+    assert [name for name in refused if found[name].told] == []
+    truths = {"specific_thrust": TRUTH.specific_thrust, "rotor_time_constant": TRUTH.lag, "command_delay": TRUTH.delay}
+    for name, truth in truths.items():
+        assert not found[name].told or found[name].low <= truth <= found[name].high
+
+
+def test_a_weak_rotor_is_named_by_its_number_in_the_log():
+    weak = Truth(effectiveness=(1.07, 1.07, 0.79, 1.07))
+    found = identify([log_of(weak)], judge=False).parameters["rotor_effectiveness"]
+    assert found.told
+    assert "rotor 3 gives at least" in found.why
+    assert "rotor 1" not in found.why
+
+
+def test_mass_is_never_told_by_flight_alone():
+    found = identify([log_of()], judge=False).parameters
+    assert not found["mass"].told
+    assert "weigh" in found["mass"].fly
+    assert not found["inertia_xx"].told
+
+
+def test_errors_are_measured_on_what_the_fit_has_not_seen_beside_hold_last_and_a_prior():
+    result = identify([log_of()], prior={"thrust_linear": 20.0})
+    errors = result.held_out["velocity at 0.5 s"]
+    assert errors["identified"] < 0.5 * errors["hold last"]
+    assert errors["identified"] < errors["prior"]
+    assert json.loads(result.as_json())["held_out"]["body_rates at 0.1 s"].keys() == {
+        "hold last",
+        "identified",
+        "prior",
+    }
+
+
+def test_no_motors_that_move_are_no_flight():
+    log = log_of()
+    still = log._replace(motors=log.motors._replace(values=np.full_like(log.motors.values, 0.5)))
+    with pytest.raises(RecordError, match="motors: found one value all along"):
+        identify([still])

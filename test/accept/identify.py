@@ -1,0 +1,100 @@
+"""Identification of 100 random vehicles with known parameters, its intervals, and what must not be told.
+
+Vehicles of 0.03 to 5 kg, lag 0 to 80 ms, delay 0 to 40 ms, a battery that sags, rotors and centre of gravity a little
+off; 70 s of multisines in tilt, thrust and yaw each, with the noise of scenario ``flight``.
+"""
+
+import math
+import time
+
+import numpy as np
+from samples import flight_of, log_of
+from simulated import Manoeuvre, Truth, drawn, flown
+
+from quad_identify.identify import identify
+
+MOST_SECONDS = 30.0  # of processor time for one vehicle
+BOUNDS = {
+    "specific_thrust": 0.02,
+    "roll_torque_per_inertia": 0.05,
+    "pitch_torque_per_inertia": 0.05,
+    "yaw_torque_per_inertia": 0.05,
+}
+TIMES = {"rotor_time_constant": 0.003, "command_delay": 0.002}
+TRAPS = {
+    "hover alone": (Manoeuvre(60.0, 0.0, 0.0, 0.0, 0.0), {}, ("specific_thrust", "rotor_time_constant", "inertia_xx")),
+    "all at 50 Hz": (
+        Manoeuvre(),
+        {"every": 20, "motors_every": 20},
+        ("rotor_time_constant", "command_delay", "inertia_xx"),
+    ),
+    "motors at 50 Hz": (Manoeuvre(), {"motors_every": 20}, ("rotor_time_constant", "roll_torque_per_inertia")),
+    "no roll": (Manoeuvre(roll=0.0), {}, ("roll_torque_per_inertia", "inertia_xx")),
+    "no yaw": (Manoeuvre(yaw=0.0), {}, ("yaw_torque_per_inertia", "yaw_drag_ratio")),
+    "thrust hardly varies": (Manoeuvre(thrust=0.01), {}, ("thrust_square",)),
+    "no gyro": (Manoeuvre(), {"without": ("body_rates",)}, ("inertia_xx", "rotor_time_constant")),
+}
+
+
+def truths(truth):
+    """Return {name: true value} of what identification names so."""
+    lever, (x, y, z) = truth.arm * math.sqrt(0.5), truth.inertia
+    return {
+        "specific_thrust": truth.specific_thrust,
+        "thrust_offset": 0.0,
+        "thrust_linear": truth.specific_thrust * (1.0 - truth.curve),
+        "thrust_square": truth.specific_thrust * truth.curve,
+        "thrust_battery": truth.sag,
+        "rotor_time_constant": truth.lag,
+        "command_delay": truth.delay,
+        "linear_drag": truth.drag,
+        "roll_torque_per_inertia": truth.mass * lever / x,
+        "pitch_torque_per_inertia": truth.mass * lever / y,
+        "yaw_torque_per_inertia": truth.mass * truth.yaw_arm / z,
+        "inertia_xx": x,
+        "inertia_yy": y,
+        "inertia_zz": z,
+        "yaw_drag_ratio": truth.yaw_arm,
+        "rotor_effectiveness": list(truth.effectiveness),
+    }
+
+
+def run(figures):
+    """Identify all and judge."""
+    count = figures.each(100)
+    close, held, longest = dict.fromkeys([*BOUNDS, *TIMES], 0), {}, 0.0
+    for seed in range(count):
+        truth = drawn(seed)
+        lever = truth.arm * math.sqrt(0.5)
+        log = flight_of(flown(truth))
+        began = time.process_time()
+        found = identify([log], truth.mass, (lever, lever), judge=False).parameters
+        longest = max(longest, time.process_time() - began)
+        for name, value in truths(truth).items():
+            one = found[name]
+            if one.low is not None:
+                inside = np.logical_and(np.less_equal(one.low, value), np.less_equal(value, one.high))
+                held.setdefault(name, []).append(float(np.mean(inside)))
+            if name in close and one.told:
+                limit = TIMES.get(name) or BOUNDS[name] * value
+                close[name] += abs(one.value - value) <= limit
+    for name, number in close.items():
+        figures.check(number >= 0.95 * count, f"{name}: {number} of {count} within its bound, at least 95 %")
+    for name, inside in held.items():
+        share = 100.0 * float(np.mean(inside))
+        line = f"{name}: the interval holds the truth in {share:.1f} % of {len(inside)}, expected 90 to 99"
+        figures.check(90.0 <= share <= 99.0 or count < 100, line)
+    figures.at_most("longest identification of 70 s at 1 kHz, processor time", longest, MOST_SECONDS, "s")
+    for name, (manoeuvre, how, refused) in TRAPS.items():
+        found = identify([log_of(Truth(), manoeuvre, **how)], 0.5, (0.09, 0.09), judge=False).parameters
+        told = [each for each in refused if found[each].told]
+        wrong = [
+            each for each, value in truths(Truth()).items() if found[each].told and not held_by(found[each], value)
+        ]
+        figures.check(not told, f"{name}: told although it cannot be: {', '.join(told) or 'nothing'}")
+        figures.show(f"{name}: told with an interval beside the truth: {', '.join(wrong) or 'nothing'}")
+
+
+def held_by(found, value):
+    """Return whether an interval holds a value."""
+    return bool(np.all(np.less_equal(found.low, value)) and np.all(np.less_equal(value, found.high)))
