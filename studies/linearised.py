@@ -18,7 +18,7 @@ from quad_dynamics import link
 from quad_dynamics.plant_side import Drawn
 from quad_flight.engine import python_engine
 from quad_flight.flight import Flight, from_names
-from quad_flight.loop import Start
+from quad_flight.loop import Start, take_off
 from quad_flight.stages import PerStage, Signals
 
 SETTLED, SIZE, STABLE = 2.0, 1e-4, 1.0 + 1e-4
@@ -64,7 +64,7 @@ def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
     settled = round(SETTLED * 1e9 / period) // steps * steps
     weather = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, 1, SETTLED + 1.0)
     drawn = Drawn(weather, flight.modules.sensing.draw(setup.sensing, 1, settled + steps), line, link_line)
-    carry = engine.fly(setup, drawn, engine.take_off(setup, drawn, start), settled, np.empty((0, 0)))
+    carry = engine.fly(setup, drawn, take_off(engine.functions, setup, drawn, start), settled, np.empty((0, 0)))
     late = max(sensing.ages)
     rows = [(carry.step - 1 - place) % len(line) for place in range(late)]
     later = [(row + steps) % len(line) for row in rows]

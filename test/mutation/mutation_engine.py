@@ -17,7 +17,12 @@ from typing import NamedTuple
 
 # Loaded once before forking: most of a short test run is importing these.
 HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform", "scipy.optimize", "hypothesis")
-COPIED = ("src", "studies", "test/paper", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py", "scripts/lib")
+# fmt: off
+COPIED = (
+    "src", "studies", "test/paper", "test/accept", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py",
+    "scripts/lib",
+)
+# fmt: on
 PAPER_TESTS = {
     "quad_core": ["model_terms", "abfnitsm_step plant_terms"],
     "quad_position_ctrl": ["aibs_step closed_loop_identities"],
