@@ -196,7 +196,7 @@ HEAD = """# Results: the paper's figures 5 to 18
 
 Written by `{command}`: it flies both cases, draws the figures and computes every number and verdict.
 
-The paper: *Trajectory Tracking Control for Quadrotors Using Adaptive Integral Terminal Sliding Mode under External
+The paper: *Trajectory-Tracking Control for Quadrotors Using an Adaptive Integral Terminal Sliding Mode under External
 Disturbances*, section 4. As there, a flight starts at rest in the origin and takes 80 s, and each disturbance is held
 for 2 s. The axes are the paper's: coordinates in m and Euler angles in rad over time in s, each with its error below.
 
