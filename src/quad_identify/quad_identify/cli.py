@@ -13,8 +13,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
+from quad_core.command_line import Parser
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.errors import FlightLogError, one_line, printable
 from quad_identify.identify import Result, identify
@@ -24,15 +24,10 @@ from quad_identify.record import LAYOUTS, RecordError
 from quad_identify.vehicle_file import GRAVITY, vehicle_text, vehicle_values
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (--help explains)\n")
-
-
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     about, _, examples = (__doc__ or "").partition("\n\n")
-    parser = _Parser(prog="identify", description=about, epilog=examples, formatter_class=formatter)
+    parser = Parser(prog="identify", description=about, epilog=examples, formatter_class=formatter)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG")
     parser.add_argument("--mass", type=float, metavar="KG", help="from a scale: no flight tells it")
     parser.add_argument(
