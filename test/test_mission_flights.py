@@ -73,7 +73,7 @@ def test_a_mission_in_lockstep_repeats_to_the_bit(tmp_path):
     assert fastest < 1.0
     second = flown(*MISSION, "--out", tmp_path / "second")
     assert hash_of(tmp_path / "first") == hash_of(tmp_path / "second")
-    names = [name for name in first.array("flight/mode").dtype.names if name not in ("run_id", "log_ns")]
+    names = [name for name in first.array("flight/mode").dtype.names if name not in ("run", "log_ns")]
     for name in names:
         assert np.array_equal(first.array("flight/mode")[name], second.array("flight/mode")[name]), name
     events = first.array("flight/events")

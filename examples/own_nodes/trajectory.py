@@ -68,7 +68,7 @@ class Climb(Node):
         return TrajectoryPoint(trajectory_time=time, p_w=p, v_w=v, a_w=a, **key)
 
     def on_flight(self, message):
-        if message.run_id == self.run_id and message.state in (FlightState.ENDED, FlightState.FAILED):
+        if message.run == self.run["run"] and message.state in (FlightState.ENDED, FlightState.FAILED):
             self.over.set_result(0 if message.state == FlightState.ENDED else 1)
 
 

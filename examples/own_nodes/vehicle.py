@@ -71,7 +71,7 @@ class Vehicle(Node):
         self.status_out.publish(NodeStatus(state=state, period_steps=1, plant_period=self.period, **fields))
 
     def publish_phase(self):
-        fields = {"step": self.step, "end_step": self.end_step, "run_id": self.run_id, "reason": self.reason}
+        fields = {"step": self.step, "end_step": self.end_step, "run": self.run, "reason": self.reason}
         fields["wall_time"] = time.monotonic() - self.began if self.began else 0.0
         self.flight_out.publish(FlightState(state=self.phase, stamp=self.stamp(self.step), **fields))
 

@@ -187,7 +187,7 @@ class AutopilotNode(VehicleNode):
 
     def _take_attitude(self) -> None:
         """Fly by attitude_setpoint; an attitude law that runs all the same stays in shadow."""
-        self._unpack_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run_id=self.flight.run_id)
+        self._unpack_setpoint = unpacker(AttitudeThrust, message_type(AttitudeThrust), run=self.run)
         self.subscribe(STAGE[POSITION].gives, self._on_setpoint, raw=True)
 
     def on_sample(self, sample: odometry.Sample) -> None:
@@ -364,7 +364,7 @@ class AutopilotNode(VehicleNode):
         if found == self._told and now < self._tell_at:
             return
         self._told, self._tell_at = found, now + _TELL_EVERY
-        message = AutopilotStatus(run_id=self.flight.run_id, **found)
+        message = AutopilotStatus(run=self.run, **found)
         set_stamp(message.stamp, max(self.elapsed_ns, 0))
         self._autopilot_out.publish(message)
 

@@ -157,7 +157,7 @@ class Commander(Responder):
             sender=said.sender,
             answer_text=said.answer_text,
             outcome=said.outcome,
-            run_id=self.flight.run_id,
+            run=self.run,
         )
         set_stamp(mode.stamp, sample.stamp_ns)
         yield self._mode_out, mode
@@ -254,7 +254,7 @@ class Commander(Responder):
         self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.ros.get_namespace())
 
     def _on_autopilot(self, message: AutopilotStatus) -> None:
-        if not self.flight.run_id or message.run_id == self.flight.run_id:
+        if not self.is_foreign("flight/autopilot", message.run):
             self._autopilot = message
 
     def _of_autopilot(self) -> dict[str, Any]:
@@ -304,8 +304,7 @@ class Commander(Responder):
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
             found = f"a sender of {len(message.sender)} characters"
             expected = f"at most {_LONGEST_SENDER} printable ones"
-        elif message.run_id and message.run_id != self.flight.run_id:
-            self.event(FlightEvent.WARNING, "foreign_run", f"flight/request of run {message.run_id!r} ignored")
+        elif message.run and self.is_foreign("flight/request", message.run):
             return
         elif message.request == Request.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"

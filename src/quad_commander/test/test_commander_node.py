@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from std_srvs.srv import Trigger
-from wired_commander import wired
+from wired_commander import RUN, wired
 
 from quad_commander import node as commander_node
 from quad_commander.mode_table import Condition
@@ -28,7 +28,7 @@ def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and
     node.mission(0)
     assert [(mode.step, mode.next_step, mode.name) for mode in node.modes] == [(0, 5, "DISARMED")]
     assert [(point.step, point.next_step) for point in node.references] == [(0, 5)]
-    assert (node.modes[0].run_id, node.modes[0].reason, node.modes[0].is_over) == ("a1", -1, False)
+    assert (node.modes[0].run, node.modes[0].reason, node.modes[0].is_over) == (RUN, -1, False)
     node.mission(5)
     node.state(5)
     assert len(node.modes) == 1
@@ -263,7 +263,7 @@ def test_a_guard_that_descends_is_followed_and_what_it_did_before_arming_is_over
     assert node.modes[-1].name == "ARMING"
     node.fly(250, 520)
     assert node.modes[-1].name == "TAKEOFF"
-    node.guard(524, run_id="b2", **descends)
+    node.guard(524, run=RUN + 1, **descends)
     node.fly(520, 530)
     assert node.modes[-1].name == "TAKEOFF"
     node.fly(530, 540, **descends)
@@ -293,7 +293,7 @@ def test_setpoints_of_another_run_keep_no_setpoint_young_and_its_plans_are_none(
 
 def test_a_request_for_another_run_is_ignored_and_named(make):
     node = make()
-    node.ask(FlightRequest.KILL, run_id="b2")
+    node.ask(FlightRequest.KILL, run=RUN + 1)
     node.fly(0, 6)
     assert node.modes[-1].name == "DISARMED"
     assert [kind for _, kind, _ in node.events] == ["foreign_run"]

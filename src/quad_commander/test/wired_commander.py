@@ -61,8 +61,8 @@ class Wired(Commander):
         point = TrajectoryPoint(step=step, run=RUN, next_step=step + 5, trajectory_time=trajectory_time)
         self.callbacks["mission/reference"](serialize_message(point))
 
-    def guard(self, step, run_id=RUN_ID, **seen):
-        self.callbacks["flight/guard"](serialize_message(msg.GuardStatus(step=step, run_id=run_id, **seen)))
+    def guard(self, step, run=RUN, **seen):
+        self.callbacks["flight/guard"](serialize_message(msg.GuardStatus(step=step, run=run, **seen)))
 
     def setpoint(self, step, run=RUN):
         self.callbacks["attitude_setpoint"](serialize_message(msg.AttitudeThrust(step=step, run=run)))
@@ -86,8 +86,8 @@ class Wired(Commander):
                 self.guard(step - 1, **seen)
             self.state(step)
 
-    def ask(self, request, sender="pilot", run_id=""):
-        self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run_id=run_id))
+    def ask(self, request, sender="pilot", run=0):
+        self.callbacks["flight/request"](FlightRequest(request=request, sender=sender, run=run))
 
     def battery(self, percentage):
         self.callbacks["battery_state"](BatteryState(percentage=percentage))

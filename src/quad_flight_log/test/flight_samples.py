@@ -130,10 +130,10 @@ def event(step: int, text: str) -> Any:
     return message("quad_msgs/msg/FlightEvent", stamp=stamp(step), node="/test", severity=1, kind="k", text=text)
 
 
-def over(step: int, state: int = 2, run_id: str = "test", **values: Any) -> tuple[str, Any]:
+def over(step: int, state: int = 2, **values: Any) -> tuple[str, Any]:
     """Return (topic, message) of a flight that ended, or of another ``state``, with the last step ``step``."""
     kind = "quad_msgs/msg/FlightState"
-    return "/flight/state", message(kind, stamp=stamp(step), step=step, state=state, run_id=run_id, **values)
+    return "/flight/state", message(kind, stamp=stamp(step), step=step, state=state, **values)
 
 
 def samples(steps: int, seed: int = 1) -> list[tuple[str, Any]]:

@@ -37,7 +37,7 @@ def fly_short(duration: float = 1.0) -> FlownFlight:
     rows.append((0, "/diagnostics", _diagnostics()))
     rows.append((0, "flight/events", flight_samples.event(0, "größer")))
     last = int(result.topics["truth"]["stamp_ns"][-1])
-    guard = flight_samples.message("quad_msgs/msg/GuardStatus", stamp=time_of(0), run_id="test")
+    guard = flight_samples.message("quad_msgs/msg/GuardStatus", stamp=time_of(0))
     rows += [(0, "flight/guard", guard), (last, *flight_samples.over(last // flight_samples.STEP_NS))]
     rows.sort(key=lambda item: item[0])
     messages = [("flight/parameters", said) for said in parameters_said(flight)]

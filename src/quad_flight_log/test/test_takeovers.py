@@ -10,11 +10,10 @@ pytestmark = pytest.mark.unit
 
 
 class Bag:
-    """A flight with these tables by topic, of run ``ours``; its truth ends at 9 s."""
+    """A flight with these tables by topic; its truth ends at 9 s."""
 
     def __init__(self, tables):
         self.tables = {"truth": table(seconds(0.0, 9.0)), **tables}
-        self.metadata = {"run_id": "ours"}
 
     def has(self, topic):
         return topic in self.tables
@@ -52,9 +51,3 @@ RELEASED = (0, "good", 2500, 5.0)
 def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
     assert takeovers(guarded(*rows)) == [Takeover(*one[:3], *seconds(*one[3:])) for one in expected]
     assert takeovers(Bag({})) == []
-
-
-@pytest.mark.parametrize(("run_id", "counts"), [("", False), ("theirs", False), ("ours", True)])
-def test_a_guard_that_names_no_run_or_another_is_nobody_s(run_id, counts):
-    bag = guarded(PASSES, LOST, run_id=np.array(["ours", run_id], object))
-    assert bool(takeovers(bag)) == counts

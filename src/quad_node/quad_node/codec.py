@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from quad_core.records import builder, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, Wrench
 from quad_node.conversion import NANOSECONDS
-from quad_node.handshake import run_number
+from quad_node.handshake import is_foreign
 
 HEADER = b"\x00\x01\x00\x00"
 _BODY = 4  # bytes of encapsulation; alignment counts from behind them
@@ -84,12 +84,12 @@ def extra_names(cls: type[Any], message_type: type[Any]) -> list[str]:
     return [leaf.name for leaf in leaves(cls) if leaf.name.partition(".")[0] not in known]
 
 
-def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run_id: str = "") -> Unpacker:
+def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run: int = 0) -> Unpacker:
     """Return ``unpack(payload)``; raises TypeError if the message is not made of exactly the fields of ``cls``.
 
-    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped. ``run_id``:
-    the run whose messages are read, empty for those of every run; ``unpack`` raises ForeignRunError for others, and one
-    of MALFORMED for what is no such message.
+    ``plant_period`` (ns) is needed for a message that has a stamp and no step: geometry_msgs/WrenchStamped. ``run``:
+    the number of the run whose messages are read, 0 for those of every run; ``unpack`` raises ForeignRunError for
+    others, and one of MALFORMED for what is no such message.
     """
     if cls is Wrench:
         return lambda payload: unpack_wrench(payload, plant_period)
@@ -100,16 +100,13 @@ def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run
     unpack, size, build = struct.Struct(code).unpack_from, struct.calcsize(code), builder(cls)
     pick = itemgetter(*(1 + order.index(place) for place in range(len(_HEAD), len(_HEAD) + len(_numbers(cls)))))
     at = {name: 1 + order.index(place) for place, name in enumerate(_HEAD) if place in order}
-    of_run, last = run_number(run_id) if "run" in at else 0, at.get("next_step")
-    # a whole text in CDR, with length and end: part of a longer one is another run's
-    text = run_id.encode() if "run_id" in message_type.get_fields_and_field_types() else b""
-    name = struct.pack(f"<I{len(text)}sx", len(text) + 1, text) if text else b""
+    of_run, last = at["run"], at.get("next_step")
 
     def read(payload: bytes) -> Stamped:
         if payload[:2] != HEADER[:2] or len(payload) < size:
             raise ValueError(f"found {payload[:4].hex()}, expected {HEADER.hex()} and {size} bytes")
         flat = unpack(payload)
-        if (of_run and flat[4] != of_run) or name not in payload:
+        if is_foreign(flat[of_run], run):
             raise ForeignRunError
         step, numbers = flat[3], pick(flat)
         stamp, next_step = flat[1] * NANOSECONDS + flat[2], flat[last] if last else step + 1

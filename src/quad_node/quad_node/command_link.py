@@ -31,7 +31,7 @@ class CommandLink:
         self.mode = Stamped(-1, -1, 0, FlightMode(), True)  # disarmed
         self.outcome, self._newest = "", b""
         self._node, self._progress, self._starter = node, progress, starter
-        self._unpack = unpacker(FlightMode, FlightModeMsg, run_id=node.flight.run_id)
+        self._unpack = unpacker(FlightMode, FlightModeMsg, run=node.run)
         self._passed_on = False
         self._requests = node.publisher("flight/request")
         node.subscribe("flight/mode", self._on_mode, raw=True)
@@ -62,8 +62,7 @@ class CommandLink:
             why = STARTER_GONE
         if why and not self._passed_on:
             self._passed_on = True
-            run_id = self._node.flight.run_id
-            self._requests.publish(FlightRequest(request=FlightRequest.END, run_id=run_id, sender=why))
+            self._requests.publish(FlightRequest(request=FlightRequest.END, run=self._node.run, sender=why))
 
     def _on_mode(self, payload: bytes) -> None:
         try:

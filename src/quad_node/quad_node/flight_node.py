@@ -203,7 +203,7 @@ class FlightNode:
 
     def is_foreign(self, topic: str, run: int) -> bool:
         """Return whether a message with run number ``run`` is of another run; that is counted and reported."""
-        foreign = self.run not in (0, run)
+        foreign = is_foreign(run, self.run)
         if foreign:
             self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
         return foreign
@@ -282,8 +282,7 @@ class FlightNode:
         self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
 
     def _on_flight_state(self, message: FlightState) -> None:
-        if is_foreign(message.run_id, self.flight.run_id):
-            self.event(FlightEvent.WARNING, "foreign_run", f"flight/state of run {message.run_id!r} ignored")
+        if self.is_foreign("flight/state", message.run):
             return
         self.last_heard = time.monotonic()
         self.flying = message.state == FlightState.FLYING

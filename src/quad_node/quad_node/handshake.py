@@ -26,17 +26,17 @@ _TAKEN = (
 )
 
 
-def is_foreign(run_id: str, ours: str) -> bool:
-    """Return whether a message that names ``run_id`` is not of the run ``ours``: an empty id belongs to no run.
+def run_number(run_id: str) -> int:
+    """Return what stands for a run in the field ``run`` of messages: CRC-32 of its id, 0 without one."""
+    return zlib.crc32(run_id.encode())
+
+
+def is_foreign(run: int, ours: int) -> bool:
+    """Return whether a message with the number ``run`` is not of the run ``ours``: 0 belongs to no run.
 
     A flight without a run id, as of nodes started by hand, cannot tell and takes every one.
     """
-    return bool(ours) and run_id != ours
-
-
-def run_number(run_id: str) -> int:
-    """Return what stands for a run in the field ``run`` of messages without text: CRC-32 of its id, 0 without one."""
-    return zlib.crc32(run_id.encode())
+    return ours not in (0, run)
 
 
 def plan_refusal(end_step: int, planned: int, plant_period: int) -> str:
@@ -58,12 +58,13 @@ class Handshake:
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
         """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
+        self._run = run_number(flight.run_id)
         self.known: dict[str, NodeStatus] = {}
         self._others: dict[str, str] = {}  # what else was heard on flight/nodes, by node
 
     def on_status(self, status: NodeStatus) -> str:
         """Take in a status; returns what makes a flight with that node impossible, empty if nothing."""
-        if is_foreign(status.run_id, self._flight.run_id):
+        if is_foreign(run_number(status.run_id), self._run):
             self._note_other(status, f"run_id {status.run_id!r}, expected {self._flight.run_id!r}")
             return ""
         if status.role not in self._expected:

@@ -48,7 +48,7 @@ class OdometryRelay(FlightNode):
         self._topic: str = self._settings.odometry
         self._state_out = self.publisher("state")
         self._pack = packer(VehicleState, VehicleStateMsg, self.run)
-        self._unpack = unpacker(Actuation, ActuationMsg, run_id=self.flight.run_id)
+        self._unpack = unpacker(Actuation, ActuationMsg, run=self.run)
         from_first = self._settings.stamps == STAMPS_FIRST
         period, delay = self.flight.plant_period, self._settings.delay
         self.estimator = Estimator(self._topic, period, from_first, self.lockstep, delay)
@@ -209,7 +209,7 @@ class OdometryRelay(FlightNode):
             self.estimator.drive(Drive(found.value.thrust / vehicle.mass, vehicle.gravity, Vec3(*spin)))
 
     def _on_mode(self, message: FlightMode) -> None:
-        if message.run_id == self.flight.run_id:
+        if not self.is_foreign("flight/mode", message.run):
             self._armed = message.mode not in (FlightMode.DISARMED, FlightMode.ARMING)
 
     def measurements(self) -> dict[str, Any]:

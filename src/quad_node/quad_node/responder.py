@@ -113,7 +113,7 @@ class Responder(FlightNode):
         self._ready = math.inf
         self._began: float | None = None
         super().__init__(role)
-        self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run_id=self.flight.run_id)
+        self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run=self.run)
         self.inputs: list[InputTopic] = []
         self._states = SequenceFilter(self.flight.plant_period, self.lockstep)
         self._answered_stamp = -1
@@ -138,7 +138,7 @@ class Responder(FlightNode):
         """
         taken = InputTopic(topic, lag)
         kind, message = kind or SIGNALS[topic].kind, topics.TOPICS[topic].type
-        unpack, flat = unpacker(kind, message, self.flight.plant_period, self.flight.run_id), flattener(kind)
+        unpack, flat = unpacker(kind, message, self.flight.plant_period, self.run), flattener(kind)
 
         def keep(payload: bytes) -> None:
             if self.lockstep and not self._pending and taken.one_step and 0 <= head_of(payload)[0] < self._due - lag:
@@ -233,7 +233,7 @@ class Responder(FlightNode):
 
     def _on_flight_state(self, message: FlightState) -> None:
         super()._on_flight_state(message)
-        if not is_foreign(message.run_id, self.flight.run_id):
+        if not is_foreign(message.run, self.run):
             # a latched message may have been sent long before
             began = time.monotonic() - message.wall_time if message.state == FlightState.FLYING else math.inf
             self._began = began if self._began is None else min(self._began, began)

@@ -119,7 +119,7 @@ class VehicleGuard:
             step=step,
             reason_text=REASONS[status.reason],
             refusal=self.last_refusal,
-            run_id=self._node.flight.run_id,
+            run=self._node.run,
             **status._replace(refused_commands=status.refused_commands + self._dropped)._asdict(),
         )
         set_stamp(message.stamp, step * self._period)
@@ -319,7 +319,7 @@ class VehicleNode(FlightNode):
             end_step=self.end_step,
             state=self.phase,
             reason=f"waiting for {missing}{self.handshake.foreign_nodes()}" if missing else self._reason,
-            run_id=self.flight.run_id,
+            run=self.run,
             interface_hash=interface_hash(),
             wall_time=time.monotonic() - self.begun_at if self.begun_at else 0.0,
         )

@@ -15,6 +15,7 @@ from quad_msgs.msg import FlightEvent, FlightRequest, FlightState, NodeStatus
 from quad_node import topics
 from quad_node.conversion import stamp_ns
 from quad_node.executor import destroy
+from quad_node.handshake import run_number
 
 NO_FILES = ["--ros-args", "--disable-external-lib-logs"]
 """Arguments of ROS for a process that writes no log file: no folder is needed for one."""
@@ -47,7 +48,7 @@ class FlightWatch:
         self.newest: FlightState | None = None
         self.news: deque[tuple[float, str]] = deque()
         self._warned: dict[tuple[str, str], str] = {}
-        self._run_id = run_id
+        self._run_id, self._run = run_id, run_number(run_id)
         self._node = node_of_its_own("flight_watch", domain, namespace)
         entry = topics.TOPICS["flight/state"]
         self._states = self._node.create_subscription(entry.type, entry.name, self._on_state, entry.qos())
@@ -75,7 +76,7 @@ class FlightWatch:
         deadline = time.monotonic() + patience
         while not requests.get_subscription_count() and time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.02)
-        requests.publish(FlightRequest(request=FlightRequest.END, run_id=self._run_id, sender=why))
+        requests.publish(FlightRequest(request=FlightRequest.END, run=self._run, sender=why))
         requests.wait_for_all_acked(Duration(seconds=patience))
 
     def report_failure(self, role: str, how: str) -> None:
@@ -106,5 +107,5 @@ class FlightWatch:
             self._statuses[message.role] = message
 
     def _on_state(self, message: FlightState) -> None:
-        if message.run_id == self._run_id:
+        if message.run == self._run:
             self.newest = message

@@ -88,7 +88,7 @@ def test_a_payload_of_another_run_is_refused(name):
     cls, message_type = getattr(types, name), getattr(msg, name)
     value = numbered(cls, (0.1 * n for n in range(60)))
     theirs, nobodys = (packer(cls, message_type, run)(value, 7, 12, STAMP) for run in (RUN, 0))
-    read, ours = (unpacker(cls, message_type, run_id=run_id) for run_id in (RUN_ID, "another"))
+    read, ours = (unpacker(cls, message_type, run=run) for run in (RUN, RUN + 1))
     assert read(theirs) == unpacker(cls, message_type)(theirs)
     with pytest.raises(ForeignRunError):
         ours(theirs)

@@ -48,7 +48,9 @@ class Owner:
         self.callbacks[topic](serialize_message(message))
 
     def mode(self, step, mode, run_id=RUN, **fields):
-        self.receive("flight/mode", FlightMode(step=step, next_step=step + 5, mode=mode, run_id=run_id, **fields))
+        self.receive(
+            "flight/mode", FlightMode(step=step, next_step=step + 5, mode=mode, run=run_number(run_id), **fields)
+        )
 
     def setpoint(self, run_id=RUN):
         self.receive("attitude_setpoint", AttitudeThrust(run=run_number(run_id)))
@@ -115,8 +117,8 @@ def test_the_end_is_asked_for_once_with_its_reason(owner, link):
     assert owner.sent == []
     link.pass_on("SIGINT")
     link.pass_on("SIGINT")
-    assert [(sent.request, sent.run_id, sent.sender) for sent in owner.sent] == [
-        (FlightRequest.END, RUN, "simulator was asked to end by SIGINT")
+    assert [(sent.request, sent.run, sent.sender) for sent in owner.sent] == [
+        (FlightRequest.END, owner.run, "simulator was asked to end by SIGINT")
     ]
 
 

@@ -24,7 +24,7 @@ class Node(SimpleNamespace):
     """Keeps what it is asked to publish and to report."""
 
     def __init__(self):
-        super().__init__(vehicle=Vehicle(), flight=FlightParameters(run_id="r"), counters={})
+        super().__init__(vehicle=Vehicle(), flight=FlightParameters(), run=5, counters={})
         self.counters["guard_refused"] = 0
         self.said, self.events = [], []
 
@@ -78,7 +78,7 @@ def test_a_takeover_is_said_at_its_step_with_the_reason():
     changed = next(message for message in node.said if message.mode == GuardStatus.DESCEND)
     assert (changed.step, changed.since, changed.reason_text) == (35, 35, "no good wrench")
     assert changed.command_age == pytest.approx(0.052)
-    assert (changed.stamp.sec, changed.stamp.nanosec, changed.run_id) == (0, 70_000_000, "r")
+    assert (changed.stamp.sec, changed.stamp.nanosec, changed.run) == (0, 70_000_000, 5)
     assert kinds(node) == ["guard_descends"]
     assert ours.describe() == "guard in descend since step 35: no good wrench"
 

@@ -10,6 +10,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from quad_msgs.msg import FlightEvent, FlightState
 from quad_node import topics, watch
+from quad_node.handshake import run_number
 
 DOMAIN = 87
 
@@ -23,8 +24,8 @@ def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
     states = node.create_publisher(entry.type, entry.name, entry.qos())
     for step in range(6):
         phase = FlightState.WAITING if step < 2 else FlightState.FLYING
-        states.publish(FlightState(state=phase, step=step, run_id="mine"))
-    states.publish(FlightState(state=FlightState.FAILED, step=9, run_id="another"))
+        states.publish(FlightState(state=phase, step=step, run=run_number("mine")))
+    states.publish(FlightState(state=FlightState.FAILED, step=9, run=run_number("another")))
     late = watch.FlightWatch("mine", DOMAIN)
     try:
         seen, deadline = None, time.monotonic() + 20.0

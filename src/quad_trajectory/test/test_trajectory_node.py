@@ -9,6 +9,7 @@ from rclpy.serialization import serialize_message
 
 from quad_core.types import Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightMode
+from quad_node.handshake import run_number
 from quad_node.responder import Sample
 from quad_trajectory.node import Trajectory
 
@@ -68,7 +69,9 @@ def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, run_id):
     node = make(f"flight.roles:={roles}", "flight.run_id:=a1")
     taken = node.inputs[0]
     for name in ("a1", run_id):
-        mode = FlightMode(mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run_id=name)
+        mode = FlightMode(
+            mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run=run_number(name)
+        )
         node.callbacks["flight/mode"](serialize_message(mode))
     assert taken.newest.value.mode == FlightMode.MISSION
     assert node.counters["foreign_run"] == 1

@@ -41,7 +41,7 @@ class PlantCheck(FlightNode):
         self._found, self._left = found, manoeuvres(self.vehicle)
         self._before: VehicleState | None = None
         self._until = 0
-        self._read = unpacker(VehicleState, VehicleStateMsg, run_id=self.flight.run_id)
+        self._read = unpacker(VehicleState, VehicleStateMsg, run=self.run)
         self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
         self.subscribe("state", self._on_state, depth=64, raw=True)
         self.subscribe("actuation", lambda _: None, raw=True)  # a vehicle begins once a node reads it

@@ -25,16 +25,13 @@ from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, 
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
-from quad_flight_log.analysis.takeovers import of_its_run, takeovers
+from quad_flight_log.analysis.takeovers import rows_of, takeovers
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.notes import LIBRARY
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.recorder.provenance import LIMIT, STOPPED
-
-IDENTIFIED = ("flight/state", "flight/nodes", "flight/guard", "flight/mode")
-"""Topics whose messages name the run of their sender."""
 
 SILENCE = 0.5  # s without the flown path in real time: as long as the guard tolerates no state at all
 STRAY = 2.5  # m beyond all that was commanded
@@ -82,7 +79,7 @@ def failed_checks(flight: Flight, checks: Sequence["Check"] = ()) -> list[str]:
 
 def last_state(flight: Flight) -> LastState | None:
     """Return the last ``flight/state`` by its stamp; None without any."""
-    table = of_its_run(flight, "flight/state", ("state", "reason", "stamp_ns"))
+    table = rows_of(flight, "flight/state", ("state", "reason", "stamp_ns"))
     last = max(((int(row["stamp_ns"]), int(row["state"]), str(row["reason"])) for row in table), default=None)
     if last is None:
         return None
@@ -106,11 +103,7 @@ def whole_file(flown: Flown) -> str:
 def run_ids(flown: Flown) -> str:
     """Name the runs of the bag if there are two or more; an empty id is no run."""
     known = {flown.flight.metadata.get("run_id", "")}
-    for topic in IDENTIFIED:
-        if flown.flight.has(topic):
-            table = flown.flight.array(topic)
-            if "run_id" in (table.dtype.names or ()):
-                known |= {str(name) for name in table["run_id"]}
+    known |= {str(row["run_id"]) for row in rows_of(flown.flight, "flight/nodes", ("run_id",))}
     known.discard("")
     return f"messages of {len(known)} runs: {', '.join(map(repr, sorted(known)))}" if len(known) > 1 else ""
 

@@ -22,7 +22,7 @@ def takeovers(flight: Flight) -> list[Takeover]:
 
     The guard reports every change at its step; a mode that nothing followed holds to the end of the bag.
     """
-    said = of_its_run(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
+    said = rows_of(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
     changes = [row for before, row in zip([(PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]]
     last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
@@ -36,10 +36,9 @@ def takeovers(flight: Flight) -> list[Takeover]:
     ]
 
 
-def of_its_run(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | list[Table]:
-    """Return the messages of the flight's own run, of all without a run id; none of a type that lacks a field."""
+def rows_of(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | list[Table]:
+    """Return the messages of a topic; none of a type that lacks a field."""
     table = flight.array(topic) if flight.has(topic) else None
     if table is None or not set(needed) <= set(table.dtype.names or ()):
         return []
-    run_id = flight.metadata.get("run_id", "")
-    return table[table["run_id"] == run_id] if run_id and "run_id" in (table.dtype.names or ()) else table
+    return table

@@ -26,7 +26,7 @@ from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
 from quad_node.flight_node import FlightNode
-from quad_node.handshake import is_foreign
+from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
 from quad_node.main import run
 
@@ -109,7 +109,7 @@ class Recorder(FlightNode):
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))
-            if not problem and has_run and self.run not in (0, head_of(payload)[1]):
+            if not problem and has_run and is_foreign(head_of(payload)[1], self.run):
                 problem = "a message of another run"
             if problem:
                 self.bag.refuse(handle)
@@ -147,7 +147,7 @@ class Recorder(FlightNode):
         def on_message(payload: bytes) -> None:
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
-            if status.role in self.roles and not is_foreign(status.run_id, self.flight.run_id):
+            if status.role in self.roles and not is_foreign(run_number(status.run_id), self.run):
                 self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
                 if status.role in SHADOWS and status.state == NodeStatus.FAULT:
                     self._counter.give_up(
