@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
-from quad_core.cycle import fresh
 from quad_core.geometry import norm, quaternion_from_euler
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
@@ -26,6 +25,7 @@ from quad_core.types import (
     Vec3,
     VehicleState,
     Wrench,
+    fresh,
 )
 from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body

@@ -28,11 +28,11 @@ from quad_autopilot.autopilot import (
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, POSITION, STAGE, STAGES
 from quad_core.cycle import seconds
-from quad_core.lift_off import lifted_off, marked, standing
+from quad_core.lift_off import lifted_off, standing
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
 from quad_core.standing import Standing
-from quad_core.types import Actuation, AttitudeThrust, VehicleState
+from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightState
 from quad_node.codec import UNUSABLE, Stamped, unpacker
 from quad_node.conversion import set_stamp
@@ -216,7 +216,7 @@ class AutopilotNode(VehicleNode):
         if not is_flying:
             self._standing.note(1e-6 * sample.timestamp_sample, state)
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
-        state = marked(state, self.lift)
+        state = with_ground(state, self.lift.ground_z, self.lift.on_ground)
         self.sample, self.state, self.heard = sample, state, self.clock()
         # the commander looks at the vehicle before it is armed, and while the autopilot flies it
         if self.phase == FlightState.FLYING and self.sequence.phase != Phase.RELEASED:

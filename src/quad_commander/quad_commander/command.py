@@ -40,7 +40,7 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
     node = Node(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
     message = FlightRequest(request=int(request), sender=name)
     if place is not None:
-        message.p_w, message.yaw = list(place[:3]), math.nan if place.yaw is None else place.yaw
+        message.p_w, message.yaw = [place.x, place.y, place.z], math.nan if place.yaw is None else place.yaw
     answers: list[FlightMode] = []
     entry = topics.TOPICS["flight/request"]
     requests = node.create_publisher(entry.type, entry.name, entry.qos())

@@ -128,7 +128,7 @@ class CommanderCore:
         if place.z <= state.ground_z:
             return f"goto {place}, at most the height of the ground, expected a place in the air; land lands"
         fence = self._parameters.fence
-        if fence.excludes(Vec3(*place[:3]), state.ground_z):
+        if fence.excludes(Vec3(place.x, place.y, place.z), state.ground_z):
             corners = (" ".join(f"{part:g}" for part in corner) for corner in fence)
             return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
         return ""

@@ -75,7 +75,7 @@ def plan_mode(
     elif mode == Mode.LAND and z.end > ground_height - limits.landing_depth:
         z = moved(each[2], z, ground_height - limits.landing_depth)
     elif place is not None:
-        x, y, z = (moved(bound, axis, to) for bound, axis, to in zip(each, (x, y, z), place[:3], strict=False))
+        x, y, z = moved(each[0], x, place.x), moved(each[1], y, place.y), moved(each[2], z, place.z)
         if place.yaw is not None:
             yaw = moved(limits.yaw, yaw, yaw.end + wrap_angle(place.yaw - yaw.end))
     return _together((x, y, z, yaw))

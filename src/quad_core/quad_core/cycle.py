@@ -12,7 +12,6 @@ from quad_core.types import (
     Conditions,
     Disturbance,
     PositionInternals,
-    Quat,
     SensorFault,
     Vec3,
     VehicleState,
@@ -58,11 +57,6 @@ def is_flyable(state: VehicleState) -> bool:
         and abs(omega.z) <= BODY_RATE_BOUND
         and abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= QUATERNION_SQUARE_TOLERANCE
     )
-
-
-def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
-    """Return a state without age, in the air; compiled text has to name every field, for Numba takes no defaults."""
-    return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceleration_b: Vec3) -> Disturbance:

@@ -48,7 +48,7 @@ from quad_core.mistakes import (
     likely,
     nearest,
 )
-from quad_core.types import Quat, Vec3, VehicleState
+from quad_core.types import Quat, Vec3, VehicleState, fresh, with_ages
 
 WINDOW = 0.024
 """s over which velocity and body rates are derived, at least three samples."""
@@ -307,7 +307,7 @@ class Estimator:
             if w is None or self.derives_rate:
                 w, rate_age = slope.omega_b, self._delay + slope.age
         p = subtract(sample.p_w, self._offset)
-        return VehicleState(p, v, sample.q_wb, w, self._delay, age, self._delay, rate_age, 0.0, False)
+        return with_ages(fresh(p, v, sample.q_wb, w), self._delay, age, self._delay, rate_age)
 
     def _slope(self) -> "Slope":
         chosen = [one for one in self._seen if one.time >= self._seen[-1].time - WINDOW]

@@ -90,11 +90,6 @@ def sinks(lift: LiftOff, state: VehicleState) -> bool:
     return lift.on_ground and state.p_w.z < lift.ground_z - SUNK and state.v_w.z < -SINKING
 
 
-def marked(state: VehicleState, lift: LiftOff) -> VehicleState:
-    """Return ``state`` with the ground and whether the vehicle is on it."""
-    return VehicleState(*(state[:8] + (lift.ground_z, lift.on_ground)))  # noqa: RUF005 (Numba adds plain tuples)
-
-
 def straight_up(inputs: PositionInputs) -> PositionInputs:
     """Return what a position law sees on the ground: the vehicle below its reference, at its heading, without drift."""
     state, reference = inputs.state, inputs.reference
@@ -135,8 +130,18 @@ def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
 
 def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> PositionInputs:
     """Return ``inputs`` with the reference ``distance`` m, ``speed`` m/s and ``pull`` m/s^2 away from where it is."""
-    time, p, v, a = inputs.reference[:4]
-    moved = TrajectoryPoint(time, add(p, distance), add(v, speed), add(a, pull), *inputs.reference[4:])
+    reference = inputs.reference
+    moved = TrajectoryPoint(
+        trajectory_time=reference.trajectory_time,
+        p_w=add(reference.p_w, distance),
+        v_w=add(reference.v_w, speed),
+        a_w=add(reference.a_w, pull),
+        jerk_w=reference.jerk_w,
+        snap_w=reference.snap_w,
+        yaw=reference.yaw,
+        yaw_rate=reference.yaw_rate,
+        yaw_acceleration=reference.yaw_acceleration,
+    )
     return PositionInputs(inputs.state, moved, inputs.actuation)
 
 

@@ -28,11 +28,10 @@ from functools import cache
 from types import ModuleType
 from typing import Annotated, Any, NamedTuple
 
-from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
 from quad_core.parameters import Flag, Real
 from quad_core.records import field_kinds, referable
-from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
 from quad_core.vehicle import Vehicle
 
 

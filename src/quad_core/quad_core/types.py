@@ -30,6 +30,7 @@ class VehicleState(NamedTuple):
 
     The ages are those of the four at the time of the state. ``ground_z``: height of the vehicle as it stands on the
     ground, as the estimate had it at arming. ``on_ground``: it has not risen clear of there (``quad_core.lift_off``).
+    Compiled text makes a state with the three functions below only: Numba takes no defaults and no ``_replace``.
     """
 
     p_w: Vec3 = Vec3()  # [m]
@@ -42,6 +43,43 @@ class VehicleState(NamedTuple):
     rate_age: float = 0.0  # [s]
     ground_z: float = 0.0  # [m]
     on_ground: bool = False
+
+
+def fresh(p_w: Vec3, v_w: Vec3, q_wb: Quat, omega_b: Vec3) -> VehicleState:
+    """Return a state without age, in the air."""
+    return VehicleState(p_w, v_w, q_wb, omega_b, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+
+
+def with_ages(state: VehicleState, position: float, velocity: float, attitude: float, rate: float) -> VehicleState:
+    """Return ``state`` with the ages of its four parts in s."""
+    return VehicleState(
+        p_w=state.p_w,
+        v_w=state.v_w,
+        q_wb=state.q_wb,
+        omega_b=state.omega_b,
+        position_age=position,
+        velocity_age=velocity,
+        attitude_age=attitude,
+        rate_age=rate,
+        ground_z=state.ground_z,
+        on_ground=state.on_ground,
+    )
+
+
+def with_ground(state: VehicleState, ground_z: float, on_ground: bool) -> VehicleState:
+    """Return ``state`` of a vehicle that stands at ``ground_z`` m, and whether it is still there."""
+    return VehicleState(
+        p_w=state.p_w,
+        v_w=state.v_w,
+        q_wb=state.q_wb,
+        omega_b=state.omega_b,
+        position_age=state.position_age,
+        velocity_age=state.velocity_age,
+        attitude_age=state.attitude_age,
+        rate_age=state.rate_age,
+        ground_z=ground_z,
+        on_ground=on_ground,
+    )
 
 
 class TrajectoryPoint(NamedTuple):

@@ -7,7 +7,7 @@ import pytest
 from quad_core import plugins
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
-from quad_core.lift_off import airborne, lifted_off, lifting, marked, sinks, standing
+from quad_core.lift_off import airborne, lifted_off, lifting, sinks, standing
 from quad_core.resolution import resolve
 from quad_core.types import (
     Actuation,
@@ -165,8 +165,3 @@ def test_an_estimate_whose_z_points_down_sinks_at_lift_off():
     assert not sinks(airborne(2.0), falling)
     assert not sinks(standing(2.0), falling._replace(p_w=Vec3(0.0, 0.0, 1.91)))
     assert not sinks(standing(2.0), falling._replace(v_w=Vec3(0.0, 0.0, -0.4)))  # a drift that passes for rest
-
-
-def test_marking_a_state_keeps_all_else():
-    state = STATE._replace(position_age=0.01, velocity_age=0.02, attitude_age=0.03, rate_age=0.04)
-    assert marked(state, standing(13.0)) == state._replace(ground_z=13.0, on_ground=True)

@@ -60,7 +60,12 @@ def sample(parameters: Parameters, table: NDArray[np.float64], time: float) -> C
         index = len(table) - 1
     # no view of a row: Numba would count references to it at every step
     return Conditions(
-        Vec3(float(table[index, 0]), float(table[index, 1]), float(table[index, 2])),
-        Vec3(float(table[index, 3]), float(table[index, 4]), float(table[index, 5])),
-        *CALM[2:],
+        force_w=Vec3(float(table[index, 0]), float(table[index, 1]), float(table[index, 2])),
+        torque_b=Vec3(float(table[index, 3]), float(table[index, 4]), float(table[index, 5])),
+        wind_w=CALM.wind_w,
+        payload_mass=CALM.payload_mass,
+        rotor_effectiveness=CALM.rotor_effectiveness,
+        thrust_limit=CALM.thrust_limit,
+        sensor=CALM.sensor,
+        link=CALM.link,
     )

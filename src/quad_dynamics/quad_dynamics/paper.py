@@ -9,9 +9,9 @@ has no ground.
 import math
 from typing import NamedTuple
 
-from quad_core.cycle import as_disturbance, fresh
+from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_rates, euler_rates, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_dynamics.newton_euler import (
     Body,

@@ -4,9 +4,9 @@ from collections import deque
 from collections.abc import Iterator
 
 from quad_core.cycle import seconds
-from quad_core.lift_off import airborne, marked, standing
+from quad_core.lift_off import airborne, standing
 from quad_core.resolution import Resolved
-from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench, with_ground
 from quad_dynamics import link
 from quad_dynamics.plant_side import Drawn, Memory, Side, differs, receive, side_functions
 from quad_guard.checks import WrenchCommand
@@ -73,7 +73,8 @@ class PlantModel:
     def stand(self, ground_height: float) -> None:
         """Begin on the ground if the plant stands there, else in the air above a ground at ``ground_height`` m."""
         lift = standing(self.state.p_w.z) if stands(self._plant.parameters) else airborne(ground_height)
-        self._memory, self.state = self._memory._replace(lift=lift), marked(self.state, lift)
+        self._memory = self._memory._replace(lift=lift)
+        self.state = with_ground(self.state, lift.ground_z, lift.on_ground)
 
     @property
     def has_ground(self) -> bool:

@@ -12,9 +12,9 @@ them of the chosen plug-ins.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.cycle import fresh, is_faulty, seconds
-from quad_core.lift_off import LiftOff, airborne, lifted_off, marked
-from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench
+from quad_core.cycle import is_faulty, seconds
+from quad_core.lift_off import LiftOff, airborne, lifted_off
+from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench, fresh, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step
@@ -111,7 +111,8 @@ def side_functions(plant: Any, sensing: Any) -> SideFunctions:
             side.sensing, drawn.noise, drawn.sensing_line, memory.sensing, truth, conditions.sensor, k
         )
         lift = lifted_off(memory.lift, state, armed, seconds(1, side.period))
-        return marked(state, lift), Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
+        state = with_ground(state, lift.ground_z, lift.on_ground)
+        return state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
 
     def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> Memory:
         """Return the memory one plant period later, under ``wrench`` for the rotors."""

@@ -8,9 +8,9 @@ the outer force in the world frame; both are constant over a plant period.
 import math
 from typing import NamedTuple
 
-from quad_core.cycle import as_disturbance, fresh
+from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_z, quaternion_from_euler
-from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench
+from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Vehicle
 from quad_dynamics.ground import contact, contact_height
 from quad_dynamics.newton_euler import (

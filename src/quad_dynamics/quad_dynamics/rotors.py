@@ -177,7 +177,17 @@ def reached(vehicle: Vehicle, allocated: Actuation, speeds: Rotors) -> Actuation
     """
     thrusts = rotor_thrusts(vehicle, speeds)
     made = wrench_from_rotors(vehicle, thrusts)
-    return Actuation(speeds, thrusts, made.thrust, made.torque_b, *allocated[4:])
+    return Actuation(
+        rotor_speed=speeds,
+        rotor_thrust=thrusts,
+        thrust=made.thrust,
+        torque_b=made.torque_b,
+        thrust_high=allocated.thrust_high,
+        thrust_low=allocated.thrust_low,
+        roll_limited=allocated.roll_limited,
+        pitch_limited=allocated.pitch_limited,
+        yaw_limited=allocated.yaw_limited,
+    )
 
 
 def pair_differences(vehicle: Vehicle, roll: float, pitch: float) -> tuple[float, float]:

@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cycle import fresh, is_faulty, seconds
+from quad_core.cycle import is_faulty, seconds
 from quad_core.geometry import add, turned
 from quad_core.parameters import Real, Whole
-from quad_core.types import Quat, SensorFault, Vec3, VehicleState
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh, with_ages
 
 CHANNELS = 12
 STREAM_FAMILY = 2
@@ -148,7 +148,8 @@ def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
     if fault.yaw_offset != 0.0:
         s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
         q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
-    return VehicleState(add(p, offset), reading.v_w, q, reading.omega_b, *reading[4:8], 0.0, False)
+    jumped = fresh(add(p, offset), reading.v_w, q, reading.omega_b)
+    return with_ages(jumped, reading.position_age, reading.velocity_age, reading.attitude_age, reading.rate_age)
 
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:
@@ -202,17 +203,18 @@ def aged(line: NDArray[np.float64], ages: Ages, period: int, error: float, k: in
     """
     p, v = slot_of(k, ages.position), slot_of(k, ages.velocity)
     q, w = slot_of(k, ages.attitude), slot_of(k, ages.rate)
-    return VehicleState(
+    late = fresh(
         Vec3(float(line[p, 0]), float(line[p, 1]), float(line[p, 2])),
         Vec3(float(line[v, 3]), float(line[v, 4]), float(line[v, 5])),
         Quat(float(line[q, 6]), float(line[q, 7]), float(line[q, 8]), float(line[q, 9])),
         Vec3(float(line[w, 10]), float(line[w, 11]), float(line[w, 12])),
+    )
+    return with_ages(
+        late,
         max(0.0, seconds(ages.position, period) + error),
         max(0.0, seconds(ages.velocity, period) + error),
         max(0.0, seconds(ages.attitude, period) + error),
         max(0.0, seconds(ages.rate, period) + error),
-        0.0,
-        False,
     )
 
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from quad_core.cycle import Behind, followed, is_flyable, seconds, steps_to_cover
 from quad_core.geometry import dot, subtract
 from quad_core.guard_parameters import GuardParameters
-from quad_core.lift_off import airborne, marked, standing
-from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState
+from quad_core.lift_off import airborne, standing
+from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.plant_side import Drawn, Side, SideFunctions, differs, receive
@@ -80,7 +80,13 @@ def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Sco
 def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
     """Return ``score`` with the change of the commanded torque from ``before`` to ``now`` in N m counted in."""
     change = abs(now.x - before.x) + abs(now.y - before.y) + abs(now.z - before.z)
-    return Score(*(score[:4] + (score.torque_variation + change,)))  # noqa: RUF005 (Numba adds plain tuples)
+    return Score(
+        samples=score.samples,
+        squared_error=score.squared_error,
+        largest_error=score.largest_error,
+        last_error=score.last_error,
+        torque_variation=score.torque_variation + change,
+    )
 
 
 class Schedule(NamedTuple):
@@ -172,7 +178,7 @@ def take_off(functions: Functions, setup: Setup, drawn: Drawn, start: Start) -> 
     lift = airborne(setup.guard.ground_height)
     if setup.stands:
         lift = standing(state.p_w.z)
-        state = marked(state, lift)
+        state = with_ground(state, lift.ground_z, lift.on_ground)
     plan = functions.trajectory_plan(setup.trajectory, setup.vehicle, state)
     duration = functions.trajectory_duration(setup.trajectory, plan)
     return Carry(

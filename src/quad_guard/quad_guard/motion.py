@@ -61,7 +61,20 @@ def gathered(
     up, size = body_z(q_wb), thrust / vehicle.mass
     u = Vec3(size * up.x, size * up.y, size * up.z)
     if before.step < 0 or gap > LONGEST:
-        return Evidence(step, v, u, *before[3:])
+        return Evidence(
+            step,
+            v,
+            u,
+            before.mean_ax,
+            before.mean_ay,
+            before.mean_ux,
+            before.mean_uy,
+            before.along,
+            before.across,
+            before.thrust,
+            before.motion,
+            before.strength,
+        )
     share = gap / MEMORY
     kept = 1.0 - share
     ax, ay = (v.x - before.v.x) / gap, (v.y - before.v.y) / gap

@@ -16,9 +16,9 @@ from quad_core.cascade import RELAY
 from quad_core.cycle import is_flyable, seconds
 from quad_core.estimator import Drive, Estimator, Sample
 from quad_core.geometry import normalized
-from quad_core.lift_off import airborne, lifted_off, marked, sinks
+from quad_core.lift_off import airborne, lifted_off, sinks
 from quad_core.standing import Standing
-from quad_core.types import Actuation, Quat, Vec3, VehicleState
+from quad_core.types import Actuation, Quat, Vec3, VehicleState, with_ground
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
@@ -193,7 +193,7 @@ class OdometryRelay(FlightNode):
             text = f"sinks at lift-off, found {state.v_w.z:.1f} m/s: expected a z axis that points up"
             self._give_up("estimator_sinks", f"{self._topic}: {text}")
             return
-        state = marked(state, self._lift)
+        state = with_ground(state, self._lift.ground_z, self._lift.on_ground)
         self._state_out.publish(self._pack(state, step, step + 1, step * self.flight.plant_period))
 
     def _on_actuation(self, payload: bytes) -> None:

@@ -13,10 +13,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from quad_core.cycle import fresh
 from quad_core.geometry import ZERO, euler_from_quaternion, norm, subtract, wrap_angle
 from quad_core.parameters import Choice
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState
+from quad_core.types import TrajectoryPoint, Vec3, VehicleState, fresh
 from quad_core.vehicle import Vehicle
 from quad_trajectory.limits import Allowed, MotionLimits, allowed_between, first_within, turn_duration
 from quad_trajectory.polynomial import (

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from quad_core.types import VehicleState
 from quad_flight_log.bag.writer import BagWriter, Definition
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.imports.maps import Recording, Signal
@@ -164,12 +165,10 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
     inside = (attitude.t >= max(each.t[0] for each in others)) & (attitude.t <= min(each.t[-1] for each in others))
     t = attitude.t[inside]
     p, v, w = (_between(each, t) for each in others)
-    kind, out = _store().types["quad_msgs/msg/VehicleState"], []
+    kind, out, rest = _store().types["quad_msgs/msg/VehicleState"], [], VehicleState()._asdict()
     for step, (ns, q) in enumerate(zip(np.round(t * 1e9).astype(int).tolist(), attitude.values[inside], strict=True)):
-        message = kind(
-            stamp=_time(ns), step=step, run=0, p_w=p[step], v_w=v[step], q_wb=q, omega_b=w[step], position_age=0.0,
-            velocity_age=0.0, attitude_age=0.0, rate_age=0.0, ground_z=0.0, on_ground=False,
-        )  # fmt: skip
+        known = {"p_w": p[step], "v_w": v[step], "q_wb": q, "omega_b": w[step]}
+        message = kind(stamp=_time(ns), step=step, run=0, **(rest | known))
         out.append((ns, "state", message))
     return out
 
