@@ -1,6 +1,6 @@
 """The mode table for people: Markdown tables made from ``mode_table``, for docs/reference/modes.md."""
 
-from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, PROGRESS, TABLE
+from quad_commander.mode_table import FAULTS, GRANTED, IN_THE_AIR, MODES, PROGRESS, TABLE
 from quad_commander.modes import words
 from quad_commander.parameters import ModeParameters
 from quad_core.enumerations import Mode
@@ -61,7 +61,7 @@ REFUSAL = (
 
 def page() -> str:
     """Return the tables of docs/reference/modes.md."""
-    severity = " < ".join(mode.name for mode in Mode)
+    severity = " < ".join(mode.name for mode in MODES)
     parts = ["## What is wrong, and what happens", f"The more severe mode wins: {severity}. Empty: the mode stays."]
     parts += [fault_table(), GROUND, TOLD, "## What leads on by itself", progress_table()]
     parts += ["## What can be asked for", REFUSAL, request_table()]

@@ -7,21 +7,21 @@ said = core.step(inputs, [PendingRequest(request, sender), ...])         # at ea
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quad_commander import missions, modes, references
+from quad_commander import missions, modes
 from quad_commander.missions import Item, MissionMemory
-from quad_commander.mode_table import GRANTED, ON_GROUND, Condition
+from quad_commander.mode_reference import ModeReference, rests
+from quad_commander.mode_table import BY_REFERENCE, GRANTED, Condition, severity
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest, RequestQueue
-from quad_core.enumerations import Answer, Mode, Request
-from quad_core.geometry import ZERO, norm, subtract
-from quad_core.types import NOT_BEGUN, FlightMode, TrajectoryPoint, Vec3, VehicleState
+from quad_core.enumerations import ON_GROUND, Answer, Mode, Request
+from quad_core.geometry import norm, subtract
+from quad_core.types import FlightMode, TrajectoryPoint, Vec3, VehicleState
 
 MISSION_SENDER = "mission"
 REQUEST_REFUSED, MISSION_REFUSED = "request_refused", "mission_refused"
 """Kinds of news that an operator must see."""
-_UNSURE_GROUND = 5.0  # m; an autopilot's estimate moves in flight, and a landing goes on until it has met the ground
 _KILLED_FOR = 10.0  # s after which a killed flight is over, wherever the vehicle is
 
 
@@ -54,18 +54,13 @@ class CommanderCore:
         self._parameters = parameters
         self._memory, self._mission, self._item = modes.Memory(), mission, MissionMemory()
         self._requests = requests if requests is not None else RequestQueue()
-        self._sent = references.from_state(state)._replace(v_w=ZERO)
-        self._plan = references.plan_mode(parameters.references, Mode.DISARMED, self._sent, 0.0, 0.0)
-        self._place: Place | None = None
-        self._time = self._unbegun = self._refused_for = 0.0
-        self._hand_over: references.ReferencePlan | None = None
-        self._aside: tuple[references.ReferencePlan, float] | None = None
-        self._handed = 0.0
+        height = mission[0].value if mission else 0.0  # its first item is the take-off
+        self._reference = ModeReference(parameters.references, height or parameters.takeoff_height, state)
+        self._unbegun = self._refused_for = 0.0
         self._said = FlightMode()
         self._last = PendingRequest(Request.NONE, "")
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
-        self._went_along = False
         self._on_ground, self._by_autopilot = state.on_ground, False
         self._flown = self._gave_up = self._cut_by_end = False
 
@@ -107,10 +102,11 @@ class CommanderCore:
         elif decision.answer == Answer.DONE and request.sender != MISSION_SENDER:
             self._requests.grant(request)
             self._requests.overtake(decision.mode)
-        if decision.changed and decision.reason != modes.ON_REQUEST and decision.mode > before.mode:
+        if decision.changed and decision.reason != modes.ON_REQUEST and severity(decision.mode) > severity(before.mode):
             self._requests.overtake(decision.mode)
         news = self._note(seen, request, refusal, decision, before)
-        self._sent = reference = self._refer(seen, decision, before.mode, request)
+        is_granted = decision.answer == Answer.DONE
+        reference = self._reference.step(seen, before.mode, decision.mode, request.place, is_granted)
         over = self._is_over(seen)
         waits_for = "; ".join(self._refusals or []) if self.mode == Mode.ARMING else ""
         return Outputs(
@@ -147,30 +143,33 @@ class CommanderCore:
     def _observed(self, seen: Inputs) -> Inputs:
         """Return ``seen`` with what the commander itself knows."""
         mode, fence = self.mode, self._parameters.fence
-        ended = self._hand_over is not None and seen.mission is not None and _rests(seen.mission)
-        waits = mode == Mode.MISSION and self._hand_over is None
+        reference = self._reference
+        ended = reference.is_handed_over and seen.mission is not None and rests(seen.mission)
+        waits = mode == Mode.MISSION and not reference.is_handed_over
         self._unbegun = self._unbegun + seen.dt if waits else 0.0
         lag = seen.mission_lag if seen.mission is not None else self._memory.time
         # in the step in which the estimate jumps the reference has not gone along yet
-        followed = mode not in ON_GROUND and mode < Mode.DESCEND and not (seen.by_autopilot and seen.estimator_reset)
+        followed = mode in BY_REFERENCE and not (seen.by_autopilot and seen.estimator_reset)
         return seen._replace(
             reference_age=max(lag, self._unbegun),
-            position_error=norm(subtract(seen.state.p_w, self._sent.p_w)) if followed else 0.0,
+            position_error=norm(subtract(seen.state.p_w, reference.point.p_w)) if followed else 0.0,
             outside_fence=fence.excludes(seen.state.p_w, seen.state.ground_z),
             checks_passed=self._refusals == [],
             plan_ended=mode == Mode.MISSION and ended,
-            reference_done=self._arrived and not seen.autopilot_flies,
-            done_time=max(self._time - self._plan.duration, 0.0),
+            reference_done=reference.arrived and not seen.autopilot_flies,
+            done_time=reference.rest_time,
         )
-
-    @property
-    def _arrived(self) -> bool:
-        return self._time >= self._plan.duration
 
     def _next_request(self, seen: Inputs) -> PendingRequest:
         """Return the operator's next request, else the mission's."""
         request, self._item = missions.next_request(
-            self._mission, self._item, self.mode, self._memory.reason, seen.dt, self._place, self._arrived
+            self._mission,
+            self._item,
+            self.mode,
+            self._memory.reason,
+            seen.dt,
+            self._reference.place,
+            self._reference.arrived,
         )
         waiting = self._requests.take(self.mode, seen.dt)
         if waiting is not None:
@@ -207,14 +206,15 @@ class CommanderCore:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
                 self._text += "".join(f"; {reason}" for reason in self._refusals or [])
-            if mode == Mode.LAND and before.mode <= Mode.TAKEOFF and seen.state.on_ground:
+            if mode == Mode.LAND and before.mode in (*ON_GROUND, Mode.TAKEOFF) and seen.state.on_ground:
                 self._text += "; not clear of the ground"
             news.append(("mode", f"{before.mode.name} to {mode.name}: {self._text}"))
             said = said._replace(since=seen.step)
-            self._flown = self._flown or mode >= Mode.TAKEOFF
-            if mode < Mode.LAND and mode not in ON_GROUND:
+            self._flown = self._flown or mode not in ON_GROUND
+            is_cut = severity(mode) >= severity(Mode.LAND)
+            if not is_cut and mode not in ON_GROUND:
                 self._cut = ""
-            elif mode >= Mode.LAND and not self._cut:
+            elif is_cut and not self._cut:
                 self._cut_by_end = decision.reason == Condition.END_ASKED
                 self._cut = f"{mode.name} at step {seen.step}: {self._text}"
             if mode == Mode.ARMING:
@@ -224,56 +224,6 @@ class CommanderCore:
             mode=int(mode), reason=int(decision.reason), raised=raised, guard_request=decision.guard_request
         )
         return news
-
-    def _refer(self, seen: Inputs, decision: modes.Decision, before: Mode, asked: PendingRequest) -> TrajectoryPoint:
-        """Return the reference of the mode that was decided."""
-        limits, mode = self._parameters.references, decision.mode
-        jumped = seen.by_autopilot and seen.estimator_reset
-        current = references.continued(self._sent, seen.dt)
-        if decision.changed and (mode in ON_GROUND or before in ON_GROUND):
-            current = references.from_state(seen.state)._replace(v_w=ZERO)
-        goes_along = mode >= Mode.DESCEND or seen.autopilot_flies or (seen.by_autopilot and self._went_along)
-        self._went_along = mode not in ON_GROUND and seen.autopilot_flies
-        stands = before == Mode.TAKEOFF and mode == Mode.LAND and seen.state.on_ground
-        if mode not in ON_GROUND and (before >= Mode.DESCEND or goes_along or jumped or stands):
-            current = references.from_state(seen.state)  # it does not follow the last reference, or is not to
-        sent_off = decision.answer == Answer.DONE and mode == Mode.HOLD and asked.place != self._place
-        if decision.changed or sent_off:
-            self._place = asked.place if decision.answer == Answer.DONE and mode == Mode.HOLD else None
-        again = mode not in ON_GROUND and (goes_along or (jumped and mode != Mode.MISSION))
-        if decision.changed or sent_off or again:
-            lowest = _UNSURE_GROUND if seen.by_autopilot and mode == Mode.LAND else 0.0
-            ground = seen.state.ground_z - lowest
-            asked_height = self._mission[0].value if self._mission else 0.0  # its first item is the take-off
-            height = asked_height or self._parameters.takeoff_height
-            self._plan = references.plan_mode(limits, mode, current, ground, height, self._place)
-            self._time, self._hand_over, self._aside = 0.0, None, None
-        else:
-            self._time += seen.dt
-        if mode == Mode.TAKEOFF:
-            return self._rise(seen.state)
-        if mode != Mode.MISSION or seen.mission is None or _rests(seen.mission):
-            point = references.sample(self._plan, self._time)
-            sideways = self._time < max(axis.duration for axis in self._plan.axes[:2])
-            on_ground = mode == Mode.LAND and seen.guard.on_ground
-            here = TrajectoryPoint(p_w=seen.state.p_w)  # a vehicle on the ground must not tilt
-            return references.beside(point, here) if on_ground and not sideways else point
-        point = references.continued(seen.mission, seen.mission_lag)
-        if self._hand_over is None:
-            self._hand_over, self._handed = references.plan_hand_over(limits, current, point), 0.0
-        else:
-            self._handed += seen.dt
-        return references.handed_over(self._hand_over, self._handed, point)
-
-    def _rise(self, state: VehicleState) -> TrajectoryPoint:
-        """Return the reference of TAKEOFF: straight up, over where the air takes the vehicle until it may tilt."""
-        if state.on_ground or self._aside is None:
-            limits = self._parameters.references
-            stop = references.plan_mode(limits, Mode.HOLD, references.from_state(state), 0.0, 0.0)
-            self._aside = stop, self._time
-        stop, since = self._aside
-        point, beside = references.sample(self._plan, self._time), references.sample(stop, self._time - since)
-        return references.beside(point, beside)
 
     def _is_over(self, seen: Inputs) -> bool:
         if self.mode == Mode.KILL:
@@ -289,8 +239,3 @@ class CommanderCore:
             return self._cut or f"not armed: {self._text}"
         last = bool(self._mission) and self._item.item >= len(self._mission) - 1 and self._item.began
         return "" if last else f"mission not finished: {self._cut}"
-
-
-def _rests(point: TrajectoryPoint) -> bool:
-    """Return whether a mission's trajectory has not begun, or has ended."""
-    return point.trajectory_time <= NOT_BEGUN

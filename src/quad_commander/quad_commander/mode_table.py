@@ -57,9 +57,37 @@ class Row(NamedTuple):
     publisher: str = ""
 
 
-IN_THE_AIR = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DESCEND)
-ON_GROUND = (Mode.DISARMED, Mode.ARMING)
-_BY_REFERENCE = (Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND)
+class ModeRow(NamedTuple):
+    """A mode: the larger ``severity`` wins. ``by_reference``: the laws follow the reference of the commander.
+
+    ``in_the_air``: what is wrong, and most requests, lead on from it.
+    """
+
+    severity: int
+    in_the_air: bool = False
+    by_reference: bool = False
+
+
+MODES = {
+    Mode.DISARMED: ModeRow(0),
+    Mode.ARMING: ModeRow(10),
+    Mode.TAKEOFF: ModeRow(20, in_the_air=True, by_reference=True),
+    Mode.MISSION: ModeRow(30, in_the_air=True, by_reference=True),
+    Mode.HOLD: ModeRow(40, in_the_air=True, by_reference=True),
+    Mode.LAND: ModeRow(50, in_the_air=True, by_reference=True),
+    Mode.DESCEND: ModeRow(60, in_the_air=True),
+    Mode.PILOT: ModeRow(70),
+    Mode.KILL: ModeRow(80),
+}
+IN_THE_AIR = tuple(mode for mode, row in MODES.items() if row.in_the_air)
+BY_REFERENCE = tuple(mode for mode, row in MODES.items() if row.by_reference)
+
+
+def severity(mode: Mode) -> int:
+    """Return how severe ``mode`` is."""
+    return MODES[mode].severity
+
+
 _LATE = "mission reference older than {reference_late:g} s"
 _LOST = "mission reference older than {reference_lost:g} s, also while holding for it"
 
@@ -70,18 +98,18 @@ FAULTS = (
         Condition.SETPOINT_LOST,
         "attitude setpoint older than {setpoint_lost:g} s",
         Mode.DESCEND,
-        only=_BY_REFERENCE,
+        only=BY_REFERENCE,
         publisher=POSITION,
     ),
     Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
-    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, only=_BY_REFERENCE),
+    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, only=BY_REFERENCE),
     Row(
         Condition.LARGE_POSITION_ERROR,
         "position error above {large_position_error:g} m",
         Mode.DESCEND,
-        only=_BY_REFERENCE,
+        only=BY_REFERENCE,
     ),
     Row(Condition.FENCE, "outside the fence", Mode.LAND),
     Row(Condition.BATTERY_LOW, "battery below {battery_low:.0%}", Mode.LAND, lasts=True),
@@ -127,7 +155,7 @@ def _row(mode: Mode) -> dict[Condition, Mode]:
         if mode == Mode.ARMING:
             following[fault.condition] = fault.on_ground
         elif mode in (fault.only or IN_THE_AIR):
-            following[fault.condition] = max(mode, fault.then)
+            following[fault.condition] = max(mode, fault.then, key=severity)
     if mode == Mode.DISARMED:
         following[Condition.GUARD_KILLED] = Mode.KILL
         following[Condition.PILOT_TOOK_OVER] = Mode.PILOT

@@ -15,10 +15,10 @@ A take-off that is to hold before the vehicle is clear of the ground lands inste
 from collections.abc import Set
 from typing import NamedTuple
 
-from quad_commander.mode_table import FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition
+from quad_commander.mode_table import BY_REFERENCE, FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition, severity
 from quad_commander.parameters import ModeParameters
 from quad_core.cascade import ATTITUDE
-from quad_core.enumerations import Answer, Mode, Request
+from quad_core.enumerations import ON_GROUND, Answer, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
@@ -120,11 +120,11 @@ def step(
     if worst != NO_REASON:
         mode, reason = TABLE[mode][Condition(worst)], worst
     stopped = reason != Condition.AT_HEIGHT and (reason != ON_REQUEST or request != Request.GOTO)
-    if memory.mode <= Mode.TAKEOFF and mode == Mode.HOLD and stopped and seen.state.on_ground:
+    if memory.mode in (*ON_GROUND, Mode.TAKEOFF) and mode == Mode.HOLD and stopped and seen.state.on_ground:
         mode = Mode.LAND
     changed = mode != memory.mode
     in_mission = mode == Mode.MISSION or (mode == Mode.HOLD and memory.in_mission and reason != ON_REQUEST)
-    by_reference = Mode.TAKEOFF <= mode <= Mode.LAND
+    by_reference = mode in BY_REFERENCE
     release = memory.release if by_reference else 0.0
     if memory.mode == Mode.DESCEND and by_reference:
         release = parameters.release_time
@@ -185,7 +185,7 @@ def asked(mode: Mode, request: Request, raised: Set[Condition], on_ground: bool)
     flies = mode == Mode.PILOT and request == Request.DISARM and Condition.CONTACT not in raised
     if target is None or slides or flies:
         return Answer.REFUSED, NO_REASON
-    if (target < mode or target == Mode.ARMING) and target != Mode.DISARMED:
+    if (severity(target) < severity(mode) or target == Mode.ARMING) and target != Mode.DISARMED:
         blocking = most_severe(target, raised)
         if blocking != NO_REASON:
             return Answer.REFUSED, blocking
@@ -195,7 +195,7 @@ def asked(mode: Mode, request: Request, raised: Set[Condition], on_ground: bool)
 def most_severe(mode: Mode, raised: Set[Condition]) -> int:
     """Return the raised fault that leads from ``mode`` to the most severe other mode, or NO_REASON."""
     leading = [row.condition for row in FAULTS if row.condition in raised and TABLE[mode][row.condition] != mode]
-    return max(leading, key=TABLE[mode].__getitem__, default=NO_REASON)
+    return max(leading, key=lambda condition: severity(TABLE[mode][condition]), default=NO_REASON)
 
 
 def guard_request(mode: Mode, release: float) -> int:

@@ -25,7 +25,7 @@ from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQu
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
-from quad_core.enumerations import Mode, Request
+from quad_core.enumerations import ON_GROUND, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
@@ -223,7 +223,7 @@ class Commander(Responder):
         """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING, before it for an autopilot."""
         mode = self._core.mode if self._core is not None else Mode.DISARMED
         is_first_look = mode == Mode.DISARMED and self._autopilot is not None
-        if mode <= Mode.ARMING:
+        if mode in ON_GROUND:
             self._preflight.note(sample)
         if mode != Mode.ARMING and not is_first_look:
             self._since_check = 0.0
@@ -245,7 +245,7 @@ class Commander(Responder):
         """Return what the guard said, last if not of this step; disarmed it rests, and what it did before is over."""
         newest = arrival or self._guard_in.newest
         said: GuardStatus = newest.value if newest else GuardStatus()
-        on_ground = self._core is None or self._core.mode <= Mode.ARMING
+        on_ground = self._core is None or self._core.mode in ON_GROUND
         is_killed = said.mode == GUARD_KILL and self._autopilot is None
         return GuardStatus() if on_ground and not is_killed else said
 
@@ -287,7 +287,7 @@ class Commander(Responder):
     def _on_plan(self, message: FlightPlan) -> None:
         if self.is_foreign("flight/plan", message.run):
             return
-        flying = self._core is not None and self._core.mode > Mode.ARMING
+        flying = self._core is not None and self._core.mode not in ON_GROUND
         self._preflight.on_plan(message, flying)
 
     def _on_requests(self, message: FlightRequest) -> None:

@@ -8,7 +8,7 @@ queue.grant(asked)                              # if it was done
 
 from typing import NamedTuple
 
-from quad_commander.mode_table import GRANTED
+from quad_commander.mode_table import GRANTED, severity
 from quad_commander.references import Place
 from quad_core.enumerations import Mode, Request
 
@@ -16,7 +16,6 @@ MOST_SENDERS = 16
 REPEATS_WITHIN = 0.5
 """Seconds within which a sender that asks again for what it was granted only repeats itself."""
 
-_REFUSED = -1
 _RANKS = {Request.KILL: 4, Request.DESCEND: 3, Request.LAND: 2, Request.HOLD: 1}
 
 
@@ -68,7 +67,8 @@ class RequestQueue:
         while self._waiting:
             asked = self._waiting.pop(max(self._waiting.values(), key=_rank).sender)
             repeated = (asked.sender, asked.request) in self._granted
-            if not (repeated and GRANTED[asked.request].get(mode, _REFUSED) < mode):
+            then = GRANTED[asked.request].get(mode)
+            if not repeated or (then is not None and severity(then) >= severity(mode)):
                 return asked
         return None
 
@@ -78,7 +78,10 @@ class RequestQueue:
 
     def overtake(self, mode: Mode) -> None:
         """Mark what still waits and is milder than ``mode``, which has begun since it was asked for."""
-        rank = max((rank for request, rank in _RANKS.items() if GRANTED[request][Mode.HOLD] <= mode), default=0)
+        rank = max(
+            (rank for request, rank in _RANKS.items() if severity(GRANTED[request][Mode.HOLD]) <= severity(mode)),
+            default=0,
+        )
         self._waiting = {
             sender: asked._replace(overtaken=mode.name) if _rank(asked) < rank else asked
             for sender, asked in self._waiting.items()

@@ -9,6 +9,8 @@ from quad_core.types import GuardStatus
 from quad_guard import guard
 
 LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND
+SEVERITY = list(LETTERS.values()).index
+"""How severe a mode is: the later letter wins."""
 
 # Columns: in DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL.
 GRID = """

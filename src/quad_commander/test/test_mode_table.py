@@ -3,7 +3,7 @@
 import itertools
 
 import pytest
-from mode_cases import EXPECTED, HEALTH, after, in_mode
+from mode_cases import EXPECTED, HEALTH, SEVERITY, after, in_mode
 
 from quad_commander.mode_table import GRANTED, IN_THE_AIR, TABLE, Condition
 from quad_core.enumerations import Mode, Request
@@ -37,7 +37,7 @@ def test_a_healthy_vehicle_stays_in_its_mode(mode):
 def test_of_two_faults_at_once_the_more_severe_wins(mode):
     for pair in itertools.combinations(HEALTH, 2):
         decision, _ = after(in_mode(mode), *pair)
-        expected = max(EXPECTED[mode, fault] for fault in pair)
+        expected = max((EXPECTED[mode, fault] for fault in pair), key=SEVERITY)
         assert Mode(decision.mode) == expected, [fault.name for fault in pair]
 
 
@@ -61,10 +61,10 @@ def walk(start, sequence):
         if fault in (Condition.REFERENCE_LATE, Condition.REFERENCE_LOST) and not waits:
             raised.discard(fault)
         steps = [EXPECTED[before, each] for each in raised if EXPECTED[before, each] != before]
-        expected = max(steps, default=before)
+        expected = max(steps, default=before, key=SEVERITY)
         decision, memory = after(memory, fault)
         assert Mode(decision.mode) == expected, ([each.name for each in sequence], fault.name)
-        assert before not in IN_THE_AIR or decision.mode >= before
+        assert before not in IN_THE_AIR or SEVERITY(decision.mode) >= SEVERITY(before)
         waits = expected == Mode.MISSION or (expected == Mode.HOLD and waits)
         if expected == Mode.DISARMED:
             lasting = set()

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class Mode(IntEnum):
-    """What the vehicle does (`FlightMode.mode`); the larger number is the more severe."""
+    """What the vehicle does (`FlightMode.mode`); ``quad_commander.mode_table.MODES`` says how severe each is."""
 
     DISARMED = 0
     ARMING = 1
@@ -18,6 +18,10 @@ class Mode(IntEnum):
     DESCEND = 6
     PILOT = 7
     KILL = 8
+
+
+ON_GROUND = (Mode.DISARMED, Mode.ARMING)
+"""The modes before take-off and after landing."""
 
 
 class Request(IntEnum):

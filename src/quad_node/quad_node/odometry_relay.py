@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_core.cascade import RELAY
 from quad_core.cycle import is_flyable, seconds
+from quad_core.enumerations import ON_GROUND
 from quad_core.estimator import Drive, Estimator, Sample
 from quad_core.geometry import normalized
 from quad_core.lift_off import airborne, lifted_off, sinks
@@ -210,7 +211,7 @@ class OdometryRelay(FlightNode):
 
     def _on_mode(self, message: FlightMode) -> None:
         if not self.is_foreign("flight/mode", message.run):
-            self._armed = message.mode not in (FlightMode.DISARMED, FlightMode.ARMING)
+            self._armed = message.mode not in ON_GROUND
 
     def measurements(self) -> dict[str, Any]:
         """Return what was counted of the estimator, its spacing and its largest jitter."""

@@ -20,11 +20,12 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import COMMANDER, TRAJECTORY
 from quad_core.cycle import seconds, steps_to_cover
+from quad_core.enumerations import ON_GROUND, Mode
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.parameters import Choice, fields
 from quad_core.records import finite_check
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
-from quad_msgs.msg import FlightEvent, FlightMode, FlightPlan
+from quad_msgs.msg import FlightEvent, FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node.codec import Stamped, packer
 from quad_node.conversion import set_stamp
@@ -58,8 +59,8 @@ class Trajectory(Responder):
         reference, flies = None, True
         if self._commanded:
             mode, reference = (arrival.value if arrival else None for arrival in arrivals)
-            flies = mode is not None and mode.mode == FlightMode.MISSION
-            self._obey(sample, flies, mode is not None and mode.mode <= FlightMode.ARMING)
+            flies = mode is not None and mode.mode == Mode.MISSION
+            self._obey(sample, flies, mode is not None and mode.mode in ON_GROUND)
         if self._plan is None:
             try:
                 plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)

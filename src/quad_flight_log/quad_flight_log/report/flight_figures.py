@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
-from quad_core.enumerations import Mode
+from quad_core.enumerations import ON_GROUND
 from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, matched, norms, wrapped
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
@@ -98,7 +98,7 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
     return tuple(
         Band(float(times[at]), float(end), str(table["name"][at]), _SHADES[place % 2], _MODE_COLOUR)
         for place, (at, end) in enumerate(zip(first, ends, strict=True))
-        if table["mode"][at] > Mode.ARMING
+        if table["mode"][at] not in ON_GROUND
     )
 
 
