@@ -23,7 +23,8 @@ def checkout(tmp_path):
         shutil.copytree(ROOT / name, top / name)
     package = top / "src" / "some"
     (package / "msg").mkdir(parents=True)
-    for name in ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg/Some.msg"):
+    (package / "srv").mkdir()
+    for name in ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg/Some.msg", "srv/Some.srv"):
         (package / name).touch()
     return top
 

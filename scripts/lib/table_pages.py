@@ -15,7 +15,7 @@ import yaml
 
 from quad_commander.mode_table import Condition
 from quad_commander.modes import words
-from quad_commander.node import SERVICES
+from quad_commander.services import SERVICES
 from quad_core import plugins
 from quad_core.enumerations import Mode, Request
 from quad_flight import configuration
@@ -97,8 +97,8 @@ SERVICES_HEAD = """# Services and events
 
 ## Services
 
-All are `std_srvs/Trigger`; the answer says done, or why not. Names are relative. `descend` has no service: ask with
-`command descend`, or on `flight/request`. Every node also has the parameter services of ROS 2.
+All are `std_srvs/Trigger`, but `goto`, a `quad_msgs/Goto` with the place. The answer says done, or why not. Names are
+relative. `command` calls them. Every node also has the parameter services of ROS 2.
 """
 EVENTS_HEAD = """## Events
 

@@ -12,68 +12,71 @@ import time
 from collections.abc import Callable, Sequence
 
 import rclpy
-from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
 from quad_commander.missions import read_place
-from quad_commander.mode_table import GRANTED
 from quad_commander.references import Place
+from quad_commander.services import SENDER, SERVICES
 from quad_core.command_line import Parser, open_streams
 from quad_core.enumerations import Request
 from quad_core.parameters import ParameterError
-from quad_msgs.msg import FlightMode, FlightRequest
+from quad_msgs.msg import FlightMode
 from quad_node import executor, topics
 from quad_node.middleware import close_unless_asked
 
 DONE, REFUSED, NO_ANSWER = 0, 1, 2
-WORDS = {request.name.lower(): request for request in sorted(GRANTED)}
+WORDS = {request.name.lower(): request for request in SERVICES}
 _HUNG = NO_ANSWER
-_FOR_RECORDER = 0.5  # s for a recorder to be found, and to have the request
 
 
 def ask(request: Request, namespace: str, patience: float, place: Place | None = None) -> tuple[int, str]:
     """Return the exit code and the line to print of asking the flight in ``namespace``, waiting ``patience`` s."""
-    deadline = time.monotonic() + patience
-    name = f"command_{secrets.token_hex(4)}"
-    node = Node(name, namespace=namespace, enable_rosout=False, start_parameter_services=False)
-    message = FlightRequest(request=int(request), sender=name)
-    if place is not None:
-        message.p_w, message.yaw = [place.x, place.y, place.z], math.nan if place.yaw is None else place.yaw
-    answers: list[FlightMode] = []
-    entry = topics.TOPICS["flight/request"]
-    requests = node.create_publisher(entry.type, entry.name, entry.qos())
-    entry = topics.TOPICS["flight/mode"]
-    modes = node.create_subscription(
-        entry.type, entry.name, lambda said: answers.append(said) if said.sender == name else None, topics.latched()
+    deadline, name = time.monotonic() + patience, request.name.lower()
+    node = Node(
+        f"command_{secrets.token_hex(4)}", namespace=namespace, enable_rosout=False, start_parameter_services=False
     )
+    said: list[FlightMode] = []
+    entry = topics.TOPICS["flight/mode"]
+    node.create_subscription(entry.type, entry.name, said.append, topics.latched())
+    kind = SERVICES[request]
+    service, call = node.create_client(kind, name), kind.Request()
+    if place is not None:
+        call.p_w, call.yaw = [place.x, place.y, place.z], math.nan if place.yaw is None else place.yaw
 
-    def spin(until: Callable[[], object], limit: float = deadline) -> bool:
-        while not until() and time.monotonic() < min(limit, deadline):
+    def spin(until: Callable[[], object]) -> bool:
+        while not until() and time.monotonic() < deadline:
             rclpy.spin_once(node, timeout_sec=0.05)
         return bool(until())
 
     try:
         where = f"in namespace {namespace!r}" if namespace else "without a namespace"
-        # a commander that is asked must have its way to answer, too: it repeats its last one
-        if not spin(lambda: requests.get_subscription_count() and modes.get_publisher_count()):
-            return NO_ANSWER, f"flight/request: found no commander {where} within {patience:g} s, expected one"
-        # a recorder found late holds nothing up for long, and KILL not at all
-        patient = 0.0 if request == Request.KILL else _FOR_RECORDER
-        spin(lambda: requests.get_subscription_count() > 1, time.monotonic() + patient)
-        requests.publish(message)
-        spin(lambda: answers)
-        requests.wait_for_all_acked(Duration(seconds=_FOR_RECORDER))
+        # its newest mode tells an answer of before from that to this call
+        if not spin(lambda: service.service_is_ready() and (said or not node.count_publishers("flight/mode"))):
+            return NO_ANSWER, f"{name}: found no commander {where} within {patience:g} s, expected one"
+        before = said[-1].request_step if said else -1
+        answered = service.call_async(call)
+        if not spin(answered.done):
+            return NO_ANSWER, f"{name}: found no answer within {patience:g} s, expected one"
+        answer = answered.result()
+        is_decided = answer.success and request != Request.END and spin(lambda: said and _is_ours(said[-1], before))
     finally:
         executor.destroy(node, _HUNG)
-    answer = answers[-1] if answers else None
-    if answer is None:
+    mode = said[-1] if said else FlightMode()
+    if not answer.success or (is_decided and mode.answer == FlightMode.REFUSED):
+        return REFUSED, f"refused: {mode.answer_text if answer.success else answer.message}; the mode is {mode.name}"
+    if request == Request.END:
+        return DONE, f"done: {answer.message}"
+    if not is_decided:
         return NO_ANSWER, f"flight/mode: found no answer within {patience:g} s, expected one"
-    if answer.answer == FlightMode.REFUSED:
-        return REFUSED, f"refused: {answer.answer_text}; the mode is {answer.name}"
-    more = f"; waits for: {answer.answer_text}" if answer.answer_text else ""
-    return DONE, f"done at step {answer.request_step}: the mode is {answer.name}{more}"
+    more = f"; waits for: {mode.answer_text}" if mode.answer_text else ""
+    return DONE, f"done at step {mode.request_step}: the mode is {mode.name}{more}"
+
+
+def _is_ours(mode: FlightMode, before: int) -> bool:
+    """Return whether ``mode`` answers a call of a service after the request of step ``before``."""
+    return bool(mode.sender == SENDER and mode.request_step != before)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -13,15 +13,14 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import BatteryState
-from std_srvs.srv import Trigger
 
 from quad_commander import missions
 from quad_commander.commander_core import MISSION_REFUSED, REQUEST_REFUSED, CommanderCore, Outputs
 from quad_commander.mode_table import GRANTED
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
-from quad_commander.references import Place
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
+from quad_commander.services import SENDER, SERVICES, is_finite, place_of
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
@@ -36,7 +35,6 @@ from quad_node.conversion import set_stamp
 from quad_node.main import run
 from quad_node.responder import InputTopic, Responder, Sample
 
-SERVICES = tuple(request for request in sorted(GRANTED) if request != Request.GOTO)  # which names a place
 _CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
 _STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
@@ -88,8 +86,8 @@ class Commander(Responder):
         self._mode_shown = self.ros.create_publisher(FlightMode, "flight/mode", topics.latched())
         self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
         self._offered = [
-            self.ros.create_service(Trigger, request.name.lower(), partial(self._on_call, request))
-            for request in SERVICES
+            self.ros.create_service(kind, request.name.lower(), partial(self._on_call, request))
+            for request, kind in SERVICES.items()
         ]
 
     def is_needed(self, taken: InputTopic, step: int) -> bool:
@@ -313,9 +311,8 @@ class Commander(Responder):
             found = f"request {message.request} of {sender}"
         place = None
         if not found and message.request == Request.GOTO:
-            x, y, z = map(float, message.p_w)
-            place = Place(x, y, z, None if math.isnan(message.yaw) else float(message.yaw))
-            if not all(map(math.isfinite, (x, y, z, place.yaw or 0.0))):
+            place = place_of(message)
+            if not is_finite(place):
                 found, expected = f"goto {place}", "finite numbers"
         if found:
             self.event(
@@ -334,10 +331,17 @@ class Commander(Responder):
                 f"flight/request: {asked.request.name} of {asked.sender}: {MOST_SENDERS} senders wait; message ignored",
             )
 
-    def _on_call(self, request: Request, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        refusal = self._core.foresee(request) if self._core else "the flight has not begun"
-        if not refusal:
-            self._ask(PendingRequest(request, "service"))
+    def _on_call(self, request: Request, asked: Any, response: Any) -> Any:
+        place = place_of(asked) if request == Request.GOTO else None
+        refusal = "" if self._core else "the flight has not begun"
+        if place is not None and not is_finite(place):
+            refusal = f"found goto {place}, expected finite numbers"
+        elif request == Request.END:
+            self._end_asked, refusal = self._end_asked or "asked to end by a service", ""
+        elif self._core:
+            refusal = self._core.foresee(request)
+        if not refusal and request != Request.END:
+            self._ask(PendingRequest(request, SENDER, place=place))
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"

@@ -1,6 +1,7 @@
 """`command` sends one request and reports the answer, or that none came."""
 
 import math
+from functools import partial
 
 import pytest
 import rclpy
@@ -8,6 +9,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from quad_commander import command
 from quad_commander.references import Place
+from quad_commander.services import SERVICES
 from quad_core.enumerations import Request
 from quad_msgs.msg import FlightMode
 from quad_node import executor, topics
@@ -21,16 +23,19 @@ def commander(monkeypatch, own_domain):
     executor.init([])
     node = rclpy.create_node("commander")
     modes = node.create_publisher(FlightMode, "flight/mode", topics.latched())
-    entry = topics.TOPICS["flight/request"]
     requests = []
 
     def start(answers):
-        def on_request(message):
-            requests.append(Request(message.request))
-            if answers:
-                modes.publish(FlightMode(sender=message.sender, name="LAND", answer=FlightMode.DONE))
+        def on_call(request, asked, response):
+            requests.append((request, [*asked.p_w] if request == Request.GOTO else None))
+            response.success, response.message = answers != "refuses", "why"
+            if answers == "decides":
+                modes.publish(FlightMode(sender="service", name="LAND", answer=FlightMode.DONE, request_step=7))
+            return response
 
-        node.create_subscription(entry.type, entry.name, on_request, entry.qos())
+        modes.publish(FlightMode(sender="service", name="HOLD", answer=FlightMode.DONE, request_step=3))
+        for request, kind in SERVICES.items():
+            node.create_service(kind, request.name.lower(), partial(on_call, request))
         spun = SingleThreadedExecutor()
         spun.add_node(node)
         monkeypatch.setattr(command.rclpy, "spin_once", spun_with(spun))
@@ -55,18 +60,20 @@ def spun_with(commander):
     return spin_once
 
 
-def test_a_commander_gets_one_request_and_its_answer_is_reported(commander):
-    requests = commander(answers=True)
-    assert command.ask(Request.LAND, "", PATIENCE) == (command.DONE, "done at step 0: the mode is LAND")
-    assert requests == [Request.LAND]
-
-
-@pytest.mark.parametrize("request_", [Request.LAND, Request.KILL])
-def test_a_commander_that_does_not_answer_gets_the_request_and_that_is_reported(commander, request_):
-    requests = commander(answers=False)
-    line = "flight/mode: found no answer within 2 s, expected one"
-    assert command.ask(request_, "", PATIENCE) == (command.NO_ANSWER, line)
-    assert requests == [request_]
+@pytest.mark.parametrize(
+    ("request_", "answers", "code", "line"),
+    [
+        (Request.LAND, "decides", command.DONE, "done at step 7: the mode is LAND"),
+        (Request.GOTO, "decides", command.DONE, "done at step 7: the mode is LAND"),
+        (Request.LAND, "refuses", command.REFUSED, "refused: why; the mode is HOLD"),
+        (Request.KILL, "is silent", command.NO_ANSWER, "flight/mode: found no answer within 2 s, expected one"),
+        (Request.END, "is silent", command.DONE, "done: why"),
+    ],
+)
+def test_a_commander_gets_one_request_and_its_answer_is_reported(commander, request_, answers, code, line):
+    requests, place = commander(answers), Place(1.0, 2.0, 3.0) if request_ == Request.GOTO else None
+    assert command.ask(request_, "", PATIENCE, place) == (code, line)
+    assert requests == [(request_, [1.0, 2.0, 3.0] if place else None)]
 
 
 @pytest.mark.parametrize(
@@ -104,7 +111,7 @@ def test_a_place_is_sent_as_it_was_written(words, place, monkeypatch):
 
 
 def test_a_flight_without_a_commander_is_named(commander):
-    line = "flight/request: found no commander in namespace 'b' within 0.5 s, expected one"
+    line = "land: found no commander in namespace 'b' within 0.5 s, expected one"
     assert command.ask(Request.LAND, "b", 0.5) == (command.NO_ANSWER, line)
 
 

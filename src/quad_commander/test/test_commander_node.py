@@ -13,6 +13,7 @@ from quad_commander.mode_table import Condition
 from quad_core.enumerations import Request
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
+from quad_msgs.srv import Goto
 
 
 @pytest.fixture
@@ -98,9 +99,12 @@ def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     assert (before.success, before.message) == (False, "the flight has not begun")
     node.fly(0, 6)
     names = {service.srv_name for service in node._offered}
-    assert names == {"arm", "takeoff", "mission", "hold", "land", "descend", "disarm", "kill"}
+    assert names == {"arm", "takeoff", "mission", "hold", "land", "descend", "disarm", "kill", "goto", "end"}
     refused = call(Request.LAND, Trigger.Request(), Trigger.Response())
     assert (refused.success, refused.message) == (False, "LAND is not possible in DISARMED")
+    nowhere = call(Request.GOTO, Goto.Request(p_w=[math.nan, 0.0, 1.0]), Goto.Response())
+    assert (nowhere.success, "expected finite numbers" in nowhere.message) == (False, True)
+    assert call(Request.END, Trigger.Request(), Trigger.Response()).success
     assert call(Request.KILL, Trigger.Request(), Trigger.Response()).success
     node.fly(6, 11)
     assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service")
