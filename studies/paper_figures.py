@@ -1,13 +1,11 @@
 """The paper's figures 5 to 18 as this stack flies them, and what its text says of each: docs/results/paper_figures.md.
 
 ``python studies/paper_figures.py`` flies both cases from the origin, as section 4 of the paper does, draws the figures
-with Chromium into docs/images/paper, and writes the page. Every number and every "yes" or "no" of the page is computed.
+into docs/images/paper, and writes the page. Every number and every "yes" or "no" of the page is computed.
 """
 
 import argparse
 import sys
-import tempfile
-import urllib.parse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +16,7 @@ from quad_flight.flight import Flight, flight_from_resolved, fly
 from quad_flight.many import sweep
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight_log.analysis.arrays import norms
-from quad_flight_log.report import page as report_page
+from quad_flight_log.report.drawing import save
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import (
     CASES,
@@ -27,7 +25,7 @@ from quad_flight_log.report.flight_figures import (
     position_error,
     run_from_tables,
 )
-from quad_flight_log.report.page import Page, write_page
+from quad_flight_log.report.scene import Replay, replay
 
 ROOT = Path(__file__).resolve().parents[1]
 GAINS = ROOT / "studies" / "study_gains" / "1"
@@ -50,7 +48,7 @@ SEED, SEEDS = 1, range(1, 11)
 SETTLED = 20.0  # s: errors count from here on, so that the way from the origin is over
 ARRIVED = 0.5  # m
 FEWER = 0.95  # "less" is at least 5 % less
-POINTS, SIZE = 400, (760, 430)  # of a picture
+WIDTH = 160.0  # mm of a picture
 
 BOTH_TRACK = "both controllers track it in the presence of disturbances, the proposed one better"
 NOT_IDEAL = "IBS-ITSM fluctuates, the proposed controller tracks faster and more accurately"
@@ -68,7 +66,7 @@ TEXTS = {
 class Shown(NamedTuple):
     """A figure's error after SETTLED: RMS and largest, by controller, and their unit."""
 
-    figure: Figure
+    figure: Figure | Replay
     rms: dict[str, float]
     largest: dict[str, float]
     unit: str
@@ -84,7 +82,7 @@ def flight(case: str, controller: str, seed: int = SEED) -> Flight:
 def shown(runs: Sequence[Run]) -> list[Shown]:
     """Return the seven figures of a case with the errors of each."""
     found = []
-    for figure in paper_figures(runs):
+    for figure in (*replay(runs), *paper_figures(runs)):
         errors = {run.name: _error(run, figure) for run in runs}
         rms = {name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items()}
         largest = {name: float(np.abs(error).max()) for name, error in errors.items()}
@@ -92,8 +90,8 @@ def shown(runs: Sequence[Run]) -> list[Shown]:
     return found
 
 
-def _error(run: Run, figure: Figure) -> Any:
-    if figure.spatial:
+def _error(run: Run, figure: Figure | Replay) -> Any:
+    if isinstance(figure, Replay):
         times, error = position_error(run)
         values = norms(error)
     else:
@@ -105,28 +103,6 @@ def first_below(times: Any, errors: Any, limit: float) -> float:
     """Return the time from which on the error is first below ``limit``; NaN if it never is."""
     good = times[np.abs(errors) < limit]
     return float(good[0]) if len(good) else float("nan")
-
-
-def draw(figures: Sequence[Figure], directory: Path) -> None:
-    """Save the figures as SVG files named figure-NN.svg, drawn by plotly.js in Chromium."""
-    sys.path.insert(0, str(ROOT / "scripts" / "lib"))
-    from headless_browser import Browser
-
-    directory.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        path = write_page(Page("figures", "", (), figures), Path(folder, "page.html"))
-        with Browser(Path(folder, "profile"), (1100, 900)) as browser:
-            browser.open(path.as_uri())
-            browser.wait("document.body.dataset.drawn")
-            for figure in figures:
-                width, height = SIZE
-                picture = browser.value(
-                    f"(() => {{ const plot = document.querySelector('#{figure.key} .plot');"
-                    "return Plotly.toImage({data: plot.data, layout: {...plot.layout, paper_bgcolor: '#fff'}}, "
-                    f"{{format: 'svg', width: {width}, height: {height}}}); }})()"
-                )
-                text = urllib.parse.unquote(picture.partition(",")[2])
-                (directory / f"{figure.key[:9]}.svg").write_text(text + "\n", encoding="utf-8")
 
 
 def is_less(one: float, other: float) -> bool:
@@ -253,7 +229,6 @@ def main() -> int:
         "--out", type=Path, default=ROOT / "docs", help="directory of results/ and images/ (default: docs)"
     )
     options = parser.parse_args()
-    report_page.POINTS = POINTS
     cases = {}
     for case in CASES:
         runs = []
@@ -264,7 +239,8 @@ def main() -> int:
                 return 1
             runs.append(run_from_tables(name, case, result.topics))
         cases[case] = runs, shown(runs)
-    draw([each.figure for _, found in cases.values() for each in found], options.out / "images" / "paper")
+    for each in (each for _, found in cases.values() for each in found):
+        save(each.figure, options.out / "images" / "paper" / f"{each.figure.key[:9]}.svg", WIDTH)
     path = options.out / "results" / "paper_figures.md"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page(cases, "python studies/paper_figures.py"), encoding="utf-8")

@@ -21,6 +21,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_tables
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
+from quad_flight_log.report.scene import Replay, replay
 
 FILES = ("study.json", "flights.parquet", "summary.parquet", "comparison.parquet", "trials.parquet")
 _KEYS = ("name", "command", "cases", "plants", "conditions", "seeds", "controllers", "metrics")
@@ -81,7 +82,7 @@ def study_page(study: Study, command: str) -> Page:
         ("objective", str(facts.get("objective", ""))),
     ]
     head, *rows = comparison_rows(facts, study.comparison)
-    body: list[Figure | str] = [
+    body: list[Figure | Replay | str] = [
         heading("Costs over tunings", str(facts.get("conditions_text", ""))),
         table(head, rows),
         *tuning_figures(study.trials, study.titles),
@@ -93,7 +94,11 @@ def study_page(study: Study, command: str) -> Page:
         runs = [run for run in study.examples if run.trajectory == case]
         note = f"One flight per controller, the first held-out seed ({seeds[0] if seeds else 'none'})."
         if runs:
-            body += [heading(f"{CASES.get(case, case)}: the paper's figures", note), *paper_figures(runs)]
+            body += [
+                heading(f"{CASES.get(case, case)}: the paper's figures", note),
+                *replay(runs),
+                *paper_figures(runs),
+            ]
             body += [heading(f"Inside the flights of {case}", note), *inside_figures(runs)]
     body += [heading("Controllers, tuning and versions"), _controllers(study), *_folded(study)]
     return Page(f"Study {facts['name']}", command, [each for each in lines if each[1]], body, None, _numbers(study))

@@ -1,5 +1,7 @@
 """The page holds its data, escapes what it is given and needs no other file."""
 
+import base64
+import hashlib
 import json
 import re
 
@@ -10,9 +12,10 @@ import pytest
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
+from quad_flight_log.report.figures import REFERENCE, Band, Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, page_text, table, verbatim, write_page
 from quad_flight_log.report.pages import report_page
+from quad_flight_log.report.scene import replay
 
 plotly = pytest.importorskip("plotly.graph_objects")
 
@@ -36,12 +39,15 @@ def test_flight_page_tells_what_the_bag_holds(text):
     data = data_of(text)
     assert next(iter(data)) == "figure-05-case1-path"
     assert sum(key.startswith("figure-") for key in data) == 7
+    assert [flight["name"] for flight in data["figure-05-case1-path"]["scene"]["flights"]] == ["circle"]
     error = next(trace for trace in data["figure-06-case1-x"]["data"] if trace["yaxis"] == "y2")
     np.testing.assert_allclose(drawn_flights.decoded(error["y"]), 0.3, rtol=1e-5)
     assert "seed: 7" in text
     assert "position_rmse" in text
     assert "0.37417" in text  # sqrt(0.3^2 + 0.2^2 + 0.1^2)
     assert "<pre>log report circle</pre>" in text
+    assert "&lt;b&gt;gust&lt;/b&gt; &amp; 1" in text
+    assert "<b>gust" not in text
 
 
 def test_page_is_alone(text):
@@ -64,16 +70,27 @@ def test_the_page_opens_with_the_verdict_and_the_limits(bag):
     assert "<th>limit</th>" in bad
 
 
-def test_foreign_text_is_escaped(text):
-    assert "&lt;b&gt;gust&lt;/b&gt; &amp; 1" in text
-    assert "<b>gust" not in text
-    evil = "</script><script>alert(1)</script>"
-    line = Line(evil, evil, (np.arange(2.0), np.arange(2.0)))
-    figure = Figure("k", evil, evil, (Panel(evil, (line,)),))
-    body = [heading(evil, evil), table((evil,), ((evil,),)), folded(evil, verbatim(evil)), figure]
-    found = page_text(Page(evil, evil, ((evil, evil),), body, ("good", evil), ((evil, evil),)))
-    assert "alert(1)</script>" not in found.replace("&lt;/script&gt;", "")
-    assert data_of(found)["k"]["data"][0]["name"] == evil
+EVIL = "</script><script>window.evil = 1</script><img src=x onerror='window.evil = 1'><b>"
+
+
+def test_text_of_others_stays_text_in_every_part_of_a_page():
+    line = Line(EVIL, EVIL, (np.arange(2.0), np.arange(2.0)))
+    figure = Figure("k", EVIL, EVIL, (Panel(EVIL, (line,)),), bands=(Band(0.0, 1.0, EVIL),))
+    body = [heading(EVIL, EVIL), table((EVIL,), ((EVIL,),)), folded(EVIL, verbatim(EVIL)), figure]
+    body += replay([drawn_flights.run(EVIL, EVIL)])
+    found = page_text(Page(EVIL, EVIL, ((EVIL, EVIL),), body, ("good", EVIL), ((EVIL, EVIL),)))
+    assert "<img" not in found
+    assert found.count("<script") == 4, "viewer, plotly, page and their data"
+    shown = data_of(found)["k"]
+    assert "<" not in shown["data"][0]["name"] + shown["layout"]["annotations"][0]["text"], "Plotly reads HTML"
+    assert shown["data"][0]["meta"]["run"] == EVIL
+
+
+def test_no_script_runs_but_those_of_the_page(text):
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    hashes = {base64.b64encode(hashlib.sha256(each.encode()).digest()).decode() for each in scripts}
+    allowed = re.search(r"script-src ([^;]*);", text)[1].split()
+    assert {each.strip("'").removeprefix("sha256-") for each in allowed} == hashes
 
 
 def test_two_figures_of_one_key_are_refused():
@@ -94,9 +111,20 @@ def test_commands_write_where_they_say(bag, tmp_path, capsys):
     assert (tmp_path / "circle.html").stat().st_size > 1_000_000
     assert main(["report", str(bag), str(bag), "--names", "one,reference", "--out", str(tmp_path)]) == 0
     assert re.search(r"position_rmse +0\.37417 +0\.37417 +m", capsys.readouterr().out)
-    drawn = data_of((tmp_path / "comparison.html").read_text())["figure-05-case1-path"]["data"]
+    drawn = data_of((tmp_path / "comparison.html").read_text())["figure-06-case1-x"]["data"]
     assert {trace["meta"]["run"] for trace in drawn} == {"one", "reference", REFERENCE}
     assert len({trace["line"]["color"] for trace in drawn}) == 3
+
+
+def test_a_comparison_opens_on_its_answer_and_then_the_error_and_the_paths(bag, tmp_path):
+    other = drawn_flights.bag(tmp_path / "other", steps=260, scale=1.5)
+    text = page_text(report_page([open_flight(bag), open_flight(other)], ["circle", "other"], "c"))
+    row = re.search(r"<tr><td>position_rmse</td>(.*?)</tr>", text)[1]
+    assert row == '<td class="best">0.37417</td><td>0.56125 (+50 %)</td><td>m</td>'
+    assert 'class="best"' not in re.search(r"<tr><td>duration</td>(.*?)</tr>", text)[1]
+    keys = ["position_rmse</td>", 'id="case1-error"', 'id="figure-05-case1-path"', "The paper&#x27;s figures"]
+    places = [text.index(key) for key in [*keys, 'id="figure-06-case1-x"', "Inside the flight"]]
+    assert places == sorted(places)
 
 
 def test_several_flights_have_names_of_their_own_and_one_trajectory(bag, tmp_path, capsys):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quad_core.cascade import COMMAND
 from quad_core.enumerations import ON_GROUND
 from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, matched, norms, wrapped
-from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, in_mission, thrust_and_torque
+from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, hold_times, in_mission, thrust_and_torque
 from quad_flight_log.analysis.tables import TOPICS, flight_tables, text_table
 from quad_flight_log.analysis.takeovers import Takeover, takeovers
 from quad_flight_log.bag.reader import Flight
@@ -103,30 +103,28 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
 
 
 def paper_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return the seven figures of one case, for runs of one trajectory; what the bags do not hold is left out."""
+    """Return six figures of one case over time, for runs of one trajectory; what the bags do not hold is left out.
+
+    The paper's first of each case, the path, is the viewer's (``scene``).
+    """
     flown = [run for run in runs if run.has("truth")]
-    if not flown:
-        return []
-    trajectory, first = flown[0].trajectory, FIRST_FIGURE.get(flown[0].trajectory)
-    figures = [_path_figure(flown)]
-    figures += [_position_figure(flown, axis) for axis in range(3)] + [_angle_figure(flown, axis) for axis in range(3)]
-    for at, figure in enumerate(figures):
-        key, title = f"{trajectory or 'flight'}-{figure.key}", figure.title[0].upper() + figure.title[1:]
-        if first is not None:
-            key, title = f"figure-{first + at:02d}-{key}", f"Figure {first + at}. {title}"
-        figures[at] = figure._replace(key=key, title=title, span=None if figure.spatial else _span(flown))
-    return figures
+    made = [_position_figure(flown, axis) for axis in range(3)] + [_angle_figure(flown, axis) for axis in range(3)]
+    found = []
+    for at, figure in enumerate(made, start=1):
+        key, title = numbered(runs[0].trajectory, at, figure.key, figure.title[0].upper() + figure.title[1:])
+        found.append(_with_lines(figure._replace(key=key, title=title, span=span_of(flown))))
+    return [figure for figure in found if figure.panels]
 
 
-def _path_figure(runs: Sequence[Run]) -> Figure:
-    lines = [Line(run.name, run.name, tuple(run.tables["truth"]["p_w"].T)) for run in runs]
-    lines += [
-        Line(group, label, tuple(run.tables["reference"]["p_w"].T), dashed=True)
-        for run, group, label in _references(runs)
-    ]
-    caption = "The flown path, and the reference broad and pale under it; world frame (ENU)."
-    title = "3-D position trajectory tracking"
-    return Figure("path", title, caption, (Panel("m", tuple(lines)),), spatial=True)
+def numbered(trajectory: str, at: int, key: str, title: str) -> tuple[str, str]:
+    """Return key and title of a case's figure ``at``, with the paper's number where it has one."""
+    key, first = f"{trajectory or 'flight'}-{key}", FIRST_FIGURE.get(trajectory)
+    return (key, title) if first is None else (f"figure-{first + at:02d}-{key}", f"Figure {first + at}. {title}")
+
+
+def _with_lines(figure: Figure) -> Figure:
+    """Return a figure without the panels that no flight has a line in."""
+    return figure._replace(panels=tuple(panel for panel in figure.panels if panel.lines))
 
 
 def _position_figure(runs: Sequence[Run], axis: int) -> Figure:
@@ -188,14 +186,16 @@ def _references(runs: Sequence[Run]) -> list[tuple[Run, str, str]]:
     return [(run, run.name, f"{run.name}: reference") for run in different.values()]
 
 
-def _span(runs: Sequence[Run]) -> tuple[float, float] | None:
+def span_of(runs: Sequence[Run]) -> tuple[float, float] | None:
     """Return from the trajectory's start to the end of the longest flight; None (all) of flights with modes."""
-    if not all(run.has("reference") for run in runs) or any(run.has("flight/mode") for run in runs):
+    runs = [run for run in runs if run.has("truth")]
+    if not runs or not all(run.has("reference") for run in runs) or any(run.has("flight/mode") for run in runs):
         return None
     end = max(float(run.times("truth")[-1]) for run in runs)
     return (0.0, round(end, 1)) if end >= 0.1 else None
 
 
+_SEGMENT = 4.0  # s of a spectrum: lines 0.25 Hz apart
 _POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
 _ESTIMATED = "Disturbance (Eqs. 10-12), broad and pale, and the position law's estimate"
 _LAWS: tuple[tuple[str, str, str, str, str, str], ...] = (
@@ -204,19 +204,21 @@ _LAWS: tuple[tuple[str, str, str, str, str, str], ...] = (
     ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", _ATTITUDE, "adaptive_constant"),
     ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", "disturbance", "lumped_acceleration_w"),
     ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", _POSITION, "disturbance_estimate"),
+    ("wind", "Wind", "wind {} [m/s]", "xyz", "disturbance", "wind_w"),
+    ("rotors", "Rotor speeds", "ω{} [rad/s]", "1234", "actuation", "rotor_speed"),
 )
 """(key, title, label of a panel, its axes, topic, field); rows of one key share a figure."""
 
 
 def _law_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return the figures of _LAWS; a field that a law or a bag lacks gives no line."""
+    """Return the figures of _LAWS; a field that a law or a bag lacks, so that it is 0 all along, gives no line."""
     lines: dict[tuple[str, str], list[Line]] = {}
     figures = {}
     for key, title, label, axes, topic, field in _LAWS:
         for run in runs:
             dtype = run.tables[topic].dtype if run.has(topic) else np.dtype([])
-            if field in (dtype.names or ()) and dtype[field].shape == (len(axes),):
-                true = topic == "disturbance"
+            if field in (dtype.names or ()) and dtype[field].shape == (len(axes),) and run.tables[topic][field].any():
+                true = field == "lumped_acceleration_w"
                 for axis, column in zip(axes, run.tables[topic][field].T, strict=True):
                     line = Line(run.name, run.name + ": true" * true, (run.times(topic), column), dashed=true)
                     lines.setdefault((key, axis), []).append(line)
@@ -226,12 +228,12 @@ def _law_figures(runs: Sequence[Run]) -> list[Figure]:
 
 
 def inside_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return distance, thrust, torque and the laws' own quantities of runs of one trajectory, those that a run has."""
-    distance, thrust, torque = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
+    """Return error, thrust, torque, effort, spectrum and the laws' own quantities of runs of one trajectory."""
+    error, thrust, torque = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
     for run in runs:
         if run.has("truth", "reference"):
-            times, error = position_error(run)
-            distance.append(Line(run.name, run.name, (times, norms(error))))
+            times, offset = position_error(run)
+            error.append(Line(run.name, run.name, (times, norms(offset))))
         if run.has(COMMAND):
             times, (force, moments) = run.times(COMMAND), thrust_and_torque(run.tables[COMMAND])
             thrust.append(Line(run.name, f"{run.name}: commanded", (times, force), dashed=True))
@@ -242,10 +244,48 @@ def inside_figures(runs: Sequence[Run]) -> list[Figure]:
             thrust.append(Line(run.name, f"{run.name}: achieved", achieved))
     torques = [Panel(f"τ{axis} [N m]", tuple(lines)) for axis, lines in zip("xyz", torque, strict=True)]
     figures = [
-        Figure("distance", "Distance from the reference", "", (Panel("distance [m]", tuple(distance)),)),
+        Figure("error", "Distance from the reference", "", (Panel("distance [m]", tuple(error)),)),
         Figure("thrust", "Thrust along body z (Eq. 38)", "", (Panel("thrust [N]", tuple(thrust)),)),
         Figure("torque", "Commanded torque about the body axes (Eq. 56)", "", tuple(torques)),
+        *_effort_figures([run for run in runs if run.has(COMMAND) and len(run.tables[COMMAND]) > 1]),
         *_law_figures(runs),
     ]
-    prefix = runs[0].trajectory or "flight"
-    return [figure._replace(key=f"{prefix}-{figure.key}") for figure in figures if figure.panels[0].lines]
+    found = []
+    for figure in map(_with_lines, figures):
+        if figure.panels:
+            span = span_of(runs) if figure.over_time else None
+            found.append(figure._replace(key=f"{runs[0].trajectory or 'flight'}-{figure.key}", span=span))
+    return found
+
+
+def _effort_figures(runs: Sequence[Run]) -> list[Figure]:
+    """Return the running effort of the commands, and the spectrum of the commanded torque."""
+    from scipy.signal import welch
+
+    thrust, torque, spectrum = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
+    for run in runs:
+        wrench = run.tables[COMMAND][run.times(COMMAND) >= 0.0]
+        if len(wrench) < 2:
+            continue
+        times, (force, moments), hold = (
+            run.since_start(wrench),
+            thrust_and_torque(wrench),
+            hold_times(wrench["stamp_ns"]),
+        )
+        thrust.append(Line(run.name, run.name, (times, np.cumsum(hold * force * force))))
+        torque.append(Line(run.name, run.name, (times, np.cumsum(hold * (moments * moments).sum(axis=1)))))
+        for lines, moment in zip(spectrum, moments.T, strict=True):
+            known, power = welch(moment, 1.0 / hold[0], nperseg=min(len(times), round(_SEGMENT / hold[0])))
+            lines.append(Line(run.name, run.name, (known[1:], power[1:])))
+    efforts = (Panel("thrust effort [N² s]", tuple(thrust)), Panel("torque effort [N² m² s]", tuple(torque)))
+    powers = [
+        Panel(f"τ{axis} [N² m²/Hz]", tuple(lines), logarithmic=True)
+        for axis, lines in zip("xyz", spectrum, strict=True)
+    ]
+    about = f"Power spectral density from t = 0 on (Welch, segments of {_SEGMENT:g} s)."
+    return [
+        Figure("effort", "Effort: integral of the squared command", "", efforts),
+        Figure(
+            "spectrum", "Spectrum of the commanded torque", about, tuple(powers), "frequency [Hz]", logarithmic=True
+        ),
+    ]

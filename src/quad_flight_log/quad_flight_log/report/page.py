@@ -1,20 +1,21 @@
-"""A report as one HTML file that opens from disk without a network: text, tables, figures and plotly.js itself."""
+"""A report as one HTML file that opens from disk without a network: text, tables, figures, viewer and plotly.js."""
 
+import base64
+import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import REFERENCE, Figure, colours, runs_of, specification
-
-_POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+from quad_flight_log.report.figures import REFERENCE, Figure, colours, drawn, runs_of
+from quad_flight_log.report.scene import Replay, scene
 
 
 class Page(NamedTuple):
-    """A whole report: ``body`` holds figures and HTML of the functions below, in order.
+    """A whole report: ``body`` holds figures, replays and HTML of the functions below, in order.
 
     ``command`` made it; ``facts`` are lines of name and value, folded at its end. ``verdict``: good, failed or
     unknown, and the line that opens the page; None where nothing was judged. ``numbers``: (value, what it is).
@@ -23,7 +24,7 @@ class Page(NamedTuple):
     title: str
     command: str
     facts: Sequence[tuple[str, str]]
-    body: Sequence[Figure | str]
+    body: Sequence[Figure | Replay | str]
     verdict: tuple[str, str] | None = None
     numbers: Sequence[tuple[str, str]] = ()
 
@@ -33,11 +34,15 @@ def heading(title: str, note: str = "") -> str:
     return (f"<h2>{escape(title)}</h2>" if title else "") + (f'<p class="note">{escape(note)}</p>' if note else "")
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return the HTML of a table of text."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], best: Collection[tuple[int, int]] = ()) -> str:
+    """Return the HTML of a table of text; cells ``best`` (row, column) are marked."""
     above = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{above}</tr></thead><tbody>{body}</tbody></table></div>'
+    lines = []
+    for at, row in enumerate(rows):
+        marks = [' class="best"' if (at, column) in best else "" for column in range(len(row))]
+        cells = (f"<td{mark}>{escape(cell)}</td>" for mark, cell in zip(marks, row, strict=True))
+        lines.append(f"<tr>{''.join(cells)}</tr>")
+    return f'<div class="scroll"><table><thead><tr>{above}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
 
 
 def folded(title: str, content: str) -> str:
@@ -62,39 +67,58 @@ def write_page(page: Page, path: Path) -> Path:
 
 def page_text(page: Page) -> str:
     """Return the HTML of a page."""
-    figures = [part for part in page.body if isinstance(part, Figure)]
-    runs = runs_of(figures)
+    parts = [part for part in page.body if not isinstance(part, str)]
+    figures = [part for part in parts if isinstance(part, Figure)]
+    replayed = [run.name for part in parts if isinstance(part, Replay) for run in part.runs]
+    runs = [*dict.fromkeys([*replayed, *runs_of(figures)])]
+    runs.sort(key=REFERENCE.__eq__)
     colour = colours(runs)
     data: dict[str, Any] = {}
-    for figure in figures:
-        if figure.key in data:
-            raise ValueError(f"two figures with the key {figure.key!r}")
-        data[figure.key] = {**specification(figure, colour), "time": figure.over_time}
-    # no JSON may end the script element that holds it
-    drawn = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    body = "\n".join(_figure(part) if isinstance(part, Figure) else part for part in page.body)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<link rel="icon" href="data:,">
-<title>{escape(page.title)}</title>
-<style>{_resource("page.css")}</style>
-</head>
-<body>
-<header><h1>{escape(page.title)}</h1>
+    for part in parts:
+        if part.key in data:
+            raise ValueError(f"two figures with the key {part.key!r}")
+        if isinstance(part, Replay):
+            data[part.key] = {"scene": scene(part.runs, colour)}
+        else:
+            data[part.key] = {**json.loads(drawn(part, colour).to_json()), "time": part.over_time}
+    body = "\n".join(part if isinstance(part, str) else _figure(part) for part in page.body)
+    scripts = [resource("viewer.js")] if replayed else []
+    scripts += [_library(), resource("page.js")] if parts else []
+    within = f"""<header><h1>{escape(page.title)}</h1>
 {_opening(page)}</header>
 {_bar(runs, colour)}
 <main>
 {body}
 {_source(page)}
-</main>
-<script>{_library()}</script>
-<script type="application/json" id="report-data">{drawn}</script>
-<script>{_resource("page.js")}</script>
+</main>"""
+    return document(page.title, within, scripts, data)
+
+
+def document(title: str, body: str, scripts: Sequence[str], data: Any, policy: str = "") -> str:
+    """Return an HTML file with ``data`` as JSON, in which no script runs but ``scripts``, known by their hashes.
+
+    ``policy``: what else the page may do.
+    """
+    hashes = [base64.b64encode(hashlib.sha256(each.encode()).digest()).decode() for each in scripts]
+    allowed = " ".join(f"'sha256-{each}'" for each in hashes) or "'none'"
+    # no JSON may end the script element that holds it
+    stored = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    rules = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:{policy}"
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{rules}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<link rel="icon" href="data:,">
+<title>{escape(title)}</title>
+<style>{resource("page.css")}</style>
+</head>
+<body>
+{body}
+<script type="application/json" id="report-data">{stored}</script>
+{"".join(f"<script>{each}</script>" for each in scripts)}
 </body>
 </html>
 """
@@ -126,11 +150,11 @@ def _source(page: Page) -> str:
     return folded("Where this comes from", f'{facts}<p class="note">Made by</p>{verbatim(page.command)}')
 
 
-def _figure(figure: Figure) -> str:
-    key = escape(figure.key)
+def _figure(part: Figure | Replay) -> str:
+    key, kind = escape(part.key), "viewer" if isinstance(part, Replay) else "plot"
     return (
-        f'<figure id="{key}"><h3>{escape(figure.title)}</h3><figcaption>{escape(figure.caption)}</figcaption>'
-        f'<div class="plot" data-figure="{key}"></div></figure>'
+        f'<figure id="{key}"><h3>{escape(part.title)}</h3><figcaption>{escape(part.caption)}</figcaption>'
+        f'<div class="{kind}" data-figure="{key}"></div></figure>'
     )
 
 
@@ -142,5 +166,6 @@ def _library() -> str:
     return str(get_plotlyjs())
 
 
-def _resource(name: str) -> str:
+def resource(name: str) -> str:
+    """Return the text of a file of this folder."""
     return resources.files("quad_flight_log.report").joinpath(name).read_text(encoding="utf-8")

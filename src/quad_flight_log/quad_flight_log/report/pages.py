@@ -11,6 +11,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_flight, with_bands
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim
+from quad_flight_log.report.scene import Replay, replay
 from quad_flight_log.report.text import metric_rows
 
 _METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
@@ -19,9 +20,9 @@ _METRICS = ("duration", "position_rmse", "position_max", "position_final", "sett
 def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -> Page:
     """Return the report of one flight, or of several of one trajectory in the same figures.
 
-    Each is judged by the limits that its bag notes; the page opens with the worst verdict, of one flight with three
-    numbers, and the path. Raises TopicError for a bag without any topic of a flight, FlightLogError for different
-    trajectories.
+    Each is judged by the limits that its bag notes; the page opens with the worst verdict. Then come of one flight
+    three numbers and its replay, of several the table with the best, the error over time and the replay. Raises
+    TopicError for a bag without any topic of a flight, FlightLogError for different trajectories.
     """
     runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
     flown = dict.fromkeys(run.trajectory for run in runs)
@@ -32,16 +33,24 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
             raise flight.without_topics("there is nothing to report")
     judged = [judgement(flight, run.metrics) for flight, run in zip(flights, runs, strict=True)]
     notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
-    body: list[Figure | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
-    figures = with_bands(paper_figures(runs), runs)
-    body += [*figures[:1], *_tables(runs, judged[0].limits if len(runs) == 1 else {}), *figures[1:]]
-    body += [heading("Inside the flight"), *with_bands(inside_figures(runs), runs), *_flown_with(flights, names)]
+    body: list[Figure | Replay | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
+    tables = _tables(runs, judged[0].limits if len(runs) == 1 else {})
+    inside = with_bands(inside_figures(runs), runs)
+    error = inside[:1] if inside and inside[0].key.endswith("-error") else []
+    body += [*replay(runs), *tables, *error] if len(runs) == 1 else [*tables, *error, *replay(runs)]
+    trajectory = runs[0].trajectory
+    body += [heading("The paper's figures" if trajectory in CASES else "Position and attitude")]
+    body += with_bands(paper_figures(runs), runs)
+    body += [heading("Inside the flight"), *inside[len(error) :], *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
     page = Page(f"Flight{'s' * (len(names) > 1)} {', '.join(names)}", command, facts, body)
     verdict = next(word for word in ("failed", "unknown", "good") if word in [one.verdict for one in judged])
     if len(runs) == 1:
         return page._replace(verdict=(verdict, judged[0].text), numbers=_numbers(runs[0].metrics))
-    text = "; ".join(f"{name}: {one.text}" for name, one in zip(names, judged, strict=True))
+    texts: dict[str, list[str]] = {}
+    for name, one in zip(names, judged, strict=True):
+        texts.setdefault(one.text, []).append(name)
+    text = "; ".join(f"{', '.join(alike)}: {text}" for text, alike in texts.items())
     return page._replace(verdict=(verdict, text))
 
 
@@ -66,9 +75,30 @@ def _tables(runs: Sequence[Run], limits: Mapping[str, float]) -> list[str]:
         note = "t = 0 is the start of the trajectory. A double click on a figure shows all that was flown."
     names, values = [run.name for run in runs], [run.metrics for run in runs]
     chosen = {*_METRICS, *limits}
-    head, *main = metric_rows(names, values, limits, chosen)
-    _, *others = metric_rows(names, values, limits, METRICS.keys() - chosen)
-    return [heading(title, note), table(head, main), folded("More metrics", table(head, others))]
+    found = []
+    for shown in (chosen, METRICS.keys() - chosen):
+        head, *rows = metric_rows(names, values, limits, shown)
+        found.append(table(head, *_with_differences(rows, values)) if len(runs) > 1 else table(head, rows))
+    return [heading(title, note), found[0], folded("More metrics", found[1])]
+
+
+def _with_differences(
+    rows: Sequence[Sequence[str]], values: Sequence[FlightMetrics]
+) -> tuple[list[list[str]], set[tuple[int, int]]]:
+    """Return the rows with what each value has more than the least of its row in per cent, and where the least are."""
+    found, best = [], set()
+    for at, (name, *cells) in enumerate(rows):
+        numbers = [getattr(each, name) for each in values]
+        known = [each for each in numbers if each is not None]
+        if name != "duration" and len(set(known)) > 1:
+            least = min(known)
+            for column, value in enumerate(numbers):
+                if value == least:
+                    best.add((at, column + 1))
+                elif value is not None and least > 0.0:
+                    cells[column] += f" (+{100.0 * (value / least - 1.0):.3g} %)"
+        found.append([name, *cells])
+    return found, best
 
 
 def _flown_with(flights: Sequence[Flight], names: Sequence[str]) -> list[str]:
