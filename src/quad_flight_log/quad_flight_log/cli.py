@@ -17,8 +17,8 @@ from quad_core.cascade import STAGE
 from quad_core.command_line import Parser, open_streams
 from quad_flight_log.analysis.flight_checks import RECORD, equal_stamps, failed_checks, judgement, read_limits, run_ids
 from quad_flight_log.analysis.replay import Replay, replay
-from quad_flight_log.analysis.tables import measured, truth_note
-from quad_flight_log.bag.export import export
+from quad_flight_log.analysis.tables import TOPICS, measured, truth_note, truth_topic
+from quad_flight_log.bag.export import export, export_one_table
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import FlightLogError, one_line, printable
@@ -69,6 +69,7 @@ def _metrics(options: argparse.Namespace) -> int:
     """Print the metrics of one or more flights; 1 if a bag is no whole record of one flight: a note says why.
 
     log metrics flights/a flights/b
+    log metrics flights/a flights/b --latex > table.tex
     """
     flights = _opened(options)
     names, values = [each.name for each in flights], list(map(measured, flights))
@@ -79,6 +80,8 @@ def _metrics(options: argparse.Namespace) -> int:
     if options.json:
         rows = zip(names, values, notes, strict=True)
         print(json.dumps([{"flight": name, **item._asdict(), "note": note} for name, item, note in rows], indent=2))
+    elif options.csv or options.latex:
+        print((text.csv_table if options.csv else text.latex_table)(names, values))
     else:
         print(text.table(names, values, notes=notes))
     return 1 if any(faults) else 0
@@ -120,14 +123,22 @@ def _hash(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    """Write topics as CSV files; 1 if a topic cannot be read: it is named, the others written.
+    """Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.
 
-    Without --out they are written into NAME-csv in this directory.
+    Without --out they are written into NAME-csv or NAME-parquet in this directory. --one-table writes the numbers of
+    all topics that metrics read, or of --topic, into one file, flight.csv: a row per state of the vehicle, each value
+    that of the newest message up to then.
 
     log export flights/case1-1-1 --topic truth --topic reference --out tables
+    log export flights/case1-1-1 --one-table --parquet
     """
     (flight,) = _opened(options)
-    paths, left_out = export(flight, options.out or Path(f"{flight.name}-csv"), options.topic)
+    out = options.out or Path(f"{flight.name}-{'parquet' if options.parquet else 'csv'}")
+    if options.one_table:
+        topics = options.topic or [topic for topic in TOPICS if flight.has(topic)]
+        print(export_one_table(flight, out, topics, truth_topic(flight), parquet=options.parquet))
+        return 0
+    paths, left_out = export(flight, out, options.topic, parquet=options.parquet)
     print("\n".join([*map(str, paths), *(f"left out: {why}" for why in left_out)]))
     return 1 if left_out else 0
 
@@ -179,9 +190,7 @@ def _report(options: argparse.Namespace) -> int:
     from quad_flight_log.report.pages import report_page
 
     flights, command = _opened(options), shlex.join(["log", *sys.argv[1:]])
-    names = options.names.split(",") if options.names else [flight.name for flight in flights]
-    if len(names) != len(flights) or len(set(names)) != len(names):
-        raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
+    names = _names(options, flights)
     page = report_page(flights, names, command)
     if len(flights) == 1:
         path = options.out / f"{flights[0].name}.html" if options.out else flights[0].path.parent / "report.html"
@@ -190,6 +199,42 @@ def _report(options: argparse.Namespace) -> int:
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
     print(write_page(page, path))
     return 1 if page.verdict is not None and page.verdict[0] == "unknown" else 0
+
+
+def _names(options: argparse.Namespace, flights: Sequence[Flight]) -> list[str]:
+    names = options.names.split(",") if options.names else [flight.name for flight in flights]
+    if len(names) != len(flights) or len(set(names)) != len(names):
+        raise FlightLogError(f"--names: found {','.join(names)!r}, expected {len(flights)} different names")
+    return names
+
+
+def _figure(options: argparse.Namespace) -> int:
+    """Draw a figure of flights of one trajectory for a paper: PDF, SVG or PNG, of an exact width, fonts embedded.
+
+    --figure: path, x, y, z, roll, pitch, yaw, error (default), effort, spectrum, thrust, torque, and what the laws of
+    these flights have; another name is refused with the list.
+
+    log figure flights/a flights/b --names proposed,pid --figure error --out error.pdf --width 88mm
+    """
+    from quad_flight_log.report.drawing import figures_by_name, save
+    from quad_flight_log.report.pages import runs_of_one_trajectory
+
+    flights = _opened(options)
+    found = figures_by_name(runs_of_one_trajectory(flights, _names(options, flights)))
+    if options.figure not in found:
+        raise FlightLogError(f"--figure: found {options.figure!r}, expected one of {', '.join(found) or 'none'}")
+    save(found[options.figure], options.out, options.width, options.height)
+    print(options.out)
+    return 0
+
+
+def _millimetres(text: str) -> float:
+    number = text.rstrip("acdefghijklmnopqrstuvwxyz")
+    factor = {"mm": 1.0, "cm": 10.0, "in": 25.4}.get(text.removeprefix(number).strip())
+    value = float(number) * factor if factor else 0.0
+    if not 10.0 <= value <= 1000.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected 10mm to 1000mm, in mm, cm or in")
+    return value
 
 
 def _import(options: argparse.Namespace) -> int:
@@ -238,6 +283,14 @@ def _view(options: argparse.Namespace) -> int:
 _REPEATED: dict[str, Any] = {"action": "append", "default": []}
 FLAGS: dict[str, dict[str, Any]] = {
     "--json": {"action": "store_true", "help": "print JSON"},
+    "--csv": {"action": "store_true", "help": "print CSV, a line per flight"},
+    "--latex": {"action": "store_true", "help": "print a LaTeX tabular, the least bold"},
+    "--parquet": {"action": "store_true", "help": "write Parquet files"},
+    "--one-table": {"action": "store_true", "help": "write one file on one time base"},
+    "--figure": {"default": "error", "metavar": "NAME", "help": "which figure (default: error)"},
+    "--width": {"type": _millimetres, "default": 88.0, "metavar": "SIZE", "help": "as 88mm (default), 8.8cm, 3.46in"},
+    "--height": {"type": _millimetres, "metavar": "SIZE", "help": "by default by the width and the panels"},
+    "--out FILE": {"type": Path, "required": True, "metavar": "FILE", "help": "FILE.pdf, .svg or .png"},
     "--topics": {"action": "store_true", "help": "print the hash of every step topic too"},
     "--limits": {
         **_REPEATED,
@@ -253,12 +306,13 @@ FLAGS: dict[str, dict[str, Any]] = {
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
     "info": (_info, "+", ()),
-    "metrics": (_metrics, "+", ("--json",)),
+    "metrics": (_metrics, "+", ("--json", "--csv", "--latex")),
     "check": (_check, "+", ("--limits",)),
     "hash": (_hash, "+", ("--topics",)),
-    "export": (_export, 1, ("--topic", "--out")),
+    "export": (_export, 1, ("--topic", "--parquet", "--one-table", "--out")),
     "replay": (_replay, 1, ()),
     "report": (_report, "+", ("--names", "--out")),
+    "figure": (_figure, "+", ("--figure", "--names", "--out FILE", "--width", "--height")),
     "view": (_view, "*", ("--out",)),
     "import": (_import, 1, ("--map", "--out")),
 }
@@ -283,7 +337,7 @@ def _parser() -> argparse.ArgumentParser:
         )
         own.add_argument("bags", nargs=bags, metavar="BAG", type=Path, help="bag directory or one of its files")
         for flag in (*flags, "--namespace"):
-            own.add_argument(flag, **FLAGS[flag])
+            own.add_argument(flag.split()[0], **FLAGS[flag])
     return parser
 
 

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import drawn_flights
 import flight_samples
 import pytest
 
@@ -82,6 +83,21 @@ def test_metrics_as_table_and_json_agree(flown, flown_bag, capsys):
     assert shown["flight"] == "flight"
     assert shown["position_rmse"] == pytest.approx(flown.result.rmse, rel=1e-12)
     assert f"{shown['position_rmse']:.5g}" in out
+
+
+def test_metrics_as_csv_keep_every_digit_and_as_latex_name_units_and_the_least(flown_bag, tmp_path, capsys):
+    shown = json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]
+    head, line = run(capsys, "metrics", flown_bag, "--csv")[1].splitlines()
+    found = dict(zip(head.split(","), line.split(","), strict=True))
+    assert found["flight"] == "flight"
+    assert float(found["position_rmse"]) == shown["position_rmse"]
+    one, two = (
+        drawn_flights.bag(tmp_path / f"{name}_1", steps=260, scale=scale) for name, scale in (("a", 1), ("b", 2))
+    )
+    table = run(capsys, "metrics", one, two, "--latex")[1].splitlines()
+    assert table[0] == r"\begin{tabular}{lrrl}"
+    assert r"metric & a\_1 & b\_1 & unit \\" in table
+    assert r"position\_rmse & $\mathbf{0.3742}$ & $0.7483$ & $\mathrm{m}$ \\" in table
 
 
 def test_check_ends_with_one_if_a_limit_is_not_kept(flown_bag, capsys, tmp_path):

@@ -24,10 +24,7 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
     three numbers and its replay, of several the table with the best, the error over time and the replay. Raises
     TopicError for a bag without any topic of a flight, FlightLogError for different trajectories.
     """
-    runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
-    flown = dict.fromkeys(run.trajectory for run in runs)
-    if len(flown) > 1:
-        raise FlightLogError(f"found flights of {', '.join(map(repr, flown))}, expected one trajectory in a report")
+    runs = runs_of_one_trajectory(flights, names)
     for flight, run in zip(flights, runs, strict=True):
         if not run.tables:
             raise flight.without_topics("there is nothing to report")
@@ -52,6 +49,15 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
         texts.setdefault(one.text, []).append(name)
     text = "; ".join(f"{', '.join(alike)}: {text}" for text, alike in texts.items())
     return page._replace(verdict=(verdict, text))
+
+
+def runs_of_one_trajectory(flights: Sequence[Flight], names: Sequence[str]) -> list[Run]:
+    """Return the runs of flights that flew the same trajectory; raises FlightLogError of others."""
+    runs = [run_from_flight(flight, name) for flight, name in zip(flights, names, strict=True)]
+    flown = dict.fromkeys(run.trajectory for run in runs)
+    if len(flown) > 1:
+        raise FlightLogError(f"found flights of {', '.join(map(repr, flown))}, expected one trajectory")
+    return runs
 
 
 def _numbers(metrics: FlightMetrics) -> list[tuple[str, str]]:

@@ -1,5 +1,7 @@
-"""Metrics as rows and tables of text."""
+"""Metrics as rows, and as tables of text, CSV and LaTeX."""
 
+import csv
+import io
 import math
 from collections.abc import Collection, Mapping, Sequence
 
@@ -41,6 +43,44 @@ def table(
     """
     noted = [f"{name}: {note}" for name, note in zip(names, notes, strict=False) if note]
     return "\n".join([aligned(metric_rows(names, metrics, limits or {}), range(1, len(names) + 1)), *noted])
+
+
+def csv_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
+    """Return CSV, one line per flight, every digit of each metric; empty where there is none."""
+    cells = [
+        [name, *("" if value is None else repr(value) for value in item)]
+        for name, item in zip(names, metrics, strict=True)
+    ]
+    with io.StringIO() as stream:
+        csv.writer(stream, lineterminator="\n").writerows([["flight", *METRICS], *cells])
+        return stream.getvalue().rstrip("\n")
+
+
+def latex_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
+    """Return a LaTeX tabular without packages, one line per metric that a flight has, the least of several bold."""
+    lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}l}}", r"\hline"]
+    lines += [" & ".join(["metric", *map(_latex, names), "unit"]) + r" \\", r"\hline"]
+    for name, about in METRICS.items():
+        values = [getattr(item, name) for item in metrics]
+        known = {value for value in values if value is not None}
+        least = min(known) if len(known) > 1 and name != "duration" else None
+        cells = ["--" if value is None else _in_latex(value, bold=value == least) for value in values]
+        unit = rf"$\mathrm{{{about.unit.replace(' ', '~')}}}$" if about.unit else ""
+        if known:
+            lines.append(" & ".join([_latex(name), *cells, unit]) + r" \\")
+    return "\n".join([*lines, r"\hline", r"\end{tabular}"])
+
+
+def _in_latex(value: float, *, bold: bool) -> str:
+    digits, _, exponent = f"{value:.4g}".partition("e")
+    number = rf"{digits}\cdot10^{{{int(exponent)}}}" if exponent else digits
+    return rf"$\mathbf{{{number}}}$" if bold else f"${number}$"
+
+
+def _latex(text: str) -> str:
+    """Return a text with LaTeX's own characters escaped."""
+    named = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+    return "".join(named.get(each, f"\\{each}" if each in "&%$#_{}" else each) for each in text)
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> str:
