@@ -3,9 +3,8 @@
 import pytest
 from commanded_flights import PERFECT, hovering, landed
 
-from quad_core.enumerations import Mode
+from quad_core.enumerations import GuardMode, Mode
 from quad_core.types import Conditions, SensorFault, Vec3
-from quad_guard import guard
 
 pytestmark = pytest.mark.unit
 
@@ -34,7 +33,7 @@ def test_a_landing_in_calm_air_ends_on_the_ground(hover):
 def test_neither_wind_nor_a_push_upward_is_contact(hover, acts):
     flight = landed(hover.fork(acts=lambda k: acts), longest=15.0)
     assert all(height <= LOW for height, _, _ in flight.disarmed)
-    assert flight.memory.mode != guard.KILL
+    assert flight.memory.mode != GuardMode.KILL
 
 
 @pytest.mark.parametrize("after", [0.0, 2.0])

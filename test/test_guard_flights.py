@@ -6,9 +6,9 @@ import random
 import pytest
 from guard_flights import STATE_LOST, Fault, Setup, descent, draw_start, vehicle_named
 
+from quad_core.enumerations import GuardMode
 from quad_core.types import CALM, Rotors
 from quad_dynamics.parameters import Ground, PlantParameters
-from quad_guard import guard
 
 pytestmark = pytest.mark.unit
 VEHICLES = ("paper", "x500", "crazyflie21")
@@ -18,7 +18,7 @@ GENTLE = {"tilt": 10.0, "speed": 1.0, "rate": 0.2}
 
 
 def assert_lands_softly(ending):
-    assert (ending.touched, ending.finite, ending.mode) == (True, True, guard.DESCEND)
+    assert (ending.touched, ending.finite, ending.mode) == (True, True, GuardMode.DESCEND)
     assert ending.speed < 1.5
     assert ending.tilt < math.radians(15.0)
 

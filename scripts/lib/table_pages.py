@@ -17,7 +17,7 @@ from quad_commander.mode_table import Condition
 from quad_commander.modes import words
 from quad_commander.services import SERVICES
 from quad_core import plugins
-from quad_core.enumerations import Mode, Request
+from quad_core.enumerations import GuardMode, Mode, Request
 from quad_flight import configuration
 from quad_flight_log.analysis.metrics import METRICS
 from quad_guard import guard
@@ -126,8 +126,8 @@ def metrics_page() -> str:
 def modes_page() -> str:
     """Return docs/reference/modes.md: numbers, what each means, and the tables of the modes."""
     requests = [[str(request.value), words(request.name)] for request in Request]
-    reasons = [[str(number), text] for number, text in enumerate(guard.REASONS)]
-    modes = ", ".join(f"{number} {name}" for number, name in enumerate(guard.MODES))
+    reasons = [[str(int(number)), text] for number, text in guard.REASONS.items()]
+    modes = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in GuardMode)
     about_guard = f"`mode`: {modes}. `reason` says why the mode was entered, `condition` what holds now."
     parts = [
         MODES_HEAD,

@@ -13,6 +13,7 @@ from commanded_flights import Flight, tilt
 from frozen_state import GAUSSIAN, scenario
 
 from quad_core.cycle import seconds
+from quad_core.enumerations import GuardReason
 from quad_core.geometry import norm
 from quad_core.types import SensorFault
 from quad_core.vehicle import Vehicle
@@ -75,8 +76,8 @@ def jumped_in_mission(rng, count):
         for _ in range(round(90e9 / PERIOD)):
             before = flight.truth
             flight.step()
-            if flight.report is not None and flight.report.status.reason == guard.HEADING:
-                why = guard.REASONS[guard.HEADING]
+            if flight.report is not None and flight.report.status.reason == GuardReason.HEADING:
+                why = guard.REASONS[GuardReason.HEADING]
             if flight.k > at * 1e9 / PERIOD and flight.truth.p_w.z <= 0.001:
                 low = norm(before.v_w), math.degrees(tilt(before))
                 break

@@ -7,6 +7,7 @@ import random
 from guard_flights import CONDITIONS, KINDS, PERIOD, Fault, Setup, draw_start, faulty_flight, vehicle_named
 
 from quad_core.compilation import compiled
+from quad_core.enumerations import GuardMode
 from quad_guard import guard
 
 FLIGHTS_PER_SEQUENCE = 60
@@ -21,10 +22,10 @@ def ends_well(ending):
     """Return whether a flight ended safely: flying on, or landed softly; motors off is no good end here."""
     if not ending.finite or ending.climb > CLIMB:
         return False
-    if ending.mode == guard.PASS:
+    if ending.mode == GuardMode.PASS:
         return not ending.touched and ending.largest_tilt < TILT
     softly = ending.touched and ending.speed < 1.5 and ending.tilt < math.radians(15.0)
-    return ending.mode == guard.DESCEND and softly and ending.largest_tilt < TILT
+    return ending.mode == GuardMode.DESCEND and softly and ending.largest_tilt < TILT
 
 
 def badness(ending):
@@ -67,5 +68,5 @@ def report(figures, endings, visited):
     figures.at_most("climb above the hover, worst", max(one.climb for one in endings), CLIMB, "m")
     figures.show(f"longest of the worst {max(one.steps for one in endings) * PERIOD * 1e-9:.1f} s")
     met = [bit for bit in range(3 * CONDITIONS) if visited >> bit & 1]
-    pairs = [(guard.MODES[bit // CONDITIONS], guard.REASONS[bit % CONDITIONS]) for bit in met]
+    pairs = [(GuardMode(bit // CONDITIONS).name.lower(), guard.REASONS[bit % CONDITIONS]) for bit in met]
     figures.show(f"{len(pairs)} pairs of mode and condition met: " + ", ".join(f"{mode}/{why}" for mode, why in pairs))

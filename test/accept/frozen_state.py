@@ -15,13 +15,12 @@ import numpy as np
 from commanded_flights import PERFECT, hovering, tilt
 
 from quad_core.cycle import seconds
-from quad_core.enumerations import Mode, Request
+from quad_core.enumerations import GuardMode, Mode, Request
 from quad_core.geometry import norm
 from quad_core.types import CALM, SensorFault, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_dynamics import held_gaussian
 from quad_flight.flight import fly, from_names
-from quad_guard import guard
 
 PERIOD = 2_000_000
 LONGEST, LONGEST_DISTURBED = 1.8, 1.0  # s
@@ -116,8 +115,8 @@ def rested(count, rng):
         asked = twin.k
         live = base.fork().go(seconds(asked - begin, PERIOD))
         live.go(1.0, Request.LAND, until=lambda it, at=twin.truth: has_changed(at, it.truth))
-        twin.go(3.0, Request.LAND, until=lambda it: it.memory.mode != guard.PASS)
-        yield seconds(twin.k - live.k, PERIOD), twin.memory.mode == guard.DESCEND, twin.largest_tilt
+        twin.go(3.0, Request.LAND, until=lambda it: it.memory.mode != GuardMode.PASS)
+        yield seconds(twin.k - live.k, PERIOD), twin.memory.mode == GuardMode.DESCEND, twin.largest_tilt
 
 
 def held(disturbed, count, rng):
@@ -140,7 +139,7 @@ def held(disturbed, count, rng):
             if change is None and live.k < end:
                 live.step()
                 change = live.k - 1 if live.k - 1 > begin and has_changed(twin.read, live.read) else None
-            if since is None and twin.memory.mode != guard.PASS:
+            if since is None and twin.memory.mode != GuardMode.PASS:
                 since = twin.memory.since
             if touched is None and twin.truth.p_w.z <= 0.001:
                 touched = norm(before.v_w), math.degrees(tilt(before))

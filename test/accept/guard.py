@@ -11,10 +11,10 @@ import random
 from guard_flights import STATE_LOST, Fault, Setup, descent, draw_start, faulty_flight, vehicle_named
 
 from quad_core.compilation import compiled
+from quad_core.enumerations import GuardMode
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Conditions, Vec3
 from quad_dynamics.parameters import PlantParameters
-from quad_guard import guard
 
 FLIGHTS = 34_000
 LONGEST = 60_000
@@ -37,7 +37,7 @@ def run(figures):
             gap = Fault(STATE_LOST, begin, begin + rng.randrange(LONGEST_GAP))
             ending = descent(Setup(vehicle, plant=plant), start, LONGEST, gap, fly)
             fastest, steepest = max(fastest, ending.speed), max(steepest, ending.tilt)
-            others += not ending.touched or not ending.finite or ending.mode != guard.DESCEND
+            others += not ending.touched or not ending.finite or ending.mode != GuardMode.DESCEND
         figures.check(others == 0, f"{name}: {FLIGHTS} flights, {others} that did not land under the backup law")
         figures.at_most(f"{name}: touchdown speed, worst of {FLIGHTS}", fastest, 1.5, "m/s")
         figures.at_most(f"{name}: tilt at touchdown, worst of {FLIGHTS}", math.degrees(steepest), 15.0, "deg")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from quad_bringup.processes import Processes, describe_exit
 from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
-from quad_core.flight_parameters import REALTIME
+from quad_core.enumerations import FlightClock
 from quad_core.resolution import Resolved
 from quad_core.signals import ONE_REQUEST, ending, repeats
 from quad_msgs.msg import FlightState
@@ -46,7 +46,7 @@ class Patience(NamedTuple):
     def of(cls, simulator: Resolved) -> "Patience":
         """Return limits that leave the nodes time to report a fault themselves, and a commander time to land."""
         answer = simulator.node.answer_timeout + 3.0
-        realtime = simulator.flight.mode == REALTIME
+        realtime = simulator.flight.mode == FlightClock.REALTIME
         landing = simulator.node.descent_timeout + 3.0 if realtime and simulator.node.guard.enabled else 0.0
         commanded = COMMANDER in simulator.flight.role_names
         if commanded:

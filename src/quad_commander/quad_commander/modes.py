@@ -18,7 +18,7 @@ from typing import NamedTuple
 from quad_commander.mode_table import BY_REFERENCE, FAULTS, GRANTED, LASTING, PROGRESS, TABLE, Condition, severity
 from quad_commander.parameters import ModeParameters
 from quad_core.cascade import ATTITUDE
-from quad_core.enumerations import ON_GROUND, Answer, Mode, Request
+from quad_core.enumerations import ON_GROUND, Answer, GuardMode, GuardReason, GuardRequest, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
@@ -145,10 +145,10 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
     limits, mode, report = parameters, memory.mode, seen.guard
     waits = mode == Mode.MISSION or memory.in_mission
     # once it descends on request the guard's mode says nothing new: what is wrong now does
-    wrong = report.condition not in (guard.GOOD, guard.REQUESTED)
+    wrong = report.condition not in (GuardReason.GOOD, GuardReason.REQUESTED)
     unseen = mode != Mode.DESCEND and memory.release <= 0.0
     # what the guard stops in the simulator an autopilot lands: it has states and laws of its own
-    lands = report.mode == guard.DESCEND or (report.mode == guard.KILL and seen.by_autopilot)
+    lands = report.mode == GuardMode.DESCEND or (report.mode == GuardMode.KILL and seen.by_autopilot)
     found = {
         Condition.REFERENCE_LATE: waits and seen.reference_age > limits.reference_late,
         Condition.REFERENCE_LOST: waits and seen.reference_age > limits.reference_lost,
@@ -164,7 +164,7 @@ def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[
         Condition.OVERRUNS: seen.overruns > limits.overruns,
         Condition.RECORDER_LOST: seen.recorder_lost and limits.land_without_recorder,
         Condition.GUARD_DESCENDS: lands and (wrong or unseen),
-        Condition.GUARD_KILLED: report.mode == guard.KILL and not seen.by_autopilot,
+        Condition.GUARD_KILLED: report.mode == GuardMode.KILL and not seen.by_autopilot,
         Condition.PILOT_TOOK_OVER: seen.pilot,
         Condition.END_ASKED: bool(seen.end_asked),
         Condition.TAKEOFF_LATE: mode == Mode.TAKEOFF and memory.time > limits.takeoff_late,
@@ -201,10 +201,10 @@ def most_severe(mode: Mode, raised: Set[Condition]) -> int:
 def guard_request(mode: Mode, release: float) -> int:
     """Return what is asked of the guard in ``mode``; it gives back only after a request, within ``release`` s."""
     if mode == Mode.KILL:
-        return guard.ASK_KILL
+        return GuardRequest.KILL
     if mode == Mode.DESCEND:
-        return guard.ASK_DESCEND
-    return guard.RELEASE if release > 0.0 else guard.NO_REQUEST
+        return GuardRequest.DESCEND
+    return GuardRequest.RELEASE if release > 0.0 else GuardRequest.NONE
 
 
 def words(name: str) -> str:
@@ -213,7 +213,7 @@ def words(name: str) -> str:
 
 
 def reason_text(
-    parameters: ModeParameters, mode: Mode, reason: int, sender: str, guard_reason: int = guard.GOOD
+    parameters: ModeParameters, mode: Mode, reason: int, sender: str, guard_reason: int = GuardReason.GOOD
 ) -> str:
     """Return why ``mode`` was entered, who is silent first; ``sender`` made the last request.
 
@@ -226,8 +226,8 @@ def reason_text(
     rows = {row.condition: f"{row.publisher} is silent: {row.text}" if row.publisher else row.text for row in FAULTS}
     rows |= {condition: text for _, condition, then, text in reversed(PROGRESS) if then == mode}
     text = rows.get(Condition(reason)) or words(Condition(reason).name)
-    if reason in (Condition.GUARD_DESCENDS, Condition.GUARD_KILLED) and guard_reason != guard.GOOD:
-        silent = f" from {ATTITUDE}" if guard_reason == guard.WRENCH_LOST else ""
+    if reason in (Condition.GUARD_DESCENDS, Condition.GUARD_KILLED) and guard_reason != GuardReason.GOOD:
+        silent = f" from {ATTITUDE}" if guard_reason == GuardReason.WRENCH_LOST else ""
         text += f": {guard.REASONS[guard_reason]}{silent}"
     return text.format(**parameters._asdict())
 

@@ -24,9 +24,8 @@ from quad_commander.services import SENDER, SERVICES, is_finite, place_of
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
-from quad_core.enumerations import ON_GROUND, Mode, Request
+from quad_core.enumerations import ON_GROUND, GuardMode, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint
-from quad_guard.guard import KILL as GUARD_KILL
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import links, topics
@@ -244,7 +243,7 @@ class Commander(Responder):
         newest = arrival or self._guard_in.newest
         said: GuardStatus = newest.value if newest else GuardStatus()
         on_ground = self._core is None or self._core.mode in ON_GROUND
-        is_killed = said.mode == GUARD_KILL and self._autopilot is None
+        is_killed = said.mode == GuardMode.KILL and self._autopilot is None
         return GuardStatus() if on_ground and not is_killed else said
 
     def _on_event(self, message: FlightEvent) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from quad_commander.parameters import CommanderParameters
 from quad_core.cascade import ATTITUDE, COMMAND, POSITION
 from quad_core.cycle import seconds
+from quad_core.enumerations import NodeState
 from quad_core.flight_parameters import FlightParameters
 from quad_core.geometry import norm, tilt
 from quad_core.standing import Standing
@@ -61,7 +62,7 @@ class Preflight:
         own = self._flight.run_id
         if own in ("", status.run_id):
             self._periods[status.role] = status.period_steps
-        if status.state in (NodeStatus.DONE, NodeStatus.FAULT):
+        if status.state in (NodeState.DONE, NodeState.FAULT):
             self._others.discard((status.node, status.run_id))
         elif status.run_id not in ("", own):
             self._others.add((status.node, status.run_id))

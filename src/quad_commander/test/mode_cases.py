@@ -4,9 +4,8 @@ from quad_commander import modes
 from quad_commander.mode_table import Condition
 from quad_commander.modes import Inputs, Memory
 from quad_commander.parameters import ModeParameters
-from quad_core.enumerations import Mode, Request
+from quad_core.enumerations import GuardMode, GuardReason, Mode, Request
 from quad_core.types import GuardStatus
-from quad_guard import guard
 
 LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND
 SEVERITY = list(LETTERS.values()).index
@@ -59,8 +58,8 @@ HEALTH = {
     Condition.ESTIMATOR_RESET: {"estimator_reset": True},
     Condition.OVERRUNS: {"overruns": 0.06},
     Condition.RECORDER_LOST: {"recorder_lost": True},
-    Condition.GUARD_DESCENDS: {"guard": GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)},
-    Condition.GUARD_KILLED: {"guard": GuardStatus(mode=guard.KILL, condition=guard.STATE_GONE)},
+    Condition.GUARD_DESCENDS: {"guard": GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.WRENCH_LOST)},
+    Condition.GUARD_KILLED: {"guard": GuardStatus(mode=GuardMode.KILL, condition=GuardReason.STATE_GONE)},
     Condition.PILOT_TOOK_OVER: {"pilot": True},
     Condition.END_ASKED: {"end_asked": "Ctrl-C"},
 }

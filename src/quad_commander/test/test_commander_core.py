@@ -13,10 +13,9 @@ from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
 from quad_commander.request_queue import PendingRequest
-from quad_core.enumerations import Mode, Request
+from quad_core.enumerations import GuardMode, GuardReason, Mode, Request
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
-from quad_guard import guard
 
 DT = 0.01
 PARAMETERS = CommanderParameters()
@@ -189,11 +188,13 @@ def test_a_take_off_stays_where_the_air_has_taken_the_vehicle():
 def test_after_a_descent_the_reference_begins_with_the_vehicle_s_own_motion(request, velocity, angles):
     """The guard has flown it away from its reference, with a motion of its own."""
     flight = Flight("takeoff,case1,land").go(5.0)
-    flight.go(0.5, guard=GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST))
+    flight.go(0.5, guard=GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.WRENCH_LOST))
     assert flight.core.mode == Mode.DESCEND
     state = VehicleState(Vec3(3.0, -2.0, 8.0), velocity, quaternion_from_euler(angles), Vec3(1.0, -2.0, 0.5))
     flight.state = state
-    flight.go(DT, PendingRequest(request, "pilot"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
+    flight.go(
+        DT, PendingRequest(request, "pilot"), guard=GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.GOOD)
+    )
     assert flight.core.mode == Mode[request.name], flight.news[-3:]
     first = flight.references[-1]
     assert (first.p_w, first.v_w) == (state.p_w, state.v_w)
@@ -335,16 +336,18 @@ def test_a_flood_of_one_sender_does_not_take_a_landing_back():
 def test_a_request_from_before_a_descent_does_not_take_the_vehicle_back():
     asked = [PendingRequest(Request.HOLD, f"operator {number}") for number in range(5)]
     flight = Flight("takeoff,hold:600,land").go(8.0)
-    descends = GuardStatus(mode=guard.DESCEND, condition=guard.WRENCH_LOST)
+    descends = GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.WRENCH_LOST)
     flight.go(DT, *asked, guard=descends)
     assert flight.core.mode == Mode.DESCEND
     for number in range(1, 5):
-        flight.go(DT, guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD))
+        flight.go(DT, guard=GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.GOOD))
         assert flight.core.mode == Mode.DESCEND
         assert flight.said.answer_text == "HOLD was asked for before DESCEND began"
         assert flight.said.sender == f"operator {number}"
     flight.go(
-        DT, PendingRequest(Request.HOLD, "operator 1"), guard=GuardStatus(mode=guard.DESCEND, condition=guard.GOOD)
+        DT,
+        PendingRequest(Request.HOLD, "operator 1"),
+        guard=GuardStatus(mode=GuardMode.DESCEND, condition=GuardReason.GOOD),
     )
     assert flight.core.mode == Mode.HOLD, "what is asked for during the descent counts"
 
@@ -466,7 +469,7 @@ def test_a_jump_of_any_length_is_a_hold_that_is_named(jump):
 @pytest.mark.parametrize("by_autopilot", [True, False])
 def test_what_the_guard_stops_in_the_simulator_an_autopilot_lands(by_autopilot):
     flight = aloft()
-    flight.go(DT, by_autopilot=by_autopilot, guard=GuardStatus(mode=guard.KILL, reason=guard.STATE_LOST))
+    flight.go(DT, by_autopilot=by_autopilot, guard=GuardStatus(mode=GuardMode.KILL, reason=GuardReason.STATE_LOST))
     assert flight.core.mode == (Mode.DESCEND if by_autopilot else Mode.KILL)
     assert ("motors" in flight.said.text) != by_autopilot
 

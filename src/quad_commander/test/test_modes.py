@@ -9,9 +9,8 @@ from mode_cases import HEALTH, LONG, PARAMETERS, after, health, in_mode
 from quad_commander import modes
 from quad_commander.mode_table import Condition
 from quad_commander.modes import Inputs
-from quad_core.enumerations import Answer, Mode, Request
+from quad_core.enumerations import Answer, GuardMode, GuardReason, GuardRequest, Mode, Request
 from quad_core.types import GuardStatus
-from quad_guard import guard
 
 DT = 0.01
 
@@ -76,27 +75,27 @@ def test_going_down_is_never_refused():
 
 
 def descending(condition):
-    return {"guard": GuardStatus(mode=guard.DESCEND, condition=condition)}
+    return {"guard": GuardStatus(mode=GuardMode.DESCEND, condition=condition)}
 
 
 def test_the_guard_gives_back_on_request_within_its_time():
-    decision, memory = fly(in_mode(Mode.MISSION), 0.1, **descending(guard.WRENCH_LOST))
-    assert (decision.mode, decision.guard_request) == (Mode.DESCEND, guard.ASK_DESCEND)
+    decision, memory = fly(in_mode(Mode.MISSION), 0.1, **descending(GuardReason.WRENCH_LOST))
+    assert (decision.mode, decision.guard_request) == (Mode.DESCEND, GuardRequest.DESCEND)
     # what was wrong is over: the guard descends because it is asked to
-    decision, memory = fly(memory, 0.2, **descending(guard.REQUESTED))
+    decision, memory = fly(memory, 0.2, **descending(GuardReason.REQUESTED))
     assert decision.mode == Mode.DESCEND
-    decision, memory = fly(memory, 0.2, Request.HOLD, **descending(guard.GOOD))
-    assert (decision.mode, decision.guard_request) == (Mode.HOLD, guard.RELEASE)
+    decision, memory = fly(memory, 0.2, Request.HOLD, **descending(GuardReason.GOOD))
+    assert (decision.mode, decision.guard_request) == (Mode.HOLD, GuardRequest.RELEASE)
     given, _ = fly(memory, 1.0)
-    assert (given.mode, given.guard_request) == (Mode.HOLD, guard.NO_REQUEST)
-    refused, _ = fly(memory, 0.5, **descending(guard.GOOD))
+    assert (given.mode, given.guard_request) == (Mode.HOLD, GuardRequest.NONE)
+    refused, _ = fly(memory, 0.5, **descending(GuardReason.GOOD))
     assert (refused.mode, refused.reason) == (Mode.DESCEND, Condition.GUARD_DESCENDS)
 
 
 def test_a_guard_that_took_over_between_two_steps_is_seen():
-    decision, _ = fly(in_mode(Mode.MISSION), 0.02, **descending(guard.GOOD))
+    decision, _ = fly(in_mode(Mode.MISSION), 0.02, **descending(GuardReason.GOOD))
     assert decision.mode == Mode.DESCEND
-    assert decision.guard_request == guard.ASK_DESCEND
+    assert decision.guard_request == GuardRequest.DESCEND
 
 
 def test_the_guard_is_never_released_without_a_request():
@@ -105,7 +104,7 @@ def test_the_guard_is_never_released_without_a_request():
         memory = in_mode(rng.choice([Mode.TAKEOFF, Mode.MISSION, Mode.HOLD, Mode.LAND]))
         for _ in range(5):
             decision, memory = after(memory, *rng.sample(list(HEALTH), rng.randrange(3)))
-            assert decision.guard_request != guard.RELEASE
+            assert decision.guard_request != GuardRequest.RELEASE
 
 
 def test_a_lost_recorder_is_an_event_unless_asked_to_land():

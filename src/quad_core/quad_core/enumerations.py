@@ -1,4 +1,4 @@
-"""The numbers that messages carry for a mode, a request, its answer and the phase of a flight, each named once.
+"""The numbers that messages and parameters carry for modes, requests, reasons and states, each named once.
 
 ``quad_msgs`` has the same constants for nodes of others; a test holds both against each other.
 """
@@ -46,6 +46,79 @@ class Answer(IntEnum):
     NOT_ASKED = 0
     DONE = 1
     REFUSED = 2
+
+
+class GuardMode(IntEnum):
+    """What the guard does (`GuardStatus.mode`)."""
+
+    PASS = 0  # the controller's wrench reaches the rotors
+    DESCEND = 1  # the backup law flies
+    KILL = 2  # motors off, for good
+
+
+class GuardRequest(IntEnum):
+    """What the commander asks of the guard (`FlightMode.guard_request`)."""
+
+    NONE = 0
+    RELEASE = 1
+    DESCEND = 2
+    KILL = 3
+
+
+class GuardReason(IntEnum):
+    """Why a mode of the guard was entered (`GuardStatus.reason`), the more severe later; from STATE_GONE on KILL."""
+
+    GOOD = 0
+    WRENCH_LOST = 1
+    STATE_LOST = 2
+    STATE_REFUSED = 3
+    HEADING = 4
+    TILT = 5
+    REQUESTED = 6
+    EXTREME_TILT = 7
+    STATE_GONE = 8
+    EXTREME_TILT_LOW = 9
+    REQUESTED_KILL = 10
+
+
+class CommandRefusal(IntEnum):
+    """The first rule that a wrench breaks; ``quad_guard.checks`` has the rules and their words."""
+
+    ACCEPTED = 0
+    NOT_FINITE = 1
+    NOT_NEWER = 2
+    AHEAD = 3
+    TOO_OLD = 4
+    THRUST = 5
+    TORQUE = 6
+
+
+class StateRefusal(IntEnum):
+    """The first rule that a state breaks."""
+
+    ACCEPTED = 0
+    NOT_FINITE = 1
+    NOT_NEWER = 2
+    AHEAD = 3
+    POSITION_JUMP = 4
+    ATTITUDE_JUMP = 5
+    FROZEN = 6
+
+
+class NodeState(IntEnum):
+    """What a node says of itself (`NodeStatus.state`)."""
+
+    STARTING = 0
+    READY = 1
+    FAULT = 3
+    DONE = 4
+
+
+class FlightClock(IntEnum):
+    """What a flight waits for (`flight.mode`)."""
+
+    LOCKSTEP = 0  # the plant waits for every command
+    REALTIME = 1
 
 
 class FlightPhase(IntEnum):

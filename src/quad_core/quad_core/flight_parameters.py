@@ -3,17 +3,16 @@
 from typing import Annotated, NamedTuple
 
 from quad_core.cascade import ROLES
+from quad_core.enumerations import FlightClock
 from quad_core.parameters import Choice, Real, Text, Whole
-
-LOCKSTEP = 0
-REALTIME = 1
-MODES = ("lockstep", "realtime")
 
 
 class FlightParameters(NamedTuple):
     """Shared by all nodes of one flight; times are of the wall clock."""
 
-    mode: Annotated[int, Choice(MODES, "lockstep: the plant waits for every command; realtime: it does not")] = LOCKSTEP
+    mode: Annotated[int, Choice(FlightClock, "lockstep: the plant waits for every command; realtime: it does not")] = (
+        FlightClock.LOCKSTEP.value
+    )
     run_id: Annotated[str, Text("name of the run; nodes of another run are refused; empty: any")] = ""
     seed: Annotated[int, Whole("", "seed of every random stream of the flight", 0, 2**31 - 1)] = 1
     plant_period: Annotated[int, Whole("ns", "time between two states", 100_000, 1_000_000_000)] = 2_000_000

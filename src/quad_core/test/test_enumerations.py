@@ -5,14 +5,20 @@ from pathlib import Path
 
 import pytest
 
-from quad_core.enumerations import Answer, FlightPhase, Mode, Request
+from quad_core.enumerations import Answer, FlightPhase, GuardMode, Mode, NodeState, Request
 
 MESSAGES = Path(__file__).resolve().parents[2] / "quad_msgs" / "msg"
 
 
 @pytest.mark.parametrize(
     ("message", "kinds"),
-    [("FlightMode", (Mode, Answer)), ("FlightRequest", (Request,)), ("FlightState", (FlightPhase,))],
+    [
+        ("FlightMode", (Mode, Answer)),
+        ("FlightRequest", (Request,)),
+        ("FlightState", (FlightPhase,)),
+        ("GuardStatus", (GuardMode,)),
+        ("NodeStatus", (NodeState,)),
+    ],
 )
 def test_the_constants_of_a_message_are_those_of_its_enumerations(message, kinds):
     text = (MESSAGES / f"{message}.msg").read_text(encoding="utf-8")

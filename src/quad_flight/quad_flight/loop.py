@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import Behind, followed, is_flyable, seconds, steps_to_cover
+from quad_core.enumerations import GuardMode, GuardRequest
 from quad_core.geometry import dot, subtract
 from quad_core.guard_parameters import GuardParameters
 from quad_core.lift_off import airborne, standing
@@ -20,7 +21,7 @@ from quad_dynamics.plant_side import Drawn, Side, SideFunctions, differs, receiv
 from quad_dynamics.plant_side import Memory as SideMemory
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
-from quad_guard.guard import FRESH_MEMORY, NO_REQUEST, PASS
+from quad_guard.guard import FRESH_MEMORY
 from quad_guard.guard import Inputs as GuardInputs
 from quad_guard.guard import Memory as GuardMemory
 from quad_guard.guard import step as guard_step
@@ -272,7 +273,7 @@ def fly_of(functions: Functions, write: Any = None) -> Function:
                 flown = received.wrench
                 if setup.guard.enabled:
                     sample = StateSample(state, k, True)
-                    inputs = GuardInputs(k, schedule.plant_period, received, sample, NO_REQUEST)
+                    inputs = GuardInputs(k, schedule.plant_period, received, sample, GuardRequest.NONE)
                     flown, guard, _ = guard_step(setup.guard, vehicle, guard, inputs, plant_dt)
                 side = move(fixed, side, conditions, flown)
                 after = observe(fixed, side)
@@ -287,11 +288,11 @@ def fly_of(functions: Functions, write: Any = None) -> Function:
                 k += 1
                 if not is_flyable(truth):
                     outcome = DIVERGED
-                elif guard.mode != PASS and is_down(setup.guard, guard, truth, setup.has_ground):
+                elif guard.mode != GuardMode.PASS and is_down(setup.guard, guard, truth, setup.has_ground):
                     outcome = TAKEN_OVER
                 elif k == carry.end:
                     outcome = TAKEN_OVER
-                    if guard.mode == PASS:
+                    if guard.mode == GuardMode.PASS:
                         outcome = ENDED if behind.infeasible_ns < 0 else INFEASIBLE
 
         return Carry(

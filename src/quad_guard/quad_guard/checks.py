@@ -9,40 +9,30 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import is_flyable
+from quad_core.enumerations import CommandRefusal, StateRefusal
 from quad_core.geometry import norm, scale
 from quad_core.guard_parameters import CommandLimits, ContactRule, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 
-ACCEPTED = 0
-NOT_FINITE = 1
-NOT_NEWER = 2
-AHEAD = 3
-TOO_OLD = 4
-THRUST = 5
-TORQUE = 6
-POSITION_JUMP = 4
-ATTITUDE_JUMP = 5
-FROZEN = 6
-
-COMMAND_REFUSALS = (
-    "accepted",
-    "a number that is not finite",
-    "not newer than the last",
-    "an answer to a state that is not published yet",
-    "too old when it arrived",
-    "thrust beyond the vehicle's limits",
-    "torque beyond the vehicle's limits",
-)
-STATE_REFUSALS = (
-    "accepted",
-    "not finite or out of bounds",
-    "not newer than the last",
-    "a stamp ahead of the vehicle's time",
-    "a jump in position",
-    "a jump in attitude",
-    "frozen",
-)
+COMMAND_REFUSALS: dict[int, str] = {
+    CommandRefusal.ACCEPTED: "accepted",
+    CommandRefusal.NOT_FINITE: "a number that is not finite",
+    CommandRefusal.NOT_NEWER: "not newer than the last",
+    CommandRefusal.AHEAD: "an answer to a state that is not published yet",
+    CommandRefusal.TOO_OLD: "too old when it arrived",
+    CommandRefusal.THRUST: "thrust beyond the vehicle's limits",
+    CommandRefusal.TORQUE: "torque beyond the vehicle's limits",
+}
+STATE_REFUSALS: dict[int, str] = {
+    StateRefusal.ACCEPTED: "accepted",
+    StateRefusal.NOT_FINITE: "not finite or out of bounds",
+    StateRefusal.NOT_NEWER: "not newer than the last",
+    StateRefusal.AHEAD: "a stamp ahead of the vehicle's time",
+    StateRefusal.POSITION_JUMP: "a jump in position",
+    StateRefusal.ATTITUDE_JUMP: "a jump in attitude",
+    StateRefusal.FROZEN: "frozen",
+}
 DIAGONAL = math.sqrt(0.5)
 THRUST_MARGIN, TORQUE_MARGIN = 2.0, 100.0
 """A wrench is refused beyond so many times the largest thrust, or the largest torque about an axis, of four rotors."""
@@ -87,7 +77,7 @@ def largest_torque(vehicle: Vehicle) -> Vec3:
 
 def command_refusal(
     limits: CommandLimits, vehicle: Vehicle, command: WrenchCommand, last_step: int, newest: int, period: int
-) -> int:
+) -> CommandRefusal:
     """Return why ``command`` is refused, or ACCEPTED; ``period`` in ns.
 
     ``last_step`` is the step of the last accepted command, ``newest`` that of the newest state that was published:
@@ -95,19 +85,19 @@ def command_refusal(
     """
     wrench, torque = command.wrench, command.wrench.torque_b
     if not math.isfinite(wrench.thrust + torque.x + torque.y + torque.z):
-        return NOT_FINITE
+        return CommandRefusal.NOT_FINITE
     if command.step <= last_step:
-        return NOT_NEWER
+        return CommandRefusal.NOT_NEWER
     if command.step > newest:
-        return AHEAD
+        return CommandRefusal.AHEAD
     if (newest - command.step) * period / 1e9 > limits.too_old:
-        return TOO_OLD
+        return CommandRefusal.TOO_OLD
     if abs(wrench.thrust) > THRUST_MARGIN * max_thrust(vehicle):
-        return THRUST
+        return CommandRefusal.THRUST
     largest = scale(TORQUE_MARGIN, largest_torque(vehicle))
     if abs(torque.x) > largest.x or abs(torque.y) > largest.y or abs(torque.z) > largest.z:
-        return TORQUE
-    return ACCEPTED
+        return CommandRefusal.TORQUE
+    return CommandRefusal.ACCEPTED
 
 
 def sample_refusal(
@@ -118,7 +108,7 @@ def sample_refusal(
     now: int,
     period: int,
     frozen: bool,
-) -> int:
+) -> StateRefusal:
     """Return why ``sample`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
 
     ``last`` is the sample accepted at ``last_step``; before the first one ``last_step`` is negative, and nothing can
@@ -126,23 +116,23 @@ def sample_refusal(
     """
     state = sample.state
     if not is_flyable(state):
-        return NOT_FINITE
+        return StateRefusal.NOT_FINITE
     if sample.step <= last_step:
-        return NOT_NEWER
+        return StateRefusal.NOT_NEWER
     if (sample.step - now) * period / 1e9 > limits.ahead:
-        return AHEAD
+        return StateRefusal.AHEAD
     if last_step < 0:
-        return ACCEPTED
+        return StateRefusal.ACCEPTED
     if frozen:
-        return FROZEN
+        return StateRefusal.FROZEN
     gap = (sample.step - last_step) * period / 1e9
     if position_change(last, state, gap) > limits.position_jump:
-        return POSITION_JUMP
+        return StateRefusal.POSITION_JUMP
     if is_surely_within(last.q_wb, state.q_wb, limits.attitude_jump):
-        return ACCEPTED
+        return StateRefusal.ACCEPTED
     if attitude_change(last.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(last.omega_b):
-        return ATTITUDE_JUMP
-    return ACCEPTED
+        return StateRefusal.ATTITUDE_JUMP
+    return StateRefusal.ACCEPTED
 
 
 def is_on_ground(rule: ContactRule, vehicle: Vehicle, state: BodyState, height: float, thrust: float) -> bool:

@@ -2,10 +2,11 @@
 
 from typing import Any
 
+from quad_core.enumerations import GuardMode
 from quad_core.geometry import norm
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import VehicleState
-from quad_guard.guard import KILL, MODES, PASS, REASONS, Memory
+from quad_guard.guard import REASONS, Memory
 
 STANDING = 0.05
 """m above the height of standing, up to which a vehicle is taken to stand."""
@@ -21,7 +22,9 @@ def is_down(parameters: GuardParameters, memory: Memory, truth: VehicleState, ha
     if memory.descent.stopped or not has_ground:
         return memory.descent.stopped or height <= 0.0
     return (
-        memory.mode == KILL and height <= parameters.contact.stop_height and norm(truth.v_w) < parameters.contact.speed
+        memory.mode == GuardMode.KILL
+        and height <= parameters.contact.stop_height
+        and norm(truth.v_w) < parameters.contact.speed
     )
 
 
@@ -40,4 +43,5 @@ def stands(plant: Any) -> bool:
 
 def described(mode: int, reason: int, since: int) -> str:
     """Return mode, reason and step of a takeover in words, empty while the guard passes commands on."""
-    return "" if mode == PASS else f"guard in {MODES[mode]} since step {since}: {REASONS[reason]}"
+    name = GuardMode(mode).name.lower()
+    return "" if mode == GuardMode.PASS else f"guard in {name} since step {since}: {REASONS[reason]}"

@@ -20,52 +20,29 @@ the prediction is flown for ``state.gone_age``, then the motors are off.
 import math
 from typing import NamedTuple
 
+from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, GuardRequest
 from quad_core.geometry import ZERO, scale
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import BLIND, FRESH_DESCENT, NO_HEADING, SEES, TURNS, Descent, Known, descend
-from quad_guard.checks import ACCEPTED, StateSample, WrenchCommand, command_refusal, is_on_ground
+from quad_guard.checks import StateSample, WrenchCommand, command_refusal, is_on_ground
 from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, is_misled, observe, with_belief
 from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated
 
-PASS = 0
-DESCEND = 1
-KILL = 2
-MODES = ("pass", "descend", "kill")
-
-NO_REQUEST = 0
-RELEASE = 1
-ASK_DESCEND = 2
-ASK_KILL = 3
-
-GOOD = 0
-WRENCH_LOST = 1
-STATE_LOST = 2
-STATE_REFUSED = 3
-HEADING = 4
-TILT = 5
-REQUESTED = 6
-EXTREME_TILT = 7
-STATE_GONE = 8
-EXTREME_TILT_LOW = 9
-REQUESTED_KILL = 10
-REASONS = (
-    "good",
-    "no good wrench",
-    "no good state",
-    "states refused",
-    "heading",
-    "tilt",
-    "on request",
-    "extreme tilt",
-    "no state at all",
-    "extreme tilt near the ground",
-    "kill on request",
-)
-"""Why a mode was entered; from STATE_GONE on the reaction is KILL."""
-
-
+REASONS: dict[int, str] = {
+    GuardReason.GOOD: "good",
+    GuardReason.WRENCH_LOST: "no good wrench",
+    GuardReason.STATE_LOST: "no good state",
+    GuardReason.STATE_REFUSED: "states refused",
+    GuardReason.HEADING: "heading",
+    GuardReason.TILT: "tilt",
+    GuardReason.REQUESTED: "on request",
+    GuardReason.EXTREME_TILT: "extreme tilt",
+    GuardReason.STATE_GONE: "no state at all",
+    GuardReason.EXTREME_TILT_LOW: "extreme tilt near the ground",
+    GuardReason.REQUESTED_KILL: "kill on request",
+}
 SETTLE_TIME, RELEASE_COSINE = 0.2, math.cos(math.radians(30.0))
 """The controllers get the vehicle back after so many s with good commands and states, and below a tilt of 30 deg."""
 
@@ -120,8 +97,8 @@ class Report(NamedTuple):
 
 
 FRESH_MEMORY = Memory(
-    mode=PASS,
-    reason=GOOD,
+    mode=GuardMode.PASS,
+    reason=GuardReason.GOOD,
     since=0,
     first_step=-1,
     wrench=Wrench(),
@@ -147,13 +124,13 @@ def step(
     """
     now, period = inputs.step, inputs.period
     first = memory.first_step if memory.first_step >= 0 else now
-    wrench, command_step, refused_command = memory.wrench, memory.command_step, ACCEPTED
+    wrench, command_step, refused_command = memory.wrench, memory.command_step, CommandRefusal.ACCEPTED
     if inputs.command.arrived:
         newest = inputs.sample.step if inputs.sample.step < now else now
         refused_command = command_refusal(parameters.command, vehicle, inputs.command, command_step, newest, period)
-        if refused_command == ACCEPTED:
+        if refused_command == CommandRefusal.ACCEPTED:
             wrench, command_step = inputs.command.wrench, inputs.command.step
-    refused_commands = memory.refused_commands + (1 if refused_command != ACCEPTED else 0)
+    refused_commands = memory.refused_commands + (1 if refused_command != CommandRefusal.ACCEPTED else 0)
     before = memory.estimate
     estimate, refusals, refused_state = observe(
         parameters, vehicle, before, memory.refusals, inputs.sample, memory.flown, memory.unknown, now, period, dt
@@ -178,7 +155,7 @@ def step(
         is_misled(parameters.state, estimate),
     )
     mode, reason, since = next_mode(memory, timers, inputs.request, wrong, now)
-    if mode == PASS and memory.mode != PASS:
+    if mode == GuardMode.PASS and memory.mode != GuardMode.PASS:
         estimate = with_belief(estimate, True)
     flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, unknown.torque, state_age, rate_age, dt)
     unknown = advanced(vehicle, unknown, estimate.state.omega_b, flown.torque_b, dt)
@@ -190,7 +167,7 @@ def step(
     status = GuardStatus(
         since, refused_commands, refusals.total, command_age, state_age, mode, reason, wrong,
         command_age > parameters.command.warn_age or state_age > parameters.state.warn_age,
-        land, mode == DESCEND and descent.stopped,
+        land, mode == GuardMode.DESCEND and descent.stopped,
         timers.on_ground > 0.0, timers.on_ground >= parameters.contact.time,
     )
     # fmt: on
@@ -213,13 +190,13 @@ def fly(
 
     ``unknown``: the torque in N m that the model does not explain.
     """
-    if mode == PASS:
+    if mode == GuardMode.PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
         blind = state_age > parameters.state.warn_age
         return (Wrench(wrench.thrust, scale(-1.0, unknown)) if blind else wrench), memory.descent
-    if mode == KILL:
+    if mode == GuardMode.KILL:
         return Wrench(0.0, ZERO), memory.descent
-    descent = memory.descent if memory.mode == DESCEND else FRESH_DESCENT
+    descent = memory.descent if memory.mode == GuardMode.DESCEND else FRESH_DESCENT
     sight = BLIND
     if estimate.step >= 0 and state_age <= parameters.state.lost_age:
         sight = SEES if estimate.knows_heading else NO_HEADING
@@ -316,37 +293,42 @@ def condition(
     misled: bool,
 ) -> int:
     """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground."""
-    tilt, found = parameters.tilt, GOOD
+    tilt, found = parameters.tilt, GuardReason.GOOD
     if command_age > parameters.command.lost_age:
-        found = WRENCH_LOST
+        found = GuardReason.WRENCH_LOST
     if state_age > parameters.state.lost_age:
-        found = STATE_LOST
+        found = GuardReason.STATE_LOST
     if refused:
-        found = STATE_REFUSED
+        found = GuardReason.STATE_REFUSED
     if misled:
-        found = HEADING
+        found = GuardReason.HEADING
     if timers.large_tilt > tilt.large_time:
-        found = TILT
-    if request == ASK_DESCEND:
-        found = REQUESTED
+        found = GuardReason.TILT
+    if request == GuardRequest.DESCEND:
+        found = GuardReason.REQUESTED
     if timers.extreme_tilt > tilt.extreme_time:
-        found = EXTREME_TILT_LOW if height < tilt.low_height else EXTREME_TILT
-    if gone and found < STATE_GONE:
-        found = STATE_GONE
-    if request == ASK_KILL:
-        found = REQUESTED_KILL
+        found = GuardReason.EXTREME_TILT_LOW if height < tilt.low_height else GuardReason.EXTREME_TILT
+    if gone and found < GuardReason.STATE_GONE:
+        found = GuardReason.STATE_GONE
+    if request == GuardRequest.KILL:
+        found = GuardReason.REQUESTED_KILL
     return found
 
 
 def next_mode(memory: Memory, timers: Timers, request: int, wrong: int, now: int) -> tuple[int, int, int]:
     """Return mode, reason and the step since which it holds: the more severe wins, upwards only by request."""
-    asked = PASS
-    if wrong >= STATE_GONE:
-        asked = KILL
-    elif wrong != GOOD:
-        asked = DESCEND
+    asked = GuardMode.PASS
+    if wrong >= GuardReason.STATE_GONE:
+        asked = GuardMode.KILL
+    elif wrong != GuardReason.GOOD:
+        asked = GuardMode.DESCEND
     if asked > memory.mode:
         return asked, wrong, now
-    if memory.mode == DESCEND and asked == PASS and request == RELEASE and timers.good >= SETTLE_TIME:
-        return PASS, GOOD, now
+    if (
+        memory.mode == GuardMode.DESCEND
+        and asked == GuardMode.PASS
+        and request == GuardRequest.RELEASE
+        and timers.good >= SETTLE_TIME
+    ):
+        return GuardMode.PASS, GuardReason.GOOD, now
     return memory.mode, memory.reason, memory.since

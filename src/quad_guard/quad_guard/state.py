@@ -12,15 +12,13 @@ and its heading by what the motion explains best.
 from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
+from quad_core.enumerations import StateRefusal
 from quad_core.geometry import ZERO, body_z, cross, norm, rotate_inverse, scale, turned
 from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import predict
 from quad_guard.checks import (
-    ACCEPTED,
-    ATTITUDE_JUMP,
-    POSITION_JUMP,
     BodyState,
     StateSample,
     attitude_change,
@@ -29,12 +27,6 @@ from quad_guard.checks import (
 from quad_guard.frozen import COARSEST_GRAIN, NOTHING_MISSING, Grain, Missing, finer, missed
 from quad_guard.motion import LOST, NO_EVIDENCE, Evidence, about_z, begun_anew, gathered, turn_found, unexplained
 from quad_guard.unknown_torque import UnknownTorque
-
-COUNTED = (False, True, False, True, True, True, False)
-"""By refusal: whether it counts towards the end of the controller's flight. Repetitions and frozen samples: no."""
-
-RATE_SERVES = (False, True, False, False, True, True, False)
-"""By refusal: whether the sample's body rate may still be used, if it is not that of the reading before."""
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
@@ -99,28 +91,28 @@ def observe(
     """
     limits = parameters.state
     refusals = expired(refusals, now, period)
-    refusal, gyro, state, reading, last = ACCEPTED, False, estimate.state, estimate.reading, estimate.sample
-    grain, missing = estimate.grain, estimate.missing
+    refusal, gyro, grain, missing = StateRefusal.ACCEPTED, False, estimate.grain, estimate.missing
+    state, reading, last = estimate.state, estimate.reading, estimate.sample
     is_new = sample.arrived and not (estimate.step >= 0 and is_same(sample.state, last))
     if estimate.step >= 0 and not is_new:
         missing = missed(parameters.contact, vehicle, grain, missing, last, last.p_w.z - estimate.ground_z, flown, dt)
     if sample.arrived:
         refusal = sample_refusal(limits, sample, last, estimate.step, now, period, not is_new and missing.shows)
-        if refusal == ACCEPTED:
+        if refusal == StateRefusal.ACCEPTED:
             if is_new:
                 grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain
                 missing = NOTHING_MISSING
             found = accepted(vehicle, estimate, sample, grain, missing, flown.thrust, period, dt)
             return found, refusals, refusal
         refusals = counted(refusals, refusal, now)
-        if POSITION_JUMP <= refusal <= ATTITUDE_JUMP and is_full(refusals):
+        if is_jump(refusal) and is_full(refusals):
             reset = Refusals(refusals.total, refusals.start, refusals.recent, True)
             known = after_reset(limits, estimate, sample, now, period)
             found = accepted(vehicle, known, sample, grain, NOTHING_MISSING, flown.thrust, period, dt)
             return found, reset, refusal
         rate = sample.state.omega_b
         repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
-        gyro = RATE_SERVES[refusal] and is_bounded(rate) and not repeats
+        gyro = rate_serves(refusal) and is_bounded(rate) and not repeats
         reading = rate
         if gyro:
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
@@ -218,6 +210,16 @@ def is_bounded(omega: Vec3) -> bool:
     return abs(omega.x) <= BODY_RATE_BOUND and abs(omega.y) <= BODY_RATE_BOUND and abs(omega.z) <= BODY_RATE_BOUND
 
 
+def is_jump(refusal: int) -> bool:
+    """Return whether the sample only jumped."""
+    return refusal == StateRefusal.POSITION_JUMP or refusal == StateRefusal.ATTITUDE_JUMP
+
+
+def rate_serves(refusal: int) -> bool:
+    """Return whether the body rate of a refused sample may be used, if it is not that of the reading before."""
+    return refusal == StateRefusal.NOT_FINITE or is_jump(refusal)
+
+
 def expired(refusals: Refusals, now: int, period: int) -> Refusals:
     """Return the counts at step ``now``: a window that is over is forgotten."""
     if refusals.recent == 0 or (now - refusals.start) * period / 1e9 <= REFUSED_WINDOW:
@@ -226,8 +228,11 @@ def expired(refusals: Refusals, now: int, period: int) -> Refusals:
 
 
 def counted(refusals: Refusals, refusal: int, now: int) -> Refusals:
-    """Return the counts after a sample was refused; the first one that counts opens the window."""
-    if not COUNTED[refusal]:
+    """Return the counts after a sample was refused; the first one that counts opens the window.
+
+    Repetitions and frozen samples do not count.
+    """
+    if refusal == StateRefusal.NOT_NEWER or refusal == StateRefusal.FROZEN:
         return Refusals(refusals.total + 1, refusals.start, refusals.recent, refusals.reset)
     start = now if refusals.recent == 0 else refusals.start
     return Refusals(refusals.total + 1, start, refusals.recent + 1, refusals.reset)

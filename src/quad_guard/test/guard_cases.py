@@ -2,6 +2,7 @@
 
 import math
 
+from quad_core.enumerations import GuardRequest
 from quad_core.geometry import quaternion_from_euler
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Vec3, VehicleState, Wrench
@@ -46,7 +47,7 @@ class Owner:
     def sample(self, state):
         return StateSample(state, self.step, True)
 
-    def once(self, command=None, sample=None, request=guard.NO_REQUEST):
+    def once(self, command=None, sample=None, request=GuardRequest.NONE):
         command = self.good_command() if command is None else command
         sample = self.good_sample() if sample is None else sample
         inputs = Inputs(self.step, self.period, command, sample, request)
@@ -58,7 +59,7 @@ class Owner:
         self.step += 1
         return self.report
 
-    def run(self, seconds, command=None, sample=None, request=guard.NO_REQUEST):
+    def run(self, seconds, command=None, sample=None, request=GuardRequest.NONE):
         """Fly for ``seconds``; ``command`` and ``sample`` are called at every step with this owner."""
         for _ in range(round(seconds / self.dt)):
             self.once(command(self) if command else None, sample(self) if sample else None, request)

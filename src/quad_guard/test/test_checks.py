@@ -7,11 +7,12 @@ from guard_cases import DT, HOVER, PERIOD, VEHICLE, Owner, flying
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, StateRefusal
 from quad_core.geometry import normalized
 from quad_core.guard_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
-from quad_guard import checks, frozen, guard
+from quad_guard import checks, frozen
 from quad_guard.checks import WrenchCommand
 
 BAD = (math.nan, math.inf, -math.inf)
@@ -33,16 +34,16 @@ def state_refusal(state, step=101, last=None, last_step=100, now=101):
 def test_no_field_of_a_command_may_be_other_than_finite(place, value):
     numbers = [5.0, 0.0, 0.0, 0.0]
     numbers[place] = value
-    assert refusal(Wrench(numbers[0], Vec3(*numbers[1:]))) == checks.NOT_FINITE
+    assert refusal(Wrench(numbers[0], Vec3(*numbers[1:]))) == CommandRefusal.NOT_FINITE
 
 
 @pytest.mark.parametrize(
     ("step", "expected"),
     [
-        *((100 + ahead, checks.AHEAD) for ahead in (2**62, 1)),
-        *((100 - age, checks.ACCEPTED) for age in (0, 30, 50)),
-        *((100 - age, checks.TOO_OLD) for age in (51, 75)),
-        *((step, checks.NOT_NEWER) for step in (0, -1, -100)),
+        *((100 + ahead, CommandRefusal.AHEAD) for ahead in (2**62, 1)),
+        *((100 - age, CommandRefusal.ACCEPTED) for age in (0, 30, 50)),
+        *((100 - age, CommandRefusal.TOO_OLD) for age in (51, 75)),
+        *((step, CommandRefusal.NOT_NEWER) for step in (0, -1, -100)),
     ],
 )
 def test_a_command_is_newer_than_the_last_at_most_100_ms_old_and_answers_a_published_state(step, expected):
@@ -55,14 +56,14 @@ def test_a_sample_ahead_of_the_vehicle_s_time_permits_no_command_ahead_of_it():
     ahead = owner.step + 9
     sample = owner.good_sample()._replace(step=ahead)
     owner.once(WrenchCommand(HOVER, ahead, True), sample)
-    assert owner.refusals[0] == checks.AHEAD
+    assert owner.refusals[0] == CommandRefusal.AHEAD
 
 
 @pytest.mark.parametrize(
     ("wrench", "expected"),
     [
-        *((Wrench(thrust, Vec3()), checks.THRUST) for thrust in (1e6, -1e6, 2.01 * 3.0 * 0.56 * 9.8)),
-        *((Wrench(5.0, Vec3(**{axis: 1e6})), checks.TORQUE) for axis in "xyz"),
+        *((Wrench(thrust, Vec3()), CommandRefusal.THRUST) for thrust in (1e6, -1e6, 2.01 * 3.0 * 0.56 * 9.8)),
+        *((Wrench(5.0, Vec3(**{axis: 1e6})), CommandRefusal.TORQUE) for axis in "xyz"),
     ],
 )
 def test_thrust_and_torque_are_those_of_the_vehicle(wrench, expected):
@@ -78,7 +79,7 @@ def test_the_largest_torque_is_that_of_the_rotors():
 
 @given(st.floats(-100.0, 100.0), *(st.floats(-1.2, 1.2) for _ in range(3)))
 def test_what_the_rotors_could_make_is_never_refused_for_its_size(thrust, x, y, z):
-    expected = checks.THRUST if abs(thrust) > 2.0 * 3.0 * 0.56 * 9.8 else checks.ACCEPTED
+    expected = CommandRefusal.THRUST if abs(thrust) > 2.0 * 3.0 * 0.56 * 9.8 else CommandRefusal.ACCEPTED
     assert refusal(Wrench(thrust, Vec3(x, y, z))) == expected
 
 
@@ -91,7 +92,7 @@ def every_field_broken(value):
 @pytest.mark.parametrize("value", [*BAD, 1e308, -1e308])
 def test_no_field_of_a_sample_may_be_other_than_finite_and_bounded(value):
     for state in every_field_broken(value):
-        assert state_refusal(state) == checks.NOT_FINITE
+        assert state_refusal(state) == StateRefusal.NOT_FINITE
 
 
 @pytest.mark.parametrize(("scale", "expected"), [(0.0, 1), (0.5, 1), (2.0, 1), (1.0 + 4e-4, 0), (-1.0, 0)])
@@ -101,14 +102,16 @@ def test_a_quaternion_has_length_one_and_its_negative_is_the_same_attitude(scale
 
 
 @pytest.mark.parametrize(
-    ("step", "expected"), [(100, checks.NOT_NEWER), (101 + 251, checks.AHEAD), (2**63, checks.AHEAD)]
+    ("step", "expected"), [(100, StateRefusal.NOT_NEWER), (101 + 251, StateRefusal.AHEAD), (2**63, StateRefusal.AHEAD)]
 )
 def test_a_sample_is_newer_and_not_ahead(step, expected):
     assert state_refusal(flying(x=DT), step=step) == expected
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize(("off", "expected"), [(0.99, 0), (1.01, checks.POSITION_JUMP), (4.0, checks.POSITION_JUMP)])
+@pytest.mark.parametrize(
+    ("off", "expected"), [(0.99, 0), (1.01, StateRefusal.POSITION_JUMP), (4.0, StateRefusal.POSITION_JUMP)]
+)
 def test_a_position_may_be_a_metre_from_where_the_last_velocity_led(axis, off, expected):
     last = flying()._replace(v_w=Vec3(1.0, 2.0, -3.0))
     for step, gap in ((101, DT), (300, 0.4)):
@@ -119,7 +122,7 @@ def test_a_position_may_be_a_metre_from_where_the_last_velocity_led(axis, off, e
 
 
 @pytest.mark.parametrize(
-    ("degrees", "expected"), [(19.9, 0), (20.1, checks.ATTITUDE_JUMP), (180.0, checks.ATTITUDE_JUMP)]
+    ("degrees", "expected"), [(19.9, 0), (20.1, StateRefusal.ATTITUDE_JUMP), (180.0, StateRefusal.ATTITUDE_JUMP)]
 )
 def test_an_attitude_may_turn_by_20_degrees(degrees, expected):
     assert state_refusal(flying(x=DT, roll=math.radians(degrees))) == expected
@@ -134,8 +137,8 @@ def test_what_is_surely_within_an_angle_is_within_it_and_little_is_left_open(ang
 
 def test_a_vehicle_that_turns_may_turn_farther_in_a_gap():
     turning = flying(rates=(3.0, 0.0, 0.0))
-    assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200, last=turning) == checks.ACCEPTED
-    assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200) == checks.ATTITUDE_JUMP
+    assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200, last=turning) == StateRefusal.ACCEPTED
+    assert state_refusal(flying(x=0.2, roll=0.6), step=200, now=200) == StateRefusal.ATTITUDE_JUMP
 
 
 def resting(height, speed=0.0, rate=0.0):
@@ -160,8 +163,8 @@ def repeated(seen, wrench=lambda _: HOVER, seconds=0.3, grain=1e-12):
 def test_a_state_that_repeats_itself_although_the_vehicle_moves_is_frozen(speed, rate, after):
     """It is frozen once it would have moved by 1e-9: ``after`` steps of 2 ms."""
     owner = repeated(resting(2.0, speed, rate))
-    assert owner.events == [(after + 51, guard.DESCEND, guard.STATE_LOST)]
-    assert owner.refusals[1] == checks.FROZEN
+    assert owner.events == [(after + 51, GuardMode.DESCEND, GuardReason.STATE_LOST)]
+    assert owner.refusals[1] == StateRefusal.FROZEN
 
 
 def test_a_hover_that_has_come_to_rest_to_the_last_bit_may_repeat_itself():
@@ -179,14 +182,14 @@ def test_a_state_at_rest_that_does_not_follow_a_changed_wrench_is_frozen(change)
 
     # the wrench of step 100 is flown until 101
     owner = repeated(resting(2.0), wrench, 0.4)
-    assert owner.events == [(100 + 51, guard.DESCEND, guard.STATE_LOST)]
+    assert owner.events == [(100 + 51, GuardMode.DESCEND, GuardReason.STATE_LOST)]
 
 
 @pytest.mark.parametrize(("speed", "grain", "after"), [(0.0, 0.01, 0), (0.01, 0.01, 0), (0.1, 0.01, 100)])
 def test_an_estimate_in_coarse_steps_is_frozen_when_it_should_have_taken_two(speed, grain, after):
     """At 0.1 m/s two steps of 0.01 m take 100 of 2 ms; a thrust that creeps by less than that shows nothing."""
     owner = repeated(resting(2.0, speed), lambda k: HOVER._replace(thrust=HOVER.thrust + 1e-5 * k), 0.5, grain)
-    assert owner.events == ([(after + 51, guard.DESCEND, guard.STATE_LOST)] if after else [])
+    assert owner.events == ([(after + 51, GuardMode.DESCEND, GuardReason.STATE_LOST)] if after else [])
 
 
 def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
@@ -194,7 +197,7 @@ def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
     owner = repeated(
         resting(2.0), lambda k: HOVER._replace(thrust=(1.1 if k >= 100 else 1.0) * HOVER.thrust), 0.5, 0.01
     )
-    assert owner.events == [(100 + 11 + 50, guard.DESCEND, guard.STATE_LOST)]
+    assert owner.events == [(100 + 11 + 50, GuardMode.DESCEND, GuardReason.STATE_LOST)]
 
 
 def test_a_number_that_stays_the_same_does_not_tell_its_grain():

@@ -7,9 +7,9 @@ from guard_cases import DT, HOVER, Owner, flying, leaning, no_state, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from quad_core.enumerations import GuardMode, GuardReason, GuardRequest
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
-from quad_guard import guard
 from quad_guard.checks import WrenchCommand
 
 
@@ -38,7 +38,7 @@ def test_what_is_good_passes_to_the_bit(commands, tilt_degrees):
             command = owner.good_command(last)
         report = owner.once(command, owner.good_sample(roll=math.radians(tilt_degrees)))
         assert owner.wrench is last
-        assert (report.mode, report.condition, report.warning) == (guard.PASS, guard.GOOD, False)
+        assert (report.mode, report.condition, report.warning) == (GuardMode.PASS, GuardReason.GOOD, False)
 
 
 @pytest.mark.parametrize("period", [1_000_000, 2_000_000, 4_000_000, 5_000_000])
@@ -47,23 +47,23 @@ def test_a_silent_controller_is_warned_of_after_20_ms_and_replaced_after_50(peri
     owner.run(1.0)
     last = owner.step - 1
     warned = None
-    while owner.report.mode == guard.PASS:
+    while owner.report.mode == GuardMode.PASS:
         owner.once(command=silent(owner))
         if owner.report.warning and warned is None:
             warned = owner.step - 1
     per_ms = 1_000_000 / period
     assert warned == last + math.floor(20 * per_ms) + 1
-    assert owner.events == [(last + math.floor(50 * per_ms) + 1, guard.DESCEND, guard.WRENCH_LOST)]
+    assert owner.events == [(last + math.floor(50 * per_ms) + 1, GuardMode.DESCEND, GuardReason.WRENCH_LOST)]
 
 
 def test_a_wrench_that_answers_the_newest_state_is_not_late_however_old():
     owner = Owner()
     owner.run(1.0)
     last = owner.step - 1
-    while owner.report.mode == guard.PASS:
+    while owner.report.mode == GuardMode.PASS:
         owner.once(command=silent(owner), sample=no_state(owner))
         assert owner.report.command_age == 0.0
-    assert owner.events == [(last + 51, guard.DESCEND, guard.STATE_LOST)]
+    assert owner.events == [(last + 51, GuardMode.DESCEND, GuardReason.STATE_LOST)]
 
 
 def test_a_wrench_is_late_from_the_first_state_on_that_it_does_not_answer():
@@ -73,14 +73,14 @@ def test_a_wrench_is_late_from_the_first_state_on_that_it_does_not_answer():
         owner.once(command=silent(owner), sample=no_state(owner))
     first = owner.step
     owner.run(0.2, command=silent)
-    assert owner.events == [(first - 1 + 26, guard.DESCEND, guard.WRENCH_LOST)]
+    assert owner.events == [(first - 1 + 26, GuardMode.DESCEND, GuardReason.WRENCH_LOST)]
 
 
 def test_refused_commands_do_not_feed_the_watchdog():
     owner = Owner()
     owner.run(0.5)
     owner.run(0.1, command=lambda it: it.good_command(Wrench(1e6, Vec3(0.0, 0.0, 0.0))))
-    assert owner.report.reason == guard.WRENCH_LOST
+    assert owner.report.reason == GuardReason.WRENCH_LOST
     assert owner.report.refused_commands == 50
 
 
@@ -94,8 +94,8 @@ def test_a_silent_state_warns_descends_falls_and_kills():
     assert owner.wrench.thrust == pytest.approx(0.05 * HOVER.thrust)
     owner.run(2.8, sample=no_state)
     assert owner.events == [
-        (last + 51, guard.DESCEND, guard.STATE_LOST),
-        (last + 1501, guard.KILL, guard.STATE_GONE),
+        (last + 51, GuardMode.DESCEND, GuardReason.STATE_LOST),
+        (last + 1501, GuardMode.KILL, GuardReason.STATE_GONE),
     ]
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
@@ -104,11 +104,11 @@ def test_without_an_accepted_state_for_50_ms_the_thrust_passes_and_the_torque_is
     owner, given = Owner(), Wrench(9.0, Vec3(0.03, -0.02, 0.01))
     owner.run(0.5)
     last = owner.step - 1
-    while owner.report.mode == guard.PASS:
+    while owner.report.mode == GuardMode.PASS:
         owner.once(command=owner.good_command(given), sample=no_state(owner))
         if owner.step - 1 - last <= 25:
             assert owner.wrench == given
-        elif owner.report.mode == guard.PASS:
+        elif owner.report.mode == GuardMode.PASS:
             # no torque turned it while it was seen, so what the hover's wrench had is all there is
             assert (owner.wrench.thrust, owner.wrench.torque_b) == (9.0, pytest.approx((0.0, 0.0, 0.0), abs=1e-9))
     owner = Owner()
@@ -121,9 +121,9 @@ def test_without_an_accepted_state_for_50_ms_the_thrust_passes_and_the_torque_is
 def test_what_never_came_is_lost_too_and_without_any_state_ever_the_motors_stop():
     commanded, seeing = Owner(), Owner()
     seeing.run(0.1, command=silent)
-    assert seeing.events == [(26, guard.DESCEND, guard.WRENCH_LOST)]
+    assert seeing.events == [(26, GuardMode.DESCEND, GuardReason.WRENCH_LOST)]
     commanded.run(0.6, sample=no_state)
-    assert commanded.events == [(51, guard.KILL, guard.STATE_GONE)]
+    assert commanded.events == [(51, GuardMode.KILL, GuardReason.STATE_GONE)]
 
 
 def test_a_rate_that_repeats_itself_is_none():
@@ -134,7 +134,7 @@ def test_a_rate_that_repeats_itself_is_none():
     # its first reading turned the model, whose torque then stops the turn; a stale rate would never show that
     assert abs(owner.memory.estimate.state.omega_b.x) < 0.3
     owner.run(3.0, sample=lambda it: it.sample(stale))
-    assert owner.events[-1][1] == guard.KILL
+    assert owner.events[-1][1] == GuardMode.KILL
 
 
 def test_body_rates_alone_keep_the_motors_on():
@@ -146,7 +146,7 @@ def test_body_rates_alone_keep_the_motors_on():
         return it.sample(seen._replace(q_wb=Quat(math.nan, 0.0, 0.0, 1.0)))
 
     owner.run(4.0, sample=without_attitude)
-    assert [event[1] for event in owner.events] == [guard.DESCEND]
+    assert [event[1] for event in owner.events] == [GuardMode.DESCEND]
     assert owner.wrench.thrust == pytest.approx(0.94 * HOVER.thrust)
 
 
@@ -156,8 +156,8 @@ def test_a_frozen_state_is_a_silent_one():
     frozen = owner.good_sample().state
     owner.run(3.2, sample=lambda it: it.sample(frozen))
     assert [event[1:] for event in owner.events] == [
-        (guard.DESCEND, guard.STATE_LOST),
-        (guard.KILL, guard.STATE_GONE),
+        (GuardMode.DESCEND, GuardReason.STATE_LOST),
+        (GuardMode.KILL, GuardReason.STATE_GONE),
     ]
 
 
@@ -167,10 +167,10 @@ def test_ten_refused_samples_in_200_ms_end_the_flight_and_nine_do_not(spared):
     owner.run(0.5)
     for number in range(9 if spared else 10):
         owner.once(sample=owner.good_sample()._replace(step=owner.step + 300))
-        assert owner.report.mode == (guard.PASS if number < 9 else guard.DESCEND)
+        assert owner.report.mode == (GuardMode.PASS if number < 9 else GuardMode.DESCEND)
         owner.run(0.016)
     owner.run(0.3)
-    assert owner.report.mode == (guard.PASS if spared else guard.DESCEND)
+    assert owner.report.mode == (GuardMode.PASS if spared else GuardMode.DESCEND)
     assert owner.report.refused_samples == (9 if spared else 10)
 
 
@@ -179,7 +179,7 @@ def test_a_commander_is_told_to_land_where_the_position_is_good():
     owner.run(0.5)
     for _ in range(10):
         owner.once(sample=owner.good_sample()._replace(step=owner.step + 300))
-    assert owner.report.mode == guard.PASS
+    assert owner.report.mode == GuardMode.PASS
     assert owner.report.land
 
 
@@ -187,7 +187,7 @@ def test_a_jump_that_stays_is_a_reset_and_ends_the_flight_even_with_a_commander(
     owner = Owner(has_commander=True)
     owner.run(0.5)
     owner.run(0.1, sample=lambda it: it.sample(flying(x=4.0 + it.step * DT)))
-    assert owner.events == [(259, guard.DESCEND, guard.STATE_REFUSED)]
+    assert owner.events == [(259, GuardMode.DESCEND, GuardReason.STATE_REFUSED)]
     assert owner.memory.estimate.state.p_w.x == pytest.approx(4.0 + owner.step * DT, abs=2 * DT)
 
 
@@ -208,17 +208,17 @@ def test_an_attitude_that_jumps_is_not_believed_and_that_of_before_is_carried_on
     owner = Owner(has_commander=has_commander)
     owner.run(0.5)
     owner.run(0.3, sample=turned(*jump, x=x))
-    assert owner.events == [(259, guard.DESCEND, guard.HEADING)]
+    assert owner.events == [(259, GuardMode.DESCEND, GuardReason.HEADING)]
     estimate = owner.memory.estimate
     assert estimate.state.q_wb == pytest.approx((0.0, 0.0, 0.0, 1.0), abs=0.05)
     assert estimate.state.p_w.x == pytest.approx(x + owner.step * DT, abs=2 * DT)
     assert owner.wrench.torque_b.y < 0.0  # leans against the 1 m/s along x
     assert abs(owner.wrench.torque_b.x) < 0.1 * abs(owner.wrench.torque_b.y)
     # nothing is given back until the attitudes agree
-    owner.run(0.5, sample=turned(*jump, x=x), request=guard.RELEASE)
-    assert owner.report.mode == guard.DESCEND
-    owner.run(0.5, sample=turned(0.0, x=x), request=guard.RELEASE)
-    assert owner.report.mode == guard.PASS
+    owner.run(0.5, sample=turned(*jump, x=x), request=GuardRequest.RELEASE)
+    assert owner.report.mode == GuardMode.DESCEND
+    owner.run(0.5, sample=turned(0.0, x=x), request=GuardRequest.RELEASE)
+    assert owner.report.mode == GuardMode.PASS
 
 
 def test_an_attitude_that_returns_after_a_gap_is_believed_however_it_has_turned():
@@ -226,7 +226,7 @@ def test_an_attitude_that_returns_after_a_gap_is_believed_however_it_has_turned(
     owner.run(0.5)
     owner.run(1.0, sample=no_state)
     owner.run(0.2, sample=turned(0.0, 0.6))
-    assert owner.events == [(250 + 50, guard.DESCEND, guard.STATE_LOST)]
+    assert owner.events == [(250 + 50, GuardMode.DESCEND, GuardReason.STATE_LOST)]
     assert owner.memory.estimate.state.q_wb == owner.memory.estimate.sample.q_wb
 
 
@@ -237,16 +237,16 @@ def test_a_second_jump_and_one_while_descending_change_nothing():
     for yaw in (2.0, -1.0):
         owner.run(0.2, sample=turned(yaw))
         assert owner.memory.estimate.state.q_wb == pytest.approx((0.0, 0.0, 0.0, 1.0), abs=0.05)
-        assert owner.report.condition == guard.HEADING
+        assert owner.report.condition == GuardReason.HEADING
 
 
 @pytest.mark.parametrize(("degrees", "height", "expected"), [
     (59.0, 5.0, None),
-    (61.0, 5.0, (0.3, guard.DESCEND, guard.TILT)),
-    (61.0, 0.5, (0.3, guard.DESCEND, guard.TILT)),
-    (76.0, 5.0, (0.1, guard.DESCEND, guard.EXTREME_TILT)),
-    (76.0, 0.9, (0.1, guard.KILL, guard.EXTREME_TILT_LOW)),
-    (180.0, 0.9, (0.1, guard.KILL, guard.EXTREME_TILT_LOW)),
+    (61.0, 5.0, (0.3, GuardMode.DESCEND, GuardReason.TILT)),
+    (61.0, 0.5, (0.3, GuardMode.DESCEND, GuardReason.TILT)),
+    (76.0, 5.0, (0.1, GuardMode.DESCEND, GuardReason.EXTREME_TILT)),
+    (76.0, 0.9, (0.1, GuardMode.KILL, GuardReason.EXTREME_TILT_LOW)),
+    (180.0, 0.9, (0.1, GuardMode.KILL, GuardReason.EXTREME_TILT_LOW)),
 ])  # fmt: skip
 def test_tilt_is_borne_for_its_time_only(degrees, height, expected):
     owner = Owner()
@@ -274,12 +274,12 @@ def test_the_guard_gives_back_only_on_request_and_when_all_has_been_good_for_a_w
     owner = Owner()
     owner.run(0.5)
     owner.run(0.2, command=silent)
-    owner.run(0.19, request=guard.RELEASE)
-    assert owner.report.mode == guard.DESCEND
+    owner.run(0.19, request=GuardRequest.RELEASE)
+    assert owner.report.mode == GuardMode.DESCEND
     owner.run(1.0)
-    assert (owner.report.mode, owner.report.condition) == (guard.DESCEND, guard.GOOD)
-    owner.run(0.01, request=guard.RELEASE)
-    assert owner.report.mode == guard.PASS
+    assert (owner.report.mode, owner.report.condition) == (GuardMode.DESCEND, GuardReason.GOOD)
+    owner.run(0.01, request=GuardRequest.RELEASE)
+    assert owner.report.mode == GuardMode.PASS
     assert owner.wrench == HOVER
 
 
@@ -288,18 +288,18 @@ def test_nothing_is_given_back_to_a_controller_that_is_not_there_or_while_leanin
         owner = Owner()
         owner.run(0.5)
         owner.run(0.2, command=silent)
-        owner.run(0.4, command, sample, guard.RELEASE)
-        assert owner.report.mode == guard.DESCEND, (command, sample)
+        owner.run(0.4, command, sample, GuardRequest.RELEASE)
+        assert owner.report.mode == GuardMode.DESCEND, (command, sample)
 
 
 def test_kill_is_final():
     owner = Owner()
     owner.run(0.5)
-    owner.once(request=guard.ASK_KILL)
-    assert owner.events == [(250, guard.KILL, guard.REQUESTED_KILL)]
-    owner.run(2.0, request=guard.RELEASE)
-    owner.run(0.1, request=guard.ASK_DESCEND)
-    assert owner.report.mode == guard.KILL
+    owner.once(request=GuardRequest.KILL)
+    assert owner.events == [(250, GuardMode.KILL, GuardReason.REQUESTED_KILL)]
+    owner.run(2.0, request=GuardRequest.RELEASE)
+    owner.run(0.1, request=GuardRequest.DESCEND)
+    assert owner.report.mode == GuardMode.KILL
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
 
@@ -321,7 +321,7 @@ def test_whatever_arrives_the_rotors_get_finite_numbers(rows):
         before = owner.memory.mode
         owner.once(command, owner.sample(state), request)
         assert all(map(math.isfinite, (owner.wrench.thrust, *owner.wrench.torque_b)))
-        assert owner.report.mode >= before or request == guard.RELEASE
+        assert owner.report.mode >= before or request == GuardRequest.RELEASE
 
 
 IDLE = Wrench(0.5 * HOVER.thrust, Vec3(0.0, 0.0, 0.0))

@@ -6,6 +6,7 @@ import pytest
 from guard_cases import Owner, flying
 
 from quad_core.compilation import compiled
+from quad_core.enumerations import GuardMode
 from quad_core.types import Vec3, Wrench
 from quad_guard import guard
 from quad_guard.checks import StateSample, WrenchCommand
@@ -39,4 +40,4 @@ def test_every_bit_is_the_same_compiled():
             found, twin, seen = fast(owner.parameters, owner.vehicle, twin, inputs, owner.dt)
             assert (found, twin, seen) == (wrench, memory, report)
             modes.add(report.status.mode)
-    assert modes >= {guard.PASS, guard.DESCEND}
+    assert modes >= {GuardMode.PASS, GuardMode.DESCEND}

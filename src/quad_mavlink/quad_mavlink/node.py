@@ -15,12 +15,13 @@ from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
 from quad_autopilot.node import LOOK, OVER, AutopilotInterface, AutopilotNode
 from quad_autopilot.odometry import Sample
 from quad_autopilot.parameters import Flier
+from quad_core.enumerations import NodeState
 from quad_core.geometry import body_z, clamp
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_mavlink import link, words
 from quad_mavlink.link import AUTOPILOT
 from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
-from quad_msgs.msg import FlightEvent, NodeStatus
+from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 
 SET_MESSAGE_INTERVAL = 511
@@ -76,7 +77,7 @@ class MavlinkInterface(AutopilotInterface):
         if self.kind != before:
             self.node.estimator = self.profile.name
             self.on_second()
-            if self.node.status == NodeStatus.READY:
+            if self.node.status == NodeState.READY:
                 self.on_ready()
 
     def on_ready(self) -> None:

@@ -19,7 +19,7 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 
 from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
-from quad_core.flight_parameters import LOCKSTEP
+from quad_core.enumerations import FlightClock, NodeState
 from quad_core.parameter_files import dump_yaml
 from quad_core.parameters import Value
 from quad_core.resolution import Resolved
@@ -64,7 +64,7 @@ class FlightNode:
         self.run = run_number(self.flight.run_id)
         self.vehicle = self.resolved.vehicle
         self.roles = self.flight.role_names
-        self.lockstep = self.flight.mode == LOCKSTEP
+        self.lockstep = self.flight.mode == FlightClock.LOCKSTEP
         self.exit_code, self.asked_to_end = 1, ""
         self.done: Future = Future()
         self.starter = Starter()
@@ -83,7 +83,7 @@ class FlightNode:
         self._events_out = self.publisher("flight/events", match=False)
         self._parameters_out = self.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.ros.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
-        self.status = NodeStatus.STARTING
+        self.status: int = NodeState.STARTING
         self.publish_status("")
         self.publish_parameters()
         if role != SIMULATOR:
@@ -228,7 +228,7 @@ class FlightNode:
                 self.log.error(f"ended with exit code {exit_code}: {detail}")
             else:
                 self.log.info(f"ended: {detail or 'flown as planned'}")
-            self.set_status(NodeStatus.DONE if exit_code == 0 else NodeStatus.FAULT, detail)
+            self.set_status(NodeState.DONE if exit_code == 0 else NodeState.FAULT, detail)
             self.done.set_result(None)
 
     def on_flight_ended(self, message: FlightState) -> None:
@@ -273,7 +273,7 @@ class FlightNode:
 
     def waits_for(self) -> list[str]:
         """Return what must come before this node can fly."""
-        missing = self.missing_links() if self.status == NodeStatus.STARTING else []
+        missing = self.missing_links() if self.status == NodeState.STARTING else []
         return missing or ["flight/state FLYING of simulator"]
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
@@ -299,8 +299,8 @@ class FlightNode:
         self._ticked_at = now
         # Asking for every link costs; a node that has waited for seconds asks less often.
         look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
-        if self.status == NodeStatus.STARTING and look and not self.missing_links():
-            self.set_status(NodeStatus.READY, "ready")
+        if self.status == NodeState.STARTING and look and not self.missing_links():
+            self.set_status(NodeState.READY, "ready")
             self.on_ready()
         if look and now - self.started > _FIRST_WAIT and not (self.flying or self.over or self.done.done()):
             self.log.info(f"waiting for {', '.join(self.waits_for())}", throttle_duration_sec=_NEXT_WAIT)
@@ -335,7 +335,7 @@ class FlightNode:
 
     def publish_diagnostics(self) -> None:
         """Publish counters and measurements on diagnostics."""
-        waiting = self.status != NodeStatus.READY
+        waiting = self.status != NodeState.READY
         level = DiagnosticStatus.WARN if waiting or self.counters["rejected"] else DiagnosticStatus.OK
         values = {"step": self.current_step, **self.counters, **self.measurements()}
         status = DiagnosticStatus(

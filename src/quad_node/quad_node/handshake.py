@@ -13,10 +13,10 @@ from quad_core.cascade import (
     STAGES,
     TRAJECTORY,
 )
+from quad_core.enumerations import NodeState
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import NodeStatus
 
-READY, FAULT = NodeStatus.READY, NodeStatus.FAULT
 _MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
@@ -84,7 +84,7 @@ class Handshake:
                 f"flight/nodes: {status.role} has flight.plant_period {status.plant_period} ns, "
                 f"expected {self._flight.plant_period} ns"
             )
-        if status.state == FAULT and status.role not in SHADOWS:
+        if status.state == NodeState.FAULT and status.role not in SHADOWS:
             return f"{status.role} failed: {status.detail}"
         return self._misfit()
 
@@ -109,7 +109,7 @@ class Handshake:
     def missing(self) -> list[str]:
         """Return the expected roles that are not ready, and what those wait for that said so."""
         said = {role: self.known[role].detail for role in self._expected if role in self.known}
-        late = [role for role in self._expected if role not in said or self.known[role].state != READY]
+        late = [role for role in self._expected if role not in said or self.known[role].state != NodeState.READY]
         return [f"{role} ({said[role]})" if said.get(role) else role for role in late]
 
     def foreign_nodes(self) -> str:

@@ -17,12 +17,13 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
 from quad_core.cycle import is_flyable, seconds
+from quad_core.enumerations import NodeState
 from quad_core.parameters import Value
 from quad_core.records import field_kinds, finite_check, flattener
 from quad_core.resolution import Plugin, Resolved
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord, VehicleState
-from quad_msgs.msg import FlightEvent, FlightState, NodeStatus
+from quad_msgs.msg import FlightEvent, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
 from quad_node.codec import (
@@ -190,7 +191,7 @@ class Responder(FlightNode):
 
     def set_status(self, state: int, detail: str) -> None:
         """Change this node's state and publish it."""
-        if state == NodeStatus.READY:  # noted before it is sent: the flight may begin at once
+        if state == NodeState.READY:  # noted before it is sent: the flight may begin at once
             self._ready = min(self._ready, time.monotonic())
         super().set_status(state, detail)
 

@@ -11,21 +11,20 @@ from rclpy.publisher import Publisher
 
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER, SIGNALS, TRAJECTORY
 from quad_core.cycle import seconds
+from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, GuardRequest, NodeState, StateRefusal
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameters import ParameterError
 from quad_core.types import GuardStatus, Wrench
 from quad_guard import guard
 from quad_guard.checks import (
-    ACCEPTED,
     COMMAND_REFUSALS,
-    FROZEN,
     STATE_REFUSALS,
     StateSample,
     WrenchCommand,
     command_refusal,
 )
 from quad_guard.ending import described
-from quad_guard.guard import ASK_DESCEND, ASK_KILL, KILL, NO_REQUEST, PASS, REASONS, REQUESTED, STATE_LOST, WRENCH_LOST
+from quad_guard.guard import REASONS
 from quad_msgs.msg import FlightEvent, FlightPlan, FlightState, NodeStatus, RecorderAck
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
 from quad_node.codec import UNUSABLE, Packer, Stamped, packer, unpack_wrench
@@ -61,7 +60,7 @@ class VehicleGuard:
         self._period = node.flight.plant_period
         self._dt = seconds(1, self._period)
         self._dropped = 0
-        self._said = (PASS, guard.GOOD, False)
+        self._said: tuple[int, int, bool] = (GuardMode.PASS, GuardReason.GOOD, False)
         self._reported: dict[str, int] = {}
         self._due, self._period_of = 0, period_of
         self._status_out = node.publisher("flight/guard", match=False)
@@ -69,7 +68,7 @@ class VehicleGuard:
     @property
     def taken_over(self) -> bool:
         """Whether the controller's wrench no longer reaches the rotors."""
-        return self.memory.mode != PASS
+        return self.memory.mode != GuardMode.PASS
 
     def rest(self, step: int) -> None:
         """Let ``step`` pass without a look at it: ages count from the next one, no mode is latched."""
@@ -83,10 +82,12 @@ class VehicleGuard:
         inputs = guard.Inputs(step, self._period, command, sample, request)
         flown, self.memory, report = guard.step(self.parameters, self._node.vehicle, self.memory, inputs, self._dt)
         # a sensor slower than the plant repeats itself rightly
-        is_slow = report.state_refusal == FROZEN and report.status.state_age <= self.parameters.state.warn_age
-        if report.state_refusal != ACCEPTED and not is_slow:
+        is_slow = (
+            report.state_refusal == StateRefusal.FROZEN and report.status.state_age <= self.parameters.state.warn_age
+        )
+        if report.state_refusal != StateRefusal.ACCEPTED and not is_slow:
             self._tell_refusal(step, f"state: {STATE_REFUSALS[report.state_refusal]}")
-        if report.command_refusal != ACCEPTED:
+        if report.command_refusal != CommandRefusal.ACCEPTED:
             self._tell_refusal(step, f"{COMMAND}: {COMMAND_REFUSALS[report.command_refusal]}")
         self._tell(step, report.status)
         return flown
@@ -100,7 +101,8 @@ class VehicleGuard:
         """Return since when and why the guard flies, for people; empty if it does not."""
         memory = self.memory
         found = described(memory.mode, memory.reason, memory.since)
-        topic = {WRENCH_LOST: f"{COMMAND}:", STATE_LOST: "state:"}.get(memory.reason)
+        topics: dict[int, str] = {GuardReason.WRENCH_LOST: f"{COMMAND}:", GuardReason.STATE_LOST: "state:"}
+        topic = topics.get(memory.reason)
         if found and topic and self.last_refusal.startswith(topic):
             found += f", the last one was refused: {self.last_refusal}"
         return found
@@ -137,11 +139,11 @@ class VehicleGuard:
 
     def _tell_mode(self, step: int, status: GuardStatus) -> None:
         stamp, reason = step * self._period, REASONS[status.reason]
-        if status.reason == REQUESTED and self.asked_because:
+        if status.reason == GuardReason.REQUESTED and self.asked_because:
             reason = self.asked_because
-        if status.mode == KILL:
+        if status.mode == GuardMode.KILL:
             self._node.event(FlightEvent.ERROR, "guard_killed", f"step {step}: {reason}; {self.killed}", stamp)
-        elif status.mode == PASS:
+        elif status.mode == GuardMode.PASS:
             text = f"step {step}: {'the guard rests' if status is _RESTING else 'the controller flies again'}"
             self._node.event(FlightEvent.WARNING, "guard_released", text, stamp, always=True)
         else:
@@ -249,9 +251,9 @@ class VehicleNode(FlightNode):
         if not self.armed:
             self.guard.rest(step)
             return Wrench()
-        request = self.link.mode.value.guard_request if self.link is not None else NO_REQUEST
-        if self.gives_up and request != ASK_KILL:
-            request = ASK_DESCEND
+        request = self.link.mode.value.guard_request if self.link is not None else GuardRequest.NONE
+        if self.gives_up and request != GuardRequest.KILL:
+            request = GuardRequest.DESCEND
         flown = self.guard.step(step, command, sample, request)
         if self.guard.taken_over and self.guard.memory.since == step:
             self.suspect = self._culprit() or self.suspect
@@ -289,11 +291,11 @@ class VehicleNode(FlightNode):
     def _culprit(self) -> str:
         """Return who or what made the guard take over, empty if it was the flight itself."""
         reason = self.guard.memory.reason
-        if reason not in (STATE_LOST, WRENCH_LOST):
+        if reason not in (GuardReason.STATE_LOST, GuardReason.WRENCH_LOST):
             return ""
         if self.stood_still:
             return self.stood_still
-        if reason == STATE_LOST:
+        if reason == GuardReason.STATE_LOST:
             return f"state: nothing good from {self.estimator}"
         if seconds(self.current_step - self._heard_step, self.flight.plant_period) <= _HEARD:
             return f"{COMMAND} arrives, but no good one reaches the rotors"
@@ -438,7 +440,7 @@ class VehicleNode(FlightNode):
         if self.guard.parameters.enabled:
             arrived = WrenchCommand(found.value, found.step, True)
             refusal = command_refusal(limits, self.vehicle, arrived, self._accepted_step, self.current_step, period)
-            if refusal != ACCEPTED:
+            if refusal != CommandRefusal.ACCEPTED:
                 self.guard.refused(self.current_step, refusal)
                 return False
             self._accepted_step = found.step
@@ -446,7 +448,7 @@ class VehicleNode(FlightNode):
 
     def _leave_when_recorded(self) -> None:
         recorder = self.handshake.known.get(RECORDER)
-        if recorder is not None and recorder.state == NodeStatus.DONE:
+        if recorder is not None and recorder.state == NodeState.DONE:
             self.finish(self.exit_code, self._reason)
-        elif recorder is not None and recorder.state == NodeStatus.FAULT:
+        elif recorder is not None and recorder.state == NodeState.FAULT:
             self.finish(1, f"recorder failed: {recorder.detail}")

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from quad_core.cycle import seconds
+from quad_core.enumerations import NodeState
 from quad_msgs.msg import FlightEvent, FlightRequest, FlightState, NodeStatus
 from quad_node import topics
 from quad_node.conversion import stamp_ns
@@ -82,8 +83,8 @@ class FlightWatch:
     def report_failure(self, role: str, how: str) -> None:
         """Publish the status FAULT in the place of a node whose process has ended; ``how`` it did."""
         status = self._statuses.get(role)
-        if status is not None and status.state not in (NodeStatus.FAULT, NodeStatus.DONE):
-            status.state, status.detail = NodeStatus.FAULT, how
+        if status is not None and status.state not in (NodeState.FAULT, NodeState.DONE):
+            status.state, status.detail = NodeState.FAULT, how
             self._status_out.publish(status)
 
     def close(self) -> None:

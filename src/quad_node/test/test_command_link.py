@@ -8,8 +8,8 @@ import pytest
 from rclpy.serialization import serialize_message
 
 from quad_core.cascade import ROLES
+from quad_core.enumerations import GuardRequest
 from quad_core.flight_parameters import FlightParameters
-from quad_guard.guard import ASK_DESCEND
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node import starter as starter_module
 from quad_node.command_link import CommandLink, InputWatch
@@ -95,8 +95,8 @@ def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
 )
 def test_the_motors_rest_on_the_ground_and_under_a_pilot_and_killing_is_the_guards(owner, link, mode, armed):
     assert not link.armed
-    owner.mode(0, mode, guard_request=ASK_DESCEND)
-    assert (link.armed, link.mode.value.guard_request) == (armed, ASK_DESCEND)
+    owner.mode(0, mode, guard_request=GuardRequest.DESCEND)
+    assert (link.armed, link.mode.value.guard_request) == (armed, GuardRequest.DESCEND)
 
 
 def test_the_end_comes_with_its_outcome(owner, link):

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from quad_core.enumerations import NodeState
 from quad_core.flight_parameters import FlightParameters
-from quad_node.handshake import FAULT, READY, Handshake, is_foreign, plan_refusal, run_number
+from quad_node.handshake import Handshake, is_foreign, plan_refusal, run_number
 
 ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 
@@ -13,7 +14,7 @@ ROLES = ["trajectory", "position_controller", "attitude_controller", "recorder"]
 @dataclass
 class Said:
     role: str
-    state: int = READY
+    state: int = NodeState.READY
     run_id: str = ""
     interface_hash: str = "abc"
     period_steps: int = 1
@@ -48,7 +49,7 @@ def test_a_message_without_a_number_belongs_to_nobody(theirs, ours, foreign):
 
 @pytest.mark.parametrize("run_id", ["", "other"])
 def test_a_failure_of_another_run_or_of_none_ends_no_flight(run_id):
-    handshake, problems = shake(Said("recorder", state=FAULT, run_id=run_id), Said("camera"), run_id="mine")
+    handshake, problems = shake(Said("recorder", state=NodeState.FAULT, run_id=run_id), Said("camera"), run_id="mine")
     assert problems == ["", ""]
     assert (handshake.missing(), handshake.known) == (ROLES, {})
 
@@ -67,7 +68,7 @@ def test_a_start_that_fails_names_the_nodes_that_do_not_belong():
         (Said("recorder", interface_hash="xyz"), ("recorder", "xyz", "abc")),
         (Said("trajectory", plant_period=1_000_000), ("trajectory", "1000000", "2000000")),
         (Said("position_controller", period_steps=0), ("position_controller", "period_steps 0", "at least 1")),
-        (Said("attitude_controller", state=FAULT, detail="burst"), ("attitude_controller", "burst")),
+        (Said("attitude_controller", state=NodeState.FAULT, detail="burst"), ("attitude_controller", "burst")),
     ],
 )
 def test_a_node_that_does_not_fit_is_named(said, words):
@@ -80,7 +81,7 @@ def test_a_flight_waits_for_a_shadow_and_goes_on_without_it():
     assert handshake.missing() == ["shadow_attitude_controller"]
     assert handshake.on_status(Said("shadow_attitude_controller")) == ""
     assert handshake.missing() == []
-    assert handshake.on_status(Said("shadow_attitude_controller", state=FAULT, detail="burst")) == ""
+    assert handshake.on_status(Said("shadow_attitude_controller", state=NodeState.FAULT, detail="burst")) == ""
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,9 @@ def test_a_plan_that_is_no_flight_is_refused_and_the_first_one_holds():
     [("shadow_position_controller", ""), ("position_controller", "position_controller failed: diverged")],
 )
 def test_a_flight_goes_on_without_a_shadow_alone(role, problem):
-    _, problems = shake(Said(role, state=FAULT, detail="diverged"), roles=[*ROLES, "shadow_position_controller"])
+    _, problems = shake(
+        Said(role, state=NodeState.FAULT, detail="diverged"), roles=[*ROLES, "shadow_position_controller"]
+    )
     assert problems == [problem]
 
 

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from quad_core.enumerations import CommandRefusal, GuardRequest
 from quad_core.flight_parameters import FlightParameters
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard import guard
-from quad_guard.checks import NOT_NEWER, THRUST, StateSample, WrenchCommand
+from quad_guard.checks import StateSample, WrenchCommand
 from quad_msgs.msg import GuardStatus
 from quad_node.vehicle_node import VehicleGuard
 
@@ -41,7 +41,7 @@ def made(commander=0, **changes):
     return node, VehicleGuard(node, GuardParameters(**changes), lambda: commander)
 
 
-def step(ours, k, wrench=HOVER, arrived=True, request=guard.NO_REQUEST):
+def step(ours, k, wrench=HOVER, arrived=True, request=GuardRequest.NONE):
     command = WrenchCommand(wrench, k, arrived)
     state = STATE._replace(p_w=Vec3(1e-6 * k, 0.0, 2.0))
     return ours.step(k, command, StateSample(state, k, True), request)
@@ -87,7 +87,7 @@ def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
     node, ours = made()
     step(ours, 0)
     for k in range(1, 401):
-        ours.refused(k, NOT_NEWER if k % 2 else THRUST)
+        ours.refused(k, CommandRefusal.NOT_NEWER if k % 2 else CommandRefusal.THRUST)
         step(ours, k)
     texts = [text for _, text in node.events]
     assert texts == [
@@ -113,17 +113,17 @@ def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
 
 def test_a_kill_is_an_error_and_a_release_is_said():
     node, ours = made()
-    step(ours, 0, request=guard.ASK_DESCEND)
+    step(ours, 0, request=GuardRequest.DESCEND)
     for k in range(1, 120):
-        step(ours, k, request=guard.RELEASE)
+        step(ours, k, request=GuardRequest.RELEASE)
     assert kinds(node) == ["guard_descends", "guard_released"]
-    assert step(ours, 120, request=guard.ASK_KILL).thrust == 0.0
+    assert step(ours, 120, request=GuardRequest.KILL).thrust == 0.0
     assert kinds(node)[-1] == "guard_killed"
 
 
 def test_a_guard_that_rests_after_a_landing_hands_nothing_back():
     node, ours = made()
-    step(ours, 0, request=guard.ASK_DESCEND)
+    step(ours, 0, request=GuardRequest.DESCEND)
     ours.rest(1)
     assert [text for _, text in node.events[1:]] == ["step 1: the guard rests"]
 
@@ -132,7 +132,7 @@ def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
     node, ours = made()
     step(ours, 0)
     ours.asked_because = "attitude_controller does not answer"
-    step(ours, 1, request=guard.ASK_DESCEND)
+    step(ours, 1, request=GuardRequest.DESCEND)
     ((_, text),) = node.events
     assert text.startswith("step 1: attitude_controller does not answer (wrench ")
 

@@ -4,8 +4,8 @@ import pytest
 from rclpy.serialization import serialize_message
 
 from quad_core.cascade import SIMULATOR
+from quad_core.enumerations import GuardReason, GuardRequest
 from quad_core.types import Vec3, VehicleState, Wrench
-from quad_guard import guard
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_msgs.msg import FlightMode, FlightState, NodeStatus, RecorderAck
 from quad_node.codec import pack_wrench
@@ -34,12 +34,12 @@ STILL = "simulator stood still for 1.00 s"
 @pytest.mark.parametrize(
     ("reason", "quiet", "stood_still", "expected"),
     [
-        (guard.WRENCH_LOST, 25, "", "attitude_controller does not answer step 100: no wrench_setpoint"),
-        (guard.WRENCH_LOST, 5, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
-        (guard.WRENCH_LOST, 25, STILL, STILL),
-        (guard.STATE_LOST, 25, "", "state: nothing good from PX4"),
-        (guard.STATE_LOST, 25, STILL, STILL),
-        (guard.TILT, 25, "", ""),
+        (GuardReason.WRENCH_LOST, 25, "", "attitude_controller does not answer step 100: no wrench_setpoint"),
+        (GuardReason.WRENCH_LOST, 5, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
+        (GuardReason.WRENCH_LOST, 25, STILL, STILL),
+        (GuardReason.STATE_LOST, 25, "", "state: nothing good from PX4"),
+        (GuardReason.STATE_LOST, 25, STILL, STILL),
+        (GuardReason.TILT, 25, "", ""),
     ],
 )
 def test_a_takeover_names_the_node_that_caused_it(owner, reason, quiet, stood_still, expected):
@@ -114,7 +114,7 @@ def test_before_the_flight_a_commander_excuses_no_node_that_does_not_fit(start_n
 def test_a_kill_stops_the_motors_of_a_flight_that_was_given_up_too(start_node):
     owner = start_node(Owner, "flight.roles:=simulator,commander")
     flown = []
-    for step, asked in enumerate((guard.NO_REQUEST, guard.NO_REQUEST, guard.ASK_KILL)):
+    for step, asked in enumerate((GuardRequest.NONE, GuardRequest.NONE, GuardRequest.KILL)):
         mode = FlightMode(mode=FlightMode.HOLD, guard_request=asked)
         owner.callbacks["flight/mode"](serialize_message(mode))
         sample = StateSample(VehicleState(Vec3(0.0, 0.0, 2.0 + 1e-3 * step)), step, True)

@@ -16,10 +16,10 @@ from quad_autopilot import thrust
 from quad_autopilot.arming import Phase, Setpoint
 from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.node import AutopilotInterface, AutopilotNode
+from quad_core.enumerations import GuardReason
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, Vec3, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
-from quad_guard.guard import REQUESTED
 from quad_msgs.msg import FlightEvent
 from quad_node.codec import Stamped
 from quad_node.main import run
@@ -200,7 +200,7 @@ class Px4Interface(AutopilotInterface):
         self._register()
         if not self.by_attitude:
             self._step_guard()
-        if self.node.guard.taken_over and self.node.guard.memory.reason != REQUESTED:
+        if self.node.guard.taken_over and self.node.guard.memory.reason != GuardReason.REQUESTED:
             self.node.stop = self.node.stop or self.node.failure
 
     def refusal(self) -> str:

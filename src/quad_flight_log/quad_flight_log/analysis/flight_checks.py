@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cascade import COMMANDER, SIGNALS, SIMULATOR
-from quad_core.enumerations import FlightPhase
-from quad_core.flight_parameters import LOCKSTEP
+from quad_core.enumerations import FlightClock, FlightPhase
 from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import load_yaml_file
 from quad_core.records import builder, flattener, leaves
@@ -366,7 +365,7 @@ def _beyond(places: Floats, commanded: Floats) -> Floats:
 def _in_lockstep(flight: Flight) -> bool:
     """Return whether the flight was timed in lockstep, as its recorder or its simulator's parameters say."""
     noted = flight.metadata.get("mode") or _owners_parameters(flight).get("flight.mode")
-    return noted in ("lockstep", LOCKSTEP)
+    return noted in ("lockstep", FlightClock.LOCKSTEP)
 
 
 def _guard_of(flight: Flight) -> GuardParameters:

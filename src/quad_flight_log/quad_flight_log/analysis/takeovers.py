@@ -2,9 +2,11 @@
 
 from typing import NamedTuple
 
+from quad_core.enumerations import GuardMode
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
-from quad_guard.guard import MODES, PASS
+
+_NAMES = {int(mode): mode.name.lower() for mode in GuardMode}
 
 
 class Takeover(NamedTuple):
@@ -24,15 +26,17 @@ def takeovers(flight: Flight) -> list[Takeover]:
     """
     said = rows_of(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
-    changes = [row for before, row in zip([(PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]]
+    changes = [
+        row for before, row in zip([(GuardMode.PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]
+    ]
     last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
     last_ns = max([row[3] for row in rows] + last_of_truth, default=0)
     ends = [row[3] for row in changes[1:]] + [last_ns]
     return [
         # any node can send a mode that there is not
-        Takeover(MODES[mode] if mode < len(MODES) else f"mode {mode}", reason, since, stamp, end)
+        Takeover(_NAMES.get(mode, f"mode {mode}"), reason, since, stamp, end)
         for (mode, reason, since, stamp), end in zip(changes, ends, strict=False)
-        if mode != PASS
+        if mode != GuardMode.PASS
     ]
 
 

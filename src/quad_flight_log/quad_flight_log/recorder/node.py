@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message, serialize_message
 
 from quad_core.cascade import RECORDER, RELAY, SHADOWS
+from quad_core.enumerations import NodeState
 from quad_core.parameters import ParameterError
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
 from quad_flight_log.errors import FlightLogError
@@ -149,7 +150,7 @@ class Recorder(FlightNode):
             status = deserialize_message(payload, NodeStatus)
             if status.role in self.roles and not is_foreign(run_number(status.run_id), self.run):
                 self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
-                if status.role in SHADOWS and status.state == NodeStatus.FAULT:
+                if status.role in SHADOWS and status.state == NodeState.FAULT:
                     self._counter.give_up(
                         name for name, topic in topics.TOPICS.items() if status.role in topic.publishers
                     )
